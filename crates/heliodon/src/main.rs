@@ -1,0 +1,2 @@
+//! The heliodon command line.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Heliodon's bake: from a site to a bundle, resumable.

@@ -1,0 +1,34 @@
+//! Rays and hits.
+
+use super::Vec3;
+
+/// A half line or a stretch of one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Start.
+    pub origin: Vec3,
+    /// Direction; of any length but zero, distances are in multiples of it.
+    pub direction: Vec3,
+    /// Hits nearer than this do not count.
+    pub t_min: f32,
+    /// Nor do hits at or beyond this.
+    pub t_max: f32,
+}
+
+/// The triangle of a [`Hit`] that met nothing.
+pub const NO_HIT: u32 = u32::MAX;
+
+/// Where a ray first meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Index of the triangle, or [`NO_HIT`].
+    pub triangle: u32,
+    /// Distance in multiples of the ray's direction; infinite where nothing was met.
+    pub t: f32,
+    /// Barycentric weight of the triangle's second vertex.
+    pub u: f32,
+    /// Barycentric weight of the triangle's third vertex.
+    pub v: f32,
+    /// Whether the ray met the back (the side from which the vertices run clockwise).
+    pub back: bool,
+}

@@ -1,0 +1,53 @@
+//! The day lapse: what light comes from the sky at each step of a day, as `lapse.json` holds it.
+
+use serde::{Deserialize, Serialize};
+
+/// The light of a day, step by step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Lapse {
+    /// The steps in the order of time; `sky_steps` of them.
+    pub steps: Vec<LapseStep>,
+    /// How a vertex's sun bounce coefficients make its bounced sunlight at each sun step; absent where none was baked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sun_bounce_basis: Option<SunBounceBasis>,
+}
+
+/// One moment of the day.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LapseStep {
+    /// Local time, `HH:MM` or `HH:MM:SS`.
+    pub time: String,
+    /// The sun, where there is one.
+    pub sun: Option<Sun>,
+    /// Sky radiance in spherical harmonics, 4 or 9 coefficients of linear RGB, without the sun.
+    pub sky: Vec<[f32; 3]>,
+    /// The exposure that suits the step, in stops.
+    pub exposure_stops: f32,
+    /// The step's sky image, relative to the bundle.
+    pub sky_map: String,
+    /// The sun step whose mask bit holds here.
+    pub mask_bit: u32,
+}
+
+/// The sun of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sun {
+    /// Unit direction to the sun.
+    pub direction: [f32; 3],
+    /// Irradiance at normal incidence, linear RGB, in the sky's radiance unit times steradians; not divided by pi.
+    pub irradiance: [f32; 3],
+    /// Whether the probe's brightest pixels were clipped, so that `irradiance` is a lower bound.
+    pub clipped: bool,
+}
+
+/// The functions over the day by which bounced sunlight is stored.
+///
+/// Bounced sunlight (irradiance / pi, for a sun of unit irradiance at normal incidence) of a vertex at sun step `t` is
+/// `max(0, sum_r coefficients[r] * functions[r][t])`, per channel.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SunBounceBasis {
+    /// 1 (grey) or 3 (RGB).
+    pub channels: u32,
+    /// R functions of T values.
+    pub functions: Vec<Vec<f32>>,
+}

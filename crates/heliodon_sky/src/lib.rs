@@ -1,0 +1,3 @@
+//! Skies: probe mappings, sun detection, solar position, sky models, the day lapse.
+
+pub mod lapse;

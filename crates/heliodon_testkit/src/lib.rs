@@ -1,0 +1,1 @@
+//! Analytic scenes, the hostile corpus and image difference for Heliodon's tests.
