@@ -1,1 +1,8 @@
-//! Heliodon's bake: from a site to a bundle, resumable.
+//! The pipeline from a site to a bundle.
+
+pub mod cache;
+pub mod memory;
+pub mod report;
+
+/// The hidden folder beside a bundle that keeps what an interrupted bake has computed.
+pub const CACHE_FOLDER: &str = ".heliodon";

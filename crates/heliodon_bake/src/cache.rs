@@ -1,0 +1,258 @@
+//! What an interrupted bake has already computed: one file for each finished block of work.
+//!
+//! A bake's blocks lie in `<root>/<key>/`, where the key is a hash of everything that decides the result (inputs,
+//! parameters, versions of tool and block layout), so a block can never be taken for another bake's. A block is written
+//! beside and renamed into place, and carries its length and a BLAKE3 hash of its name and content: a file that was cut
+//! short, damaged or renamed is thrown away and its work done again. Blocks are not flushed to the disk (fsync): they
+//! survive the end of the process, which is what they are for, and after a power failure the hash tells which did.
+//!
+//! The folder is locked while a bake uses it. The lock is the operating system's and dies with the process.
+
+use std::fs::{self, File, TryLockError};
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+
+const MAGIC: [u8; 8] = *b"HELIOBLK";
+const HEADER_BYTES: usize = 8 + 8 + 32;
+const LOCK_FILE: &str = "lock";
+const OWNER_FILE: &str = "bundle.txt";
+
+/// Why a cache cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum CacheError {
+    /// Another process bakes the same thing right now.
+    #[error("another bake of the same site is running (it holds {path}); wait until it has ended, or bake into another folder")]
+    Busy {
+        /// The lock.
+        path: PathBuf,
+    },
+    /// The folder cannot be made, or a block cannot be written.
+    #[error("cannot keep finished work in {path}: {source}; make room or name another folder with --cache, then run the bake again: it goes on where it stopped")]
+    Write {
+        /// What was written.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+}
+
+/// The finished blocks of one bake. Holds the folder's lock until dropped.
+#[derive(Debug)]
+pub struct Cache {
+    folder: PathBuf,
+    root: PathBuf,
+    lock: File,
+}
+
+impl Cache {
+    /// Opens (makes, if need be) the folder of the bake `key` below `root`; `owner` names the bundle that it serves.
+    ///
+    /// # Errors
+    /// [`CacheError::Busy`] where another process has it, [`CacheError::Write`] where it cannot be made.
+    pub fn open(root: &Path, key: &str, owner: &Path) -> Result<Self, CacheError> {
+        let folder = root.join(key);
+        let write_error = |path: &Path| {
+            let path = path.to_owned();
+            move |source| CacheError::Write { path, source }
+        };
+        fs::create_dir_all(&folder).map_err(write_error(&folder))?;
+        let lock_path = folder.join(LOCK_FILE);
+        let lock =
+            File::options().create(true).truncate(false).write(true).open(&lock_path).map_err(write_error(&lock_path))?;
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Err(CacheError::Busy { path: lock_path }),
+            // Some network file systems have no locks; the blocks' own atomic renames still keep each file whole.
+            Err(TryLockError::Error(source)) if source.kind() == io::ErrorKind::Unsupported => {}
+            Err(TryLockError::Error(source)) => return Err(CacheError::Write { path: lock_path, source }),
+        }
+        let cache = Self { folder, root: root.to_owned(), lock };
+        cache.remove_unfinished();
+        let owner_path = cache.folder.join(OWNER_FILE);
+        fs::write(&owner_path, owner.to_string_lossy().as_bytes()).map_err(write_error(&owner_path))?;
+        Ok(cache)
+    }
+
+    /// Where the blocks lie.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The content of a finished block, or `None` where there is none that is whole.
+    #[must_use]
+    pub fn load(&self, stage: &str, block: usize) -> Option<Vec<u8>> {
+        let name = block_name(stage, block);
+        let path = self.folder.join(&name);
+        let content = read_block(&path, &name);
+        if content.is_none() && path.exists() {
+            // Damaged. If it cannot be removed it will be replaced.
+            let _ = fs::remove_file(&path);
+        }
+        content
+    }
+
+    /// Whether a file for the block is there; it may still turn out to be damaged.
+    #[must_use]
+    pub fn has(&self, stage: &str, block: usize) -> bool {
+        self.folder.join(block_name(stage, block)).is_file()
+    }
+
+    /// Keeps a finished block.
+    ///
+    /// # Errors
+    /// [`CacheError::Write`], for instance on a full disk; nothing half-written stays.
+    pub fn store(&self, stage: &str, block: usize, content: &[u8]) -> Result<(), CacheError> {
+        let name = block_name(stage, block);
+        let path = self.folder.join(&name);
+        let beside = self.folder.join(format!("{name}.new"));
+        let written = write_block(&beside, &name, content).and_then(|()| fs::rename(&beside, &path));
+        written.map_err(|source| {
+            let _ = fs::remove_file(&beside);
+            CacheError::Write { path, source }
+        })
+    }
+
+    /// Removes this bake's blocks, what interrupted bakes of the same bundle from other inputs or parameters left, and the
+    /// folders above where they are empty now. What cannot be removed stays; it costs only room.
+    pub fn remove(self, owner: &Path) {
+        let Self { folder, root, lock } = self;
+        let _ = fs::remove_dir_all(&folder);
+        drop(lock);
+        let owner = owner.to_string_lossy();
+        for stale in fs::read_dir(&root).into_iter().flatten().flatten().map(|entry| entry.path()) {
+            let same = fs::read_to_string(stale.join(OWNER_FILE)).is_ok_and(|name| name == owner);
+            let idle = File::options().write(true).open(stale.join(LOCK_FILE)).is_ok_and(|lock| lock.try_lock().is_ok());
+            if same && idle {
+                let _ = fs::remove_dir_all(&stale);
+            }
+        }
+        // remove_dir only removes empty folders.
+        let _ = fs::remove_dir(&root);
+        if let Some(above) = root.parent().filter(|above| above.ends_with(crate::CACHE_FOLDER)) {
+            let _ = fs::remove_dir(above);
+        }
+    }
+
+    fn remove_unfinished(&self) {
+        for path in fs::read_dir(&self.folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
+            if path.extension().is_some_and(|extension| extension == "new") {
+                let _ = fs::remove_file(path);
+            }
+        }
+    }
+}
+
+fn block_name(stage: &str, block: usize) -> String {
+    format!("{stage}-{block:05}")
+}
+
+fn block_hash(name: &str, content: &[u8]) -> [u8; 32] {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(&(name.len() as u64).to_le_bytes());
+    hasher.update(name.as_bytes());
+    hasher.update(content);
+    *hasher.finalize().as_bytes()
+}
+
+fn write_block(path: &Path, name: &str, content: &[u8]) -> io::Result<()> {
+    let mut file = File::create(path)?;
+    file.write_all(&MAGIC)?;
+    file.write_all(&(content.len() as u64).to_le_bytes())?;
+    file.write_all(&block_hash(name, content))?;
+    file.write_all(content)
+}
+
+fn read_block(path: &Path, name: &str) -> Option<Vec<u8>> {
+    let mut file = File::open(path).ok()?;
+    let bytes = file.metadata().ok()?.len();
+    let mut header = [0; HEADER_BYTES];
+    file.read_exact(&mut header).ok()?;
+    let length = u64::from_le_bytes(header[8..16].try_into().ok()?);
+    if header[..8] != MAGIC || length != bytes.checked_sub(HEADER_BYTES as u64)? {
+        return None;
+    }
+    let mut content = Vec::with_capacity(usize::try_from(length).ok()?);
+    file.read_to_end(&mut content).ok()?;
+    (content.len() as u64 == length && header[16..] == block_hash(name, &content)).then_some(content)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn open(root: &Path, key: &str) -> Cache {
+        Cache::open(root, key, Path::new("bundle")).unwrap()
+    }
+
+    #[test]
+    fn blocks_come_back_as_they_were() {
+        let root = tempfile::tempdir().unwrap();
+        let cache = open(root.path(), "key");
+        assert_eq!(cache.load("masks", 3), None);
+        cache.store("masks", 3, b"light").unwrap();
+        cache.store("masks", 4, b"").unwrap();
+        drop(cache);
+        let cache = open(root.path(), "key");
+        assert_eq!(cache.load("masks", 3).as_deref(), Some(&b"light"[..]));
+        assert_eq!(cache.load("masks", 4).as_deref(), Some(&b""[..]));
+        assert_eq!(open(root.path(), "other").load("masks", 3), None);
+    }
+
+    #[test]
+    fn damaged_cut_and_renamed_blocks_are_thrown_away() {
+        let root = tempfile::tempdir().unwrap();
+        let cache = open(root.path(), "key");
+        cache.store("gather", 0, &[7; 1000]).unwrap();
+        let path = cache.folder().join("gather-00000");
+        let good = fs::read(&path).unwrap();
+        for damaged_byte in [0, 9, 20, 48, 600, good.len() - 1] {
+            let mut bad = good.clone();
+            bad[damaged_byte] ^= 1;
+            fs::write(&path, bad).unwrap();
+            assert_eq!(cache.load("gather", 0), None, "byte {damaged_byte}");
+            assert!(!path.exists());
+        }
+        for length in [0, 5, 47, 48, good.len() - 1] {
+            fs::write(&path, &good[..length]).unwrap();
+            assert_eq!(cache.load("gather", 0), None, "length {length}");
+        }
+        fs::write(cache.folder().join("gather-00001"), &good).unwrap();
+        assert_eq!(cache.load("gather", 1), None);
+    }
+
+    #[test]
+    fn one_bake_at_a_time_and_a_dead_one_holds_nothing() {
+        let root = tempfile::tempdir().unwrap();
+        let cache = open(root.path(), "key");
+        assert!(matches!(Cache::open(root.path(), "key", Path::new("bundle")), Err(CacheError::Busy { .. })));
+        drop(cache);
+        open(root.path(), "key");
+    }
+
+    #[test]
+    fn success_removes_the_bundles_blocks_and_nobody_elses() {
+        let home = tempfile::tempdir().unwrap();
+        let root = home.path().join(crate::CACHE_FOLDER).join("cache");
+        open(&root, "stale").store("masks", 0, b"old").unwrap();
+        Cache::open(&root, "foreign", Path::new("another")).unwrap().store("masks", 0, b"theirs").unwrap();
+        let cache = open(&root, "mine");
+        cache.store("masks", 0, b"new").unwrap();
+        cache.remove(Path::new("bundle"));
+        assert!(!root.join("mine").exists() && !root.join("stale").exists());
+        assert!(root.join("foreign/masks-00000").exists());
+
+        open(&root, "mine").remove(Path::new("another"));
+        assert!(!home.path().join(crate::CACHE_FOLDER).exists(), "empty folders go too");
+    }
+
+    #[test]
+    fn a_failed_write_leaves_nothing_behind() {
+        let root = tempfile::tempdir().unwrap();
+        let cache = open(root.path(), "key");
+        // A folder where the file should go: the rename fails whoever runs the test, root included.
+        fs::create_dir(cache.folder().join("masks-00000")).unwrap();
+        assert!(matches!(cache.store("masks", 0, b"light"), Err(CacheError::Write { .. })));
+        assert!(!cache.folder().join("masks-00000.new").exists());
+    }
+}

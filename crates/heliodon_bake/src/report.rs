@@ -1,0 +1,79 @@
+//! What the pipeline tells while it works.
+//!
+//! Nothing here prints. The program decides what a stage looks like on a terminal, tests collect, libraries stay silent.
+
+use std::sync::Mutex;
+
+/// Listens to the pipeline. Called from one thread at a time, never from inside a solver's inner loops.
+pub trait Reporter: Sync {
+    /// A stage begins: its name, and how many units of work it has (0 where that is not known).
+    fn stage(&self, name: &str, total: u64);
+
+    /// `done` of the stage's units are finished. Never decreases within a stage.
+    fn progress(&self, done: u64);
+
+    /// The stage is over.
+    fn finished(&self);
+
+    /// Something worth knowing that does not change the result, such as what an earlier run had left.
+    fn note(&self, text: &str);
+
+    /// A part of the work did not go as asked, and the rest goes on. To be told again at the end.
+    fn warning(&self, text: &str);
+}
+
+/// Hears nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Reporter for Silent {
+    fn stage(&self, _name: &str, _total: u64) {}
+    fn progress(&self, _done: u64) {}
+    fn finished(&self) {}
+    fn note(&self, _text: &str) {}
+    fn warning(&self, _text: &str) {}
+}
+
+/// Keeps stages, notes and warnings for whoever asks later.
+#[derive(Debug, Default)]
+pub struct Collector {
+    heard: Mutex<Heard>,
+}
+
+/// What a [`Collector`] has heard.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Heard {
+    /// Stages in order, with their totals.
+    pub stages: Vec<(String, u64)>,
+    /// Notes in order.
+    pub notes: Vec<String>,
+    /// Warnings in order.
+    pub warnings: Vec<String>,
+}
+
+impl Collector {
+    /// Everything heard so far.
+    #[must_use]
+    pub fn heard(&self) -> Heard {
+        self.lock().clone()
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Heard> {
+        // A panic elsewhere while a line was pushed leaves a list that is still a list.
+        self.heard.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+}
+
+impl Reporter for Collector {
+    fn stage(&self, name: &str, total: u64) {
+        self.lock().stages.push((name.to_owned(), total));
+    }
+    fn progress(&self, _done: u64) {}
+    fn finished(&self) {}
+    fn note(&self, text: &str) {
+        self.lock().notes.push(text.to_owned());
+    }
+    fn warning(&self, text: &str) {
+        self.lock().warnings.push(text.to_owned());
+    }
+}
