@@ -1,27 +1,26 @@
 //! HDR and 8-bit images: read, write, resample.
 //!
 //! Pixels are row-major from the top left. HDR pixels are linear Rec. 709 radiance in any consistent unit.
+//!
+//! What the `image` crate does not do for Radiance pictures is done here ([`radiance`]): XYZE, `EXPOSURE` and `COLORCORR`,
+//! the seven other orientations, files that begin with `#?RGBE`, and writing with run lengths. OpenEXR goes through the `exr`
+//! crate, PNG and JPEG through `image`.
 
-use glam::Vec3;
+mod contact_sheet;
+mod error;
+mod hdr_image;
+mod openexr;
+mod primaries;
+mod radiance;
+mod resample;
+mod srgb_image;
 
-/// A linear RGB image of 32-bit floats.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HdrImage {
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// `width * height` pixels, row-major from the top left.
-    pub pixels: Vec<Vec3>,
-}
+pub use contact_sheet::{SheetLayout, contact_sheet};
+pub use error::ImageError;
+pub use hdr_image::{HdrImage, PixelRepairs};
+pub use openexr::ExrSamples;
+pub use resample::Wrap;
+pub use srgb_image::SrgbImage;
 
-/// An 8-bit sRGB image with alpha.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SrgbImage {
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// `width * height` pixels, row-major from the top left; alpha is linear.
-    pub pixels: Vec<[u8; 4]>,
-}
+/// The most pixels that an image may have: 16,384 x 8,192, a probe of 16k (1.6 GB in memory as floats).
+pub const MAX_PIXELS: u64 = 1 << 27;
