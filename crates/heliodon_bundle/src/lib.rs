@@ -1,1 +1,11 @@
-//! What Heliodon keeps on disk: site.toml, the bundle's glTF profile, manifest, lapse.
+//! What Heliodon keeps on disk: `site.toml`, the bundle's glTF profile, its manifest, the day lapse.
+//!
+//! - [`site`]: the types of `site.toml`, read with the line and column of whatever is wrong in it.
+//! - [`BundleWriter`] streams a bundle to disk beside its final place and renames it in; [`BundleReader`] reads it back chunk
+//!   by chunk and trusts nothing in it.
+//! - [`moment`] and [`shade`]: the light of a vertex at an hour of the day; the reference that every viewer mirrors.
+//! - [`arrays`], [`export`], [`inspect`]: bundles for numpy, for stock viewers, for people.
+//!
+//! The layout of the glTF profile is described in [`layout`].
+
+pub mod site;

@@ -1,0 +1,218 @@
+//! What makes a `site.toml` that parses a sensible one.
+
+use super::types::{Albedo, MAX_SKY_STEPS, MAX_SUN_STEPS, Part, Room, SiteFile, Sky};
+use super::values::ProbeTimes;
+
+/// A fault with the path of the key that has it.
+pub(super) struct Fault {
+    pub(super) path: Vec<String>,
+    pub(super) message: String,
+    pub(super) remedy: String,
+}
+
+type Checked = Result<(), Fault>;
+
+/// The largest coordinate that is taken for one, metres: beyond, a slip of unit or exponent is surer than a monument.
+const MAX_COORDINATE_M: f64 = 1e9;
+
+fn fault(path: &[&str], message: impl Into<String>, remedy: impl Into<String>) -> Checked {
+    Err(Fault { path: path.iter().map(|&s| s.to_owned()).collect(), message: message.into(), remedy: remedy.into() })
+}
+
+fn within(path: &[&str], value: f64, min: f64, max: f64) -> Checked {
+    if (min..=max).contains(&value) {
+        return Ok(());
+    }
+    let key = path.last().unwrap_or(&"");
+    fault(path, format!("{key} is {value}"), format!("give a number from {min} to {max}"))
+}
+
+fn finite(path: &[&str], values: &[f64]) -> Checked {
+    match values.iter().find(|v| !(v.abs() <= MAX_COORDINATE_M)) {
+        None => Ok(()),
+        Some(v) => fault(
+            path,
+            format!("{} holds {v}", path.last().unwrap_or(&"")),
+            "give finite numbers, at most a thousand million in size",
+        ),
+    }
+}
+
+fn not_empty(path: &[&str], text: &str) -> Checked {
+    if text.trim().is_empty() {
+        return fault(path, format!("{} is empty", path.last().unwrap_or(&"")), "write something there");
+    }
+    Ok(())
+}
+
+/// The first fault of a site, if it has one.
+pub(super) fn check(site: &SiteFile) -> Checked {
+    let info = &site.site;
+    not_empty(&["site", "name"], &info.name)?;
+    if let Some(latitude) = info.latitude_deg {
+        within(&["site", "latitude_deg"], latitude, -90.0, 90.0)?;
+    }
+    if let Some(longitude) = info.longitude_deg {
+        within(&["site", "longitude_deg"], longitude, -180.0, 180.0)?;
+    }
+    within(&["site", "north_deg"], info.north_deg, -360.0, 360.0)?;
+    finite(&["site", "origin"], &info.origin)?;
+    if site.parts.is_empty() {
+        return fault(&["site"], "the site has no parts", "add a table [[part]] with file = \"...\"");
+    }
+    if site.parts.len() > usize::from(u16::MAX) {
+        return fault(&["part"], format!("{} parts", site.parts.len()), "a bundle holds 65,535; join some with globs");
+    }
+    for (i, part) in site.parts.iter().enumerate() {
+        check_part(&["part", &i.to_string()], part)?;
+    }
+    check_sky(site, &site.sky)?;
+    check_bake(site)?;
+    for (i, room) in site.rooms.iter().enumerate() {
+        check_room(&["room", &i.to_string()], room)?;
+    }
+    let display = &site.display;
+    within(&["display", "width_px"], f64::from(display.width_px), 1.0, 65_536.0)?;
+    within(&["display", "height_px"], f64::from(display.height_px), 1.0, 65_536.0)?;
+    within(&["display", "fov_deg"], display.fov_deg, 1.0, 170.0)
+}
+
+fn check_part(at: &[&str; 2], part: &Part) -> Checked {
+    let key = |name| [at[0], at[1], name];
+    not_empty(&key("file"), &part.file)?;
+    if let Some(name) = &part.name {
+        not_empty(&key("name"), name)?;
+    }
+    match &part.albedo {
+        Some(Albedo::Rgb(rgb)) => {
+            if let Some(wrong) = rgb.iter().find(|c| !(0.0..=1.0).contains(*c)) {
+                let remedy = "give three linear numbers from 0 to 1; 8-bit colours must be divided by 255 and linearised";
+                return fault(&key("albedo"), format!("albedo holds {wrong}"), remedy);
+            }
+        }
+        Some(Albedo::Image(image)) => not_empty(&key("albedo"), image)?,
+        None => {}
+    }
+    finite(&key("translate"), &part.translate)?;
+    finite(&key("rotate_deg"), &part.rotate_deg)?;
+    if part.scale == 0.0 || !(part.scale.abs() <= MAX_COORDINATE_M) {
+        return fault(&key("scale"), format!("scale is {}", part.scale), "give a number that is not 0");
+    }
+    Ok(())
+}
+
+fn check_sky(site: &SiteFile, sky: &Sky) -> Checked {
+    within(&["sky", "turn_deg"], sky.turn_deg, -360.0, 360.0)?;
+    if !(sky.opening_deg > 0.0 && sky.opening_deg <= 360.0) {
+        return fault(
+            &["sky", "opening_deg"],
+            format!("opening_deg is {}", sky.opening_deg),
+            "give degrees above 0, at most 360",
+        );
+    }
+    if let Some(rgb) = sky.sun_irradiance
+        && rgb.iter().any(|c| !(c.is_finite() && *c >= 0.0))
+    {
+        return fault(&["sky", "sun_irradiance"], format!("sun_irradiance holds {rgb:?}"), "give three numbers from 0 up");
+    }
+    match (&sky.probes, sky.model) {
+        (Some(_), Some(_)) => {
+            return fault(&["sky", "model"], "the sky has both probes and a model", "take one of the two out");
+        }
+        (None, None) => {
+            let remedy = "add probes = \"sky/*.hdr\" and mapping, or model = \"atmosphere\" and date";
+            return fault(&["sky"], "the sky has neither probes nor a model", remedy);
+        }
+        (Some(probes), None) => {
+            not_empty(&["sky", "probes"], probes)?;
+            if sky.mapping.is_none() {
+                let remedy = "add mapping = \"lat-long\", \"angular\", \"mirror-ball\", \"cube-cross\" or \"fisheye\"";
+                return fault(&["sky", "probes"], "the probes have no mapping", remedy);
+            }
+            for key in ["date", "turbidity"] {
+                let given = if key == "date" { sky.date.is_some() } else { sky.turbidity.is_some() };
+                if given {
+                    return fault(&["sky", key], format!("{key} belongs to a sky model, not to probes"), "take it out");
+                }
+            }
+        }
+        (None, Some(_)) => {
+            if sky.date.is_none() {
+                return fault(&["sky", "model"], "a sky model needs a date", "add date = \"2006-05-03\"");
+            }
+            if site.site.latitude_deg.is_none() || site.site.longitude_deg.is_none() {
+                let remedy = "add latitude_deg and longitude_deg to [site]";
+                return fault(&["sky", "model"], "a sky model needs the place of the site", remedy);
+            }
+            if let Some(turbidity) = sky.turbidity {
+                within(&["sky", "turbidity"], turbidity, 1.0, 10.0)?;
+            }
+            if sky.mapping.is_some() {
+                return fault(&["sky", "mapping"], "mapping belongs to probes, not to a sky model", "take it out");
+            }
+        }
+    }
+    if let ProbeTimes::List(times) = &sky.times {
+        if times.is_empty() {
+            return fault(&["sky", "times"], "the list of times is empty", "give one for each probe, or take the key out");
+        }
+        if let Some(i) = times.windows(2).position(|pair| pair[0] >= pair[1]) {
+            let message = format!("{} comes after {}", times[i + 1], times[i]);
+            return fault(&["sky", "times"], message, "list times in the order of the day, each once");
+        }
+    }
+    Ok(())
+}
+
+fn check_bake(site: &SiteFile) -> Checked {
+    let bake = &site.bake;
+    if !(1..=MAX_SUN_STEPS).contains(&bake.sun_steps) {
+        let message = format!("sun_steps is {}", bake.sun_steps);
+        return fault(&["bake", "sun_steps"], message, format!("the format holds from 1 to {MAX_SUN_STEPS}"));
+    }
+    let sky_steps = bake.effective_sky_steps();
+    within(&["bake", "sky_steps"], f64::from(sky_steps), 1.0, f64::from(MAX_SKY_STEPS))?;
+    if let (Some(first), Some(last)) = (bake.first, bake.last)
+        && first > last
+    {
+        return fault(
+            &["bake", "first"],
+            format!("the day begins at {first}, after its end at {last}"),
+            "exchange first and last",
+        );
+    }
+    if !(1..=2).contains(&bake.order) {
+        let remedy = "give 1 (4 coefficients) or 2 (9 coefficients)";
+        return fault(&["bake", "order"], format!("order is {}", bake.order), remedy);
+    }
+    within(&["bake", "bounces"], f64::from(bake.bounces), 0.0, 64.0)?;
+    within(&["bake", "samples"], f64::from(bake.samples), 16.0, 1_048_576.0)?;
+    match bake.offset_m {
+        Some(offset) if !(offset > 0.0 && offset <= 10.0) => fault(
+            &["bake", "offset_m"],
+            format!("offset_m is {offset}"),
+            "give metres above 0, at most 10, or take the key out",
+        ),
+        _ => Ok(()),
+    }
+}
+
+fn check_room(at: &[&str; 2], room: &Room) -> Checked {
+    let key = |name| [at[0], at[1], name];
+    not_empty(&key("name"), &room.name)?;
+    finite(&key("min"), &room.min)?;
+    finite(&key("max"), &room.max)?;
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        if room.min[axis] >= room.max[axis] {
+            let message = format!("min {} is not below max {} along {name}", room.min[axis], room.max[axis]);
+            return fault(&key("min"), message, "give a box with a volume");
+        }
+    }
+    for corners in &room.windows {
+        finite(&key("windows"), corners.as_flattened())?;
+    }
+    if let Some(point) = &room.looks_at {
+        finite(&key("looks_at"), point)?;
+    }
+    Ok(())
+}

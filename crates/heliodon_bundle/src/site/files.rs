@@ -1,0 +1,111 @@
+//! The files that a site names.
+
+use super::types::Albedo;
+use super::{Site, SiteError};
+use std::path::{Path, PathBuf};
+
+/// What a file is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum InputKind {
+    /// Geometry of the part with that index.
+    Geometry(usize),
+    /// The albedo image of the part with that index.
+    Albedo(usize),
+    /// An HDR image of the sky.
+    Probe,
+}
+
+/// A file that a site names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InputFile {
+    /// What it is for.
+    pub kind: InputKind,
+    /// Where it is: the site's folder, joined with `name`.
+    pub path: PathBuf,
+    /// Its path relative to the site's folder, with `/` between folders, as messages and manifests give it.
+    pub name: String,
+}
+
+impl Site {
+    /// All files that the site names: geometry by part, each part's sorted by name, with its albedo image after it; then the
+    /// probes, sorted by name. Files that these name in turn (materials, textures) are not among them.
+    ///
+    /// # Errors
+    /// A file that is not there, or a pattern that nothing matches.
+    pub fn input_files(&self) -> Result<Vec<InputFile>, SiteError> {
+        let mut files = Vec::new();
+        for (i, part) in self.parts.iter().enumerate() {
+            let index = i.to_string();
+            let at = |key| vec!["part".to_owned(), index.clone(), key];
+            self.expand(&part.file, &at("file".to_owned()), InputKind::Geometry(i), &mut files)?;
+            if let Some(Albedo::Image(image)) = &part.albedo {
+                self.expand_one(image, &at("albedo".to_owned()), InputKind::Albedo(i), &mut files)?;
+            }
+        }
+        if let Some(probes) = &self.sky.probes {
+            self.expand(probes, &["sky".to_owned(), "probes".to_owned()], InputKind::Probe, &mut files)?;
+        }
+        Ok(files)
+    }
+
+    /// The files of one part's geometry, sorted by name.
+    ///
+    /// # Errors
+    /// As [`Site::input_files`].
+    ///
+    /// # Panics
+    /// If the site has no part of that index.
+    pub fn part_files(&self, part: usize) -> Result<Vec<InputFile>, SiteError> {
+        let mut files = Vec::new();
+        let at = ["part".to_owned(), part.to_string(), "file".to_owned()];
+        self.expand(&self.parts[part].file, &at, InputKind::Geometry(part), &mut files)?;
+        Ok(files)
+    }
+
+    fn expand(&self, pattern: &str, at: &[String], kind: InputKind, files: &mut Vec<InputFile>) -> Result<(), SiteError> {
+        // a file whose very name holds a `[` or `*` is that file
+        if !pattern.contains(['*', '?', '[']) || self.folder().join(pattern).is_file() {
+            return self.expand_one(pattern, at, kind, files);
+        }
+        let folder = glob::Pattern::escape(&self.folder().to_string_lossy());
+        let full = Path::new(&folder).join(pattern);
+        let wrong_pattern = |error: &glob::PatternError| {
+            self.source.error_at(at, format!("`{pattern}` is no pattern: {}", error.msg), "mend it, or name a file".to_owned())
+        };
+        let options =
+            glob::MatchOptions { case_sensitive: true, require_literal_separator: true, require_literal_leading_dot: true };
+        let before = files.len();
+        for entry in glob::glob_with(&full.to_string_lossy(), options).map_err(|e| wrong_pattern(&e))? {
+            let path = entry.map_err(|error| {
+                let message = format!("`{}` cannot be read: {}", error.path().display(), error.error());
+                self.source.error_at(at, message, "check its permissions".to_owned())
+            })?;
+            if path.is_file() {
+                files.push(InputFile { kind, name: self.relative_name(&path), path });
+            }
+        }
+        if files.len() == before {
+            let message = format!("nothing matches `{pattern}` in {}", self.folder().display());
+            return Err(self.source.error_at(at, message, "paths start from the site's folder".to_owned()));
+        }
+        files[before..].sort_by(|a, b| a.name.cmp(&b.name));
+        Ok(())
+    }
+
+    fn expand_one(&self, name: &str, at: &[String], kind: InputKind, files: &mut Vec<InputFile>) -> Result<(), SiteError> {
+        let path = self.folder().join(name);
+        if !path.is_file() {
+            let message = if path.is_dir() { format!("`{name}` is a folder") } else { format!("there is no file `{name}`") };
+            let remedy = format!("looked for {}; paths start from the site's folder", path.display());
+            return Err(self.source.error_at(at, message, remedy));
+        }
+        files.push(InputFile { kind, name: self.relative_name(&path), path });
+        Ok(())
+    }
+
+    fn relative_name(&self, path: &Path) -> String {
+        let relative = path.strip_prefix(self.folder()).unwrap_or(path);
+        let parts: Vec<_> = relative.components().map(|c| c.as_os_str().to_string_lossy()).collect();
+        if relative.has_root() { relative.to_string_lossy().into_owned() } else { parts.join("/") }
+    }
+}

@@ -1,0 +1,102 @@
+//! From text to types, keeping the places of keys for messages.
+
+use super::SiteError;
+use super::error::line_and_column;
+use super::types::SiteFile;
+use std::path::{Path, PathBuf};
+use toml::de::{DeTable, DeValue};
+
+/// Tables that the design names for later versions.
+const LATER_TABLES: [&str; 5] = ["prepare", "budget", "actor", "light", "matte"];
+
+/// The text of a `site.toml` and where it came from.
+#[derive(Clone, Debug)]
+pub(super) struct Source {
+    file: PathBuf,
+    text: String,
+}
+
+impl Source {
+    pub(super) fn new(file: &Path, text: &str) -> Self {
+        Self { file: file.to_owned(), text: text.to_owned() }
+    }
+
+    pub(super) fn file(&self) -> &Path {
+        &self.file
+    }
+
+    pub(super) fn parse(&self) -> Result<SiteFile, SiteError> {
+        toml::from_str(&self.text).map_err(|error| {
+            let place = error.span().map(|span| line_and_column(&self.text, span.start));
+            let (message, remedy) = explain(error.message());
+            SiteError { file: self.file.clone(), place, message, remedy }
+        })
+    }
+
+    /// An error at a key such as `["part", "0", "albedo"]`: at its value, or at the nearest table that is there.
+    pub(super) fn error_at(&self, path: &[String], message: String, remedy: String) -> SiteError {
+        let place = self.offset_of(path).map(|offset| line_and_column(&self.text, offset));
+        SiteError { file: self.file.clone(), place, message, remedy }
+    }
+
+    fn offset_of(&self, path: &[String]) -> Option<usize> {
+        let table = DeTable::parse(&self.text).ok()?;
+        let mut offset = None;
+        let mut value: Option<&DeValue<'_>> = None;
+        for segment in path {
+            let next = match value {
+                None => lookup(table.get_ref(), segment),
+                Some(DeValue::Table(table)) => lookup(table, segment),
+                Some(DeValue::Array(array)) => {
+                    segment.parse::<usize>().ok().and_then(|i| array.get(i)).map(|v| (v.span().start, v.get_ref()))
+                }
+                Some(_) => None,
+            };
+            let Some((start, inner)) = next else { break };
+            offset = Some(start);
+            value = Some(inner);
+        }
+        offset
+    }
+}
+
+fn lookup<'a, 'i>(table: &'a DeTable<'i>, key: &str) -> Option<(usize, &'a DeValue<'i>)> {
+    let (found, value) = table.iter().find(|(k, _)| k.get_ref() == key)?;
+    // a table's own span is its header's; an inline value is pointed at by itself, a table by its key
+    let start =
+        if matches!(value.get_ref(), DeValue::Table(_) | DeValue::Array(_)) { found.span() } else { value.span() }.start;
+    Some((start, value.get_ref()))
+}
+
+/// A parser's message with the remedy that follows from it.
+fn explain(message: &str) -> (String, String) {
+    let message = message.trim().replace('\n', ", ");
+    for kind in ["unknown field", "unknown variant"] {
+        let Some(rest) = message.strip_prefix(kind) else { continue };
+        let mut quoted = rest.split('`').skip(1).step_by(2);
+        let Some(found) = quoted.next() else { break };
+        let known: Vec<&str> = quoted.collect();
+        let what = if kind == "unknown field" { "key" } else { "value" };
+        if what == "key" && LATER_TABLES.contains(&found) && known.contains(&"site") {
+            return (
+                format!("[{found}] is not read by this version of Heliodon ({})", env!("CARGO_PKG_VERSION")),
+                "take the table out".to_owned(),
+            );
+        }
+        let best = known.iter().map(|&k| (strsim::damerau_levenshtein(found, k), k)).min();
+        let remedy = match best {
+            Some((distance, k)) if distance <= 1 + found.len() / 3 => format!("did you mean `{k}`?"),
+            _ => format!("write one of: {}", known.join(", ")),
+        };
+        return (format!("unknown {what} `{found}`"), remedy);
+    }
+    if let Some(field) = message.strip_prefix("missing field `").and_then(|rest| rest.strip_suffix('`')) {
+        let remedy = match field {
+            "site" => "begin with a table [site] that holds name = \"...\"",
+            "sky" => "add a table [sky] with probes and mapping, or with model and date",
+            _ => "add it",
+        };
+        return (format!("`{field}` is missing"), remedy.to_owned());
+    }
+    (message, String::new())
+}

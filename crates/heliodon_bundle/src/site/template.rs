@@ -1,0 +1,152 @@
+//! A `site.toml` for people to go on from: what is set, and beside it, commented out, what could be.
+
+use super::types::{Albedo, Bake, Display, Part, Room, SiteFile, SiteInfo, Sky};
+use super::values::ProbeTimes;
+use serde::Serialize;
+use std::fmt::Write;
+
+/// Writes lines `key = value  # comment`, commented out where the value is the default.
+struct Writer {
+    text: String,
+}
+
+/// TOML's notation of a value. The types here always have one.
+fn toml_value(value: impl Serialize) -> String {
+    let mut text = String::new();
+    match value.serialize(toml::ser::ValueSerializer::new(&mut text)) {
+        Ok(_) => text,
+        Err(error) => format!("\"{error}\""),
+    }
+}
+
+impl Writer {
+    fn line(&mut self, line: &str) {
+        self.text.push_str(line);
+        self.text.push('\n');
+    }
+
+    fn set(&mut self, key: &str, value: impl Serialize, comment: &str) {
+        let value = toml_value(value);
+        let gap = if comment.is_empty() { "" } else { "  # " };
+        let _ = writeln!(self.text, "{key} = {value}{gap}{comment}");
+    }
+
+    /// A key whose value may be its default; then it stands there as a comment.
+    fn optional<T: Serialize + PartialEq>(&mut self, key: &str, value: &T, default: &T, comment: &str) {
+        if value == default {
+            self.text.push_str("# ");
+        }
+        self.set(key, value, comment);
+    }
+
+    /// A key that may be absent; then an example stands there as a comment.
+    fn absent<T: Serialize>(&mut self, key: &str, value: Option<&T>, example: &str, comment: &str) {
+        match value {
+            Some(value) => self.set(key, value, comment),
+            None => {
+                let _ = writeln!(self.text, "# {key} = {example}  # {comment}");
+            }
+        }
+    }
+}
+
+pub(super) fn write(site: &SiteFile) -> String {
+    let mut w = Writer { text: String::new() };
+    w.line("# A site of Heliodon. Lengths in metres, +Y up, +X east, -Z north; angles in degrees; albedo linear.");
+    w.line("# Lines that begin with # show what else can be said, with its default.");
+    w.line("");
+    write_info(&mut w, &site.site);
+    for part in &site.parts {
+        write_part(&mut w, part);
+    }
+    write_sky(&mut w, &site.sky);
+    write_bake(&mut w, &site.bake);
+    for room in &site.rooms {
+        write_room(&mut w, room);
+    }
+    if site.rooms.is_empty() {
+        w.line("\n# [[room]]  # the box where a visitor's eyes can be");
+        w.line("# name = \"in front\"\n# min = [-2.0, 1.2, 20.0]\n# max = [2.0, 2.2, 24.0]\n# looks_at = [0.0, 5.0, 0.0]");
+    }
+    write_display(&mut w, &site.display);
+    w.text
+}
+
+fn write_info(w: &mut Writer, info: &SiteInfo) {
+    w.line("[site]");
+    w.set("name", &info.name, "");
+    w.absent("latitude_deg", info.latitude_deg.as_ref(), "37.9715", "north positive; sky models need it");
+    w.absent("longitude_deg", info.longitude_deg.as_ref(), "23.7267", "east positive");
+    w.optional("utc_offset", &info.utc_offset, &super::UtcOffset::default(), "in which all times here are written");
+    w.optional("north_deg", &info.north_deg, &0.0, "compass bearing, clockwise, of the model's -Z");
+    w.optional("origin", &info.origin, &[0.0; 3], "subtracted from all coordinates (survey coordinates)");
+}
+
+fn write_part(w: &mut Writer, part: &Part) {
+    w.line("\n[[part]]");
+    w.set("file", &part.file, "ply, obj, gltf, glb or stl; globs name several");
+    w.absent("name", part.name.as_ref(), "\"temple\"", "default: from the file's name");
+    w.set("role", part.role, "scan, ground, filling or prop");
+    w.absent::<Albedo>("albedo", part.albedo.as_ref(), "[0.5, 0.5, 0.5]", "where the file has no colours; or an image");
+    w.optional("unit", &part.unit, &super::Unit::M, "mm, cm, dm, m, km, in or ft");
+    w.optional("up", &part.up, &super::UpAxis::Y, "y or z");
+    w.optional("scale", &part.scale, &1.0, "first");
+    w.optional("rotate_deg", &part.rotate_deg, &[0.0; 3], "then, about the fixed axes x, y, z in this order");
+    w.optional("translate", &part.translate, &[0.0; 3], "last");
+    w.optional("light", &part.light, &super::LightStorage::Auto, "auto, vertex or texel");
+}
+
+fn write_sky(w: &mut Writer, sky: &Sky) {
+    let default = Sky::default();
+    w.line("\n[sky]");
+    if let Some(model) = sky.model {
+        w.set("model", model, "atmosphere or hosek-wilkie; or probes = \"sky/*.hdr\" with mapping = \"lat-long\"");
+        w.absent("date", sky.date.as_ref(), "\"2006-05-03\"", "years before 1 CE as -0437");
+        w.absent("turbidity", sky.turbidity.as_ref(), "3.0", "2 very clear, 6 hazy");
+    }
+    if let Some(probes) = &sky.probes {
+        w.set("probes", probes, "hdr or exr; globs name a series; or model = \"atmosphere\" with date");
+        w.absent("mapping", sky.mapping.as_ref(), "\"lat-long\"", "lat-long, angular, mirror-ball, cube-cross or fisheye");
+        w.optional("times", &sky.times, &ProbeTimes::InNames, "from the files' names, or a list");
+        w.optional("between", &sky.between, &default.between, "nearest or interpolate");
+        w.optional("opening_deg", &sky.opening_deg, &default.opening_deg, "of a fisheye");
+        w.absent("sun_irradiance", sky.sun_irradiance.as_ref(), "[1.0, 1.0, 1.0]", "where the probes' sun is clipped");
+    }
+    w.optional("turn_deg", &sky.turn_deg, &0.0, "clockwise seen from above");
+    w.optional("below_horizon", &sky.below_horizon, &default.below_horizon, "keep, black or mirror");
+}
+
+fn write_bake(w: &mut Writer, bake: &Bake) {
+    let default = Bake::default();
+    w.line("\n[bake]");
+    w.optional("sun_steps", &bake.sun_steps, &default.sun_steps, "1 to 1024");
+    w.absent("sky_steps", bake.sky_steps.as_ref(), "184", "default: two for each sun step");
+    w.absent("first", bake.first.as_ref(), "\"06:57\"", "default: the probes' first, or sunrise");
+    w.absent("last", bake.last.as_ref(), "\"17:34\"", "default: the probes' last, or sunset");
+    w.optional("order", &bake.order, &default.order, "1: 4 coefficients, 2: 9");
+    w.optional("bounces", &bake.bounces, &default.bounces, "");
+    w.optional("samples", &bake.samples, &default.samples, "directions that each vertex gathers from");
+    w.optional("seed", &bake.seed, &default.seed, "");
+    w.absent("offset_m", bake.offset_m.as_ref(), "0.001", "how far off the surface rays start; default: from the scene");
+    w.optional("transfer", &bake.transfer, &default.transfer, "mono or rgb");
+    w.optional("sun_bounce", &bake.sun_bounce, &default.sun_bounce, "the sun's own bounced light");
+}
+
+fn write_room(w: &mut Writer, room: &Room) {
+    w.line("\n[[room]]");
+    w.set("name", &room.name, "the box where a visitor's eyes can be");
+    w.set("min", room.min, "");
+    w.set("max", room.max, "");
+    if !room.windows.is_empty() {
+        w.set("windows", &room.windows, "corners: lower left, lower right, upper left");
+    }
+    w.absent("looks_at", room.looks_at.as_ref(), "[0.0, 5.0, 0.0]", "at first");
+}
+
+fn write_display(w: &mut Writer, display: &Display) {
+    let default = Display::default();
+    w.line(if *display == default { "\n# [display]" } else { "\n[display]" });
+    w.optional("width_px", &display.width_px, &default.width_px, "");
+    w.optional("height_px", &display.height_px, &default.height_px, "");
+    w.optional("fov_deg", &display.fov_deg, &default.fov_deg, "vertical");
+}

@@ -1,0 +1,428 @@
+//! The tables of `site.toml`, one type each.
+//!
+//! Every key that is not here is an error, so that a slip of the pen is not taken for a default.
+
+use super::values::{Date, ProbeTimes, TimeOfDay, UtcOffset};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The most sun steps that the bundle format holds.
+pub const MAX_SUN_STEPS: u32 = 1024;
+/// The most entries of the sky in a day: one for each second would be more than anyone can store.
+pub const MAX_SKY_STEPS: u32 = 16_384;
+
+/// All of `site.toml`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "site.toml", description = "A site of Heliodon: a monument, its sky, and how its light is baked.")]
+pub struct SiteFile {
+    /// What and where the site is.
+    pub site: SiteInfo,
+    /// The geometry, in the order in which it is stored.
+    #[serde(rename = "part", default)]
+    pub parts: Vec<Part>,
+    /// The light of the day.
+    pub sky: Sky,
+    /// How light is computed and stored.
+    #[serde(default)]
+    pub bake: Bake,
+    /// Where a visitor's eyes can be.
+    #[serde(rename = "room", default, skip_serializing_if = "Vec::is_empty")]
+    pub rooms: Vec<Room>,
+    /// The display that the site is prepared for.
+    #[serde(default)]
+    pub display: Display,
+}
+
+/// `[site]`: what and where the site is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SiteInfo {
+    /// The site's name, for people.
+    pub name: String,
+    /// Geographic latitude in degrees, north positive. Needed by sky models.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = -90, max = 90))]
+    pub latitude_deg: Option<f64>,
+    /// Geographic longitude in degrees, east positive. Needed by sky models.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = -180, max = 180))]
+    pub longitude_deg: Option<f64>,
+    /// The offset from UTC in which all times of day of the site are written, such as "+02:00".
+    #[serde(default)]
+    pub utc_offset: UtcOffset,
+    /// The compass bearing, clockwise, of the model's -Z, in degrees.
+    #[serde(default)]
+    pub north_deg: f64,
+    /// Subtracted from all coordinates on reading, in f64 (survey coordinates).
+    #[serde(default)]
+    pub origin: [f64; 3],
+}
+
+/// `[[part]]`: one or several files of geometry that share role, albedo and placement.
+///
+/// Placement applies to a file's points in this order: `unit` and `up`, `scale`, `rotate_deg`, `translate`, then the site's
+/// `origin` is subtracted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Part {
+    /// A PLY, OBJ, glTF, GLB or STL file relative to the site's folder; globs (`*`, `?`, `[a-z]`, `**`) name several.
+    pub file: String,
+    /// The part's name, for people and in site.glb. Default: the first file's name without its ending.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// What the geometry is.
+    #[serde(default)]
+    pub role: Role,
+    /// Albedo where the files have no colours of their own: linear [r, g, b] in [0, 1], or an image for the files' texture
+    /// coordinates. Default: the files' own colours, and 0.5 without any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub albedo: Option<Albedo>,
+    /// The length that the file's numbers count.
+    #[serde(default)]
+    pub unit: Unit,
+    /// The file's axis that points up. With "z", a point (x, y, z) becomes (x, z, -y).
+    #[serde(default)]
+    pub up: UpAxis,
+    /// Moves the part, in metres.
+    #[serde(default)]
+    pub translate: [f64; 3],
+    /// Turns the part about the fixed axes X, then Y, then Z, in degrees, counter-clockwise seen against the axis.
+    #[serde(default)]
+    pub rotate_deg: [f64; 3],
+    /// Multiplies the part's size; negative mirrors it through its origin.
+    #[serde(default = "one")]
+    pub scale: f64,
+    /// Where light is stored.
+    #[serde(default)]
+    pub light: LightStorage,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// What a part is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    /// The monument itself, dense.
+    #[default]
+    Scan,
+    /// What it stands on; walkers stand on it too.
+    Ground,
+    /// Modelled geometry that closes the holes of a scan.
+    Filling,
+    /// Anything else.
+    Prop,
+}
+
+/// Albedo of a part: a colour or an image.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "albedo is [r, g, b] in linear numbers from 0 to 1, or the path of an image")]
+pub enum Albedo {
+    /// Linear Rec. 709, each in [0, 1].
+    Rgb([f64; 3]),
+    /// An 8-bit sRGB image (PNG, JPEG) relative to the site's folder, laid on by the files' texture coordinates.
+    Image(String),
+}
+
+/// A unit of length.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Unit {
+    /// Millimetre.
+    Mm,
+    /// Centimetre.
+    Cm,
+    /// Decimetre.
+    Dm,
+    /// Metre.
+    #[default]
+    M,
+    /// Kilometre.
+    Km,
+    /// International inch, 0.0254 m.
+    In,
+    /// International foot, 0.3048 m.
+    Ft,
+}
+
+impl Unit {
+    /// Metres that one of the unit is.
+    #[must_use]
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::Mm => 0.001,
+            Self::Cm => 0.01,
+            Self::Dm => 0.1,
+            Self::M => 1.0,
+            Self::Km => 1000.0,
+            Self::In => 0.0254,
+            Self::Ft => 0.3048,
+        }
+    }
+}
+
+/// The axis that points up in a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum UpAxis {
+    /// +Y, as in glTF.
+    #[default]
+    Y,
+    /// +Z, as surveyors have it.
+    Z,
+}
+
+/// Where a part's light is stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum LightStorage {
+    /// The bake decides; at present always at vertices.
+    #[default]
+    Auto,
+    /// At vertices.
+    Vertex,
+    /// In light maps.
+    Texel,
+}
+
+/// `[sky]`: probes, or a model of the clear sky. Exactly one of `probes` and `model` is given.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Sky {
+    /// HDR images (.hdr, .exr) relative to the site's folder; globs name a series.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub probes: Option<String>,
+    /// How the probes map directions to pixels. Needed with `probes`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mapping: Option<Mapping>,
+    /// When the probes of a series were taken.
+    #[serde(skip_serializing_if = "ProbeTimes::are_in_names")]
+    pub times: ProbeTimes,
+    /// What holds between two probes' times.
+    pub between: Between,
+    /// Opening angle of a fisheye probe, degrees.
+    #[serde(skip_serializing_if = "is_half_turn")]
+    #[schemars(range(max = 360), extend("exclusiveMinimum" = 0))]
+    pub opening_deg: f64,
+    /// Turns the sky clockwise seen from above, degrees; added to what the mapping says.
+    pub turn_deg: f64,
+    /// What of the probes below the horizon gives light.
+    pub below_horizon: BelowHorizon,
+    /// The sun's irradiance at normal incidence, linear [r, g, b] in the probes' unit, in place of what a clipped probe shows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sun_irradiance: Option<[f64; 3]>,
+    /// A model of the clear sky, in place of probes. Needs `date` and the site's latitude and longitude.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model: Option<SkyModel>,
+    /// The model's day, ISO 8601, proleptic Gregorian; years before 1 CE as -0437.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub date: Option<Date>,
+    /// The model's turbidity: 2 is very clear, 3 clear, 6 hazy. Default 3.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 10))]
+    pub turbidity: Option<f64>,
+}
+
+impl Default for Sky {
+    fn default() -> Self {
+        Self {
+            probes: None,
+            mapping: None,
+            times: ProbeTimes::InNames,
+            between: Between::Interpolate,
+            opening_deg: 180.0,
+            turn_deg: 0.0,
+            below_horizon: BelowHorizon::Keep,
+            sun_irradiance: None,
+            model: None,
+            date: None,
+            turbidity: None,
+        }
+    }
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's skip_serializing_if passes a reference")]
+fn is_half_turn(angle_deg: &f64) -> bool {
+    *angle_deg == 180.0
+}
+
+/// How a probe maps directions to pixels. +Y up, +X east, -Z north.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mapping {
+    /// Latitude-longitude: the middle column looks north, east to its right, the top row up.
+    LatLong,
+    /// Angular (light probe): the whole sphere seen along -Z, radius proportional to the angle from -Z.
+    Angular,
+    /// Mirror ball: as angular, radius = sin(angle / 2).
+    MirrorBall,
+    /// Cube cross, vertical 3 x 4 or horizontal 4 x 3.
+    CubeCross,
+    /// Equidistant fisheye of the upper half, north at the top, east at the left.
+    Fisheye,
+}
+
+/// What holds between two probes' times.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Between {
+    /// The nearer probe.
+    Nearest,
+    /// Both, weighted by their distance in time.
+    #[default]
+    Interpolate,
+}
+
+/// What of a probe below the horizon gives light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum BelowHorizon {
+    /// What the probe shows.
+    #[default]
+    Keep,
+    /// Nothing.
+    Black,
+    /// The upper half, mirrored.
+    Mirror,
+}
+
+/// A model of the clear sky.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SkyModel {
+    /// Scattering in the atmosphere, valid into twilight.
+    Atmosphere,
+    /// Hosek and Wilkie 2012, for a sun above the horizon.
+    HosekWilkie,
+}
+
+/// `[bake]`: how light is computed and stored.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Bake {
+    /// Sun positions of the day, 1 to 1,024; 32 more cost 4 bytes a vertex, and shadow rays in proportion.
+    #[schemars(range(min = 1, max = 1024))]
+    pub sun_steps: u32,
+    /// Sky entries of the day, spread evenly over the same span. Default: two for each sun step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 16384))]
+    pub sky_steps: Option<u32>,
+    /// The first step's time. Default: the probes' first, or sunrise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub first: Option<TimeOfDay>,
+    /// The last step's time. Default: the probes' last, or sunset.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub last: Option<TimeOfDay>,
+    /// Highest band of the spherical harmonics: 1 stores 4 coefficients, 2 stores 9 (sharper shading under uneven skies).
+    #[schemars(range(min = 1, max = 2))]
+    pub order: u32,
+    /// Times that light is reflected between surfaces; 0 keeps only what comes straight from sky and sun.
+    #[schemars(range(max = 64))]
+    pub bounces: u32,
+    /// Directions over the whole sphere that a vertex gathers from; noise falls and time rises in proportion.
+    #[schemars(range(min = 16, max = 1048576))]
+    pub samples: u32,
+    /// Seed of whatever is random.
+    pub seed: u64,
+    /// How far off the surface rays start, metres. Default: from the size of the scene and its triangles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub offset_m: Option<f64>,
+    /// Whether sky light keeps the colour that it takes on by bouncing.
+    pub transfer: Transfer,
+    /// Whether the sun's bounced light is baked.
+    pub sun_bounce: bool,
+}
+
+impl Default for Bake {
+    fn default() -> Self {
+        Self {
+            sun_steps: 92,
+            sky_steps: None,
+            first: None,
+            last: None,
+            order: 1,
+            bounces: 4,
+            samples: 1024,
+            seed: 0,
+            offset_m: None,
+            transfer: Transfer::Mono,
+            sun_bounce: true,
+        }
+    }
+}
+
+impl Bake {
+    /// Sky entries of the day: as given, or two for each sun step.
+    #[must_use]
+    pub fn effective_sky_steps(&self) -> u32 {
+        self.sky_steps.unwrap_or(self.sun_steps * 2)
+    }
+
+    /// Coefficients of the sky transfer per channel: `(order + 1)^2`.
+    #[must_use]
+    pub fn coefficients(&self) -> u32 {
+        (self.order + 1) * (self.order + 1)
+    }
+
+    /// Channels of the stored light: 1 or 3.
+    #[must_use]
+    pub fn channels(&self) -> u32 {
+        match self.transfer {
+            Transfer::Mono => 1,
+            Transfer::Rgb => 3,
+        }
+    }
+}
+
+/// Channels of the stored light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Transfer {
+    /// One, as in the paper: bounces keep the sky's colour.
+    #[default]
+    Mono,
+    /// Three: bounces take on the colour of what they meet. Three times the space.
+    Rgb,
+}
+
+/// `[[room]]`: the box where a visitor's eyes can be.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Room {
+    /// The room's name.
+    pub name: String,
+    /// The box's lower corner, metres in the site's space.
+    pub min: [f64; 3],
+    /// The box's upper corner.
+    pub max: [f64; 3],
+    /// Virtual windows: three corners each (lower left, lower right, upper left, seen from inside).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub windows: Vec<[[f64; 3]; 3]>,
+    /// Where a visitor looks at first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub looks_at: Option<[f64; 3]>,
+}
+
+/// `[display]`: the display that the site is prepared for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Display {
+    /// Columns.
+    #[schemars(range(min = 1, max = 65536))]
+    pub width_px: u32,
+    /// Rows.
+    #[schemars(range(min = 1, max = 65536))]
+    pub height_px: u32,
+    /// Vertical opening angle, degrees.
+    #[schemars(range(min = 1, max = 170))]
+    pub fov_deg: f64,
+}
+
+impl Default for Display {
+    fn default() -> Self {
+        Self { width_px: 1024, height_px: 768, fov_deg: 50.0 }
+    }
+}
