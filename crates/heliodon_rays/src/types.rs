@@ -1,6 +1,6 @@
 //! Rays and hits.
 
-use super::Vec3;
+use glam::Vec3;
 
 /// A half line or a stretch of one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -9,7 +9,7 @@ pub struct Ray {
     pub origin: Vec3,
     /// Direction; of any length but zero, distances are in multiples of it.
     pub direction: Vec3,
-    /// Hits nearer than this do not count.
+    /// Hits at this distance or nearer do not count.
     pub t_min: f32,
     /// Nor do hits at or beyond this.
     pub t_max: f32,
@@ -31,4 +31,14 @@ pub struct Hit {
     pub v: f32,
     /// Whether the ray met the back (the side from which the vertices run clockwise).
     pub back: bool,
+}
+
+impl Hit {
+    /// What a ray that meets nothing gets.
+    pub const MISS: Self = Self { triangle: NO_HIT, t: f32::INFINITY, u: 0.0, v: 0.0, back: false };
+
+    /// Whether a triangle was met.
+    pub fn is_some(&self) -> bool {
+        self.triangle != NO_HIT
+    }
 }

@@ -1,0 +1,83 @@
+//! From triangles to a [`TriangleScene`].
+
+use glam::Vec3;
+
+use crate::hierarchy;
+use crate::scene::TriangleScene;
+
+/// How much care the hierarchy gets.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Quality {
+    /// For scenes that are asked little.
+    Fast,
+    /// For most.
+    #[default]
+    Balanced,
+    /// For bakes of many hours.
+    High,
+}
+
+/// How a [`TriangleScene`] is built.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BuildParams {
+    /// More takes longer to build and makes rays faster.
+    pub quality: Quality,
+}
+
+/// Why a [`TriangleScene`] could not be built.
+#[derive(Debug, thiserror::Error, PartialEq, Eq)]
+pub enum BuildError {
+    /// A triangle names a vertex that is not there.
+    #[error("triangle {triangle} names vertex {vertex}, but there are {vertices}")]
+    VertexOutOfRange {
+        /// Index of the triangle.
+        triangle: usize,
+        /// The vertex that it names.
+        vertex: u32,
+        /// Number of vertices.
+        vertices: usize,
+    },
+    /// More triangles than references can tell apart.
+    #[error("{0} triangles are more than one scene holds ({MAX_TRIANGLES}): split it")]
+    TooMany(usize),
+}
+
+/// The largest number of triangles of one scene.
+pub const MAX_TRIANGLES: usize = 1 << 30;
+
+/// Triangles with a vertex further than this (metres) from the origin on any axis are left out, as those with NaN are:
+/// products of three coordinates must stay finite.
+pub const MAX_COORDINATE: f32 = 1.0e12;
+
+impl TriangleScene {
+    /// Builds the hierarchy, on the current rayon pool. Triangles that are not finite, reach beyond [`MAX_COORDINATE`]
+    /// or have no extent (two equal vertices) are left out; the others keep their indices in [`crate::Hit::triangle`].
+    ///
+    /// # Errors
+    /// See [`BuildError`].
+    pub fn build(positions: &[Vec3], triangles: &[[u32; 3]], params: &BuildParams) -> Result<Self, BuildError> {
+        if triangles.len() > MAX_TRIANGLES {
+            return Err(BuildError::TooMany(triangles.len()));
+        }
+        for (triangle, corners) in triangles.iter().enumerate() {
+            if let Some(&vertex) = corners.iter().find(|c| **c as usize >= positions.len()) {
+                return Err(BuildError::VertexOutOfRange { triangle, vertex, vertices: positions.len() });
+            }
+        }
+        let usable = |x: Vec3| x.abs().cmple(Vec3::splat(MAX_COORDINATE)).all();
+        let kept: Vec<u32> = (0..triangles.len() as u32)
+            .filter(|&t| {
+                let [a, b, c] = triangles[t as usize].map(|i| positions[i as usize]);
+                usable(a) && usable(b) && usable(c) && a != b && b != c && c != a
+            })
+            .collect();
+        let corners_of = |t: u32| triangles[t as usize].map(|i| positions[i as usize]);
+        let Some(&first) = kept.first() else { return Ok(Self::empty()) };
+        let start = corners_of(first)[0];
+        let (low, high) = kept.iter().flat_map(|&t| corners_of(t)).fold((start, start), |(l, h), x| (l.min(x), h.max(x)));
+        let center = 0.5 * low + 0.5 * high;
+        let corners: Vec<[Vec3; 3]> = kept.iter().map(|&t| corners_of(t).map(|x| x - center)).collect();
+        let hierarchy = hierarchy::build(&corners, &kept, params.quality);
+        Ok(Self::new(hierarchy, center, (low, high)))
+    }
+}

@@ -1,0 +1,106 @@
+//! [`TriangleScene`] and the batched questions.
+
+use glam::Vec3;
+
+use crate::hierarchy::Hierarchy;
+use crate::layout::{Node, Packet};
+use crate::single;
+use crate::types::{Hit, Ray};
+
+/// Triangles in a hierarchy of bounding volumes, ready for rays.
+///
+/// All questions take `&self`, and threads are the caller's: cut the rays where you like, the answers are the same.
+pub struct TriangleScene {
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) packets: Vec<Packet>,
+    /// Subtracted from everything.
+    pub(crate) center: Vec3,
+    /// Entries that a walk's stack may need.
+    pub(crate) stack: usize,
+    bounds: Option<(Vec3, Vec3)>,
+}
+
+impl TriangleScene {
+    pub(crate) fn empty() -> Self {
+        Self { nodes: vec![Node::EMPTY], packets: Vec::new(), center: Vec3::ZERO, stack: 8, bounds: None }
+    }
+
+    pub(crate) fn new(hierarchy: Hierarchy, center: Vec3, bounds: (Vec3, Vec3)) -> Self {
+        let Hierarchy { nodes, packets, depth } = hierarchy;
+        Self { nodes, packets, center, stack: 7 * depth + 8, bounds: Some(bounds) }
+    }
+
+    /// The smallest and largest coordinates of the triangles that rays can meet; `None` without any.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        self.bounds
+    }
+
+    /// Bytes that the hierarchy and its triangles occupy.
+    pub fn memory_bytes(&self) -> usize {
+        self.nodes.capacity() * size_of::<Node>() + self.packets.capacity() * size_of::<Packet>()
+    }
+
+    /// Sets bit i % 64 of word i / 64 where ray i meets anything between its `t_min` and `t_max`, and clears the others.
+    ///
+    /// # Panics
+    /// If `occluded` is not `rays.len().div_ceil(64)` words long.
+    pub fn occluded(&self, rays: &[Ray], occluded: &mut [u64]) {
+        assert_eq!(occluded.len(), rays.len().div_ceil(64), "one bit for each ray");
+        occluded.fill(0);
+        let mut stack = Vec::with_capacity(self.stack);
+        for (i, ray) in rays.iter().enumerate() {
+            let hit = single::trace::<true>(self, ray, &mut stack);
+            occluded[i / 64] |= u64::from(hit.is_some()) << (i % 64);
+        }
+    }
+
+    /// The nearest triangle that each ray meets; of several at the same distance the one with the lowest index.
+    ///
+    /// # Panics
+    /// If there are not as many hits as rays.
+    pub fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
+        assert_eq!(hits.len(), rays.len(), "one hit for each ray");
+        let mut stack = Vec::with_capacity(self.stack);
+        for (ray, hit) in rays.iter().zip(hits) {
+            *hit = single::trace::<false>(self, ray, &mut stack);
+        }
+    }
+
+    /// Rays of one direction (the sun's, a sky direction's) from many origins, without an end: sets bit i % 64 of word
+    /// i / 64 where `active` has it and the ray from origin i meets anything beyond the origin, and clears the others.
+    /// Origins in spatial order (see [`crate::morton_order`]) are fastest.
+    ///
+    /// # Panics
+    /// If `active` and `occluded` are not `origins.len().div_ceil(64)` words long.
+    pub fn occluded_parallel(&self, origins: &[Vec3], direction: Vec3, active: &[u64], occluded: &mut [u64]) {
+        assert_eq!(active.len(), origins.len().div_ceil(64), "one bit for each origin");
+        assert_eq!(occluded.len(), active.len(), "one bit for each origin");
+        occluded.fill(0);
+        let mut stack = Vec::with_capacity(self.stack);
+        for (i, &origin) in origins.iter().enumerate() {
+            if active[i / 64] >> (i % 64) & 1 == 1 {
+                let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
+                let hit = single::trace::<true>(self, &ray, &mut stack);
+                occluded[i / 64] |= u64::from(hit.is_some()) << (i % 64);
+            }
+        }
+    }
+
+    /// The nearest triangle beyond each origin in one direction, asked only where `active` has the bit; the other hits
+    /// become [`Hit::MISS`]. Of several triangles at the same distance the one with the lowest index.
+    ///
+    /// # Panics
+    /// If there are not as many hits as origins, or `active` is not `origins.len().div_ceil(64)` words long.
+    pub fn closest_parallel(&self, origins: &[Vec3], direction: Vec3, active: &[u64], hits: &mut [Hit]) {
+        assert_eq!(active.len(), origins.len().div_ceil(64), "one bit for each origin");
+        assert_eq!(hits.len(), origins.len(), "one hit for each origin");
+        hits.fill(Hit::MISS);
+        let mut stack = Vec::with_capacity(self.stack);
+        for (i, &origin) in origins.iter().enumerate() {
+            if active[i / 64] >> (i % 64) & 1 == 1 {
+                let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
+                hits[i] = single::trace::<false>(self, &ray, &mut stack);
+            }
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! One direction's view of the world: the coordinates in which rays of that direction are points.
+//!
+//! After S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013, with one change that makes
+//! it serve many parallel rays at once: vertices are sheared as they are, not after subtracting the ray's origin. With k the
+//! direction's largest axis and i, j the two after it in cyclic order,
+//!
+//! ```text
+//! p = x_i - (d_i / d_k) x_k      q = x_j - (d_j / d_k) x_k      depth = sign(d_k) x_k
+//! ```
+//!
+//! so p and q are constant along a ray, depth grows along it, and a vertex costs four operations. What that buys:
+//!
+//! - **Watertight.** A vertex has one (p, q) for one direction, whichever triangle it is seen through, and the edge function
+//!   of an edge changes its sign exactly when its ends are swapped. A ray through a closed surface's inner edge or vertex
+//!   therefore meets at least one of the triangles there. (Woop et al. need the same property; they get it per ray.)
+//! - **Culling without margins.** Rounding is monotone, so the sheared corners of a box bound the sheared vertices inside
+//!   it bit for bit, and the depth of a hit is clamped to its triangle's. A ray's answer is therefore a function of the ray
+//!   and the triangles alone: not of the tree, of the neighbours it was traced with or of the vectors' width.
+//! - What it costs: p and q carry the rounding of the coordinates, about 1.5 units in the last place of the scene's
+//!   half extent (6e-6 m in a scene of 100 m), which positions stored as `f32` carry anyway. Coordinates are relative to
+//!   the scene's centre, so a survey a kilometre from its origin loses nothing more.
+
+use glam::Vec3;
+
+/// The sheared coordinates of one direction.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shear {
+    /// Axes i, j, k.
+    pub axes: [usize; 3],
+    /// d_i / d_k and d_j / d_k; between -1 and 1.
+    pub slope: [f32; 2],
+    /// Whether d_k is positive.
+    pub forward: bool,
+    /// 1 / |d_k|: ray parameter for each unit of depth.
+    pub t_per_depth: f32,
+}
+
+impl Shear {
+    /// `None` for directions that are zero or not finite.
+    #[inline(always)]
+    pub fn new(direction: Vec3) -> Option<Self> {
+        let d = direction.to_array();
+        let m = direction.abs();
+        let k = if m.x >= m.y && m.x >= m.z {
+            0
+        } else if m.y >= m.z {
+            1
+        } else {
+            2
+        };
+        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+        let t_per_depth = 1.0 / d[k].abs();
+        (direction.is_finite() && t_per_depth.is_finite()).then_some(Self {
+            axes: [i, j, k],
+            slope: [d[i] / d[k], d[j] / d[k]],
+            forward: d[k] > 0.0,
+            t_per_depth,
+        })
+    }
+
+    /// (p, q, depth) of a point.
+    #[inline(always)]
+    pub fn apply(&self, x: Vec3) -> [f32; 3] {
+        let x = x.to_array();
+        let along = x[self.axes[2]];
+        let p = x[self.axes[0]] - self.slope[0] * along;
+        let q = x[self.axes[1]] - self.slope[1] * along;
+        [p, q, if self.forward { along } else { -along }]
+    }
+}
