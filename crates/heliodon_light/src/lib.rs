@@ -1,1 +1,45 @@
-//! Heliodon's light solver: sun masks, sky transfer, sun bounce at vertices, and the reference path tracer.
+//! How light reaches the vertices of a monument: sun masks, the transfer of sky light, bounced sunlight; and the reference path
+//! tracer that says how well.
+//!
+//! Light is **irradiance / pi**, so that outgoing radiance = albedo * light. At sun step t, with the sky's coefficients `S`:
+//!
+//! ```text
+//! light = bit_t * max(n.l_t, 0) * E_sun / pi  +  max(0, sum_i T_i S_i)  +  E_sun * max(0, sum_r b_r f_r(t))
+//! ```
+//!
+//! The way of a bake, in pieces that can be saved between ([`bake`] does all of it at once):
+//!
+//! 1. [`Layout::new`]: the points to solve (vertices, and centres of the cells of large triangles) in spatial order;
+//! 2. [`gather`] for ranges of points: what each sees in a fixed set of directions;
+//! 3. [`Layout::add_back_sides`], and its new points gathered, until it adds none;
+//! 4. [`bake_sun_masks`] for ranges of [`Layout::points`];
+//! 5. [`solve`]: validity, bounces, the functions of the day; and [`vertex_masks`].
+//!
+//! Everything is the same bit for bit for any number of threads and any division into ranges. Rayon's current pool is used.
+
+mod block_bytes;
+mod bounce;
+mod cells;
+mod directions;
+mod error;
+mod gather;
+mod masks;
+mod params;
+mod points;
+pub mod reference;
+mod solve;
+mod sun_basis;
+mod surfaces;
+mod validity;
+
+pub use cells::{Layout, default_cell_size_m};
+pub use directions::gather_directions;
+pub use error::LightError;
+pub use gather::{BACK_LIMIT, GatherBlock, UnitHits, gather, hit_bytes_limit};
+pub use masks::{MaskParams, SunMasks, bake_sun_masks};
+pub use params::{Channels, LightParams, MAX_SUN_STEPS};
+pub use points::PointSet;
+pub use solve::{Baked, SunBounce, SunInput, VertexLight, bake, solve, vertex_masks};
+pub use sun_basis::{DayFunctions, day_functions};
+pub use surfaces::{ConstantAlbedo, SurfaceAlbedo, Surfaces, default_offset_m, median_edge_m};
+pub use validity::Validity;

@@ -1,1 +1,4 @@
 //! Analytic scenes, the hostile corpus and image difference for Heliodon's tests.
+
+pub mod hostile;
+pub mod scenes;

@@ -1,0 +1,220 @@
+//! Bounces: light from cell to point to cell over the kept hits.
+//!
+//! With the gather `G` (a point's light from the cells it sees) and the albedo `rho`, light that has bounced up to B times is
+//! `z_B`, from `z_0 = 0` and `z_{b+1} = G rho (s + z_b)`, where `s` arrives directly. Sky coefficients, functions of the sun and
+//! colour channels are lanes of one such sum: a hit is read once for up to sixteen of them.
+
+use crate::cells::{BACK, Layout, NONE};
+use crate::gather::{BACK_LIMIT, GatherBlock, Lattice, UnitHits, bits, trace_hits, unit_ranges};
+use crate::{Channels, Surfaces, Validity};
+use glam::Vec3;
+use heliodon_math::color::luminance;
+use rayon::prelude::*;
+use std::borrow::Cow;
+use std::ops::Range;
+
+/// Lanes that bounce together.
+const LANES: usize = 16;
+
+/// Everything that bounces share.
+pub(crate) struct Transport<'a> {
+    pub surfaces: &'a Surfaces<'a>,
+    pub layout: &'a Layout,
+    pub blocks: &'a [GatherBlock],
+    pub lattice: &'a Lattice,
+    /// Albedo of every front cell, then of every cell whose back is lit.
+    albedo: Vec<Vec3>,
+    /// The points that light a cell, `NONE` where it has fewer than three.
+    lit_by: Vec<[u32; 3]>,
+}
+
+/// A run of points that is gathered together, and where its hits are.
+pub(crate) struct UnitOf<'a> {
+    pub block: &'a GatherBlock,
+    pub index: usize,
+    pub range: Range<usize>,
+}
+
+impl<'a> Transport<'a> {
+    pub fn new(
+        surfaces: &'a Surfaces<'a>,
+        layout: &'a Layout,
+        blocks: &'a [GatherBlock],
+        validity: &Validity,
+        lattice: &'a Lattice,
+        channels: Channels,
+    ) -> Self {
+        let fronts = layout.front_cell_count();
+        let albedo_of = |cell: u32| {
+            let albedo = match layout.place_of_cell(cell) {
+                (triangle, None) => surfaces.albedo.mean(triangle),
+                (triangle, Some((u, v))) => surfaces.albedo.albedo(triangle, u, v),
+            };
+            // what is not a number must not spread over the scene
+            let albedo = if albedo.is_finite() { albedo.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ZERO };
+            if channels == Channels::Mono { Vec3::splat(luminance(albedo)) } else { albedo }
+        };
+        let cells = (0..fronts as u32).into_par_iter().map(|cell| (cell, false));
+        let backs = layout.back_cells().par_iter().map(|&cell| (cell, true));
+        let (albedo, lit_by) = cells
+            .chain(backs)
+            .map(|(cell, back)| {
+                let sites = layout.sites_of_cell(surfaces, cell);
+                let points = if back {
+                    sites.map(|site| layout.back_point(site).unwrap_or(NONE))
+                } else if cell as usize >= surfaces.triangles.len() {
+                    sites.map(|site| layout.front_point(site))
+                } else {
+                    front_points(layout, validity, sites)
+                };
+                (albedo_of(cell), points)
+            })
+            .unzip();
+        Self { surfaces, layout, blocks, lattice, albedo, lit_by }
+    }
+
+    /// The number of a cell that a hit names, or `None` for a back that nothing lights.
+    #[inline]
+    pub fn cell_index(&self, cell: u32) -> Option<usize> {
+        if cell & BACK == 0 {
+            return Some(cell as usize);
+        }
+        let back = self.layout.back_cells().binary_search(&(cell & !BACK)).ok()?;
+        Some(self.layout.front_cell_count() + back)
+    }
+
+    /// The points that light a cell, and its albedo in the channels solved.
+    pub fn cell(&self, index: usize) -> (impl Iterator<Item = usize>, Vec3) {
+        (self.lit_by[index].into_iter().filter(|&p| p != NONE).map(|p| p as usize), self.albedo[index])
+    }
+
+    pub fn units(&self) -> Vec<UnitOf<'a>> {
+        let of_block = |block: &'a GatherBlock| {
+            unit_ranges(&block.range).into_iter().enumerate().map(move |(index, range)| UnitOf { block, index, range })
+        };
+        self.blocks.iter().flat_map(of_block).collect()
+    }
+
+    pub fn hits_of(&self, unit: &UnitOf<'a>) -> Cow<'a, UnitHits> {
+        match unit.block.hits.get(unit.index) {
+            Some(hits) => Cow::Borrowed(hits),
+            None => Cow::Owned(trace_hits(self.surfaces, self.layout, unit.range.clone(), self.lattice)),
+        }
+    }
+
+    /// Light that has bounced up to `bounces` times, `lanes` numbers for each point, from `source`, which writes the light that
+    /// arrives directly at a point in the lanes from the given one on. Lane `l` has the colour channel `l % channels`.
+    pub fn bounced(
+        &self,
+        lanes: usize,
+        bounces: u32,
+        channels: Channels,
+        source: impl Fn(usize, usize, &mut [f32]) + Sync,
+    ) -> Vec<f32> {
+        let mut all = vec![0.0; self.layout.points().len() * lanes];
+        for first in (0..lanes).step_by(LANES) {
+            let width = (lanes - first).min(LANES);
+            let mut put = |light: &[f32], padded: usize| {
+                for (to, from) in all.chunks_exact_mut(lanes).zip(light.chunks_exact(padded)) {
+                    to[first..first + width].copy_from_slice(&from[..width]);
+                }
+            };
+            let source = |point: usize, out: &mut [f32]| source(point, first, &mut out[..width]);
+            let phase = first % channels.count();
+            match width {
+                0..=4 => put(self.bounced_lanes::<4>(bounces, channels, phase, source).as_flattened(), 4),
+                5..=8 => put(self.bounced_lanes::<8>(bounces, channels, phase, source).as_flattened(), 8),
+                9..=12 => put(self.bounced_lanes::<12>(bounces, channels, phase, source).as_flattened(), 12),
+                _ => put(self.bounced_lanes::<16>(bounces, channels, phase, source).as_flattened(), 16),
+            }
+        }
+        all
+    }
+
+    fn bounced_lanes<const W: usize>(
+        &self,
+        bounces: u32,
+        channels: Channels,
+        phase: usize,
+        source: impl Fn(usize, &mut [f32]) + Sync,
+    ) -> Vec<[f32; W]> {
+        let points = self.layout.points().len();
+        let mut bounced = vec![[0.0_f32; W]; points];
+        let mut cells = vec![[0.0_f32; W]; self.albedo.len()];
+        let units = self.units();
+        for _ in 0..bounces {
+            let light: Vec<[f32; W]> = bounced
+                .par_iter()
+                .enumerate()
+                .map(|(point, z)| {
+                    let mut s = [0.0; W];
+                    source(point, &mut s);
+                    std::array::from_fn(|l| s[l] + z[l])
+                })
+                .collect();
+            cells.par_iter_mut().enumerate().for_each(|(index, out)| {
+                let (lit_by, albedo) = self.cell(index);
+                let (mut sum, mut count) = ([0.0_f32; W], 0.0_f32);
+                for point in lit_by {
+                    count += 1.0;
+                    for (sum, x) in sum.iter_mut().zip(&light[point]) {
+                        *sum += x;
+                    }
+                }
+                let mean = if count > 0.0 { 1.0 / count } else { 0.0 };
+                *out = std::array::from_fn(|l| sum[l] * (mean * albedo[(l + phase) % channels.count()]));
+            });
+            let gathered: Vec<Vec<[f32; W]>> = units.par_iter().map(|unit| self.gathered(unit, &cells)).collect();
+            for (unit, light) in units.iter().zip(gathered) {
+                bounced[unit.range.clone()].copy_from_slice(&light);
+            }
+        }
+        bounced
+    }
+
+    /// One unit's light from the cells it sees: cosine-weighted means.
+    fn gathered<const W: usize>(&self, unit: &UnitOf<'a>, cells: &[[f32; W]]) -> Vec<[f32; W]> {
+        let normals = &self.layout.points().normals[unit.range.clone()];
+        let hits = self.hits_of(unit);
+        let mut sums = vec![[0.0_f32; W]; normals.len()];
+        let mut next = hits.cells.iter();
+        for (met, &direction) in hits.met.chunks_exact(normals.len().div_ceil(64)).zip(&self.lattice.directions) {
+            for (point, &cell) in bits(met).zip(&mut next) {
+                let Some(cell) = self.cell_index(cell) else { continue };
+                let cos = normals[point].dot(direction);
+                for (sum, x) in sums[point].iter_mut().zip(&cells[cell]) {
+                    *sum += cos * x;
+                }
+            }
+        }
+        let first = unit.range.start - unit.block.range.start;
+        for (sum, scale) in sums.iter_mut().zip(&unit.block.scale[first..]) {
+            for x in sum {
+                *x *= scale;
+            }
+        }
+        sums
+    }
+}
+
+/// The points of a triangle's valid vertices; of those they borrow from where none is valid.
+fn front_points(layout: &Layout, validity: &Validity, vertices: [u32; 3]) -> [u32; 3] {
+    let any = vertices.iter().any(|&v| validity.valid[v as usize] != 0);
+    vertices.map(|v| match (any, validity.valid[v as usize]) {
+        (true, 0) => NONE,
+        _ => layout.front_point(validity.source[v as usize]),
+    })
+}
+
+/// Which vertices see the open: those with a direction to look in, and no more than half their view filled by insides.
+pub(crate) fn valid_vertices(layout: &Layout, blocks: &[GatherBlock]) -> Vec<u8> {
+    let mut valid = vec![0; layout.vertex_count()];
+    for block in blocks {
+        for (i, point) in block.range.clone().enumerate() {
+            if let Some(valid) = valid.get_mut(layout.points().sites[point] as usize) {
+                *valid = u8::from(block.scale[i] > 0.0 && block.back[i] <= BACK_LIMIT);
+            }
+        }
+    }
+    valid
+}

@@ -1,0 +1,328 @@
+//! The gather: what every point sees in each of the fixed directions.
+//!
+//! Light that escapes to the sky is summed at once into the transfer coefficients
+//! `T_i = 1/pi integral V(w) max(n.w, 0) y_i(w) dw`; of what meets a surface, the cell is kept (four bytes a hit), for the same
+//! hits serve every bounce of sky and sun: bounces are linear in the light of the cells.
+//!
+//! The lattice's sum over all directions differs a little from the integral. Its known part is taken out: with the exact
+//! coefficients `O_i` of an open surface, the sums `E_i` over escaped and `A_i` over all directions, and the visible part
+//! `V = E_0 / A_0`, `T_i = E_i + V (O_i - A_i)` is exact for an open point and 0 for a closed one.
+
+use crate::cells::BACK;
+use crate::directions::gather_directions;
+use crate::masks::facing;
+use crate::{Layout, LightError, LightParams, Surfaces};
+use glam::Vec3;
+use heliodon_math::sh::{basis9, open_transfer9};
+use heliodon_rays::{Hit, NO_HIT};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Points that are gathered together: their rays of one direction are one call, their sums stay in the cache.
+pub(crate) const UNIT: usize = 1024;
+
+/// A point more than this part of whose rays (weighted by the cosine) meet back faces lies inside something.
+pub const BACK_LIMIT: f32 = 0.5;
+
+/// What a run of points sees.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GatherBlock {
+    /// The points, in the layout's order.
+    pub range: Range<usize>,
+    /// C transfer coefficients of the sky's own light for each point.
+    pub sky: Vec<f32>,
+    /// What each point's cosines must be multiplied with so that those of all its directions sum to one; 0 where a point has
+    /// no direction.
+    pub scale: Vec<f32>,
+    /// The cosine-weighted part of each point's rays that met back faces.
+    pub back: Vec<f32>,
+    /// Cells whose back was met by points that do not lie inside something themselves; sorted.
+    pub back_cells: Vec<u32>,
+    /// The kept hits of each run of points; empty where they are traced again for each bounce.
+    pub hits: Vec<UnitHits>,
+    /// Rays that were traced.
+    pub rays: u64,
+}
+
+/// What the rays of a run of points met, direction by direction.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct UnitHits {
+    /// For each direction, a bit for each point whose ray met something, in words of 64 points.
+    pub met: Vec<u64>,
+    /// The cells met, in the order of the bits; the highest bit tells the back.
+    pub cells: Vec<u32>,
+}
+
+/// The gather's fixed directions with what is the same for all points.
+pub(crate) struct Lattice {
+    pub directions: Vec<Vec3>,
+    basis: Vec<[f32; 9]>,
+}
+
+impl Lattice {
+    pub fn new(params: &LightParams) -> Self {
+        let directions = gather_directions(params.directions(), params.seed);
+        let basis = directions.iter().map(|&d| basis9(d)).collect();
+        Self { directions, basis }
+    }
+}
+
+/// The most bytes that the kept hits of all points can take: every ray a hit.
+#[must_use]
+pub fn hit_bytes_limit(layout: &Layout, params: &LightParams) -> u64 {
+    let directions = u64::from(params.directions());
+    layout.points().len() as u64 * (directions / 2 * 4 + directions / 8)
+}
+
+/// Gathers the points in `range`. Ranges may be computed apart, in any order: every number is the same however the points are
+/// divided. Multiples of 1,024 points are fastest.
+///
+/// # Errors
+/// Invalid parameters, or a range beyond the points.
+pub fn gather(
+    surfaces: &Surfaces,
+    layout: &Layout,
+    range: Range<usize>,
+    params: &LightParams,
+) -> Result<GatherBlock, LightError> {
+    params.validate()?;
+    if range.start > range.end || range.end > layout.points().len() {
+        return Err(LightError::Mismatch(format!("points {range:?} of {}", layout.points().len())));
+    }
+    let lattice = Lattice::new(params);
+    let keep = hit_bytes_limit(layout, params) <= params.hit_budget_bytes;
+    let units: Vec<Unit> = unit_ranges(&range)
+        .into_par_iter()
+        .map(|unit| {
+            let mut unit = gather_unit(surfaces, layout, unit, params.coefficients, &lattice);
+            if !keep {
+                unit.hits = UnitHits::default();
+            }
+            unit
+        })
+        .collect();
+    let mut block = GatherBlock {
+        range,
+        sky: Vec::new(),
+        scale: Vec::new(),
+        back: Vec::new(),
+        back_cells: Vec::new(),
+        hits: Vec::new(),
+        rays: 0,
+    };
+    for unit in units {
+        block.sky.extend(unit.sky);
+        block.scale.extend(unit.scale);
+        block.back.extend(unit.back);
+        block.back_cells.extend(unit.back_cells);
+        block.rays += unit.rays;
+        if keep {
+            block.hits.push(unit.hits);
+        }
+    }
+    block.back_cells.sort_unstable();
+    block.back_cells.dedup();
+    Ok(block)
+}
+
+/// The runs of points that are gathered together.
+pub(crate) fn unit_ranges(range: &Range<usize>) -> Vec<Range<usize>> {
+    range.clone().step_by(UNIT).map(|first| first..(first + UNIT).min(range.end)).collect()
+}
+
+struct Unit {
+    sky: Vec<f32>,
+    scale: Vec<f32>,
+    back: Vec<f32>,
+    back_cells: Vec<u32>,
+    hits: UnitHits,
+    rays: u64,
+}
+
+/// Only the hits of some points, for bounces whose hits were not kept.
+pub(crate) fn trace_hits(surfaces: &Surfaces, layout: &Layout, range: Range<usize>, lattice: &Lattice) -> UnitHits {
+    let mut hits = UnitHits::default();
+    for_each_direction(surfaces, layout, range, lattice, |direction| direction.keep(layout, &mut hits));
+    hits
+}
+
+fn gather_unit(surfaces: &Surfaces, layout: &Layout, range: Range<usize>, coefficients: usize, lattice: &Lattice) -> Unit {
+    let normals = &layout.points().normals[range.clone()];
+    let count = normals.len();
+    // sums over escaped and over stopped directions, nine coefficients each so that inner loops have a fixed length
+    let mut escaped = vec![[0.0_f32; 9]; count];
+    let mut stopped = vec![[0.0_f32; 9]; count];
+    let mut back = vec![0.0_f32; count];
+    let mut hits = UnitHits::default();
+    let rays = for_each_direction(surfaces, layout, range, lattice, |at| {
+        let basis = &lattice.basis[at.index];
+        for point in bits(at.active) {
+            let cos = normals[point].dot(at.direction);
+            let hit = &at.hits[point];
+            let sums = if hit.triangle == NO_HIT { &mut escaped[point] } else { &mut stopped[point] };
+            for (sum, y) in sums.iter_mut().zip(basis) {
+                *sum += cos * y;
+            }
+            if hit.triangle != NO_HIT && hit.back {
+                back[point] += cos;
+            }
+        }
+        at.keep(layout, &mut hits);
+    });
+
+    let y0 = basis9(Vec3::Y)[0];
+    let mut unit = Unit {
+        sky: Vec::with_capacity(count * coefficients),
+        scale: Vec::with_capacity(count),
+        back: Vec::with_capacity(count),
+        back_cells: Vec::new(),
+        hits,
+        rays,
+    };
+    for point in 0..count {
+        let all = escaped[point][0] + stopped[point][0];
+        let visible = if all > 0.0 { escaped[point][0] / all } else { 0.0 };
+        let scale = if all > 0.0 { y0 / all } else { 0.0 };
+        // 4 pi / count, divided by pi
+        let weight = 4.0 / lattice.directions.len() as f32;
+        let open = open_transfer9(normals[point]);
+        unit.sky.extend((0..coefficients).map(|i| {
+            let (escaped, stopped) = (escaped[point][i] * weight, stopped[point][i] * weight);
+            if visible >= 1.0 { open[i] } else { escaped + visible * (open[i] - (escaped + stopped)) }
+        }));
+        unit.scale.push(scale);
+        unit.back.push(back[point] * scale);
+    }
+    unit.back_cells = met_back_cells(&unit.hits, &unit.back);
+    unit
+}
+
+/// Cells whose back was met by points that do not themselves lie inside something.
+fn met_back_cells(hits: &UnitHits, back: &[f32]) -> Vec<u32> {
+    let words = back.len().div_ceil(64);
+    let mut cells = Vec::new();
+    let mut next = hits.cells.iter();
+    for met in hits.met.chunks(words.max(1)) {
+        for (point, &cell) in bits(met).zip(&mut next) {
+            if cell & BACK != 0 && back[point] <= BACK_LIMIT {
+                cells.push(cell & !BACK);
+            }
+        }
+    }
+    cells.sort_unstable();
+    cells.dedup();
+    cells
+}
+
+/// The rays of a run of points in one direction.
+struct Direction<'a> {
+    index: usize,
+    direction: Vec3,
+    active: &'a [u64],
+    hits: &'a [Hit],
+}
+
+impl Direction<'_> {
+    fn keep(&self, layout: &Layout, kept: &mut UnitHits) {
+        for (word, &active) in self.active.iter().enumerate() {
+            let mut met = 0;
+            for bit in bits(&[active]) {
+                let hit = &self.hits[word * 64 + bit];
+                if hit.triangle != NO_HIT {
+                    met |= 1 << bit;
+                    let side = if hit.back { BACK } else { 0 };
+                    kept.cells.push(layout.cell_at(hit.triangle, hit.u, hit.v) | side);
+                }
+            }
+            kept.met.push(met);
+        }
+    }
+}
+
+/// Traces a run of points in all directions; returns the number of rays.
+fn for_each_direction(
+    surfaces: &Surfaces,
+    layout: &Layout,
+    range: Range<usize>,
+    lattice: &Lattice,
+    mut then: impl FnMut(&Direction),
+) -> u64 {
+    let points = layout.points();
+    let (origins, normals) = (&points.origins[range.clone()], &points.normals[range.clone()]);
+    let mut active = vec![0_u64; range.len().div_ceil(64)];
+    let mut hits = vec![Hit { triangle: NO_HIT, t: f32::INFINITY, u: 0.0, v: 0.0, back: false }; range.len()];
+    let mut rays = 0;
+    for (index, &direction) in lattice.directions.iter().enumerate() {
+        let count = facing(normals, direction, &mut active);
+        if count > 0 {
+            surfaces.rays.closest_parallel(origins, direction, &active, &mut hits);
+        }
+        rays += u64::from(count);
+        then(&Direction { index, direction, active: &active, hits: &hits });
+    }
+    rays
+}
+
+/// The indices of the bits that are set, ascending.
+#[inline]
+pub(crate) fn bits(words: &[u64]) -> impl Iterator<Item = usize> {
+    words.iter().enumerate().flat_map(|(i, &word)| {
+        let mut rest = word;
+        std::iter::from_fn(move || {
+            (rest != 0).then(|| {
+                let bit = rest.trailing_zeros() as usize;
+                rest &= rest - 1;
+                i * 64 + bit
+            })
+        })
+    })
+}
+
+impl GatherBlock {
+    /// Whether lengths, bits and cells agree with a layout and parameters.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn validate(&self, layout: &Layout, params: &LightParams) -> Result<(), LightError> {
+        let wrong = |what| Err(LightError::Block(what));
+        let count = self.range.len();
+        if self.range.end > layout.points().len() {
+            return wrong("points that the layout has not");
+        }
+        if self.sky.len() != count * params.coefficients || self.scale.len() != count || self.back.len() != count {
+            return wrong("numbers and points do not agree");
+        }
+        if !self.sky.iter().chain(&self.scale).chain(&self.back).all(|x| x.is_finite()) {
+            return wrong("numbers that are not finite");
+        }
+        let cells = layout.front_cell_count();
+        if self.back_cells.iter().any(|&c| c as usize >= cells) {
+            return wrong("cells that the layout has not");
+        }
+        if self.hits.is_empty() {
+            return Ok(());
+        }
+        let units = unit_ranges(&self.range);
+        if self.hits.len() != units.len() {
+            return wrong("hits of another number of points");
+        }
+        for (hits, unit) in self.hits.iter().zip(units) {
+            if hits.met.len() != params.directions() as usize * unit.len().div_ceil(64) {
+                return wrong("hits of another number of directions");
+            }
+            if hits.met.iter().map(|w| w.count_ones() as usize).sum::<usize>() != hits.cells.len() {
+                return wrong("hits and cells do not agree");
+            }
+            if hits.cells.iter().any(|&c| (c & !BACK) as usize >= cells) {
+                return wrong("cells that the layout has not");
+            }
+        }
+        Ok(())
+    }
+
+    /// Bytes of the kept hits.
+    #[must_use]
+    pub fn hit_bytes(&self) -> usize {
+        self.hits.iter().map(|h| h.met.len() * 8 + h.cells.len() * 4).sum()
+    }
+}

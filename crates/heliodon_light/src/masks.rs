@@ -1,0 +1,252 @@
+//! Sun masks: whether the sun of each step of the day reaches a point.
+//!
+//! M. Callieri, P. Debevec, J. Pair, R. Scopigno: "A realtime immersive application with realistic lighting: The Parthenon",
+//! Computers & Graphics 30, 2006, section 4.
+
+use crate::params::MAX_SUN_STEPS;
+use crate::{LightError, PointSet, Surfaces};
+use glam::Vec3;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// How sun masks are computed; the result does not depend on it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MaskParams {
+    /// Points asked for together, a multiple of 64. More: fewer calls; less: the work divides more evenly among the cores.
+    pub points_at_once: usize,
+}
+
+impl Default for MaskParams {
+    fn default() -> Self {
+        Self { points_at_once: 2048 }
+    }
+}
+
+impl MaskParams {
+    /// Sun masks are exact: a preview's are the same.
+    #[must_use]
+    pub fn preview() -> Self {
+        Self::default()
+    }
+
+    /// Sun masks are exact: the archive's are the same.
+    #[must_use]
+    pub fn archival() -> Self {
+        Self::default()
+    }
+}
+
+/// One bit for each point and sun step: set where the sun reaches the point and stands above its surface.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SunMasks {
+    /// Sun steps, T.
+    pub steps: u32,
+    /// `ceil(T / 32)` words a point; bit t is bit `t % 32` of word `t / 32`, unused ones 0.
+    pub words: Vec<u32>,
+    /// Rays that were traced.
+    pub rays: u64,
+}
+
+impl SunMasks {
+    /// Words of each point, W.
+    #[must_use]
+    pub fn words_per_point(&self) -> usize {
+        (self.steps as usize).div_ceil(32)
+    }
+
+    /// Points that the masks are of; 0 for masks without steps.
+    #[must_use]
+    pub fn point_count(&self) -> usize {
+        self.words.len().checked_div(self.words_per_point()).unwrap_or(0)
+    }
+
+    /// The words of one point.
+    #[must_use]
+    pub fn of_point(&self, point: usize) -> &[u32] {
+        let w = self.words_per_point();
+        &self.words[point * w..(point + 1) * w]
+    }
+
+    /// Whether the sun of step `step` reaches a point.
+    #[must_use]
+    pub fn is_lit(&self, point: usize, step: u32) -> bool {
+        self.of_point(point)[step as usize / 32] >> (step % 32) & 1 == 1
+    }
+
+    /// Adds the masks of the points that follow.
+    ///
+    /// # Errors
+    /// Masks of another number of steps.
+    pub fn append(&mut self, next: &Self) -> Result<(), LightError> {
+        if self.words.is_empty() {
+            self.steps = next.steps;
+        }
+        if self.steps != next.steps {
+            return Err(LightError::Mismatch(format!("masks of {} and of {} sun steps", self.steps, next.steps)));
+        }
+        self.words.extend_from_slice(&next.words);
+        self.rays += next.rays;
+        Ok(())
+    }
+
+    /// The masks of the points `picks`, in that order.
+    #[must_use]
+    pub fn pick(&self, picks: impl Iterator<Item = u32>) -> Self {
+        let words = picks.flat_map(|p| self.of_point(p as usize).iter().copied()).collect();
+        Self { steps: self.steps, words, rays: self.rays }
+    }
+
+    /// Whether shapes agree and unused bits are 0.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn validate(&self) -> Result<(), LightError> {
+        if self.steps as usize > MAX_SUN_STEPS {
+            return Err(too_many(self.steps as usize));
+        }
+        let w = self.words_per_point();
+        if w == 0 || !self.words.len().is_multiple_of(w) {
+            return if self.words.is_empty() { Ok(()) } else { Err(LightError::Mismatch("sun masks of broken length".into())) };
+        }
+        let used = self.steps % 32;
+        if used != 0 && self.words.chunks_exact(w).any(|p| p[w - 1] >> used != 0) {
+            return Err(LightError::Mismatch("sun masks with bits beyond the last step".into()));
+        }
+        Ok(())
+    }
+}
+
+fn too_many(steps: usize) -> LightError {
+    LightError::Parameter { name: "sun steps", value: steps.to_string(), allowed: "at most 1024" }
+}
+
+/// The masks of the points in `range` for the unit directions `suns`; a direction that is not finite or zero reaches nothing.
+///
+/// Ranges may be computed apart and appended: every bit is the same however the points are divided.
+///
+/// # Errors
+/// More than 1,024 suns, or a range beyond the points.
+pub fn bake_sun_masks(
+    surfaces: &Surfaces,
+    points: &PointSet,
+    suns: &[Vec3],
+    range: Range<usize>,
+    params: &MaskParams,
+) -> Result<SunMasks, LightError> {
+    if suns.len() > MAX_SUN_STEPS {
+        return Err(too_many(suns.len()));
+    }
+    if range.start > range.end || range.end > points.len() {
+        return Err(LightError::Mismatch(format!("points {range:?} of {}", points.len())));
+    }
+    let words_per_point = suns.len().div_ceil(32);
+    let mut masks = SunMasks { steps: suns.len() as u32, words: vec![0; range.len() * words_per_point], rays: 0 };
+    if words_per_point == 0 {
+        return Ok(masks);
+    }
+    let at_once = params.points_at_once.next_multiple_of(64).max(64);
+    masks.rays = masks
+        .words
+        .par_chunks_mut(at_once * words_per_point)
+        .enumerate()
+        .map(|(i, words)| {
+            let first = range.start + i * at_once;
+            let count = words.len() / words_per_point;
+            unit_masks(surfaces, &points.origins[first..first + count], &points.normals[first..first + count], suns, words)
+        })
+        .sum();
+    Ok(masks)
+}
+
+/// The masks of points that are asked for together; returns the number of rays.
+fn unit_masks(surfaces: &Surfaces, origins: &[Vec3], normals: &[Vec3], suns: &[Vec3], out: &mut [u32]) -> u64 {
+    let words = origins.len().div_ceil(64);
+    let words_per_point = suns.len().div_ceil(32);
+    let mut rays = 0;
+    let mut active = vec![0_u64; words];
+    let mut occluded = vec![0_u64; words];
+    // lit bits of 32 steps: lit[step][word of 64 points]
+    let mut lit = vec![0_u64; 32 * words];
+    for (group, suns) in suns.chunks(32).enumerate() {
+        lit.fill(0);
+        for (step, &sun) in suns.iter().enumerate() {
+            if !sun.is_finite() || facing(normals, sun, &mut active) == 0 {
+                continue;
+            }
+            rays += active.iter().map(|w| u64::from(w.count_ones())).sum::<u64>();
+            occluded.fill(0);
+            surfaces.rays.occluded_parallel(origins, sun, &active, &mut occluded);
+            for (lit, (active, occluded)) in lit[step * words..].iter_mut().zip(active.iter().zip(&occluded)) {
+                *lit = active & !occluded;
+            }
+        }
+        for block in 0..origins.len().div_ceil(32) {
+            let mut bits: [u32; 32] = std::array::from_fn(|step| (lit[step * words + block / 2] >> (32 * (block % 2))) as u32);
+            transpose32(&mut bits);
+            for (point, word) in (block * 32..origins.len()).zip(bits) {
+                out[point * words_per_point + group] = word;
+            }
+        }
+    }
+    rays
+}
+
+/// Sets the bit of every point whose surface faces `direction`, and returns how many there are.
+pub(crate) fn facing(normals: &[Vec3], direction: Vec3, active: &mut [u64]) -> u32 {
+    let mut count = 0;
+    for (word, normals) in active.iter_mut().zip(normals.chunks(64)) {
+        *word = 0;
+        for (bit, n) in normals.iter().enumerate() {
+            *word |= u64::from(n.dot(direction) > 0.0) << bit;
+        }
+        count += word.count_ones();
+    }
+    count
+}
+
+/// Transposes a matrix of 32 x 32 bits: bit j of word i changes places with bit i of word j (H. S. Warren: "Hacker's
+/// Delight", 2nd ed., section 7-3, with the bits counted from the lowest).
+fn transpose32(rows: &mut [u32; 32]) {
+    let mut width = 16;
+    let mut mask = 0x0000_ffff_u32;
+    while width != 0 {
+        let mut k = 0;
+        while k < 32 {
+            let swapped = ((rows[k] >> width) ^ rows[k + width]) & mask;
+            rows[k] ^= swapped << width;
+            rows[k + width] ^= swapped;
+            k = (k + width + 1) & !width;
+        }
+        width >>= 1;
+        mask ^= mask << width;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use heliodon_math::random::Pcg32;
+
+    #[test]
+    fn bits_change_places() {
+        let mut rng = Pcg32::new(3, 1);
+        let rows: [u32; 32] = std::array::from_fn(|_| rng.next_u32());
+        let mut turned = rows;
+        transpose32(&mut turned);
+        for (i, row) in rows.iter().enumerate() {
+            for (j, column) in turned.iter().enumerate() {
+                assert_eq!(row >> j & 1, column >> i & 1, "row {i} column {j}");
+            }
+        }
+    }
+
+    #[test]
+    fn masks_with_stray_bits_or_broken_length_are_told() {
+        let good = SunMasks { steps: 33, words: vec![u32::MAX, 1], rays: 0 };
+        assert_eq!(good.validate(), Ok(()));
+        assert!(SunMasks { words: vec![0, 2], ..good.clone() }.validate().is_err());
+        assert!(SunMasks { words: vec![0; 3], ..good.clone() }.validate().is_err());
+        assert!(SunMasks { steps: 1025, words: vec![], rays: 0 }.validate().is_err());
+        assert!(good.clone().append(&SunMasks { steps: 32, words: vec![0], rays: 0 }).is_err());
+    }
+}

@@ -1,0 +1,138 @@
+//! The surfaces that light falls on.
+
+use crate::LightError;
+use glam::Vec3;
+use heliodon_rays::TriangleScene;
+
+/// Triangles with normals, albedo and the structure that answers rays among them.
+///
+/// Triangles occlude and reflect from both sides; `triangles[i]` is triangle `i` of `rays`.
+#[derive(Clone, Copy)]
+pub struct Surfaces<'a> {
+    /// Answers rays.
+    pub rays: &'a TriangleScene,
+    /// Vertex positions in metres.
+    pub positions: &'a [Vec3],
+    /// A unit normal for each vertex; a zero one marks a vertex that has none and will be invalid.
+    pub normals: &'a [Vec3],
+    /// Vertex indices, counter-clockwise seen from the front.
+    pub triangles: &'a [[u32; 3]],
+    /// What the triangles reflect.
+    pub albedo: &'a dyn SurfaceAlbedo,
+}
+
+/// What part of the light surfaces reflect: linear Rec. 709, each component in [0, 1).
+pub trait SurfaceAlbedo: Sync {
+    /// At one place of a triangle; `u` and `v` weigh its second and third vertex.
+    fn albedo(&self, triangle: u32, u: f32, v: f32) -> Vec3;
+
+    /// The mean over a triangle.
+    fn mean(&self, triangle: u32) -> Vec3;
+}
+
+/// The same albedo everywhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConstantAlbedo(pub Vec3);
+
+impl SurfaceAlbedo for ConstantAlbedo {
+    fn albedo(&self, _triangle: u32, _u: f32, _v: f32) -> Vec3 {
+        self.0
+    }
+
+    fn mean(&self, _triangle: u32) -> Vec3 {
+        self.0
+    }
+}
+
+impl Surfaces<'_> {
+    /// Whether lengths and indices agree.
+    ///
+    /// # Errors
+    /// Normals that are not one per vertex, indices out of range, more of anything than 31 bits count.
+    pub fn validate(&self) -> Result<(), LightError> {
+        let (positions, normals) = (self.positions.len(), self.normals.len());
+        if positions != normals {
+            return Err(LightError::Normals { positions, normals });
+        }
+        for (what, count) in [("vertices", positions), ("triangles", self.triangles.len())] {
+            if count >= i32::MAX as usize {
+                return Err(LightError::TooMany { what, count });
+            }
+        }
+        for (triangle, indices) in self.triangles.iter().enumerate() {
+            if let Some(&vertex) = indices.iter().find(|&&i| i as usize >= positions) {
+                return Err(LightError::VertexIndex { triangle, vertex, vertices: positions });
+            }
+        }
+        Ok(())
+    }
+
+    /// The corners of a triangle.
+    #[must_use]
+    #[inline]
+    pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
+        self.triangles[triangle as usize].map(|i| self.positions[i as usize])
+    }
+
+    /// The place at barycentric weights `u` (second vertex) and `v` (third vertex).
+    #[must_use]
+    pub fn position_at(&self, triangle: u32, u: f32, v: f32) -> Vec3 {
+        let [a, b, c] = self.corners(triangle);
+        a + (b - a) * u + (c - a) * v
+    }
+
+    /// The vertex normals mixed at barycentric weights; the triangle's own normal where they cancel, zero where it has none.
+    #[must_use]
+    pub fn normal_at(&self, triangle: u32, u: f32, v: f32) -> Vec3 {
+        let [a, b, c] = self.triangles[triangle as usize].map(|i| self.normals[i as usize]);
+        (a * (1.0 - u - v) + b * u + c * v).try_normalize().unwrap_or_else(|| self.face_normal(triangle))
+    }
+
+    /// The normal of the plane of a triangle, zero where it has none.
+    #[must_use]
+    pub fn face_normal(&self, triangle: u32) -> Vec3 {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(c - a).normalize_or_zero()
+    }
+}
+
+/// Edge lengths of at most this many triangles, evenly picked, decide the median edge.
+const EDGE_SAMPLE: usize = 100_000;
+
+/// The median edge length of the triangles in metres; 0 without any that is finite.
+///
+/// Of more than 100,000 triangles every k-th is measured.
+#[must_use]
+pub fn median_edge_m(positions: &[Vec3], triangles: &[[u32; 3]]) -> f32 {
+    let stride = triangles.len().div_ceil(EDGE_SAMPLE).max(1);
+    let mut lengths: Vec<f32> = triangles
+        .iter()
+        .step_by(stride)
+        .flat_map(|t| {
+            let [a, b, c] = t.map(|i| positions[i as usize]);
+            [a.distance(b), b.distance(c), c.distance(a)]
+        })
+        .filter(|l| l.is_finite() && *l > 0.0)
+        .collect();
+    if lengths.is_empty() {
+        return 0.0;
+    }
+    let middle = lengths.len() / 2;
+    *lengths.select_nth_unstable_by(middle, f32::total_cmp).1
+}
+
+/// The part of the median edge by which rays start off the surface.
+const OFFSET_PER_EDGE: f32 = 0.01;
+
+/// Half-ulps of the largest coordinate that a ray's start, the hit's arithmetic and the stored positions may be off by
+/// together: gamma(7) for the triangle test (Pharr, Jakob, Humphreys: "Physically Based Rendering", 4th ed., section 6.8) on
+/// three coordinates and the rounding of the start itself, rounded up to a power of two.
+const OFFSET_HALF_ULPS: f32 = 32.0;
+
+/// How far rays should start off these surfaces, in metres: a hundredth of the median edge, too little to lose a contact
+/// shadow that the mesh could show, but never less than the error bound of 32-bit coordinates.
+#[must_use]
+pub fn default_offset_m(positions: &[Vec3], triangles: &[[u32; 3]]) -> f32 {
+    let largest = positions.iter().filter(|p| p.is_finite()).fold(0.0_f32, |m, p| m.max(p.abs().max_element()));
+    (median_edge_m(positions, triangles) * OFFSET_PER_EDGE).max(largest * OFFSET_HALF_ULPS * (f32::EPSILON * 0.5))
+}
