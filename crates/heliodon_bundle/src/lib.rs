@@ -8,4 +8,21 @@
 //!
 //! The layout of the glTF profile is described in [`layout`].
 
+pub mod chunk;
+mod glb;
+mod gltf;
+mod lapse_check;
+pub mod layout;
+pub mod manifest;
+mod reader;
 pub mod site;
+mod staging;
+mod storage;
+mod writer;
+
+pub use chunk::{LightLayout, LitChunk, VertexLight};
+pub use lapse_check::check_lapse;
+pub use manifest::{BundleMeta, Manifest, Parameters, PartMeta};
+pub use reader::{BundleReader, ChunkInfo, ReadError};
+pub use storage::{StoredFile, WriteFault};
+pub use writer::{BundleWriter, WriteError, WriterOptions};

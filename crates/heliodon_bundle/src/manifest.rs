@@ -1,0 +1,246 @@
+//! `manifest.json`: what a bundle is, from what it was made, and what its files must hold.
+//!
+//! It holds no times and no paths of the machine, so that the same input makes the same bytes.
+
+use crate::chunk::LightLayout;
+use crate::layout::FORMAT_VERSION;
+use crate::site::{Bake, Display, Role, Room, SiteFile, SiteInfo, Sky};
+use crate::storage::StoredFile;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What `format` says in every manifest.
+pub const FORMAT_NAME: &str = "heliodon-bundle";
+/// The manifest's file name.
+pub const MANIFEST_FILE_NAME: &str = "manifest.json";
+/// The lapse's file name.
+pub const LAPSE_FILE_NAME: &str = "lapse.json";
+
+/// What the one who writes a bundle knows beforehand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BundleMeta {
+    /// The writing program and its version, such as `heliodon 0.1.0`.
+    pub tool: String,
+    /// What and where the site is.
+    pub site: SiteInfo,
+    /// Name, role and files of each part; a chunk's `part` is an index into it.
+    pub parts: Vec<PartMeta>,
+    /// Where a visitor's eyes can be.
+    pub rooms: Vec<Room>,
+    /// The display that the site was prepared for.
+    pub display: Display,
+    /// The effective parameters of sky and bake.
+    pub parameters: Parameters,
+    /// How far off the surface rays started, metres.
+    pub offset_m: f64,
+    /// Shape of the stored light.
+    pub light: LightLayout,
+    /// The files from which the bundle was made.
+    pub inputs: Vec<StoredFile>,
+    /// Figures of the bake that depend on nothing but its input, by name.
+    pub measures: BTreeMap<String, f64>,
+}
+
+impl BundleMeta {
+    /// What follows from a site: its names, rooms, display and parameters. Parts are named as in the site, or by their file
+    /// pattern's name without its ending.
+    #[must_use]
+    pub fn from_site(site: &SiteFile, light: LightLayout, offset_m: f64) -> Self {
+        let parts = site
+            .parts
+            .iter()
+            .map(|part| PartMeta { name: part.name.clone().unwrap_or_else(|| default_part_name(&part.file)), role: part.role });
+        Self {
+            tool: concat!("heliodon ", env!("CARGO_PKG_VERSION")).to_owned(),
+            site: site.site.clone(),
+            parts: parts.collect(),
+            rooms: site.rooms.clone(),
+            display: site.display.clone(),
+            parameters: Parameters { sky: site.sky.clone(), bake: site.bake.clone() },
+            offset_m,
+            light,
+            inputs: Vec::new(),
+            measures: BTreeMap::new(),
+        }
+    }
+}
+
+fn default_part_name(file: &str) -> String {
+    let name = file.rsplit('/').next().unwrap_or(file);
+    let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
+    if stem.trim_matches(['*', '?']).is_empty() { file.to_owned() } else { stem.to_owned() }
+}
+
+/// A part's name and role.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PartMeta {
+    /// Its name, for people.
+    pub name: String,
+    /// What it is.
+    pub role: Role,
+}
+
+/// The effective parameters of a bake.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Parameters {
+    /// `[sky]`.
+    pub sky: Sky,
+    /// `[bake]`.
+    pub bake: Bake,
+}
+
+/// All of `manifest.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// Always [`FORMAT_NAME`].
+    pub format: String,
+    /// Version of the format; readers refuse a later one.
+    pub version: u32,
+    /// The writing program and its version.
+    pub tool: String,
+    /// What and where the site is.
+    pub site: SiteInfo,
+    /// Shape of the stored light.
+    pub light: LightLayout,
+    /// How far off the surface rays started, metres.
+    pub offset_m: f64,
+    /// How much there is.
+    pub counts: Counts,
+    /// The box around all geometry.
+    pub bounds: Bounds,
+    /// The parts, in bundle order.
+    pub parts: Vec<PartInfo>,
+    /// The base colour images.
+    pub textures: Vec<TextureInfo>,
+    /// Where a visitor's eyes can be.
+    pub rooms: Vec<Room>,
+    /// The display that the site was prepared for.
+    pub display: Display,
+    /// The effective parameters of sky and bake.
+    pub parameters: Parameters,
+    /// Figures of the bake, by name.
+    pub measures: BTreeMap<String, f64>,
+    /// The files from which the bundle was made, relative to the site.
+    pub inputs: Vec<StoredFile>,
+    /// The glTF files, in bundle order; among `files`.
+    pub geometry: Vec<String>,
+    /// All files of the bundle but this one.
+    pub files: Vec<StoredFile>,
+}
+
+/// How much a bundle holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Counts {
+    /// Chunks.
+    pub chunks: u64,
+    /// N, vertices; those at the borders of chunks count in each.
+    pub vertices: u64,
+    /// M, triangles.
+    pub triangles: u64,
+    /// Vertices that lie inside something and borrowed their light.
+    pub invalid_vertices: u64,
+}
+
+impl Counts {
+    pub(crate) fn add(&mut self, more: Self) {
+        self.chunks += more.chunks;
+        self.vertices += more.vertices;
+        self.triangles += more.triangles;
+        self.invalid_vertices += more.invalid_vertices;
+    }
+}
+
+/// A box.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bounds {
+    /// Its lower corner.
+    pub min: [f32; 3],
+    /// Its upper corner.
+    pub max: [f32; 3],
+}
+
+/// A part of a bundle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PartInfo {
+    /// Its name, for people.
+    pub name: String,
+    /// What it is.
+    pub role: Role,
+    /// How much it holds.
+    pub counts: Counts,
+}
+
+/// A base colour image of a bundle.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TextureInfo {
+    /// Its name, for people.
+    pub name: String,
+    /// `image/png` or `image/jpeg`.
+    pub mime: String,
+    /// Its size as a file.
+    pub bytes: u64,
+    /// BLAKE3 of its bytes, in hexadecimal.
+    pub blake3: String,
+}
+
+/// What a manifest of any version holds.
+#[derive(Deserialize)]
+pub(crate) struct Preamble {
+    pub(crate) format: String,
+    pub(crate) version: u64,
+}
+
+impl Manifest {
+    pub(crate) fn new(meta: &BundleMeta) -> Self {
+        Self {
+            format: FORMAT_NAME.to_owned(),
+            version: FORMAT_VERSION,
+            tool: meta.tool.clone(),
+            site: meta.site.clone(),
+            light: meta.light,
+            offset_m: meta.offset_m,
+            counts: Counts::default(),
+            bounds: Bounds { min: [f32::MAX; 3], max: [f32::MIN; 3] },
+            parts: meta
+                .parts
+                .iter()
+                .map(|part| PartInfo { name: part.name.clone(), role: part.role, counts: Counts::default() })
+                .collect(),
+            textures: Vec::new(),
+            rooms: meta.rooms.clone(),
+            display: meta.display.clone(),
+            parameters: meta.parameters.clone(),
+            measures: meta.measures.clone(),
+            inputs: meta.inputs.clone(),
+            geometry: Vec::new(),
+            files: Vec::new(),
+        }
+    }
+
+    /// The manifest with what was completed in `meta` since [`Manifest::new`].
+    pub(crate) fn with_late_meta(self, meta: BundleMeta) -> Self {
+        Self {
+            tool: meta.tool,
+            site: meta.site,
+            offset_m: meta.offset_m,
+            rooms: meta.rooms,
+            display: meta.display,
+            parameters: meta.parameters,
+            measures: meta.measures,
+            inputs: meta.inputs,
+            ..self
+        }
+    }
+
+    pub(crate) fn to_json(&self) -> Result<Vec<u8>, serde_json::Error> {
+        let mut text = serde_json::to_vec_pretty(self)?;
+        text.push(b'\n');
+        Ok(text)
+    }
+}

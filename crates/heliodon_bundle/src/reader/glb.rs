@@ -1,0 +1,301 @@
+//! One glTF file of a bundle: where its chunks lie.
+
+use super::ChunkInfo;
+use super::error::{ReadError, io_error, malformed};
+use super::positional::read_exact_at;
+use crate::chunk::{LightLayout, LitChunk, MAX_CHUNK_TRIANGLES, MAX_CHUNK_VERTICES};
+use crate::glb::{BIN_CHUNK, JSON_CHUNK, MAGIC};
+use crate::gltf::{Accessor, Gltf, Primitive};
+use crate::layout::{
+    self, AttributeType, COLOR_U16, FLAG_U8, FORMAT_VERSION, LightAttributes, MASK_U16, VEC2_F32, VEC3_F32, VEC4_F32, component,
+};
+use crate::manifest::{Bounds, Manifest};
+use glam::Vec3;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+/// Bytes of a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Span {
+    offset: u64,
+    len: u64,
+}
+
+/// A glTF file, open.
+#[derive(Debug)]
+pub(super) struct GlbFile {
+    path: PathBuf,
+    file: File,
+}
+
+/// Where a chunk's arrays lie.
+#[derive(Debug)]
+pub(super) struct ChunkPlace {
+    pub(super) file: usize,
+    pub(super) info: ChunkInfo,
+    positions: Span,
+    normals: Span,
+    uvs: Option<Span>,
+    colors: Option<Span>,
+    masks: Vec<Span>,
+    transfers: Vec<Span>,
+    bounces: Vec<Span>,
+    valid: Option<Span>,
+    indices: Span,
+}
+
+/// The JSON of a file, with what is needed to check its offsets.
+struct Document<'a> {
+    path: &'a Path,
+    gltf: Gltf,
+    bin: Span,
+}
+
+impl GlbFile {
+    /// Opens a file; answers with its chunks, in order, and with the images that it embeds, by texture.
+    #[expect(clippy::type_complexity, reason = "three lists that the caller takes apart at once")]
+    pub(super) fn open(
+        path: &Path,
+        number: usize,
+        manifest: &Manifest,
+    ) -> Result<(Self, Vec<ChunkPlace>, Vec<(u32, Span)>), ReadError> {
+        let file = File::open(path).map_err(io_error(path))?;
+        let size = file.metadata().map_err(io_error(path))?.len();
+        let wrong = |what: &str| malformed(path, what);
+        let header = |offset: u64, words: &mut [u32]| -> Result<(), ReadError> {
+            let mut bytes = vec![0; words.len() * 4];
+            if offset + bytes.len() as u64 > size {
+                return Err(wrong("the file is cut short"));
+            }
+            read_exact_at(&file, &mut bytes, offset).map_err(io_error(path))?;
+            for (word, b) in words.iter_mut().zip(bytes.as_chunks::<4>().0) {
+                *word = u32::from_le_bytes(*b);
+            }
+            Ok(())
+        };
+        let mut words = [0; 5];
+        header(0, &mut words)?;
+        let [magic, version, length, json_len, json_kind] = words;
+        if (magic, version, json_kind) != (MAGIC, 2, JSON_CHUNK) {
+            return Err(wrong("not a binary glTF 2.0 file"));
+        }
+        let bin_header = 20 + u64::from(json_len);
+        let mut words = [0; 2];
+        if u64::from(length) != size || bin_header + 8 > size {
+            return Err(wrong("its size is not the one that it says"));
+        }
+        header(bin_header, &mut words)?;
+        let bin = Span { offset: bin_header + 8, len: u64::from(words[0]) };
+        if words[1] != BIN_CHUNK || bin.offset + bin.len > size {
+            return Err(wrong("its buffer is cut short"));
+        }
+        let this = Self { path: path.to_owned(), file };
+        let json = this.read_span(Span { offset: 20, len: u64::from(json_len) })?;
+        let gltf: Gltf = serde_json::from_slice(&json).map_err(|e| malformed(path, format!("its JSON: {e}")))?;
+        let document = Document { path, gltf, bin };
+        let chunks = document.chunks(number, manifest)?;
+        let images = document.images()?;
+        Ok((this, chunks, images))
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Reads bytes that were found to lie within the file.
+    pub(super) fn read_span(&self, span: Span) -> Result<Vec<u8>, ReadError> {
+        let mut bytes = vec![0; span.len as usize];
+        read_exact_at(&self.file, &mut bytes, span.offset).map_err(io_error(&self.path))?;
+        Ok(bytes)
+    }
+
+    pub(super) fn read_chunk(&self, place: &ChunkPlace, layout: LightLayout) -> Result<LitChunk, ReadError> {
+        let n = place.info.vertices as usize;
+        let mut light = layout::empty_light(layout, n);
+        for (i, &span) in place.masks.iter().enumerate() {
+            let bytes = self.read_span(span)?;
+            let words = bytes.as_chunks::<4>().0.iter().map(|&b| u32::from_le_bytes(b));
+            layout::scatter(words, 2, i, layout.mask_words(), &mut light.sun_mask);
+        }
+        for (i, &span) in place.transfers.iter().enumerate() {
+            let bytes = self.read_span(span)?;
+            layout::scatter(layout::read_f32(&bytes), 4, i, layout.transfer_floats(), &mut light.sky_transfer);
+        }
+        for (i, &span) in place.bounces.iter().enumerate() {
+            let bytes = self.read_span(span)?;
+            layout::scatter(layout::read_f32(&bytes), 4, i, layout.bounce_floats(), &mut light.sun_bounce);
+        }
+        Ok(LitChunk {
+            part: place.info.part,
+            texture: place.info.texture,
+            positions: layout::read_vec3(&self.read_span(place.positions)?),
+            normals: layout::read_vec3(&self.read_span(place.normals)?),
+            uvs: place.uvs.map_or(Ok(Vec::new()), |span| Ok(layout::read_vec2(&self.read_span(span)?)))?,
+            albedo: match place.colors {
+                Some(span) => layout::read_colors(&self.read_span(span)?),
+                None => vec![Vec3::ONE; n],
+            },
+            triangles: layout::read_triangles(&self.read_span(place.indices)?),
+            valid: match place.valid {
+                Some(span) => self.read_span(span)?.into_iter().step_by(FLAG_U8.stride as usize).collect(),
+                None => vec![1; n],
+            },
+            light,
+        })
+    }
+}
+
+impl Document<'_> {
+    fn wrong(&self, what: impl Into<String>) -> ReadError {
+        malformed(self.path, what)
+    }
+
+    /// The chunks in bundle order: nodes of the scene, each with its mesh's primitives.
+    fn chunks(&self, number: usize, manifest: &Manifest) -> Result<Vec<ChunkPlace>, ReadError> {
+        let gltf = &self.gltf;
+        let profile = gltf.asset.extras.as_ref().and_then(|e| e.heliodon_profile);
+        if profile != Some(FORMAT_VERSION) {
+            return Err(self.wrong(format!("its profile is {profile:?}, not {FORMAT_VERSION}")));
+        }
+        if let Some(extension) = gltf.extensions_required.first() {
+            return Err(self.wrong(format!("it requires the extension {extension}")));
+        }
+        let scene = gltf.scene.and_then(|i| gltf.scenes.get(i)).ok_or_else(|| self.wrong("it has no scene"))?;
+        let mut chunks = Vec::new();
+        // more primitives than accessors means that meshes are used twice, which the profile does not do
+        let most = gltf.accessors.len();
+        for &node in &scene.nodes {
+            let node = gltf.nodes.get(node).ok_or_else(|| self.wrong(format!("there is no node {node}")))?;
+            let part = node.extras.as_ref().map(|e| e.part).ok_or_else(|| self.wrong("a node belongs to no part"))?;
+            if usize::from(part) >= manifest.parts.len() {
+                return Err(self.wrong(format!("a node names part {part} of {}", manifest.parts.len())));
+            }
+            if node.matrix.is_some() || node.translation.is_some() || node.rotation.is_some() || node.scale.is_some() {
+                return Err(self.wrong("a node is moved, which the profile has not"));
+            }
+            let mesh = node.mesh.and_then(|i| gltf.meshes.get(i)).ok_or_else(|| self.wrong("a node has no mesh"))?;
+            for primitive in &mesh.primitives {
+                if chunks.len() > most {
+                    return Err(self.wrong("meshes are used more than once"));
+                }
+                chunks.push(self.chunk(number, part, primitive, manifest)?);
+            }
+        }
+        Ok(chunks)
+    }
+
+    fn chunk(&self, file: usize, part: u16, primitive: &Primitive, manifest: &Manifest) -> Result<ChunkPlace, ReadError> {
+        if primitive.mode.is_some_and(|mode| mode != 4) {
+            return Err(self.wrong("a primitive is no list of triangles"));
+        }
+        let accessor = |name: &str| primitive.attributes.get(name).map(|&i| self.accessor(i)).transpose();
+        let need = |name: &str| accessor(name)?.ok_or_else(|| self.wrong(format!("a primitive has no {name}")));
+        let position = need("POSITION")?;
+        let vertices = position.count;
+        if vertices > MAX_CHUNK_VERTICES as u64 {
+            return Err(self.wrong(format!("a primitive has {vertices} vertices")));
+        }
+        let span = |name: &str, kind| self.span(need(name)?, kind, vertices, name);
+        let optional = |name: &str, kind| accessor(name)?.map(|a| self.span(a, kind, vertices, name)).transpose();
+        let texture = self.texture(primitive.material)?;
+        if texture.is_some_and(|t| t as usize >= manifest.textures.len()) {
+            return Err(self.wrong(format!("a primitive names texture {texture:?} of {}", manifest.textures.len())));
+        }
+        let names = LightAttributes::of(manifest.light);
+        let all = |names: &[String], kind| names.iter().map(|name| span(name, kind)).collect::<Result<Vec<_>, _>>();
+        let index_accessor = primitive.indices.ok_or_else(|| self.wrong("a primitive has no indices"))?;
+        let index_accessor = self.accessor(index_accessor)?;
+        let corners = index_accessor.count;
+        if corners % 3 != 0 || corners / 3 > MAX_CHUNK_TRIANGLES as u64 {
+            return Err(self.wrong(format!("a primitive has {corners} indices")));
+        }
+        let index_type =
+            AttributeType { component: component::UNSIGNED_SHORT, kind: "SCALAR", normalized: false, stride: 2, spaced: false };
+        let colors = optional("COLOR_0", COLOR_U16)?;
+        if colors.is_none() && texture.is_none() {
+            return Err(self.wrong("a primitive has neither COLOR_0 nor a texture"));
+        }
+        Ok(ChunkPlace {
+            file,
+            info: ChunkInfo {
+                part,
+                texture,
+                vertices: vertices as u32,
+                triangles: (corners / 3) as u32,
+                bounds: self.bounds(position)?,
+            },
+            positions: span("POSITION", VEC3_F32)?,
+            normals: span("NORMAL", VEC3_F32)?,
+            uvs: texture.map(|_| span("TEXCOORD_0", VEC2_F32)).transpose()?,
+            colors,
+            masks: all(&names.masks, MASK_U16)?,
+            transfers: all(&names.transfers, VEC4_F32)?,
+            bounces: all(&names.bounces, VEC4_F32)?,
+            valid: optional("_VALID", FLAG_U8)?,
+            indices: self.span(index_accessor, index_type, corners, "indices")?,
+        })
+    }
+
+    fn accessor(&self, index: usize) -> Result<&Accessor, ReadError> {
+        self.gltf.accessors.get(index).ok_or_else(|| self.wrong(format!("there is no accessor {index}")))
+    }
+
+    /// Where an accessor's elements lie in the file, after all of its claims are checked.
+    fn span(&self, accessor: &Accessor, kind: AttributeType, count: u64, name: &str) -> Result<Span, ReadError> {
+        let is = (accessor.component_type, accessor.kind.as_str(), accessor.normalized);
+        if is != (kind.component, kind.kind, kind.normalized) || accessor.sparse.is_some() || accessor.byte_offset != 0 {
+            return Err(self.wrong(format!("{name} is not laid out as the profile says")));
+        }
+        if accessor.count != count {
+            return Err(self.wrong(format!("{name} has {} elements, not {count}", accessor.count)));
+        }
+        let view = accessor.buffer_view.and_then(|i| self.gltf.buffer_views.get(i));
+        let view = view.ok_or_else(|| self.wrong(format!("{name} has no buffer view")))?;
+        if view.buffer != 0 || view.byte_stride.is_some_and(|s| s != kind.stride) || view.byte_stride.is_some() != kind.spaced {
+            return Err(self.wrong(format!("{name} is not spaced as the profile says")));
+        }
+        // counts are at most 60,000 here, so this does not overflow
+        let len = count * u64::from(kind.stride);
+        if view.byte_length != len {
+            return Err(self.wrong(format!("the view of {name} has {} bytes, not {len}", view.byte_length)));
+        }
+        self.within_buffer(view.byte_offset, len).ok_or_else(|| self.wrong(format!("{name} lies beyond the buffer")))
+    }
+
+    fn within_buffer(&self, offset: u64, len: u64) -> Option<Span> {
+        let end = offset.checked_add(len)?;
+        (end <= self.bin.len).then(|| Span { offset: self.bin.offset + offset, len })
+    }
+
+    fn bounds(&self, position: &Accessor) -> Result<Bounds, ReadError> {
+        let corner = |values: &Option<Vec<f64>>| match values.as_deref() {
+            Some(&[x, y, z]) if [x, y, z].iter().all(|c| (*c as f32).is_finite()) => Ok([x as f32, y as f32, z as f32]),
+            _ => Err(self.wrong("POSITION has no bounds")),
+        };
+        Ok(Bounds { min: corner(&position.min)?, max: corner(&position.max)? })
+    }
+
+    /// The texture that a material shows.
+    fn texture(&self, material: Option<usize>) -> Result<Option<u32>, ReadError> {
+        let Some(material) = material else { return Ok(None) };
+        let gltf = &self.gltf;
+        let material = gltf.materials.get(material).ok_or_else(|| self.wrong(format!("there is no material {material}")))?;
+        let Some(shown) = &material.pbr_metallic_roughness.base_color_texture else { return Ok(None) };
+        let image = gltf.textures.get(shown.index).and_then(|t| t.source).and_then(|i| gltf.images.get(i));
+        let index = image.and_then(|i| i.extras.as_ref()).map(|e| e.texture);
+        index.map(Some).ok_or_else(|| self.wrong("a material shows an image that is not there"))
+    }
+
+    fn images(&self) -> Result<Vec<(u32, Span)>, ReadError> {
+        let mut found = Vec::new();
+        for image in &self.gltf.images {
+            let view = image.buffer_view.and_then(|i| self.gltf.buffer_views.get(i));
+            let span = view.and_then(|v| self.within_buffer(v.byte_offset, v.byte_length));
+            let (Some(extras), Some(span)) = (&image.extras, span) else {
+                return Err(self.wrong("an image lies beyond the buffer"));
+            };
+            found.push((extras.texture, span));
+        }
+        Ok(found)
+    }
+}

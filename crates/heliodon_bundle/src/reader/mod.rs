@@ -1,0 +1,253 @@
+//! Reads a bundle, chunk by chunk, and trusts nothing in it.
+//!
+//! Opening reads the manifest, the lapse and the JSON of the glTF files, and checks every count and offset against the sizes
+//! of the files; a chunk's bytes are read when it is asked for, from where they lie.
+
+mod error;
+mod glb;
+mod positional;
+
+pub use error::ReadError;
+
+use crate::chunk::LitChunk;
+use crate::lapse_check::check_lapse;
+use crate::layout::FORMAT_VERSION;
+use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, Preamble};
+use crate::storage::StoredFile;
+use error::{io_error, malformed};
+use glb::{ChunkPlace, GlbFile};
+use heliodon_sky::lapse::Lapse;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Component, Path, PathBuf};
+
+/// The largest JSON that is taken for a manifest or a lapse; one of 16,384 steps and 65,535 parts stays far below.
+const MAX_JSON_BYTES: u64 = 256 << 20;
+
+/// An open bundle. Reading needs no exclusive access, so that threads can share it.
+#[derive(Debug)]
+pub struct BundleReader {
+    folder: PathBuf,
+    manifest: Manifest,
+    lapse: Lapse,
+    files: Vec<GlbFile>,
+    chunks: Vec<ChunkPlace>,
+    textures: Vec<(usize, glb::Span)>,
+}
+
+/// What is known of a chunk without reading it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChunkInfo {
+    /// Index of its part.
+    pub part: u16,
+    /// Index of its base colour image.
+    pub texture: Option<u32>,
+    /// Vertices.
+    pub vertices: u32,
+    /// Triangles.
+    pub triangles: u32,
+    /// The box around it, as the file says.
+    pub bounds: Bounds,
+}
+
+impl BundleReader {
+    /// Opens the bundle in a folder.
+    ///
+    /// # Errors
+    /// If it is not one, is of a later version, or anything in it does not fit.
+    pub fn open(folder: impl AsRef<Path>) -> Result<Self, ReadError> {
+        let folder = folder.as_ref().to_owned();
+        let manifest = read_manifest(&folder)?;
+        let manifest_path = folder.join(MANIFEST_FILE_NAME);
+        let lapse_path = folder.join(LAPSE_FILE_NAME);
+        let text = read_small(&lapse_path)?;
+        let lapse: Lapse = serde_json::from_slice(&text).map_err(|e| malformed(&lapse_path, e.to_string()))?;
+        check_lapse(&lapse, manifest.light).map_err(|what| malformed(&lapse_path, what))?;
+        for step in &lapse.steps {
+            if !is_plain_path(&step.sky_map) {
+                return Err(malformed(&lapse_path, format!("`{}` is no path within the bundle", step.sky_map)));
+            }
+        }
+        let mut reader = Self { folder, manifest, lapse, files: Vec::new(), chunks: Vec::new(), textures: Vec::new() };
+        let mut textures = vec![None; reader.manifest.textures.len()];
+        for (number, name) in reader.manifest.geometry.iter().enumerate() {
+            let (file, chunks, images) = GlbFile::open(&reader.folder.join(name), number, &reader.manifest)?;
+            for (index, span) in images {
+                if let Some(slot) = textures.get_mut(index as usize) {
+                    slot.get_or_insert((number, span));
+                }
+            }
+            reader.files.push(file);
+            reader.chunks.extend(chunks);
+        }
+        let found = reader.count();
+        if found != (Counts { invalid_vertices: 0, ..reader.manifest.counts }) {
+            return Err(malformed(&manifest_path, format!("it counts {:?}, the files hold {found:?}", reader.manifest.counts)));
+        }
+        for (index, texture) in textures.into_iter().enumerate() {
+            // an image that no chunk shows is in no file
+            let shown = reader.chunks.iter().any(|c| c.info.texture == Some(index as u32));
+            match texture {
+                Some(place) => reader.textures.push(place),
+                None if !shown => reader.textures.push((0, glb::Span::default())),
+                None => return Err(malformed(&manifest_path, format!("texture {index} is in none of the files"))),
+            }
+        }
+        Ok(reader)
+    }
+
+    fn count(&self) -> Counts {
+        let mut counts = Counts::default();
+        for chunk in &self.chunks {
+            counts.add(Counts {
+                chunks: 1,
+                vertices: u64::from(chunk.info.vertices),
+                triangles: u64::from(chunk.info.triangles),
+                invalid_vertices: 0,
+            });
+        }
+        counts
+    }
+
+    /// The bundle's folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// What the bundle is.
+    #[must_use]
+    pub fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// The light of the day.
+    #[must_use]
+    pub fn lapse(&self) -> &Lapse {
+        &self.lapse
+    }
+
+    /// How many chunks there are.
+    #[must_use]
+    pub fn chunk_count(&self) -> usize {
+        self.chunks.len()
+    }
+
+    /// N, vertices of all chunks.
+    #[must_use]
+    pub fn vertex_count(&self) -> u64 {
+        self.manifest.counts.vertices
+    }
+
+    /// M, triangles of all chunks.
+    #[must_use]
+    pub fn triangle_count(&self) -> u64 {
+        self.manifest.counts.triangles
+    }
+
+    /// What is known of a chunk without reading it.
+    ///
+    /// # Panics
+    /// If there is no such chunk.
+    #[must_use]
+    pub fn chunk_info(&self, chunk: usize) -> ChunkInfo {
+        self.chunks[chunk].info
+    }
+
+    /// Reads a chunk, and nothing but it.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is malformed.
+    ///
+    /// # Panics
+    /// If there is no such chunk.
+    pub fn read_chunk(&self, chunk: usize) -> Result<LitChunk, ReadError> {
+        let place = &self.chunks[chunk];
+        let file = &self.files[place.file];
+        let read = file.read_chunk(place, self.manifest.light)?;
+        read.validate().map_err(|fault| malformed(file.path(), format!("chunk {chunk}: {fault}")))?;
+        Ok(read)
+    }
+
+    /// The bytes of a base colour image, a PNG or JPEG file; empty for one that no chunk shows.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    ///
+    /// # Panics
+    /// If there is no such image.
+    pub fn texture_bytes(&self, texture: usize) -> Result<Vec<u8>, ReadError> {
+        let (file, span) = self.textures[texture];
+        self.files[file].read_span(span)
+    }
+
+    /// Where the sky image of a step of the lapse is.
+    ///
+    /// # Panics
+    /// If there is no such step.
+    #[must_use]
+    pub fn sky_map_path(&self, step: usize) -> PathBuf {
+        self.folder.join(&self.lapse.steps[step].sky_map)
+    }
+
+    /// Hashes all files and compares them with the manifest. Reads the whole bundle.
+    ///
+    /// # Errors
+    /// The first file that is missing or not what it was.
+    pub fn verify(&self) -> Result<(), ReadError> {
+        for expected in &self.manifest.files {
+            let path = self.folder.join(&expected.path);
+            let found = StoredFile::hash(&path, &expected.path).map_err(io_error(&path))?;
+            if found != *expected {
+                return Err(ReadError::Changed { path });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
+    let path = folder.join(MANIFEST_FILE_NAME);
+    if !path.is_file() {
+        return Err(ReadError::NoBundle { path: folder.to_owned() });
+    }
+    let text = read_small(&path)?;
+    let preamble: Preamble = serde_json::from_slice(&text).map_err(|e| malformed(&path, e.to_string()))?;
+    if preamble.format != FORMAT_NAME {
+        return Err(malformed(&path, format!("its format is `{}`, not `{FORMAT_NAME}`", preamble.format)));
+    }
+    if preamble.version != u64::from(FORMAT_VERSION) {
+        return Err(ReadError::Version { path, found: preamble.version, known: FORMAT_VERSION });
+    }
+    let manifest: Manifest = serde_json::from_slice(&text).map_err(|e| malformed(&path, e.to_string()))?;
+    manifest.light.validate().map_err(|fault| malformed(&path, fault.to_string()))?;
+    for file in &manifest.files {
+        if !is_plain_path(&file.path) {
+            return Err(malformed(&path, format!("`{}` is no path within the bundle", file.path)));
+        }
+    }
+    for name in &manifest.geometry {
+        if !manifest.files.iter().any(|f| f.path == *name) {
+            return Err(malformed(&path, format!("`{name}` is not among its files")));
+        }
+    }
+    Ok(manifest)
+}
+
+/// Whether a path stays within the bundle.
+fn is_plain_path(path: &str) -> bool {
+    !path.is_empty()
+        && !path.contains(['\\', ':', '\0'])
+        && Path::new(path).components().all(|c| matches!(c, Component::Normal(_)))
+}
+
+fn read_small(path: &Path) -> Result<Vec<u8>, ReadError> {
+    let file = File::open(path).map_err(io_error(path))?;
+    let bytes = file.metadata().map_err(io_error(path))?.len();
+    if bytes > MAX_JSON_BYTES {
+        return Err(malformed(path, format!("{bytes} bytes are too many for it")));
+    }
+    let mut text = Vec::with_capacity(bytes as usize);
+    file.take(MAX_JSON_BYTES).read_to_end(&mut text).map_err(io_error(path))?;
+    Ok(text)
+}

@@ -1,0 +1,312 @@
+//! Writes a bundle, chunk by chunk.
+
+use crate::chunk::{ChunkFault, LitChunk};
+use crate::glb::{GlbBuilder, bounds};
+use crate::gltf::{Asset, AssetExtras, Material, Mesh, Node, NodeExtras, Pbr, Primitive, Scene, TextureRef};
+use crate::lapse_check::check_lapse;
+use crate::layout::FORMAT_VERSION;
+use crate::manifest::{BundleMeta, Counts, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, TextureInfo};
+use crate::staging::{Staging, sync_folder};
+use crate::storage::{StoredFile, WriteFault, io_fault, store};
+use glam::Vec3;
+use heliodon_sky::lapse::Lapse;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// What keeps a bundle from being written. Whatever it is, a bundle that was there before is still there.
+#[derive(Debug, Error)]
+pub enum WriteError {
+    /// The file system refused.
+    #[error(transparent)]
+    Fault(#[from] WriteFault),
+    /// The place is taken by something that is not a bundle.
+    #[error("{}: not replaced, for {what}; choose another place or move it away", .path.display())]
+    NotABundle {
+        /// The place.
+        path: PathBuf,
+        /// What is there.
+        what: String,
+    },
+    /// Another process writes the same bundle.
+    #[error("{}: another process is writing this bundle; wait until it ends", .path.display())]
+    Busy {
+        /// The bundle.
+        path: PathBuf,
+    },
+    /// A chunk is not as it must be.
+    #[error("chunk {index}: {fault}")]
+    Chunk {
+        /// Its index.
+        index: u64,
+        /// What is wrong.
+        fault: ChunkFault,
+    },
+    /// Something does not fit what the bundle already holds.
+    #[error("{0}")]
+    Unfit(String),
+}
+
+/// Settings of the writer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WriterOptions {
+    /// A glTF file that would grow beyond this is ended and another begun. Stock viewers have trouble above 2 GiB; the format
+    /// ends at 4 GiB.
+    pub max_glb_bytes: u64,
+}
+
+impl Default for WriterOptions {
+    fn default() -> Self {
+        Self { max_glb_bytes: 2 << 30 }
+    }
+}
+
+/// Writes a bundle: chunks are streamed in, in the order of parts, and at the end everything is renamed into place at once.
+///
+/// A writer that is dropped before [`BundleWriter::finish`] leaves nothing behind and what was there untouched.
+pub struct BundleWriter {
+    /// Last in use, first to be declared: a spool file is closed before its folder goes.
+    glb: Option<OpenGlb>,
+    staging: Staging,
+    meta: BundleMeta,
+    options: WriterOptions,
+    manifest: Manifest,
+    low: Vec3,
+    high: Vec3,
+    textures: Vec<PathBuf>,
+}
+
+/// The glTF file that is being filled.
+struct OpenGlb {
+    builder: GlbBuilder,
+    name: String,
+    /// Material by texture.
+    materials: BTreeMap<Option<u32>, usize>,
+    /// The mesh that takes the next chunk, with its part.
+    mesh: Option<u16>,
+}
+
+impl BundleWriter {
+    /// Begins a bundle that will stand at `target`.
+    ///
+    /// # Errors
+    /// If the place is taken by something that is not a bundle, or cannot be written to, or another process writes there; if
+    /// the layout of `meta` is not one that the format holds.
+    pub fn create(target: impl AsRef<Path>, meta: BundleMeta) -> Result<Self, WriteError> {
+        Self::create_with(target, meta, WriterOptions::default())
+    }
+
+    /// As [`BundleWriter::create`], with settings.
+    ///
+    /// # Errors
+    /// As [`BundleWriter::create`].
+    pub fn create_with(target: impl AsRef<Path>, meta: BundleMeta, options: WriterOptions) -> Result<Self, WriteError> {
+        meta.light.validate().map_err(|fault| WriteError::Unfit(fault.to_string()))?;
+        let staging = Staging::create(target.as_ref())?;
+        let manifest = Manifest::new(&meta);
+        let (low, high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        Ok(Self { glb: None, staging, meta, options, manifest, low, high, textures: Vec::new() })
+    }
+
+    /// What goes into the manifest, to be completed before the end: inputs, measures, parameters. Parts and layout stay.
+    pub fn meta_mut(&mut self) -> &mut BundleMeta {
+        &mut self.meta
+    }
+
+    /// Adds a base colour image, the bytes of a PNG or JPEG file, and answers with the index by which chunks name it.
+    ///
+    /// # Errors
+    /// If the bytes are of neither kind, or cannot be written.
+    pub fn add_texture(&mut self, name: &str, bytes: &[u8]) -> Result<u32, WriteError> {
+        let mime = match bytes {
+            [0x89, b'P', b'N', b'G', ..] => "image/png",
+            [0xFF, 0xD8, 0xFF, ..] => "image/jpeg",
+            _ => return Err(WriteError::Unfit(format!("texture `{name}` is neither PNG nor JPEG"))),
+        };
+        let index = self.textures.len() as u32;
+        let spool = format!(".texture-{index}");
+        let stored = store(self.staging.folder(), &spool, bytes)?;
+        self.textures.push(self.staging.folder().join(spool));
+        let info = TextureInfo { name: name.to_owned(), mime: mime.to_owned(), bytes: stored.bytes, blake3: stored.blake3 };
+        self.manifest.textures.push(info);
+        Ok(index)
+    }
+
+    /// Adds a sky image at its path within the bundle, such as `sky/0001.hdr`.
+    ///
+    /// # Errors
+    /// If the path is not a plain one below `sky/`, or there already, or cannot be written.
+    pub fn add_sky_map(&mut self, path: &str, bytes: &[u8]) -> Result<(), WriteError> {
+        let name = path.strip_prefix("sky/").filter(|n| !n.is_empty() && !n.starts_with('.') && !n.contains(['/', '\\', ':']));
+        if name.is_none() || self.manifest.files.iter().any(|f| f.path == path) {
+            return Err(WriteError::Unfit(format!("sky map `{path}`: give each a name of its own, sky/NAME.hdr")));
+        }
+        let folder = self.staging.folder().join("sky");
+        std::fs::create_dir_all(&folder).map_err(io_fault(&folder))?;
+        let stored = store(self.staging.folder(), path, bytes)?;
+        self.manifest.files.push(stored);
+        Ok(())
+    }
+
+    /// Appends a chunk. Chunks come in the order of their parts.
+    ///
+    /// # Errors
+    /// If the chunk is malformed, does not fit the bundle, or cannot be written.
+    pub fn push_chunk(&mut self, chunk: &LitChunk) -> Result<(), WriteError> {
+        let index = self.manifest.counts.chunks;
+        chunk.validate().map_err(|fault| WriteError::Chunk { index, fault })?;
+        let unfit = |what: String| Err(WriteError::Unfit(format!("chunk {index}: {what}")));
+        if chunk.light.layout() != self.manifest.light {
+            return unfit(format!("its light is {:?}, the bundle's {:?}", chunk.light.layout(), self.manifest.light));
+        }
+        let part = usize::from(chunk.part);
+        if part >= self.manifest.parts.len() {
+            return unfit(format!("it names part {part} of {}", self.manifest.parts.len()));
+        }
+        if self.manifest.parts[part + 1..].iter().any(|p| p.counts.chunks > 0) {
+            return unfit(format!("part {part} comes after a later part"));
+        }
+        if chunk.texture.is_some_and(|t| t as usize >= self.textures.len()) {
+            return unfit(format!("it names texture {:?} of {}", chunk.texture, self.textures.len()));
+        }
+        self.make_room(chunk)?;
+        let glb = match &mut self.glb {
+            Some(glb) => glb,
+            None => self.glb.insert(OpenGlb::create(self.staging.folder(), self.manifest.geometry.len(), &self.meta.tool)?),
+        };
+        glb.push(chunk, &self.manifest, &self.textures)?;
+        let (low, high) = bounds(&chunk.positions);
+        (self.low, self.high) = (self.low.min(low), self.high.max(high));
+        let more = Counts {
+            chunks: 1,
+            vertices: chunk.positions.len() as u64,
+            triangles: chunk.triangles.len() as u64,
+            invalid_vertices: chunk.valid.iter().filter(|&&v| v == 0).count() as u64,
+        };
+        self.manifest.counts.add(more);
+        self.manifest.parts[part].counts.add(more);
+        Ok(())
+    }
+
+    /// Ends the open glTF file where the chunk would make it too large.
+    fn make_room(&mut self, chunk: &LitChunk) -> Result<(), WriteError> {
+        let Some(glb) = &self.glb else { return Ok(()) };
+        let layout = chunk.light.layout();
+        let floats = 8 + layout.transfer_floats() + layout.bounce_floats() + 16;
+        let vertex_bytes = 4 * (floats + layout.mask_words() + 1) as u64 + 8;
+        let texture_bytes = match chunk.texture.filter(|t| !glb.materials.contains_key(&Some(*t))) {
+            Some(t) => self.manifest.textures[t as usize].bytes,
+            None => 0,
+        };
+        let more = vertex_bytes * chunk.positions.len() as u64 + 6 * chunk.triangles.len() as u64 + texture_bytes;
+        if glb.builder.estimated_len() + more > self.options.max_glb_bytes {
+            self.close_glb()?;
+        }
+        Ok(())
+    }
+
+    fn close_glb(&mut self) -> Result<(), WriteError> {
+        if let Some(glb) = self.glb.take() {
+            let stored = glb.builder.finish(&self.staging.folder().join(&glb.name), &glb.name)?;
+            self.manifest.geometry.push(glb.name);
+            self.manifest.files.push(stored);
+        }
+        Ok(())
+    }
+
+    /// Writes the lapse and the manifest, and puts the bundle in its place.
+    ///
+    /// # Errors
+    /// If there are no chunks, the lapse does not fit the light or names a sky map that was not added, or something cannot be
+    /// written.
+    pub fn finish(mut self, lapse: &Lapse) -> Result<Manifest, WriteError> {
+        if self.manifest.counts.chunks == 0 {
+            return Err(WriteError::Unfit("the bundle holds no triangles".to_owned()));
+        }
+        check_lapse(lapse, self.manifest.light).map_err(WriteError::Unfit)?;
+        let has_map = |path: &str| self.manifest.files.iter().any(|f| f.path == path);
+        if let Some(step) = lapse.steps.iter().find(|step| !has_map(&step.sky_map)) {
+            return Err(WriteError::Unfit(format!(
+                "the step at {} names sky map `{}`, which was not added",
+                step.time, step.sky_map
+            )));
+        }
+        self.close_glb()?;
+        for texture in &self.textures {
+            std::fs::remove_file(texture).map_err(io_fault(texture))?;
+        }
+        let folder = self.staging.folder();
+        let lapse_path = folder.join(LAPSE_FILE_NAME);
+        let mut text = serde_json::to_vec_pretty(lapse).map_err(|e| WriteFault::json(&lapse_path, &e))?;
+        text.push(b'\n');
+        self.manifest.files.push(store(folder, LAPSE_FILE_NAME, &text)?);
+        self.manifest.files.sort_by(|a, b| a.path.cmp(&b.path));
+        self.manifest.bounds = crate::manifest::Bounds { min: self.low.to_array(), max: self.high.to_array() };
+        let manifest = self.manifest.with_late_meta(self.meta);
+        let text = manifest.to_json().map_err(|e| WriteFault::json(&folder.join(MANIFEST_FILE_NAME), &e))?;
+        let _: StoredFile = store(folder, MANIFEST_FILE_NAME, &text)?;
+        if folder.join("sky").is_dir() {
+            sync_folder(&folder.join("sky"))?;
+        }
+        self.staging.commit()?;
+        Ok(manifest)
+    }
+}
+
+impl OpenGlb {
+    fn create(folder: &Path, number: usize, tool: &str) -> Result<Self, WriteFault> {
+        let name = if number == 0 { "site.glb".to_owned() } else { format!("site-{number}.glb") };
+        let mut builder = GlbBuilder::create(folder.join(format!(".{name}.spool")))?;
+        builder.gltf.asset = Asset {
+            version: "2.0".to_owned(),
+            generator: Some(tool.to_owned()),
+            extras: Some(AssetExtras { heliodon_profile: Some(FORMAT_VERSION), ..AssetExtras::default() }),
+        };
+        builder.gltf.scene = Some(0);
+        builder.gltf.scenes = vec![Scene::default()];
+        Ok(Self { builder, name, materials: BTreeMap::new(), mesh: None })
+    }
+
+    fn push(&mut self, chunk: &LitChunk, manifest: &Manifest, textures: &[PathBuf]) -> Result<(), WriteFault> {
+        let material = match self.materials.get(&chunk.texture) {
+            Some(&material) => material,
+            None => self.add_material(chunk.texture, manifest, textures)?,
+        };
+        let attributes = self.builder.push_chunk_attributes(chunk)?;
+        let indices = self.builder.push_triangles(&chunk.triangles)?;
+        let gltf = &mut self.builder.gltf;
+        if self.mesh != Some(chunk.part) {
+            self.mesh = Some(chunk.part);
+            let part = &manifest.parts[usize::from(chunk.part)];
+            gltf.meshes.push(Mesh { name: Some(part.name.clone()), primitives: Vec::new() });
+            gltf.nodes.push(Node {
+                name: Some(part.name.clone()),
+                mesh: Some(gltf.meshes.len() - 1),
+                extras: Some(NodeExtras { part: chunk.part, role: Some(part.role) }),
+                ..Node::default()
+            });
+            gltf.scenes[0].nodes.push(gltf.nodes.len() - 1);
+        }
+        if let Some(mesh) = gltf.meshes.last_mut() {
+            mesh.primitives.push(Primitive { attributes, indices: Some(indices), material: Some(material), mode: None });
+        }
+        Ok(())
+    }
+
+    fn add_material(&mut self, texture: Option<u32>, manifest: &Manifest, files: &[PathBuf]) -> Result<usize, WriteFault> {
+        let shown = match texture {
+            Some(index) => {
+                let (info, path) = (&manifest.textures[index as usize], &files[index as usize]);
+                let bytes = std::fs::read(path).map_err(io_fault(path))?;
+                Some(TextureRef { index: self.builder.push_texture(index, &info.name, &info.mime, &bytes)? })
+            }
+            None => None,
+        };
+        let pbr = Pbr { base_color_texture: shown, metallic_factor: 0.0, roughness_factor: 1.0 };
+        let material = Material { pbr_metallic_roughness: pbr, double_sided: true, ..Material::default() };
+        let materials = &mut self.builder.gltf.materials;
+        materials.push(material);
+        self.materials.insert(texture, materials.len() - 1);
+        Ok(materials.len() - 1)
+    }
+}

@@ -1,0 +1,130 @@
+//! A small bundle that has everything a bundle can have, its numbers from a fixed seed.
+#![allow(dead_code, reason = "every test program uses a part of this")]
+
+use glam::{Vec2, Vec3};
+use heliodon_bundle::manifest::Manifest;
+use heliodon_bundle::site::{Role, Site};
+use heliodon_bundle::{BundleMeta, BundleWriter, LightLayout, LitChunk, PartMeta, StoredFile, VertexLight, WriterOptions};
+use heliodon_image::{HdrImage, SrgbImage};
+use heliodon_math::frame::unit_or;
+use heliodon_math::random::Pcg32;
+use heliodon_sky::lapse::{Lapse, LapseStep, Sun, SunBounceBasis};
+use std::path::Path;
+
+pub const MONO: LightLayout = LightLayout { sun_steps: 5, coefficients: 4, channels: 1, sun_bounce_functions: 2 };
+pub const RGB: LightLayout = LightLayout { sun_steps: 300, coefficients: 9, channels: 3, sun_bounce_functions: 3 };
+
+pub fn site() -> Site {
+    let text = r#"
+        [site]
+        name = "Sample"
+        latitude_deg = 37.9715
+        utc_offset = "+02:00"
+        [[part]]
+        file = "column.ply"
+        role = "scan"
+        [[part]]
+        file = "ground.ply"
+        role = "ground"
+        [sky]
+        probes = "sky/*.hdr"
+        mapping = "lat-long"
+        [[room]]
+        name = "in front"
+        min = [-1, 1, 3]
+        max = [1, 2, 5]
+    "#;
+    Site::parse(text, "site/site.toml").unwrap()
+}
+
+pub fn meta(layout: LightLayout) -> BundleMeta {
+    let mut meta = BundleMeta::from_site(&site(), layout, 0.001);
+    meta.tool = "heliodon frozen".to_owned();
+    meta.inputs = vec![StoredFile { path: "column.ply".to_owned(), bytes: 3, blake3: "00".repeat(32) }];
+    meta.measures.insert("sun_bounce_relative_error".to_owned(), 0.0125);
+    assert_eq!(meta.parts[1], PartMeta { name: "ground".to_owned(), role: Role::Ground });
+    meta
+}
+
+/// A bumpy strip of `columns` by 2 vertices, moved by `shift`.
+pub fn chunk(layout: LightLayout, part: u16, texture: Option<u32>, columns: u32, shift: f32) -> LitChunk {
+    let mut random = Pcg32::new(7, u64::from(part) * 31 + u64::from(columns));
+    let n = 2 * columns as usize;
+    let mut next = |low: f32, high: f32| low + (high - low) * random.next_f32();
+    let positions: Vec<Vec3> =
+        (0..n).map(|i| Vec3::new(shift + (i / 2) as f32 * 0.1, next(0.0, 0.02), (i % 2) as f32 * 0.1)).collect();
+    let normals = (0..n).map(|_| unit_or(Vec3::new(next(-0.2, 0.2), 1.0, next(-0.2, 0.2)), Vec3::Y)).collect();
+    let uvs = positions.iter().map(|p| Vec2::new(p.x, p.z)).filter(|_| texture.is_some()).collect();
+    let albedo = (0..n).map(|i| if texture.is_some() { Vec3::ONE } else { Vec3::splat((i % 11) as f32 / 10.0) }).collect();
+    let triangles = (0..columns - 1).flat_map(|c| [[2 * c, 2 * c + 1, 2 * c + 2], [2 * c + 1, 2 * c + 3, 2 * c + 2]]).collect();
+    let mut light = VertexLight::zeros(layout, n);
+    let words = layout.mask_words();
+    for (i, word) in light.sun_mask.iter_mut().enumerate() {
+        let used = (layout.sun_steps as usize - 32 * (i % words)).min(32);
+        *word = ((next(0.0, 1.0) * 4.0e9) as u32) & (u32::MAX >> (32 - used));
+    }
+    light.sky_transfer.iter_mut().for_each(|v| *v = next(-0.2, 1.0));
+    light.sun_bounce.iter_mut().for_each(|v| *v = next(-0.1, 0.3));
+    let valid = (0..n).map(|i| u8::from(part != 0 || i % 5 != 3)).collect();
+    LitChunk { part, texture, positions, normals, uvs, albedo, triangles, valid, light }
+}
+
+/// Two sky entries for each sun step, ten minutes apart from 06:57 on, the last without a sun.
+pub fn lapse(layout: LightLayout) -> Lapse {
+    let count = (2 * layout.sun_steps).min(24);
+    let mut random = Pcg32::new(11, 3);
+    let mut color = |scale: f32| [scale * random.next_f32(), scale * random.next_f32(), scale * random.next_f32()];
+    let steps = (0..count).map(|i| {
+        let minutes = 6 * 60 + 57 + 10 * i;
+        let mask_bit = i * layout.sun_steps / count;
+        let direction = unit_or(Vec3::new(1.0 - 0.3 * mask_bit as f32, 0.4, 0.3), Vec3::Y);
+        LapseStep {
+            time: format!("{:02}:{:02}", minutes / 60, minutes % 60),
+            sun: (i + 2 < count).then(|| Sun { direction: direction.to_array(), irradiance: color(9.0), clipped: i == 0 }),
+            sky: (0..layout.coefficients).map(|_| color(2.0)).collect(),
+            exposure_stops: 0.25 * i as f32 - 1.0,
+            sky_map: format!("sky/{:04}.hdr", i % 2),
+            mask_bit,
+            ..blank_step()
+        }
+    });
+    let steps = steps.collect();
+    let functions = (0..layout.sun_bounce_functions)
+        .map(|r| (0..layout.sun_steps).map(|t| ((r + 1) * (t + 2) % 7) as f32 * 0.25 - 0.5).collect())
+        .collect();
+    let basis = SunBounceBasis { channels: layout.channels, functions };
+    Lapse { steps, sun_bounce_basis: (layout.sun_bounce_functions > 0).then_some(basis) }
+}
+
+fn blank_step() -> LapseStep {
+    serde_json::from_str(r#"{"time":"00:00","sun":null,"sky":[],"exposure_stops":0,"sky_map":"","mask_bit":0}"#).unwrap()
+}
+
+pub fn texture_png() -> Vec<u8> {
+    let mut image = SrgbImage::filled(4, 2, [200, 100, 50, 255]);
+    image.pixels[3] = [10, 20, 30, 255];
+    image.to_png_bytes().unwrap()
+}
+
+/// Writes a bundle of two parts, the second textured where `textured`.
+pub fn write(target: &Path, layout: LightLayout, textured: bool, options: WriterOptions) -> Manifest {
+    let mut writer = BundleWriter::create_with(target, meta(layout), options).unwrap();
+    let texture = textured.then(|| writer.add_texture("ground.png", &texture_png()).unwrap());
+    for chunk in chunks(layout, texture) {
+        writer.push_chunk(&chunk).unwrap();
+    }
+    for i in 0..2 {
+        let map = HdrImage::from_fn(4, 2, |x, y| Vec3::new(x as f32, y as f32, i as f32) * 0.5 + 0.1);
+        writer.add_sky_map(&format!("sky/{i:04}.hdr"), &map.to_hdr_bytes()).unwrap();
+    }
+    writer.finish(&lapse(layout)).unwrap()
+}
+
+pub fn chunks(layout: LightLayout, texture: Option<u32>) -> Vec<LitChunk> {
+    vec![
+        chunk(layout, 0, None, 5, 0.0),
+        chunk(layout, 0, None, 8, 0.4),
+        chunk(layout, 1, texture, 4, -1.0),
+        chunk(layout, 1, None, 3, -0.7),
+    ]
+}
