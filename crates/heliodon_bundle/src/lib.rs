@@ -8,13 +8,18 @@
 //!
 //! The layout of the glTF profile is described in [`layout`].
 
+mod albedo;
+pub mod arrays;
 pub mod chunk;
+pub mod export;
 mod glb;
 mod gltf;
+pub mod inspect;
 mod lapse_check;
 pub mod layout;
 pub mod manifest;
 pub mod moment;
+pub mod npy;
 mod reader;
 pub mod shade;
 pub mod site;
@@ -22,6 +27,7 @@ mod staging;
 mod storage;
 mod writer;
 
+pub use albedo::VertexAlbedo;
 pub use chunk::{LightLayout, LitChunk, VertexLight};
 pub use lapse_check::check_lapse;
 pub use manifest::{BundleMeta, Manifest, Parameters, PartMeta};

@@ -16,6 +16,7 @@ use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FIL
 use crate::storage::StoredFile;
 use error::{io_error, malformed};
 use glb::{ChunkPlace, GlbFile};
+use heliodon_image::SrgbImage;
 use heliodon_sky::lapse::Lapse;
 use std::fs::File;
 use std::io::Read;
@@ -179,6 +180,19 @@ impl BundleReader {
     pub fn texture_bytes(&self, texture: usize) -> Result<Vec<u8>, ReadError> {
         let (file, span) = self.textures[texture];
         self.files[file].read_span(span)
+    }
+
+    /// A base colour image, decoded.
+    ///
+    /// # Errors
+    /// If it cannot be read or is no image.
+    ///
+    /// # Panics
+    /// If there is no such image.
+    pub fn texture_image(&self, texture: usize) -> Result<SrgbImage, ReadError> {
+        let bytes = self.texture_bytes(texture)?;
+        let path = self.files[self.textures[texture].0].path();
+        SrgbImage::from_bytes(&bytes, &self.manifest.textures[texture].name).map_err(|e| malformed(path, e.to_string()))
     }
 
     /// Where the sky image of a step of the lapse is.

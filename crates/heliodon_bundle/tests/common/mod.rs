@@ -78,15 +78,14 @@ pub fn lapse(layout: LightLayout) -> Lapse {
         let minutes = 6 * 60 + 57 + 10 * i;
         let mask_bit = i * layout.sun_steps / count;
         let direction = unit_or(Vec3::new(1.0 - 0.3 * mask_bit as f32, 0.4, 0.3), Vec3::Y);
-        LapseStep {
-            time: format!("{:02}:{:02}", minutes / 60, minutes % 60),
-            sun: (i + 2 < count).then(|| Sun { direction: direction.to_array(), irradiance: color(9.0), clipped: i == 0 }),
-            sky: (0..layout.coefficients).map(|_| color(2.0)).collect(),
-            exposure_stops: 0.25 * i as f32 - 1.0,
-            sky_map: format!("sky/{:04}.hdr", i % 2),
-            mask_bit,
-            ..blank_step()
-        }
+        let mut step = blank_step();
+        step.time = format!("{:02}:{:02}", minutes / 60, minutes % 60);
+        step.sun = (i + 2 < count).then(|| Sun { direction: direction.to_array(), irradiance: color(9.0), clipped: i == 0 });
+        step.sky = (0..layout.coefficients).map(|_| color(2.0)).collect();
+        step.exposure_stops = 0.25 * i as f32 - 1.0;
+        step.sky_map = format!("sky/{:04}.hdr", i % 2);
+        step.mask_bit = mask_bit;
+        step
     });
     let steps = steps.collect();
     let functions = (0..layout.sun_bounce_functions)

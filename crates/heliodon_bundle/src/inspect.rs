@@ -1,0 +1,230 @@
+//! What is in a bundle or a site, for people and for programs.
+
+use crate::chunk::LightLayout;
+use crate::manifest::{Bounds, Counts, PartInfo};
+use crate::reader::BundleReader;
+use crate::site::{Albedo, InputKind, Role, Site, SiteError};
+use serde::Serialize;
+use std::fmt;
+
+/// What is in a bundle.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BundleSummary {
+    /// The site's name.
+    pub name: String,
+    /// The program that wrote it.
+    pub tool: String,
+    /// Version of the format.
+    pub version: u32,
+    /// How much there is.
+    pub counts: Counts,
+    /// The box around it.
+    pub bounds: Bounds,
+    /// The parts.
+    pub parts: Vec<PartInfo>,
+    /// Base colour images.
+    pub textures: usize,
+    /// Shape of the stored light.
+    pub light: LightLayout,
+    /// How far off the surface rays started, metres.
+    pub offset_m: f64,
+    /// The first and the last entry's time.
+    pub day: [String; 2],
+    /// Entries of the lapse.
+    pub sky_steps: usize,
+    /// How many of them have a sun.
+    pub sky_steps_with_sun: usize,
+    /// Names of the rooms.
+    pub rooms: Vec<String>,
+    /// glTF files.
+    pub geometry_files: Vec<String>,
+    /// Size of all files but the manifest.
+    pub bytes: u64,
+}
+
+impl BundleSummary {
+    /// Summarises a bundle.
+    #[must_use]
+    pub fn of(reader: &BundleReader) -> Self {
+        let (manifest, steps) = (reader.manifest(), &reader.lapse().steps);
+        let time = |step: Option<&heliodon_sky::lapse::LapseStep>| step.map_or(String::new(), |s| s.time.clone());
+        Self {
+            name: manifest.site.name.clone(),
+            tool: manifest.tool.clone(),
+            version: manifest.version,
+            counts: manifest.counts,
+            bounds: manifest.bounds,
+            parts: manifest.parts.clone(),
+            textures: manifest.textures.len(),
+            light: manifest.light,
+            offset_m: manifest.offset_m,
+            day: [time(steps.first()), time(steps.last())],
+            sky_steps: steps.len(),
+            sky_steps_with_sun: steps.iter().filter(|s| s.sun.is_some()).count(),
+            rooms: manifest.rooms.iter().map(|r| r.name.clone()).collect(),
+            geometry_files: manifest.geometry.clone(),
+            bytes: manifest.files.iter().map(|f| f.bytes).sum(),
+        }
+    }
+}
+
+/// `1234567` as `1,234,567`.
+fn thousands(number: u64) -> String {
+    let digits = number.to_string();
+    let mut out = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i) % 3 == 0 {
+            out.push(',');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+fn role_name(role: Role) -> &'static str {
+    match role {
+        Role::Scan => "scan",
+        Role::Ground => "ground",
+        Role::Filling => "filling",
+        Role::Prop => "prop",
+    }
+}
+
+impl fmt::Display for BundleSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}: a bundle of format version {}, written by {}", self.name, self.version, self.tool)?;
+        let (min, max) = (self.bounds.min, self.bounds.max);
+        let size = [0, 1, 2].map(|i| f64::from(max[i]) - f64::from(min[i]));
+        writeln!(
+            f,
+            "  {} triangles, {} vertices ({} of them borrow their light), {} chunks, {:.2} x {:.2} x {:.2} m",
+            thousands(self.counts.triangles),
+            thousands(self.counts.vertices),
+            thousands(self.counts.invalid_vertices),
+            thousands(self.counts.chunks),
+            size[0],
+            size[1],
+            size[2],
+        )?;
+        for part in &self.parts {
+            writeln!(f, "  part {} ({}): {} triangles", part.name, role_name(part.role), thousands(part.counts.triangles))?;
+        }
+        let channels = if self.light.channels == 1 { "mono" } else { "rgb" };
+        writeln!(
+            f,
+            "  light: {} sun steps, {} sky coefficients ({channels}), {} functions of bounced sun, rays start {} m off",
+            self.light.sun_steps, self.light.coefficients, self.light.sun_bounce_functions, self.offset_m,
+        )?;
+        let [first, last] = &self.day;
+        writeln!(f, "  day: {first} to {last}, {} sky entries, {} with a sun", self.sky_steps, self.sky_steps_with_sun)?;
+        for room in &self.rooms {
+            writeln!(f, "  room {room}")?;
+        }
+        let (files, textures) = (self.geometry_files.join(", "), self.textures);
+        write!(f, "  {:.1} MB in all; geometry in {files}, {textures} textures", self.bytes as f64 / 1e6)
+    }
+}
+
+/// What is in a site.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SiteSummary {
+    /// The site's name.
+    pub name: String,
+    /// The parts.
+    pub parts: Vec<PartSummary>,
+    /// Where the light comes from, in words.
+    pub sky: String,
+    /// The sky's image files.
+    pub probes: Vec<String>,
+    /// Sun positions of the day.
+    pub sun_steps: u32,
+    /// Sky entries of the day.
+    pub sky_steps: u32,
+    /// Shape of what is stored and how it is computed, in words.
+    pub bake: String,
+    /// Names of the rooms.
+    pub rooms: Vec<String>,
+}
+
+/// A part of a site.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PartSummary {
+    /// Its file pattern.
+    pub pattern: String,
+    /// What it is.
+    pub role: Role,
+    /// Where its albedo comes from, in words.
+    pub albedo: String,
+    /// Its files.
+    pub files: Vec<String>,
+    /// Their size.
+    pub bytes: u64,
+}
+
+impl SiteSummary {
+    /// Summarises a site.
+    ///
+    /// # Errors
+    /// If a file that it names is not there.
+    pub fn of(site: &Site) -> Result<Self, SiteError> {
+        let inputs = site.input_files()?;
+        let part = |(i, part): (usize, &crate::site::Part)| {
+            let own = || inputs.iter().filter(move |f| f.kind == InputKind::Geometry(i));
+            PartSummary {
+                pattern: part.file.clone(),
+                role: part.role,
+                albedo: match &part.albedo {
+                    None => "from the files, or 0.5".to_owned(),
+                    Some(Albedo::Rgb(rgb)) => format!("{} {} {}", rgb[0], rgb[1], rgb[2]),
+                    Some(Albedo::Image(image)) => image.clone(),
+                },
+                files: own().map(|f| f.name.clone()).collect(),
+                bytes: own().filter_map(|f| std::fs::metadata(&f.path).ok()).map(|m| m.len()).sum(),
+            }
+        };
+        let (sky, bake) = (&site.sky, &site.bake);
+        let probes: Vec<String> = inputs.iter().filter(|f| f.kind == InputKind::Probe).map(|f| f.name.clone()).collect();
+        let from = match (sky.model, sky.date) {
+            (Some(model), Some(date)) => format!("{} of {date}", word(model)),
+            _ => format!("{} probes, {}", probes.len(), sky.mapping.map_or(String::new(), word)),
+        };
+        let bounces = if bake.sun_bounce { "sky and sun" } else { "the sky" };
+        Ok(Self {
+            name: site.site.name.clone(),
+            parts: site.parts.iter().enumerate().map(part).collect(),
+            sky: from,
+            probes,
+            sun_steps: bake.sun_steps,
+            sky_steps: bake.effective_sky_steps(),
+            bake: format!(
+                "{} coefficients ({}), {} samples, {} bounces of {bounces}",
+                bake.coefficients(),
+                word(bake.transfer),
+                bake.samples,
+                bake.bounces,
+            ),
+            rooms: site.rooms.iter().map(|r| r.name.clone()).collect(),
+        })
+    }
+}
+
+/// The word that stands for a value in `site.toml`.
+fn word(value: impl Serialize) -> String {
+    match serde_json::to_value(value) {
+        Ok(serde_json::Value::String(word)) => word,
+        _ => String::new(),
+    }
+}
+
+impl fmt::Display for SiteSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}: a site", self.name)?;
+        for part in &self.parts {
+            let (role, files, mb) = (role_name(part.role), part.files.len(), part.bytes as f64 / 1e6);
+            writeln!(f, "  part {} ({role}): {files} files, {mb:.1} MB, albedo {}", part.pattern, part.albedo)?;
+        }
+        writeln!(f, "  sky: {}", self.sky)?;
+        writeln!(f, "  bake: {} sun steps, {} sky entries, {}", self.sun_steps, self.sky_steps, self.bake)?;
+        write!(f, "  rooms: {}", if self.rooms.is_empty() { "none".to_owned() } else { self.rooms.join(", ") })
+    }
+}
