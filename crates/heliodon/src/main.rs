@@ -1,2 +1,8 @@
-//! The heliodon command line.
+//! Heliodon's program.
+mod failure;
+mod files;
+mod film;
+mod output;
+mod progress;
+mod values;
 fn main() {}

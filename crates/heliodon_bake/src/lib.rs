@@ -1,6 +1,8 @@
 //! The pipeline from a site to a bundle.
 
+pub mod blocks;
 pub mod cache;
+pub mod codec;
 pub mod memory;
 pub mod report;
 

@@ -1,0 +1,52 @@
+//! Files that appear whole or not at all.
+
+use anyhow::{Context, Result};
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Writes a file beside its place and renames it there, so that a failure leaves what was there before.
+///
+/// # Errors
+/// What `write` returns or the operating system says, with the file's name.
+pub fn write_whole(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> Result<()> {
+    let beside = beside(path);
+    let written = File::create(&beside).and_then(|mut file| {
+        write(&mut file)?;
+        file.sync_all()
+    });
+    written.and_then(|()| fs::rename(&beside, path)).map_err(|error| {
+        let _ = fs::remove_file(&beside);
+        anyhow::Error::new(error)
+    })
+    .with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// A name in the same folder, with the same ending (writers look at it), that no other run uses.
+pub fn beside(path: &Path) -> PathBuf {
+    let name = path.file_name().map_or_else(OsString::new, OsString::from);
+    let mut hidden = OsString::from(format!(".{}-", std::process::id()));
+    hidden.push(name);
+    path.with_file_name(hidden)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    #[test]
+    fn a_failed_write_keeps_the_old_file_and_leaves_no_new_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("film.mp4");
+        write_whole(&path, |file| file.write_all(b"good")).unwrap();
+        let failed = write_whole(&path, |file| {
+            file.write_all(b"half")?;
+            Err(io::Error::from(io::ErrorKind::StorageFull))
+        });
+        assert!(format!("{:#}", failed.unwrap_err()).contains("film.mp4"));
+        assert_eq!(fs::read(&path).unwrap(), b"good");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+}
