@@ -2,5 +2,10 @@
 
 use glam::{Vec2, Vec3};
 
+pub mod import;
 mod mesh;
-pub use mesh::{Material, Mesh, Texture};
+pub mod normals;
+pub mod place;
+pub mod weld;
+
+pub use mesh::{Material, Mesh, Texture, Wrap};

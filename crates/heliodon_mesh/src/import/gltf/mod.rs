@@ -1,0 +1,92 @@
+//! glTF 2.0, as JSON with files beside it or as one binary file: the scene's triangles in their rest pose.
+//!
+//! Read here: node transforms in `f64`, also mirroring ones; indexed and plain triangles, strips and fans; all component types,
+//! normalised and sparse accessors; `COLOR_0`, texture coordinates with `KHR_texture_transform`; base colours with their textures;
+//! `KHR_mesh_quantization` and `EXT_meshopt_compression`. Points and lines are passed over; Draco is not read and says so.
+//! Skins, morph targets and animations are left out: actors have their own way into the program.
+
+mod accessor;
+mod buffers;
+mod container;
+mod materials;
+mod meshopt;
+mod model;
+mod scene;
+
+use super::ImportOptions;
+use super::assembly::Assembly;
+use super::error::{ImportError, ImportReport, Place};
+use super::source::Source;
+use crate::Mesh;
+use buffers::Buffers;
+use model::Document;
+use std::fmt;
+use std::path::Path;
+
+/// What is wrong with an item of the document; the file's name is added where it is known.
+#[derive(Clone, Debug)]
+pub(super) struct Failure {
+    item: String,
+    problem: String,
+    remedy: String,
+}
+
+type Outcome<T> = Result<T, Failure>;
+
+impl Failure {
+    fn new(item: &str, problem: impl Into<String>, remedy: &str) -> Self {
+        Self { item: item.to_owned(), problem: problem.into(), remedy: remedy.to_owned() }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}; {}", self.item, self.problem, self.remedy)
+    }
+}
+
+fn fail<T>(item: &str, problem: impl Into<String>, remedy: &str) -> Outcome<T> {
+    Err(Failure::new(item, problem, remedy))
+}
+
+pub(super) fn read(
+    source: &mut Source,
+    folder: Option<&Path>,
+    options: &ImportOptions,
+    report: &mut ImportReport,
+) -> Result<Mesh, ImportError> {
+    let file = source.file();
+    let length = usize::try_from(source.length())
+        .map_err(|_| source.fail("is too large for this machine's memory", "split it into several files"))?;
+    let bytes = source.take(length)?;
+    let (json, bin) = container::open(bytes, file)?;
+    let document: Document = serde_json::from_slice(json).map_err(|error| {
+        let problem = format!("is no glTF document: {error}");
+        let remedy = "check the file in a glTF validator, or export it again";
+        ImportError::new(file, Place::Line(error.line() as u64), problem, remedy)
+    })?;
+    let mut assembly = Assembly::new(file, options, report)?;
+    let buffers = Buffers::new(&document, bin, folder);
+    let built = check_version(&document).and_then(|()| scene::build(&document, &buffers, &mut assembly));
+    built.map_err(|failure| ImportError::new(file, Place::Item(failure.item), failure.problem, failure.remedy))?;
+    assembly.finish()
+}
+
+/// Extensions without which the triangles would be wrong, and what to do about them.
+const UNREADABLE: [(&str, &str); 2] = [
+    ("KHR_draco_mesh_compression", "decompress it first (for example: gltf-transform copy in.glb out.glb)"),
+    ("EXT_mesh_gpu_instancing", "expand its instances first (for example: gltf-transform with --instance=false)"),
+];
+
+fn check_version(document: &Document) -> Outcome<()> {
+    let version = document.asset.min_version.as_deref().unwrap_or(&document.asset.version);
+    if !(version == "2.0" || version.starts_with("2.")) {
+        let problem = if version.is_empty() { "names no version".to_owned() } else { format!("is of version {version}") };
+        return fail("asset", problem, "convert it to glTF 2.0");
+    }
+    let required = |name: &str| document.extensions_required.iter().any(|e| e == name);
+    match UNREADABLE.iter().find(|(name, _)| required(name)) {
+        Some((name, remedy)) => fail("extensionsRequired", format!("names {name}, which is not read here"), remedy),
+        None => Ok(()),
+    }
+}
