@@ -6,6 +6,7 @@ pub mod import;
 mod mesh;
 pub mod normals;
 pub mod place;
+pub mod temple;
 pub mod weld;
 
 pub use mesh::{Material, Mesh, Texture, Wrap};
