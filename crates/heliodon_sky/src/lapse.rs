@@ -27,6 +27,9 @@ pub struct LapseStep {
     pub sky_map: String,
     /// The sun step whose mask bit holds here.
     pub mask_bit: u32,
+    /// Whether the sky image shows the sun itself, as a probe's does; a viewer draws the disc where it does not.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub sun_in_map: bool,
 }
 
 /// The sun of a step.
