@@ -77,8 +77,7 @@ fn all_eight_orientations_show_the_same_picture() {
 
 #[test]
 fn exposure_and_colour_correction_are_taken_out() {
-    let header =
-        "#?RADIANCE\n# a comment = nothing\nEXPOSURE= 2.0\nEXPOSURE=2\nCOLORCORR=1 2 4\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n";
+    let header = "#?RADIANCE\n# a comment = nothing\nPRIMARIES=0 0 0 0 0 0 0 0\nEXPOSURE= 2.0\nEXPOSURE=2\nCOLORCORR=1 2 4\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n";
     let image = HdrImage::from_bytes(&hdr(header, &[128, 128, 128, 131]), "x.hdr").unwrap();
     assert_eq!(image.pixels, vec![Vec3::new(1.0, 0.5, 0.25)]);
 }

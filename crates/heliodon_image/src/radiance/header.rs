@@ -1,8 +1,8 @@
 //! The text at the head of a Radiance picture.
 
 use crate::error::{COPY_AGAIN, ImageError};
-use crate::primaries::{self, Primaries};
-use glam::{DVec2, Mat3, Vec3};
+use crate::primaries;
+use glam::{Mat3, Vec3};
 
 /// One axis of the resolution line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +37,6 @@ impl Header {
         let mut lines = Lines { bytes, at: 0, number: 0 };
         let mut scale = Vec3::ONE;
         let mut is_xyz = false;
-        let mut primaries: Option<Primaries> = None;
         loop {
             let line = lines.next_line(name)?;
             let text = String::from_utf8_lossy(line);
@@ -61,17 +60,6 @@ impl Header {
                         positive::<3>(value).ok_or_else(|| bad(number, "COLORCORR is not three positive numbers".into()))?;
                     scale /= Vec3::from_array(c);
                 }
-                "PRIMARIES" => {
-                    let p = positive::<8>(value)
-                        .ok_or_else(|| bad(number, "PRIMARIES is not eight positive numbers".into()))?
-                        .map(f64::from);
-                    primaries = Some(Primaries {
-                        red: DVec2::new(p[0], p[1]),
-                        green: DVec2::new(p[2], p[3]),
-                        blue: DVec2::new(p[4], p[5]),
-                        white: DVec2::new(p[6], p[7]),
-                    });
-                }
                 _ => {}
             }
         }
@@ -82,12 +70,8 @@ impl Header {
         if !(scale.is_finite() && scale.min_element() > 0.0) {
             return Err(bad(1, "EXPOSURE and COLORCORR leave no finite scale".into()));
         }
-        let rec709_from_file = match (is_xyz, primaries) {
-            (true, _) => primaries::rec709_from_xyze(),
-            (false, Some(p)) => primaries::rec709_from(&p),
-            (false, None) => Some(Mat3::IDENTITY),
-        }
-        .ok_or_else(|| bad(1, "PRIMARIES span no triangle of colours".into()))?;
+        let xyze = || primaries::rec709_from_xyze().unwrap_or(Mat3::IDENTITY);
+        let rec709_from_file = if is_xyz { xyze() } else { Mat3::IDENTITY };
         Ok(Self { slow, fast, scale, rec709_from_file, pixels_at: lines.at })
     }
 }

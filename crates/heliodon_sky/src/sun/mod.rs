@@ -36,13 +36,15 @@ pub struct SunParams {
     pub max_radius_deg: f64,
     /// How bright, as a part of the peak, something more than 10 degrees away may be. Lamps and windows come in numbers, suns do not.
     pub max_rival: f32,
+    /// The least irradiance, as a part of what all the rest of the image gives a surface on average. Below it a spot changes nothing.
+    pub min_share: f64,
     /// The least elevation in degrees of a sun's middle: it is looked for from a little below the horizon.
     pub min_elevation_deg: f64,
 }
 
 impl Default for SunParams {
     fn default() -> Self {
-        Self { min_contrast: 12.0, max_radius_deg: 3.0, max_rival: 0.5, min_elevation_deg: -2.0 }
+        Self { min_contrast: 12.0, max_radius_deg: 3.0, max_rival: 0.5, min_share: 0.02, min_elevation_deg: -2.0 }
     }
 }
 
@@ -76,6 +78,12 @@ pub fn find_sun(probe: &Probe, params: &SunParams) -> Option<FoundSun> {
     let measured = patch.measure(probe.geometry(), params.max_radius_deg)?;
     let contrast = (f64::from(peak) / measured.ring.max(1e-9 * f64::from(peak))) as f32;
     if contrast < params.min_contrast || has_rival(probe, measured.direction, params.max_rival * peak) {
+        return None;
+    }
+    let flux: f64 = probe.image().pixels.iter().zip(grid.solid_angles()).map(|(&c, &s)| f64::from(luminance(c) * s)).sum();
+    let irradiance = f64::from(luminance(measured.irradiance.as_vec3()));
+    // a surface of any orientation receives a quarter of the sphere's flux on average
+    if irradiance <= params.min_share * 0.25 * (flux - irradiance).max(0.0) {
         return None;
     }
     let direction = measured.direction.as_vec3();
