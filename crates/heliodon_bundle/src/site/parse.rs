@@ -98,5 +98,16 @@ fn explain(message: &str) -> (String, String) {
         };
         return (format!("`{field}` is missing"), remedy.to_owned());
     }
-    (message, String::new())
+    let remedy = if message.contains("datetime") {
+        "write dates and times in quotes: \"-0437-08-01\", \"06:57\""
+    } else if message.contains("duplicate key") {
+        "keep one of the two"
+    } else if message.contains("string values must be quoted") {
+        "put text in quotes"
+    } else if message.contains("write ") {
+        "" // the value's own parser has said it
+    } else {
+        "schema/site.schema.json and `heliodon new` show what can be written"
+    };
+    (message, remedy.to_owned())
 }

@@ -1,0 +1,272 @@
+//! `site.toml`: what is read, what is refused and where, the schema, the template.
+
+use heliodon_bundle::site::{
+    Albedo, Bake, Between, Date, Display, LightStorage, Mapping, ProbeTimes, Role, Room, Site, SiteFile, SkyModel, Transfer,
+    Unit, UpAxis,
+};
+use std::path::Path;
+
+const SMALLEST: &str = r#"[site]
+name = "Bunny under a grey sky"
+[[part]]
+file = "bunny.obj"
+role = "scan"
+albedo = [0.5, 0.5, 0.5]
+[sky]
+probes = "grey.hdr"
+mapping = "lat-long"
+[bake]
+bounces = 4
+samples = 1024
+"#;
+
+const FULL: &str = r#"[site]
+name = "The Parthenon"
+latitude_deg = 37.9715
+longitude_deg = 23.7267
+utc_offset = "+01:34:54"
+north_deg = 77
+origin = [475000.5, 150.25, 4201000.75]
+
+[[part]]
+file = "temple/*.ply"
+name = "temple"
+role = "scan"
+albedo = "marble.png"
+unit = "mm"
+up = "z"
+translate = [1, 2, 3]
+rotate_deg = [0, 90, 0]
+scale = -2.0
+light = "vertex"
+
+[[part]]
+file = "ground.glb"
+role = "ground"
+
+[sky]
+model = "atmosphere"
+date = "-0437-08-01"
+turbidity = 2.5
+turn_deg = 10
+below_horizon = "mirror"
+
+[bake]
+sun_steps = 46
+sky_steps = 92
+first = 06:57:00
+last = "17:34"
+order = 2
+bounces = 3
+samples = 512
+seed = 7
+offset_m = 0.002
+transfer = "rgb"
+sun_bounce = false
+
+[[room]]
+name = "west"
+min = [-50, 1, 0]
+max = [-48, 2, 2]
+windows = [[[-48, 1, 0], [-48, 1, 2], [-48, 2, 0]]]
+looks_at = [0, 8, 0]
+
+[display]
+width_px = 1280
+height_px = 800
+fov_deg = 40
+"#;
+
+fn parse(text: &str) -> Result<Site, heliodon_bundle::site::SiteError> {
+    Site::parse(text, "somewhere/site.toml")
+}
+
+#[test]
+fn the_smallest_site_works_as_written() {
+    let site = parse(SMALLEST).unwrap();
+    assert_eq!(site.site.name, "Bunny under a grey sky");
+    assert_eq!(site.parts[0].albedo, Some(Albedo::Rgb([0.5; 3])));
+    assert_eq!((site.parts[0].role, site.parts[0].unit, site.parts[0].up), (Role::Scan, Unit::M, UpAxis::Y));
+    assert_eq!((site.sky.mapping, &site.sky.times), (Some(Mapping::LatLong), &ProbeTimes::InNames));
+    assert_eq!(site.bake, Bake::default());
+    assert_eq!((site.bake.effective_sky_steps(), site.bake.coefficients(), site.bake.channels()), (184, 4, 1));
+    assert_eq!(site.folder(), Path::new("somewhere"));
+}
+
+#[test]
+fn every_key_of_the_design_is_read() {
+    let site = parse(FULL).unwrap();
+    assert_eq!(site.site.utc_offset.seconds(), 5694);
+    assert_eq!(site.site.origin[2], 4_201_000.75);
+    let part = &site.parts[0];
+    assert_eq!(part.albedo, Some(Albedo::Image("marble.png".to_owned())));
+    assert_eq!((part.unit.metres(), part.up, part.scale, part.light), (0.001, UpAxis::Z, -2.0, LightStorage::Vertex));
+    assert_eq!(site.sky.model, Some(SkyModel::Atmosphere));
+    assert_eq!(site.sky.date, Some(Date { year: -437, month: 8, day: 1 }));
+    assert_eq!(site.bake.first.map(|t| t.seconds()), Some(6 * 3600 + 57 * 60));
+    assert_eq!((site.bake.coefficients(), site.bake.channels()), (9, 3));
+    assert_eq!(site.rooms[0].windows[0][2], [-48.0, 2.0, 0.0]);
+    assert_eq!(site.display, Display { width_px: 1280, height_px: 800, fov_deg: 40.0 });
+}
+
+/// A text with one line replaced, and where the fault is to be found: line, column, words of the message.
+fn refused(text: &str, from: &str, to: &str, place: (usize, usize), words: &[&str]) {
+    assert!(text.contains(from), "{from}");
+    let error = parse(&text.replacen(from, to, 1)).expect_err(to);
+    let message = error.to_string();
+    assert_eq!(error.place, Some(place), "{message}");
+    for word in words {
+        assert!(message.contains(word), "`{word}` is not in: {message}");
+    }
+    assert!(message.starts_with(&format!("somewhere/site.toml:{}:{}: ", place.0, place.1)), "{message}");
+    assert!(!error.remedy.is_empty(), "no remedy: {message}");
+}
+
+#[test]
+fn slips_are_told_with_their_place_and_remedy() {
+    refused(SMALLEST, "samples =", "sampels =", (12, 1), &["unknown key `sampels`", "did you mean `samples`?"]);
+    refused(SMALLEST, "[bake]", "[bkae]", (10, 2), &["unknown key `bkae`", "did you mean `bake`?"]);
+    refused(SMALLEST, "\"scan\"", "\"scam\"", (5, 8), &["unknown value `scam`", "did you mean `scan`?"]);
+    refused(SMALLEST, "\"scan\"", "\"temple\"", (5, 8), &["write one of: scan, ground, filling, prop"]);
+    refused(SMALLEST, "\"lat-long\"", "\"latlong\"", (9, 11), &["did you mean `lat-long`?"]);
+    refused(SMALLEST, "[bake]", "[prepare]", (10, 2), &["[prepare] is not read by this version"]);
+    refused(SMALLEST, "[bake]", "[[actor]]", (10, 3), &["[actor] is not read by this version"]);
+}
+
+#[test]
+fn values_out_of_range_are_told_with_their_place_and_remedy() {
+    refused(SMALLEST, "[0.5, 0.5, 0.5]", "[0.5, 128, 0.5]", (6, 1), &["albedo holds 128", "linear"]);
+    refused(SMALLEST, "[0.5, 0.5, 0.5]", "[0.5, nan, 0.5]", (6, 1), &["albedo holds NaN"]);
+    refused(SMALLEST, "bounces = 4", "sun_steps = 1025", (11, 13), &["sun_steps is 1025", "from 1 to 1024"]);
+    refused(SMALLEST, "bounces = 4", "sun_steps = 0", (11, 13), &["sun_steps is 0"]);
+    refused(SMALLEST, "bounces = 4", "order = 3", (11, 9), &["order is 3", "4 coefficients"]);
+    refused(SMALLEST, "bounces = 4", "bounces = 65", (11, 11), &["bounces is 65"]);
+    refused(SMALLEST, "bounces = 4", "sky_steps = 20000", (11, 13), &["sky_steps is 20000"]);
+    refused(SMALLEST, "samples = 1024", "samples = 0", (12, 11), &["samples is 0"]);
+    refused(SMALLEST, "bounces = 4", "offset_m = 0.0", (11, 12), &["offset_m is 0"]);
+    refused(SMALLEST, "file = \"bunny.obj\"", "file = \" \"", (4, 8), &["file is empty"]);
+    refused(SMALLEST, "mapping = \"lat-long\"", "", (8, 10), &["no mapping", "lat-long"]);
+    refused(SMALLEST, "probes = \"grey.hdr\"", "", (7, 2), &["neither probes nor a model"]);
+    refused(SMALLEST, "mapping", "date = \"2000-01-01\"\nmapping", (9, 8), &["date belongs to a sky model"]);
+    refused(SMALLEST, "mapping", "times = [\"07:00\", \"06:00\"]\nmapping", (9, 1), &["06:00 comes after 07:00"]);
+    refused(FULL, "latitude_deg = 37.9715", "latitude_deg = 137.9", (3, 16), &["latitude_deg is 137.9", "-90 to 90"]);
+    refused(FULL, "longitude_deg = 23.7267", "", (26, 9), &["needs the place"]);
+    refused(FULL, "origin = [475000.5", "origin = [inf", (7, 1), &["origin holds inf"]);
+    refused(FULL, "scale = -2.0", "scale = 0", (18, 9), &["scale is 0"]);
+    refused(FULL, "min = [-50, 1, 0]", "min = [-50, 3, 0]", (47, 1), &["min 3 is not below max 2 along y"]);
+    refused(FULL, "min = [-50, 1, 0]", "min = [-50, nan, 0]", (47, 1), &["min holds NaN"]);
+    refused(FULL, "fov_deg = 40", "fov_deg = 180", (55, 11), &["fov_deg is 180"]);
+    refused(FULL, "first = 06:57:00", "first = 18:00:00", (35, 9), &["the day begins at 18:00, after its end at 17:34"]);
+    refused(FULL, "date = \"-0437-08-01\"", "", (26, 9), &["needs a date"]);
+    refused(FULL, "turbidity = 2.5", "probes = \"a.hdr\"", (26, 9), &["both probes and a model"]);
+}
+
+#[test]
+fn text_that_does_not_parse_is_told_with_its_place() {
+    for (from, to, line) in [
+        ("\"17:34\"", "\"25:34\"", 36),
+        ("date = \"-0437-08-01\"", "date = \"437-08-01\"", 27),
+        ("utc_offset = \"+01:34:54\"", "utc_offset = \"two\"", 5),
+        ("scale = -2.0", "scale = \"two\"", 18),
+        ("scale = -2.0", "scale = ", 18),
+        ("albedo = \"marble.png\"", "albedo = [1, 2]", 13),
+        ("sun_steps = 46", "sun_steps = -1", 33),
+        ("sun_steps = 46", "sun_steps = 46\nsun_steps = 47", 34),
+    ] {
+        assert!(FULL.contains(from), "{from}");
+        let error = parse(&FULL.replacen(from, to, 1)).expect_err(to);
+        assert_eq!(error.place.map(|p| p.0), Some(line), "{error}");
+    }
+    for text in ["", "[site]\nname = \"x\"", "[site]\n[sky]", "\u{0}", "[site", "site = 3"] {
+        let error = parse(text).expect_err(text);
+        assert!(error.to_string().starts_with("somewhere/site.toml"), "{error}");
+    }
+    let no_parts = parse("[site]\nname = \"x\"\n[sky]\nprobes = \"a\"\nmapping = \"angular\"").expect_err("no parts");
+    assert!(no_parts.to_string().contains("the site has no parts"), "{no_parts}");
+}
+
+#[test]
+fn files_are_found_sorted_and_missing_ones_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path().join("a [site]");
+    std::fs::create_dir_all(root.join("temple")).unwrap();
+    std::fs::create_dir_all(root.join("sky")).unwrap();
+    for name in
+        ["temple/b.ply", "temple/a.ply", "temple/.hidden.ply", "ground.glb", "marble.png", "sky/0700.hdr", "sky/0600.hdr"]
+    {
+        std::fs::write(root.join(name), "x").unwrap();
+    }
+    let text = FULL.replace(
+        "model = \"atmosphere\"\ndate = \"-0437-08-01\"\nturbidity = 2.5",
+        "probes = \"sky/*.hdr\"\nmapping = \"fisheye\"",
+    );
+    std::fs::write(root.join("site.toml"), &text).unwrap();
+    let site = Site::read(&root).unwrap();
+    let names: Vec<_> = site.input_files().unwrap().into_iter().map(|f| f.name).collect();
+    assert_eq!(names, ["temple/a.ply", "temple/b.ply", "marble.png", "ground.glb", "sky/0600.hdr", "sky/0700.hdr"]);
+    assert_eq!(Site::read(root.join("site.toml")).unwrap().part_files(0).unwrap().len(), 2);
+
+    let read = |text: String| {
+        std::fs::write(root.join("site.toml"), text).unwrap();
+        Site::read(&root).expect_err("a file is missing")
+    };
+    let error = read(text.replace("temple/*.ply", "temples/*.ply"));
+    assert_eq!(error.place, Some((10, 8)));
+    assert!(error.to_string().contains("nothing matches `temples/*.ply`"), "{error}");
+    let error = read(text.replace("ground.glb", "grund.glb"));
+    assert_eq!(error.place, Some((22, 8)));
+    assert!(error.to_string().contains("there is no file `grund.glb`"), "{error}");
+    let error = read(text.replace("marble.png", "temple"));
+    assert!(error.to_string().contains("`temple` is a folder"), "{error}");
+    let error = read(text.replace("temple/*.ply", "temple/***.ply"));
+    assert!(error.to_string().contains("is no pattern"), "{error}");
+    std::fs::write(root.join("site.toml"), [0xFF, 0xFE]).unwrap();
+    assert!(Site::read(&root).expect_err("not text").to_string().contains("not UTF-8"));
+    assert!(Site::read(folder.path()).expect_err("no site").to_string().contains("no such file"));
+}
+
+#[test]
+fn a_later_stage_can_point_at_a_key() {
+    let site = parse(FULL).unwrap();
+    assert_eq!(site.error_at(&["part", "1", "file"], "bad", "mend").place, Some((22, 8)));
+    assert_eq!(site.error_at(&["part", "1", "albedo"], "bad", "mend").place, Some((21, 1)), "the nearest that is there");
+    assert_eq!(site.error_at(&["nowhere"], "bad", "mend").place, None);
+}
+
+#[test]
+fn the_template_says_what_it_was_given() {
+    let mut sites = vec![parse(SMALLEST).unwrap().file().clone(), parse(FULL).unwrap().file().clone()];
+    let mut series = sites[0].clone();
+    series.sky.times = ProbeTimes::List(vec!["06:57".parse().unwrap(), "07:04:30".parse().unwrap()]);
+    series.sky.between = Between::Nearest;
+    series.sky.opening_deg = 190.0;
+    series.sky.sun_irradiance = Some([1.0, 2.0, 3.5]);
+    series.site.name = "with \"quotes\" and a \\".to_owned();
+    series.bake.transfer = Transfer::Rgb;
+    series.rooms.push(Room { name: "r".into(), min: [0.0; 3], max: [1.0; 3], windows: vec![], looks_at: None });
+    sites.push(series);
+    for site in sites {
+        let text = site.to_toml_string();
+        let read = parse(&text).unwrap_or_else(|error| panic!("{error}\n{text}"));
+        assert_eq!(*read.file(), site, "{text}");
+        // what stands there as a comment is right too, once uncommented
+        let keys = ["# latitude_deg", "# longitude_deg", "# offset_m", "# name", "# first", "# unit", "# samples"];
+        let spoken: Vec<String> = text
+            .lines()
+            .map(|line| if keys.iter().any(|k| line.starts_with(k)) { line[2..].to_owned() } else { line.to_owned() })
+            .collect();
+        let spoken = spoken.join("\n").split("\n# [[room]]").next().unwrap().to_owned();
+        parse(&spoken).unwrap_or_else(|error| panic!("{error}\n{spoken}"));
+    }
+}
+
+#[test]
+fn the_committed_schema_is_current() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../schema/site.schema.json");
+    let current = SiteFile::json_schema();
+    if std::env::var_os("HELIODON_BLESS").is_some() {
+        std::fs::write(&path, &current).unwrap();
+    }
+    let committed = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(committed == current, "schema/site.schema.json is old: HELIODON_BLESS=1 cargo test -p heliodon_bundle --test site");
+}
