@@ -4,7 +4,11 @@ use glam::Vec3;
 
 use crate::hierarchy::Hierarchy;
 use crate::layout::{Node, Packet};
-use crate::single;
+use crate::nearest::Nearest;
+use crate::occlude::Occlude;
+use crate::shear::Shear;
+use crate::simd::{Instructions, dispatch};
+use crate::single::Trace;
 use crate::types::{Hit, Ray};
 
 /// Triangles in a hierarchy of bounding volumes, ready for rays.
@@ -18,16 +22,31 @@ pub struct TriangleScene {
     /// Entries that a walk's stack may need.
     pub(crate) stack: usize,
     bounds: Option<(Vec3, Vec3)>,
+    instructions: Instructions,
 }
 
 impl TriangleScene {
     pub(crate) fn empty() -> Self {
-        Self { nodes: vec![Node::EMPTY], packets: Vec::new(), center: Vec3::ZERO, stack: 8, bounds: None }
+        Self {
+            nodes: vec![Node::EMPTY],
+            packets: Vec::new(),
+            center: Vec3::ZERO,
+            stack: 8,
+            bounds: None,
+            instructions: Instructions::best(),
+        }
     }
 
     pub(crate) fn new(hierarchy: Hierarchy, center: Vec3, bounds: (Vec3, Vec3)) -> Self {
         let Hierarchy { nodes, packets, depth } = hierarchy;
-        Self { nodes, packets, center, stack: 7 * depth + 8, bounds: Some(bounds) }
+        Self { nodes, packets, center, stack: 7 * depth + 8, bounds: Some(bounds), instructions: Instructions::best() }
+    }
+
+    /// Lets the scene use these instructions, or the nearest that the processor has. Answers stay the same to the bit.
+    #[must_use]
+    pub fn with_instructions(mut self, instructions: Instructions) -> Self {
+        self.instructions = instructions;
+        self
     }
 
     /// The smallest and largest coordinates of the triangles that rays can meet; `None` without any.
@@ -47,11 +66,8 @@ impl TriangleScene {
     pub fn occluded(&self, rays: &[Ray], occluded: &mut [u64]) {
         assert_eq!(occluded.len(), rays.len().div_ceil(64), "one bit for each ray");
         occluded.fill(0);
-        let mut stack = Vec::with_capacity(self.stack);
-        for (i, ray) in rays.iter().enumerate() {
-            let hit = single::trace::<true>(self, ray, &mut stack);
-            occluded[i / 64] |= u64::from(hit.is_some()) << (i % 64);
-        }
+        let answer = |i: usize, hit: Hit| occluded[i / 64] |= u64::from(hit.is_some()) << (i % 64);
+        dispatch(self.instructions, Trace::<true, _> { scene: self, rays, answer });
     }
 
     /// The nearest triangle that each ray meets; of several at the same distance the one with the lowest index.
@@ -60,10 +76,8 @@ impl TriangleScene {
     /// If there are not as many hits as rays.
     pub fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
         assert_eq!(hits.len(), rays.len(), "one hit for each ray");
-        let mut stack = Vec::with_capacity(self.stack);
-        for (ray, hit) in rays.iter().zip(hits) {
-            *hit = single::trace::<false>(self, ray, &mut stack);
-        }
+        let answer = |i: usize, hit: Hit| hits[i] = hit;
+        dispatch(self.instructions, Trace::<false, _> { scene: self, rays, answer });
     }
 
     /// Rays of one direction (the sun's, a sky direction's) from many origins, without an end: sets bit i % 64 of word
@@ -76,14 +90,8 @@ impl TriangleScene {
         assert_eq!(active.len(), origins.len().div_ceil(64), "one bit for each origin");
         assert_eq!(occluded.len(), active.len(), "one bit for each origin");
         occluded.fill(0);
-        let mut stack = Vec::with_capacity(self.stack);
-        for (i, &origin) in origins.iter().enumerate() {
-            if active[i / 64] >> (i % 64) & 1 == 1 {
-                let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
-                let hit = single::trace::<true>(self, &ray, &mut stack);
-                occluded[i / 64] |= u64::from(hit.is_some()) << (i % 64);
-            }
-        }
+        let Some(shear) = Shear::new(direction) else { return };
+        dispatch(self.instructions, Occlude { scene: self, origins, shear, active, occluded });
     }
 
     /// The nearest triangle beyond each origin in one direction, asked only where `active` has the bit; the other hits
@@ -95,12 +103,7 @@ impl TriangleScene {
         assert_eq!(active.len(), origins.len().div_ceil(64), "one bit for each origin");
         assert_eq!(hits.len(), origins.len(), "one hit for each origin");
         hits.fill(Hit::MISS);
-        let mut stack = Vec::with_capacity(self.stack);
-        for (i, &origin) in origins.iter().enumerate() {
-            if active[i / 64] >> (i % 64) & 1 == 1 {
-                let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
-                hits[i] = single::trace::<false>(self, &ray, &mut stack);
-            }
-        }
+        let Some(shear) = Shear::new(direction) else { return };
+        dispatch(self.instructions, Nearest { scene: self, origins, shear, active, hits });
     }
 }

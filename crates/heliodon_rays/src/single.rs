@@ -1,97 +1,72 @@
 //! One ray at a time.
 
-use glam::Vec3;
-
-use crate::layout::{LEAF, Node, Packet};
+use crate::beam::{packet_of, push_children, usable};
 use crate::scene::TriangleScene;
 use crate::shear::Shear;
+use crate::simd::{Engine, Work};
+use crate::triangle::cross;
 use crate::types::{Hit, Ray};
+use crate::view::{Region, View, depth_at};
 
-struct Walker {
-    shear: Shear,
-    point: [f32; 3],
-    t_min: f32,
+/// [`TriangleScene::closest`], and with `ANY` the first triangle found for [`TriangleScene::occluded`].
+pub(crate) struct Trace<'a, const ANY: bool, F> {
+    pub scene: &'a TriangleScene,
+    pub rays: &'a [Ray],
+    /// Takes each ray's answer.
+    pub answer: F,
+}
+
+impl<const ANY: bool, F: FnMut(usize, Hit)> Work for Trace<'_, ANY, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<E: Engine>(mut self, engine: E) {
+        let mut stack = Vec::with_capacity(self.scene.stack);
+        for (i, ray) in self.rays.iter().enumerate() {
+            let hit = trace::<E, ANY>(engine, self.scene, ray, &mut stack);
+            (self.answer)(i, if hit.is_some() { hit } else { Hit::MISS });
+        }
+    }
 }
 
 /// Walks the hierarchy; with `ANY` stops at the first triangle found.
-pub(crate) fn trace<const ANY: bool>(scene: &TriangleScene, ray: &Ray, stack: &mut Vec<(f32, u32)>) -> Hit {
-    let origin: Vec3 = ray.origin - scene.center;
-    let mut hit = Hit::MISS;
+#[inline(always)]
+fn trace<E: Engine, const ANY: bool>(engine: E, scene: &TriangleScene, ray: &Ray, stack: &mut Vec<(f32, u32)>) -> Hit {
+    let origin = ray.origin - scene.center;
+    let mut hit = Hit { t: ray.t_max, ..Hit::MISS };
     let Some(shear) = Shear::new(ray.direction) else { return hit };
-    if !origin.is_finite() {
+    if !usable(origin) {
         return hit;
     }
-    let walker = Walker { shear, point: shear.apply(origin), t_min: ray.t_min };
-    hit.t = ray.t_max;
+    let view = View::new(engine, &shear);
+    let point = shear.apply(origin);
+    let [p, q, depth] = point;
+    // Deeper than the origin, or than a bit before the least distance.
+    let region = Region { p: [p; 2], q: [q; 2], depth: depth_at(depth, ray.t_min, &shear, -1.0) };
+    let mut far = depth_at(depth, ray.t_max, &shear, 1.0);
     stack.clear();
     stack.push((f32::NEG_INFINITY, 0));
     while let Some((near, reference)) = stack.pop() {
-        if near > hit.t {
+        if near > far {
             continue;
         }
-        if reference & LEAF != 0 {
-            walker.packet(&scene.packets[(reference & !LEAF) as usize], &mut hit);
-            if ANY && hit.is_some() {
-                return hit;
-            }
-        } else {
-            walker.node(&scene.nodes[reference as usize], &hit, stack);
-        }
-    }
-    if hit.is_some() { hit } else { Hit::MISS }
-}
-
-impl Walker {
-    #[inline(always)]
-    fn node(&self, node: &Node, hit: &Hit, stack: &mut Vec<(f32, u32)>) {
-        let [i, j, k] = self.shear.axes;
-        let [si, sj] = self.shear.slope;
-        let [p, q, depth] = self.point;
-        let near_first = stack.len();
-        for c in 0..8 {
-            let at = |max: bool, axis: usize| node.bounds[usize::from(max)][axis][c];
-            let inside = at(false, i) - si * at(si > 0.0, k) <= p
-                && p <= at(true, i) - si * at(si <= 0.0, k)
-                && at(false, j) - sj * at(sj > 0.0, k) <= q
-                && q <= at(true, j) - sj * at(sj <= 0.0, k);
-            let (near, far) = if self.shear.forward { (at(false, k), at(true, k)) } else { (-at(true, k), -at(false, k)) };
-            let near = (near - depth) * self.shear.t_per_depth;
-            let far = (far - depth) * self.shear.t_per_depth;
-            if inside && far > self.t_min && near <= hit.t {
-                stack.push((near, node.child[c]));
-            }
-        }
-        // Nearest on top.
-        stack[near_first..].sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
-    }
-
-    #[inline(always)]
-    fn packet(&self, packet: &Packet, hit: &mut Hit) {
-        let [p, q, depth] = self.point;
-        for lane in 0..8 {
-            let corner = |v: usize| {
-                let x = packet.vertex[v];
-                let [a, b, c] = self.shear.apply(Vec3::new(x[0][lane], x[1][lane], x[2][lane]));
-                [a - p, b - q, c - depth]
-            };
-            let (a, b, c) = (corner(0), corner(1), corner(2));
-            let wa = b[0] * c[1] - b[1] * c[0];
-            let wb = c[0] * a[1] - c[1] * a[0];
-            let wc = a[0] * b[1] - a[1] * b[0];
-            let det = wa + wb + wc;
-            let inside = (wa >= 0.0 && wb >= 0.0 && wc >= 0.0) || (wa <= 0.0 && wb <= 0.0 && wc <= 0.0);
-            let span = |k: usize| (a[k].min(b[k]).min(c[k]), a[k].max(b[k]).max(c[k]));
-            let (p_span, q_span, z_span) = (span(0), span(1), span(2));
-            let boxed = p_span.0 <= 0.0 && p_span.1 >= 0.0 && q_span.0 <= 0.0 && q_span.1 >= 0.0;
-            if !(inside && boxed && det != 0.0) {
-                continue;
-            }
-            let distance = (wa * a[2] + wb * b[2] + wc * c[2]) / det;
-            let t = distance.clamp(z_span.0, z_span.1) * self.shear.t_per_depth;
-            let nearer = t < hit.t || (t == hit.t && hit.is_some() && packet.id[lane] < hit.triangle);
-            if t > self.t_min && nearer {
-                *hit = Hit { triangle: packet.id[lane], t, u: wb / det, v: wc / det, back: (det > 0.0) == self.shear.forward };
+        let Some(packet) = packet_of(reference) else {
+            push_children(&view, &scene.nodes[reference as usize], &region, far, stack);
+            continue;
+        };
+        let packet = &scene.packets[packet];
+        let (corners, boxes) = view.corners(packet);
+        let mut mask = view.overlap(&boxes, &region) & view.nearer(&boxes, far);
+        while mask != 0 {
+            let lane = mask.trailing_zeros() as usize % 8;
+            mask &= mask - 1;
+            if cross(&corners, lane, point).is_some_and(|c| hit.take(&c, &shear, packet.id[lane], ray.t_min)) {
+                if ANY {
+                    return hit;
+                }
+                far = depth_at(depth, hit.t, &shear, 1.0);
             }
         }
     }
+    hit
 }

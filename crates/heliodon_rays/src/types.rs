@@ -2,6 +2,9 @@
 
 use glam::Vec3;
 
+use crate::shear::Shear;
+use crate::triangle::Crossing;
+
 /// A half line or a stretch of one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
@@ -40,5 +43,18 @@ impl Hit {
     /// Whether a triangle was met.
     pub fn is_some(&self) -> bool {
         self.triangle != NO_HIT
+    }
+
+    /// Becomes the crossing with a triangle if that is beyond `t_min` and before what was found so far (an empty hit's `t`
+    /// is the ray's end); whether it did. At one distance the lower index wins.
+    #[inline(always)]
+    pub(crate) fn take(&mut self, crossing: &Crossing, shear: &Shear, triangle: u32, t_min: f32) -> bool {
+        let t = crossing.depth * shear.t_per_depth;
+        let nearer = t < self.t || (t == self.t && self.is_some() && triangle < self.triangle);
+        let taken = t > t_min && nearer;
+        if taken {
+            *self = Self { triangle, t, u: crossing.u, v: crossing.v, back: crossing.positive == shear.forward };
+        }
+        taken
     }
 }

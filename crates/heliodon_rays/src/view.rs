@@ -1,0 +1,167 @@
+//! Nodes and packets as seen along one direction, eight at a time.
+
+use crate::layout::{Node, Packet};
+use crate::shear::Shear;
+use crate::simd::{Engine, Mask, Vector};
+
+/// A [`Shear`] ready for vectors.
+#[derive(Clone, Copy)]
+pub(crate) struct View<E: Engine> {
+    pub engine: E,
+    axes: [usize; 3],
+    slope: [E::F8; 2],
+    /// Which bounds of the largest axis (0 minima, 1 maxima) give the least p, and the least q.
+    least: [usize; 2],
+    near: usize,
+    sign: E::F8,
+}
+
+/// Eight boxes in (p, q, depth).
+#[derive(Clone, Copy)]
+pub(crate) struct Boxes<E: Engine> {
+    pub p: [E::F8; 2],
+    pub q: [E::F8; 2],
+    pub depth: [E::F8; 2],
+}
+
+/// Eight triangles: by corner, then p, q and depth, then lane.
+pub(crate) type Corners = [[[f32; 8]; 3]; 3];
+
+/// Bounds of some rays' points in (p, q), and the least of their depths: what they can meet lies there or deeper.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Region {
+    pub p: [f32; 2],
+    pub q: [f32; 2],
+    pub depth: f32,
+}
+
+impl Region {
+    /// Meets nothing.
+    pub const NOTHING: Self =
+        Self { p: [f32::INFINITY, f32::NEG_INFINITY], q: [f32::INFINITY, f32::NEG_INFINITY], depth: f32::INFINITY };
+
+    /// Around 16 points.
+    #[inline(always)]
+    pub fn around(points: &[[f32; 16]; 3]) -> Self {
+        let [p, q, depth] = points;
+        Self { p: [least(p), greatest(p)], q: [least(q), greatest(q)], depth: least(depth) }
+    }
+
+    /// Around both.
+    #[inline(always)]
+    pub fn union(self, other: Self) -> Self {
+        let join = |a: [f32; 2], b: [f32; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        Self { p: join(self.p, other.p), q: join(self.q, other.q), depth: self.depth.min(other.depth) }
+    }
+}
+
+/// The depth that a ray reaches at distance t, moved outwards (`side` 1.0) or inwards (-1.0) by more than all that is rounded
+/// on the way: hits' distances are differences of depths times `t_per_depth`, each rounded once.
+#[inline(always)]
+pub(crate) fn depth_at(start: f32, t: f32, shear: &Shear, side: f32) -> f32 {
+    let depth = t / shear.t_per_depth;
+    let slack = (start.abs() + 2.0 * depth.abs()) * (4.0 * f32::EPSILON);
+    let reached = start + depth;
+    // An infinite t reaches everything.
+    if depth.is_finite() { reached + side * slack } else { depth }
+}
+
+/// The least of 16 numbers, none of them NaN.
+#[inline(always)]
+pub(crate) fn least(x: &[f32; 16]) -> f32 {
+    fold(x, |a, b| if a < b { a } else { b })
+}
+
+/// The greatest of 16 numbers, none of them NaN.
+#[inline(always)]
+pub(crate) fn greatest(x: &[f32; 16]) -> f32 {
+    fold(x, |a, b| if a > b { a } else { b })
+}
+
+#[inline(always)]
+fn fold(x: &[f32; 16], f: impl Fn(f32, f32) -> f32) -> f32 {
+    let eight: [f32; 8] = core::array::from_fn(|i| f(x[i], x[i + 8]));
+    let four: [f32; 4] = core::array::from_fn(|i| f(eight[i], eight[i + 4]));
+    f(f(four[0], four[2]), f(four[1], four[3]))
+}
+
+impl<E: Engine> View<E> {
+    #[inline(always)]
+    pub fn new(engine: E, shear: &Shear) -> Self {
+        let [sp, sq] = shear.slope;
+        Self {
+            engine,
+            axes: shear.axes,
+            slope: [E::F8::splat(engine, sp), E::F8::splat(engine, sq)],
+            least: [usize::from(sp > 0.0), usize::from(sq > 0.0)],
+            near: usize::from(!shear.forward),
+            sign: E::F8::splat(engine, if shear.forward { 1.0 } else { -1.0 }),
+        }
+    }
+
+    /// Bounds of a node's children. They hold the sheared corners of all triangles inside to the bit, because a sheared
+    /// coordinate is rounded monotonously in each of its two terms.
+    #[inline(always)]
+    pub fn boxes(&self, node: &Node) -> Boxes<E> {
+        let [i, j, k] = self.axes;
+        let [least, most] = [&node.bounds[0], &node.bounds[1]];
+        let [sp, sq] = self.slope;
+        let [lp, lq] = self.least;
+        let (below_p, above_p) = (&node.bounds[lp][k], &node.bounds[1 - lp][k]);
+        let (below_q, above_q) = (&node.bounds[lq][k], &node.bounds[1 - lq][k]);
+        let (near, far) = (&node.bounds[self.near][k], &node.bounds[1 - self.near][k]);
+        Boxes {
+            p: [self.load(&least[i]) - sp * self.load(below_p), self.load(&most[i]) - sp * self.load(above_p)],
+            q: [self.load(&least[j]) - sq * self.load(below_q), self.load(&most[j]) - sq * self.load(above_q)],
+            depth: [self.sign * self.load(near), self.sign * self.load(far)],
+        }
+    }
+
+    #[inline(always)]
+    fn load(&self, from: &[f32; 8]) -> E::F8 {
+        E::F8::load(self.engine, from)
+    }
+
+    #[inline(always)]
+    fn splat(&self, value: f32) -> E::F8 {
+        E::F8::splat(self.engine, value)
+    }
+
+    /// Eight points, sheared.
+    #[inline(always)]
+    fn project(&self, points: &[[f32; 8]; 3]) -> [E::F8; 3] {
+        let [i, j, k] = self.axes;
+        let along = self.load(&points[k]);
+        let p = self.load(&points[i]) - self.slope[0] * along;
+        let q = self.load(&points[j]) - self.slope[1] * along;
+        [p, q, self.sign * along]
+    }
+
+    /// Corners of a packet's triangles, and their boxes.
+    #[inline(always)]
+    pub fn corners(&self, packet: &Packet) -> (Corners, Boxes<E>) {
+        let [a, b, c] = [self.project(&packet.vertex[0]), self.project(&packet.vertex[1]), self.project(&packet.vertex[2])];
+        let corners = [
+            [a[0].store(), a[1].store(), a[2].store()],
+            [b[0].store(), b[1].store(), b[2].store()],
+            [c[0].store(), c[1].store(), c[2].store()],
+        ];
+        let boxes =
+            Boxes { p: E::F8::span(a[0], b[0], c[0]), q: E::F8::span(a[1], b[1], c[1]), depth: E::F8::span(a[2], b[2], c[2]) };
+        (corners, boxes)
+    }
+
+    /// Which of eight boxes rays of a region can meet.
+    #[inline(always)]
+    pub fn overlap(&self, boxes: &Boxes<E>, region: &Region) -> u32 {
+        let p = E::F8::meets(boxes.p, [self.splat(region.p[0]), self.splat(region.p[1])]);
+        let q = E::F8::meets(boxes.q, [self.splat(region.q[0]), self.splat(region.q[1])]);
+        (p & q & self.splat(region.depth).lt(boxes.depth[1])).bits()
+    }
+
+    /// Which of eight boxes begin no deeper than this.
+    #[inline(always)]
+    pub fn nearer(&self, boxes: &Boxes<E>, depth: f32) -> u32 {
+        boxes.depth[0].le(E::F8::splat(self.engine, depth)).bits()
+    }
+}
