@@ -7,6 +7,7 @@
 //! Both sides of a cell reflect. The back is lit by points of its own (the same places, normals turned about), which are made
 //! only where rays have met a back: closed stones have none, the underside of an open sheet gets all it needs.
 
+use crate::points::{Place, inward_shifts};
 use crate::{GatherBlock, LightError, LightParams, PointSet, Surfaces, median_edge_m};
 use glam::Vec3;
 use std::ops::Range;
@@ -102,7 +103,9 @@ impl Layout {
         params.validate()?;
         surfaces.validate()?;
         let mut cell_size_m = params.cell_size_m.unwrap_or_else(|| default_cell_size_m(surfaces));
-        let longest: Vec<f32> = (0..surfaces.triangles.len() as u32).map(|t| longest_edge(surfaces, t)).collect();
+        // without bounces no cell is ever asked for its light
+        let divided = if params.bounces == 0 { 0 } else { surfaces.triangles.len() as u32 };
+        let longest: Vec<f32> = (0..divided).map(|t| longest_edge(surfaces, t)).collect();
         // a division never makes less than four cells, so the limit is reached at a finite size
         while longest.iter().map(|&l| u64::from(parts(l, cell_size_m)).pow(2)).filter(|&n| n > 1).sum::<u64>()
             > params.max_sub_cells as u64
@@ -261,13 +264,19 @@ impl Layout {
 
     fn add_points(&mut self, surfaces: &Surfaces, sites: &[u32], offset_m: f32) {
         let (vertices, sub_cells) = (self.vertex_count, &self.sub_cells);
+        let inward = inward_shifts(surfaces);
         let place = |&site: &u32| {
             let (index, side) = (site & !BACK, if site & BACK == 0 { 1.0 } else { -1.0 });
             match index.checked_sub(vertices) {
-                None => (surfaces.positions[index as usize], surfaces.normals[index as usize] * side, site),
+                None => {
+                    let v = index as usize;
+                    let (position, normal) = (surfaces.positions[v], surfaces.normals[v] * side);
+                    Place { position, normal, inward: inward[v], site }
+                }
                 Some(sub) => {
                     let (t, u, v) = sub_cells[sub as usize];
-                    (surfaces.position_at(t, u, v), surfaces.normal_at(t, u, v) * side, site)
+                    let (position, normal) = (surfaces.position_at(t, u, v), surfaces.normal_at(t, u, v) * side);
+                    Place { position, normal, inward: Vec3::ZERO, site }
                 }
             }
         };

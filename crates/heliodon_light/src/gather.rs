@@ -21,8 +21,11 @@ use std::ops::Range;
 /// Points that are gathered together: their rays of one direction are one call, their sums stay in the cache.
 pub(crate) const UNIT: usize = 1024;
 
-/// A point more than this part of whose rays (weighted by the cosine) meet back faces lies inside something.
+/// A point of whose rays more than this part meets back faces lies inside something; see [`GatherBlock::back`].
 pub const BACK_LIMIT: f32 = 0.5;
+
+/// Rays that escape below the horizon do not speak for the open, but never count for nothing by more than this part of all.
+const LEAST_COUNTED: f32 = 0.5;
 
 /// What a run of points sees.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,7 +37,9 @@ pub struct GatherBlock {
     /// What each point's cosines must be multiplied with so that those of all its directions sum to one; 0 where a point has
     /// no direction.
     pub scale: Vec<f32>,
-    /// The cosine-weighted part of each point's rays that met back faces.
+    /// The cosine-weighted part of each point's rays that met back faces. Rays that escape below the horizon are left out of the
+    /// whole, up to half of it: the foot of a column that stands in an open sheet of ground sees the sheet's back above it and
+    /// nothing below, and lies inside all the same.
     pub back: Vec<f32>,
     /// Cells whose back was met by points that do not lie inside something themselves; sorted.
     pub back_cells: Vec<u32>,
@@ -153,6 +158,7 @@ fn gather_unit(surfaces: &Surfaces, layout: &Layout, range: Range<usize>, coeffi
     let mut escaped = vec![[0.0_f32; 9]; count];
     let mut stopped = vec![[0.0_f32; 9]; count];
     let mut back = vec![0.0_f32; count];
+    let mut sunk = vec![0.0_f32; count];
     let mut hits = UnitHits::default();
     let rays = for_each_direction(surfaces, layout, range, lattice, |at| {
         let basis = &lattice.basis[at.index];
@@ -163,7 +169,9 @@ fn gather_unit(surfaces: &Surfaces, layout: &Layout, range: Range<usize>, coeffi
             for (sum, y) in sums.iter_mut().zip(basis) {
                 *sum += cos * y;
             }
-            if hit.triangle != NO_HIT && hit.back {
+            if hit.triangle == NO_HIT && at.direction.y < 0.0 {
+                sunk[point] += cos;
+            } else if hit.triangle != NO_HIT && hit.back {
                 back[point] += cos;
             }
         }
@@ -191,7 +199,8 @@ fn gather_unit(surfaces: &Surfaces, layout: &Layout, range: Range<usize>, coeffi
             if visible >= 1.0 { open[i] } else { escaped + visible * (open[i] - (escaped + stopped)) }
         }));
         unit.scale.push(scale);
-        unit.back.push(back[point] * scale);
+        let counted = (1.0 - sunk[point] * scale).max(LEAST_COUNTED);
+        unit.back.push(back[point] * scale / counted);
     }
     unit.back_cells = met_back_cells(&unit.hits, &unit.back);
     unit

@@ -73,7 +73,7 @@ impl Default for LightParams {
             cell_size_m: None,
             max_sub_cells: 500_000,
             hit_budget_bytes: 4 << 30,
-            back_side_rounds: 2,
+            back_side_rounds: 1,
             sun_functions: 8,
             sun_error: 0.01,
             seed: 0,
@@ -97,6 +97,7 @@ impl LightParams {
             coefficients: 9,
             channels: Channels::Rgb,
             max_sub_cells: 4_000_000,
+            back_side_rounds: 3,
             sun_functions: 16,
             sun_error: 0.002,
             ..Self::default()

@@ -19,11 +19,15 @@ impl PointSet {
     /// The vertices alone, site `i` being vertex `i`: all that sun masks need.
     #[must_use]
     pub fn at_vertices(surfaces: &Surfaces, offset_m: f32) -> Self {
+        let inward = inward_shifts(surfaces);
+        let place = |v: u32| Place {
+            position: surfaces.positions[v as usize],
+            normal: surfaces.normals[v as usize],
+            inward: inward[v as usize],
+            site: v,
+        };
         let mut points = Self::default();
-        points.extend_with(
-            (0..surfaces.positions.len() as u32).map(|v| (surfaces.positions[v as usize], surfaces.normals[v as usize], v)),
-            offset_m,
-        );
+        points.extend_with((0..surfaces.positions.len() as u32).map(place), offset_m);
         points
     }
 
@@ -39,19 +43,60 @@ impl PointSet {
         self.sites.is_empty()
     }
 
-    /// Appends points (place on the surface, normal, site), sorted among themselves.
-    pub(crate) fn extend_with(&mut self, new: impl Iterator<Item = (Vec3, Vec3, u32)>, offset_m: f32) {
-        let new: Vec<(Vec3, Vec3, u32)> = new
-            .map(|(position, normal, site)| {
-                // a point that is nowhere sends no rays, and must not spoil the others' order
-                if position.is_finite() { (position, normal_or_zero(normal), site) } else { (Vec3::ZERO, Vec3::ZERO, site) }
-            })
-            .collect();
+    /// Appends points, sorted among themselves.
+    pub(crate) fn extend_with(&mut self, new: impl Iterator<Item = Place>, offset_m: f32) {
+        let new: Vec<Place> = new.map(Place::cleaned).collect();
         let order = morton_order(&new);
-        self.origins.extend(order.iter().map(|&i| new[i as usize].0 + new[i as usize].1 * offset_m));
-        self.normals.extend(order.iter().map(|&i| new[i as usize].1));
-        self.sites.extend(order.iter().map(|&i| new[i as usize].2));
+        self.origins.extend(order.iter().map(|&i| {
+            let Place { position, normal, inward, .. } = new[i as usize];
+            position + (normal + inward - normal * inward.dot(normal)) * offset_m
+        }));
+        self.normals.extend(order.iter().map(|&i| new[i as usize].normal));
+        self.sites.extend(order.iter().map(|&i| new[i as usize].site));
     }
+}
+
+/// A point before it is lifted off the surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    pub position: Vec3,
+    pub normal: Vec3,
+    /// Where the surface lies, seen from the point; see [`inward_shifts`].
+    pub inward: Vec3,
+    pub site: u32,
+}
+
+impl Place {
+    /// A point that is nowhere sends no rays, and must not spoil the others' order.
+    fn cleaned(self) -> Self {
+        if !self.position.is_finite() {
+            return Self { position: Vec3::ZERO, normal: Vec3::ZERO, inward: Vec3::ZERO, ..self };
+        }
+        let inward = if self.inward.is_finite() { self.inward } else { Vec3::ZERO };
+        Self { normal: normal_or_zero(self.normal), inward, ..self }
+    }
+}
+
+/// For every vertex the mean vector to its neighbours, over their mean distance: near zero amid a surface, about a half
+/// inwards at its rim.
+///
+/// A wall's lowest vertices lie in the very plane of the floor that they stand on. Lifted along the wall's normal alone they
+/// stay in it, and whether their rays into the floor meet it is a matter of rounding: light leaks in along every inner edge. So
+/// points are lifted by the offset times the normal and this vector's part along the surface: vertices of a rim move off the
+/// planes that meet there, those amid a surface stay where they are.
+pub(crate) fn inward_shifts(surfaces: &Surfaces) -> Vec<Vec3> {
+    let mut sums = vec![(Vec3::ZERO, 0.0_f32); surfaces.positions.len()];
+    for t in surfaces.triangles {
+        let corners = t.map(|i| surfaces.positions[i as usize]);
+        for k in 0..3 {
+            let (sum, distances) = &mut sums[t[k] as usize];
+            for other in [corners[(k + 1) % 3], corners[(k + 2) % 3]] {
+                *sum += other - corners[k];
+                *distances += other.distance(corners[k]);
+            }
+        }
+    }
+    sums.into_iter().map(|(sum, distances)| if distances > 0.0 { sum / distances } else { Vec3::ZERO }).collect()
 }
 
 /// A normal that is a unit vector, or zero.
@@ -60,15 +105,16 @@ fn normal_or_zero(normal: Vec3) -> Vec3 {
 }
 
 /// The order along a Z curve through the points' box, 21 bits an axis; equal codes keep their order.
-fn morton_order(points: &[(Vec3, Vec3, u32)]) -> Vec<u32> {
-    let (low, high) = points.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p.0), high.max(p.0)));
+fn morton_order(points: &[Place]) -> Vec<u32> {
+    let (low, high) =
+        points.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p.position), high.max(p.position)));
     let extent = (high - low).max_element().max(f32::MIN_POSITIVE);
     let scale = ((1 << 21) - 1) as f32 / extent;
     let mut keys: Vec<(u64, u32)> = points
         .par_iter()
         .enumerate()
         .map(|(i, p)| {
-            let q = (p.0 - low) * scale;
+            let q = (p.position - low) * scale;
             (spread(q.x) | spread(q.y) << 1 | spread(q.z) << 2, i as u32)
         })
         .collect();
@@ -90,10 +136,14 @@ fn spread(x: f32) -> u64 {
 mod tests {
     use super::*;
 
+    fn place(position: Vec3, normal: Vec3, site: u32) -> Place {
+        Place { position, normal, inward: Vec3::ZERO, site }
+    }
+
     #[test]
     fn neighbours_in_the_order_are_neighbours_in_space() {
-        let side = 32;
-        let points = (0..side * side).map(|i| (Vec3::new((i % side) as f32, 0.0, (i / side) as f32), Vec3::Y, i as u32));
+        let side = 32_u32;
+        let points = (0..side * side).map(|i| place(Vec3::new((i % side) as f32, 0.0, (i / side) as f32), Vec3::Y, i));
         let mut set = PointSet::default();
         set.extend_with(points, 0.0);
         // 64 consecutive points of a Z curve over a square grid fill a square of 8 x 8
@@ -110,7 +160,8 @@ mod tests {
     #[test]
     fn points_that_are_nowhere_have_no_normal() {
         let mut set = PointSet::default();
-        set.extend_with([(Vec3::NAN, Vec3::Y, 0), (Vec3::ONE, Vec3::NAN, 1), (Vec3::ONE, Vec3::Y * 2.0, 2)].into_iter(), 0.5);
+        let places = [place(Vec3::NAN, Vec3::Y, 0), place(Vec3::ONE, Vec3::NAN, 1), place(Vec3::ONE, Vec3::Y * 2.0, 2)];
+        set.extend_with(places.into_iter(), 0.5);
         for (site, normal) in set.sites.iter().zip(&set.normals) {
             assert_eq!(*normal, if *site == 2 { Vec3::Y } else { Vec3::ZERO });
         }

@@ -121,8 +121,11 @@ pub fn median_edge_m(positions: &[Vec3], triangles: &[[u32; 3]]) -> f32 {
     *lengths.select_nth_unstable_by(middle, f32::total_cmp).1
 }
 
-/// The part of the median edge by which rays start off the surface.
+/// The part of the median edge by which rays start off the surface,
 const OFFSET_PER_EDGE: f32 = 0.01;
+
+/// and the most, as a part of the extent, so that a few large faces are not lifted by centimetres.
+const OFFSET_PER_EXTENT: f32 = 1e-4;
 
 /// Half-ulps of the largest coordinate that a ray's start, the hit's arithmetic and the stored positions may be off by
 /// together: gamma(7) for the triangle test (Pharr, Jakob, Humphreys: "Physically Based Rendering", 4th ed., section 6.8) on
@@ -130,9 +133,14 @@ const OFFSET_PER_EDGE: f32 = 0.01;
 const OFFSET_HALF_ULPS: f32 = 32.0;
 
 /// How far rays should start off these surfaces, in metres: a hundredth of the median edge, too little to lose a contact
-/// shadow that the mesh could show, but never less than the error bound of 32-bit coordinates.
+/// shadow that the mesh could show, at most a ten-thousandth of the extent, and never less than the error bound of 32-bit
+/// coordinates.
 #[must_use]
 pub fn default_offset_m(positions: &[Vec3], triangles: &[[u32; 3]]) -> f32 {
-    let largest = positions.iter().filter(|p| p.is_finite()).fold(0.0_f32, |m, p| m.max(p.abs().max_element()));
-    (median_edge_m(positions, triangles) * OFFSET_PER_EDGE).max(largest * OFFSET_HALF_ULPS * (f32::EPSILON * 0.5))
+    let finite = || positions.iter().filter(|p| p.is_finite());
+    let largest = finite().fold(0.0_f32, |m, p| m.max(p.abs().max_element()));
+    let (low, high) = finite().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+    let extent = (high - low).max(Vec3::ZERO).max_element();
+    let wanted = (median_edge_m(positions, triangles) * OFFSET_PER_EDGE).min(extent * OFFSET_PER_EXTENT);
+    wanted.max(largest * OFFSET_HALF_ULPS * (f32::EPSILON * 0.5)).min(f32::MAX)
 }

@@ -19,38 +19,40 @@ pub struct Validity {
 const SAME_WAY: f32 = 0.3;
 
 impl Validity {
-    /// Finds for every invalid vertex the valid one to borrow from: reached over the fewest edges (vertices at the same
-    /// place count as one), then one that looks the same way, then the nearest, then the first.
+    /// Finds for every invalid vertex the valid one to borrow from: one that looks the same way before others, reached over
+    /// the fewest edges (vertices at the same place count as one), then the nearest, then the first.
     #[must_use]
     pub fn new(valid: Vec<u8>, positions: &[Vec3], normals: &[Vec3], triangles: &[[u32; 3]]) -> Self {
         let mut source: Vec<u32> = (0..valid.len() as u32).collect();
         let graph = Neighbours::of_invalid(&valid, positions, triangles);
         let mut reached = valid.clone();
         let mut waiting: Vec<u32> = graph.vertices.clone();
-        loop {
-            // one ring of edges at a time: all of a ring see only what was reached before it
-            let mut ring: Vec<(u32, u32)> = Vec::new();
-            waiting.retain(|&v| {
-                let (at, way) = (positions[v as usize], normals[v as usize]);
-                let best = graph
-                    .of(v)
-                    .filter(|&n| reached[n as usize] != 0)
-                    .map(|n| source[n as usize])
-                    .map(|s| (normals[s as usize].dot(way) < SAME_WAY, at.distance_squared(positions[s as usize]), s))
-                    .min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
-                if let Some((_, _, from)) = best {
-                    ring.push((v, from));
+        for any_way in [false, true] {
+            loop {
+                // one ring of edges at a time: all of a ring see only what was reached before it
+                let mut ring: Vec<(u32, u32)> = Vec::new();
+                waiting.retain(|&v| {
+                    let (at, way) = (positions[v as usize], normals[v as usize]);
+                    let best = graph
+                        .of(v)
+                        .filter(|&n| reached[n as usize] != 0)
+                        .map(|n| source[n as usize])
+                        .filter(|&s| any_way || normals[s as usize].dot(way) > SAME_WAY)
+                        .map(|s| (at.distance_squared(positions[s as usize]), s))
+                        .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+                    ring.extend(best.map(|(_, from)| (v, from)));
+                    best.is_none()
+                });
+                if ring.is_empty() {
+                    break;
                 }
-                best.is_none()
-            });
-            if ring.is_empty() {
-                return Self { valid, source };
-            }
-            for (v, from) in ring {
-                reached[v as usize] = 1;
-                source[v as usize] = from;
+                for (v, from) in ring {
+                    reached[v as usize] = 1;
+                    source[v as usize] = from;
+                }
             }
         }
+        Self { valid, source }
     }
 }
 

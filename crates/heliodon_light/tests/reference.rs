@@ -1,0 +1,148 @@
+//! The path tracer against closed forms, and the solver against the path tracer.
+
+mod common;
+
+use common::{Lit, UNIFORM_SKY, params};
+use glam::Vec3;
+use heliodon_light::reference::{
+    Camera, ConstantSky, DirectSun, Environment, HarmonicSky, LatLongSky, ReferenceParams, reference_light_at_points, render,
+};
+use heliodon_light::{LightParams, bake};
+use heliodon_testkit::scenes::{ball, cuboid, ground, rectangle};
+use std::f32::consts::FRAC_1_PI;
+
+fn at_vertices(lit: &Lit, vertices: &[usize], sky: &dyn Environment, sun: Option<DirectSun>, p: &ReferenceParams) -> Vec<Vec3> {
+    let positions: Vec<Vec3> = vertices.iter().map(|&v| lit.scene.positions[v]).collect();
+    let normals: Vec<Vec3> = vertices.iter().map(|&v| lit.scene.normals[v]).collect();
+    reference_light_at_points(&lit.surfaces(), sky, sun, &positions, &normals, p).unwrap()
+}
+
+#[test]
+fn under_an_open_sky_of_one_light_is_one_and_radiance_the_albedo() {
+    let lit = Lit::new(ground(100.0, 2), 0.37);
+    let sky = ConstantSky(Vec3::ONE);
+    let light = at_vertices(&lit, &[4], &sky, None, &ReferenceParams::default())[0];
+    assert!((light - Vec3::ONE).abs().max_element() < 1e-5, "{light}");
+    let camera = Camera::look_at(Vec3::new(0.0, 2.0, 5.0), Vec3::new(0.0, 2.0, 0.0), Vec3::Y, 1.0, 40, 30);
+    let frame = render(&lit.surfaces(), &sky, None, &camera, &ReferenceParams::preview()).unwrap();
+    frame.validate().unwrap();
+    assert!((frame.radiance[0] - Vec3::ONE).length() < 1e-5 && frame.coverage[0] == 0.0);
+    let bottom = 29 * 40 + 20;
+    assert!((frame.radiance[bottom] - Vec3::splat(0.37)).length() < 1e-5 && frame.coverage[bottom] == 1.0);
+}
+
+/// A closed white-hot furnace as the path tracer can have it: all that is met reflects half, and beyond every hole is 1; with
+/// n bounces in a closed room light is 0, so the emission is told by a sky that the room's walls do not keep out: a sheet of
+/// holes. What remains exact is the series: from a point that sees the share w of open sky whatever it looks from, light is
+/// w sum (a (1 - w))^k. On the inside of a ball with an even spread of holes w is the same everywhere.
+#[test]
+fn a_ball_full_of_holes_is_a_furnace() {
+    // the inside of a ball sees all of its wall alike: the share of sky seen from any place is the share of holes in the area
+    let mut scene = ball(1.0, 60).inside_out();
+    let (mut open, mut all) = (0.0, 0.0);
+    let positions = scene.positions.clone();
+    let mut kept = Vec::new();
+    for (i, t) in scene.triangles.iter().enumerate() {
+        let [a, b, c] = t.map(|i| positions[i as usize]);
+        let area = (b - a).cross(c - a).length();
+        all += area;
+        if i % 7 == 3 {
+            open += area;
+        } else {
+            kept.push(*t);
+        }
+    }
+    scene.triangles = kept;
+    let (w, albedo) = (open / all, 0.5);
+    let exact = w / (1.0 - albedo * (1.0 - w));
+    let lit = Lit::new(scene, albedo);
+    let vertices: Vec<usize> = (0..4).map(|k| 60 * 120 / 2 + k * 13).collect();
+    let p = ReferenceParams { samples: 2048, max_bounces: 16, offset_m: 1e-3, seed: 0 };
+    let traced = at_vertices(&lit, &vertices, &ConstantSky(Vec3::ONE), None, &p);
+    // each path's estimate lies between 0 and 1: its deviation is below 1/2
+    let tolerance = 5.0 * 0.5 / (2048.0_f32).sqrt();
+    for light in &traced {
+        assert!((light.x / exact - 1.0).abs() < tolerance / exact, "{light} against {exact}");
+    }
+    let solved = bake(&lit.surfaces(), &[], false, &LightParams { offset_m: 1e-3, max_sub_cells: 0, ..params(128, 16) }).unwrap().light;
+    let mean = vertices.iter().map(|&v| solved.sky_transfer[v * 4] * UNIFORM_SKY).sum::<f32>() / vertices.len() as f32;
+    assert!((mean / exact - 1.0).abs() < 0.02, "solved {mean} against {exact}");
+}
+
+#[test]
+fn the_sun_and_its_bounce_have_closed_forms() {
+    let sun = DirectSun { direction: Vec3::new(-0.6, 0.8, 0.0), irradiance: Vec3::new(3.0, 2.0, 1.0) };
+    let wall = rectangle(Vec3::new(0.0, 0.5, 0.01), Vec3::NEG_Z * 0.02, Vec3::Y * 0.02, 1);
+    let lit = Lit::new(ground(400.0, 4).and(wall), 0.4);
+    let p = ReferenceParams { samples: 4096, max_bounces: 1, ..ReferenceParams::default() };
+    let sky = ConstantSky(Vec3::ZERO);
+    let light = at_vertices(&lit, &[7, lit.scene.positions.len() - 1], &sky, Some(sun), &p);
+    let direct = sun.irradiance * 0.8 * FRAC_1_PI;
+    assert!((light[0] / direct - 1.0).abs().max_element() < 1e-5, "{}", light[0]);
+    let bounced = direct * 0.4 * 0.5;
+    assert!((light[1] / bounced - 1.0).abs().max_element() < 0.01, "{} against {bounced}", light[1]);
+}
+
+#[test]
+fn image_sampling_and_cosine_sampling_agree() {
+    struct Unsampled(LatLongSky);
+    impl Environment for Unsampled {
+        fn radiance(&self, direction: Vec3) -> Vec3 {
+            self.0.radiance(direction)
+        }
+    }
+    let pixels: Vec<Vec3> = (0..64 * 32).map(|i| Vec3::splat(if i % 64 < 20 && i / 64 < 10 { 4.0 } else { 0.3 })).collect();
+    let sky = LatLongSky::new(64, 32, pixels).unwrap();
+    let lit = Lit::new(ground(4.0, 4).and(cuboid(Vec3::new(0.2, 0.0, 0.2), Vec3::new(0.8, 1.0, 0.8), 1)), 0.5);
+    let vertices = [12, 13, 17, 18];
+    let p = ReferenceParams { samples: 8192, ..ReferenceParams::default() };
+    let both = at_vertices(&lit, &vertices, &sky, None, &p);
+    let cosine = at_vertices(&lit, &vertices, &Unsampled(sky), None, &p);
+    for (a, b) in both.iter().zip(&cosine) {
+        // radiance up to 4, so a deviation below 2 a path
+        assert!((*a - *b).abs().max_element() < 5.0 * 2.0 / 8192.0_f32.sqrt(), "{a} against {b}");
+    }
+}
+
+#[test]
+fn the_solver_agrees_with_the_path_tracer() {
+    let scene = ground(4.0, 40)
+        .and(cuboid(Vec3::new(-0.5, 0.0, -0.5), Vec3::new(0.5, 0.8, 0.5), 14))
+        .and(ball(0.4, 24).moved(Vec3::new(1.0, 0.45, 0.2)));
+    let lit = Lit::new(scene, 0.6);
+    // a sky that is bluer above and never negative
+    let sky: Vec<Vec3> = vec![Vec3::new(2.0, 2.2, 2.8), Vec3::new(0.5, 0.7, 0.9), Vec3::splat(0.1), Vec3::splat(-0.2)];
+    let sun = DirectSun { direction: Vec3::new(0.5, 0.7, 0.4).normalize_or_zero(), irradiance: Vec3::splat(3.0) };
+    let baked = bake(&lit.surfaces(), &[sun.direction], true, &LightParams { offset_m: 1e-3, max_sub_cells: 0, ..params(128, 4) }).unwrap();
+    let vertices: Vec<usize> =
+        (0..lit.scene.positions.len()).step_by(29).filter(|&v| baked.light.validity.valid[v] == 1).collect();
+    let p = ReferenceParams { samples: 2048, max_bounces: 4, offset_m: 1e-3, seed: 1 };
+    let traced = at_vertices(&lit, &vertices, &HarmonicSky(sky.clone()), Some(sun), &p);
+    let mean = traced.iter().map(|l| l.x).sum::<f32>() / traced.len() as f32;
+    let mut errors: Vec<f32> = vertices
+        .iter()
+        .zip(&traced)
+        .map(|(&v, exact)| {
+            let cos = lit.scene.normals[v].dot(sun.direction).max(0.0);
+            let direct = if baked.masks.is_lit(v, 0) { cos * FRAC_1_PI } else { 0.0 };
+            let light = baked.light.sky_light(v, &sky) + sun.irradiance * (direct + baked.light.bounced_sun(v, 0));
+            (light - *exact).x.abs() / exact.x.max(0.05 * mean)
+        })
+        .collect();
+    errors.sort_unstable_by(f32::total_cmp);
+    let (median, p95) = (errors[errors.len() / 2], errors[errors.len() * 95 / 100]);
+    assert!(median < 0.015 && p95 < 0.05, "median {median}, 95th percentile {p95} over {} vertices", errors.len());
+}
+
+#[test]
+fn pictures_are_the_same_for_any_number_of_threads() {
+    let lit = Lit::new(ground(4.0, 4).and(ball(0.5, 12)), 0.5);
+    let camera = Camera::look_at(Vec3::new(2.0, 1.0, 2.0), Vec3::ZERO, Vec3::Y, 0.9, 33, 21);
+    let sun = Some(DirectSun { direction: Vec3::new(0.6, 0.8, 0.0), irradiance: Vec3::ONE });
+    let [one, many] = [1, 4].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let p = ReferenceParams::preview();
+        pool.install(|| render(&lit.surfaces(), &ConstantSky(Vec3::splat(0.4)), sun, &camera, &p).unwrap())
+    });
+    assert!(one == many);
+}

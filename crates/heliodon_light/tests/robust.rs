@@ -1,0 +1,183 @@
+//! The same answer however the work is divided; no trouble with unkind meshes.
+
+mod common;
+
+use common::{Lit, params};
+use glam::Vec3;
+use heliodon_light::{
+    Baked, GatherBlock, Layout, LightParams, MaskParams, SunInput, SunMasks, bake, bake_sun_masks, gather, solve, vertex_masks,
+};
+use heliodon_testkit::hostile;
+use heliodon_testkit::scenes::{ball, cuboid, ground, rectangle};
+use proptest::prelude::*;
+
+fn courtyard() -> Lit {
+    let canopy = rectangle(Vec3::new(-0.7, 1.2, 0.7), Vec3::X * 1.4, Vec3::NEG_Z * 1.4, 3);
+    let scene = ground(6.0, 24).and(cuboid(Vec3::new(-0.5, -0.1, -0.5), Vec3::new(0.5, 0.8, 0.5), 4)).and(canopy);
+    Lit::new(scene.and(ball(0.4, 12).moved(Vec3::new(1.5, 0.2, 0.3))), 0.6)
+}
+
+fn suns() -> Vec<Vec3> {
+    (0..37).map(|t| Vec3::new(t as f32 / 18.0 - 1.0, 0.7, 0.4).normalize_or_zero()).collect()
+}
+
+fn threads(count: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new().num_threads(count).build().unwrap()
+}
+
+/// The whole way with blocks of any size, each passed through its bytes.
+fn bake_in_blocks(lit: &Lit, params: &LightParams, block: usize) -> Baked {
+    let (surfaces, suns) = (lit.surfaces(), suns());
+    let mut layout = Layout::new(&surfaces, params).unwrap();
+    let mut blocks: Vec<GatherBlock> = Vec::new();
+    let mut round = 0..layout.points().len();
+    while !round.is_empty() {
+        for first in round.clone().step_by(block) {
+            let done = gather(&surfaces, &layout, first..(first + block).min(round.end), params).unwrap();
+            blocks.push(GatherBlock::from_bytes(&done.to_bytes()).unwrap());
+        }
+        round = layout.add_back_sides(&surfaces, &blocks, params);
+    }
+    let mut masks = SunMasks::default();
+    for first in (0..layout.points().len()).step_by(block) {
+        let range = first..(first + block).min(layout.points().len());
+        let mask_params = MaskParams { points_at_once: 64 };
+        masks.append(&bake_sun_masks(&surfaces, layout.points(), &suns, range, &mask_params).unwrap()).unwrap();
+    }
+    masks.validate().unwrap();
+    let light = solve(&surfaces, &layout, &blocks, Some(SunInput { suns: &suns, masks: &masks }), params).unwrap();
+    let masks = vertex_masks(&layout, &masks, &light.validity);
+    Baked { light, masks, gather_rays: blocks.iter().map(|b| b.rays).sum() }
+}
+
+#[test]
+fn threads_blocks_and_memory_do_not_change_a_bit() {
+    let lit = courtyard();
+    let params = params(24, 3);
+    let one = threads(1).install(|| bake(&lit.surfaces(), &suns(), true, &params).unwrap());
+    one.light.validate().unwrap();
+    let many = threads(4).install(|| bake(&lit.surfaces(), &suns(), true, &params).unwrap());
+    assert!(one == many, "threads");
+    assert!(threads(3).install(|| bake_in_blocks(&lit, &params, 700)) == one, "blocks of 700");
+    let no_memory = LightParams { hit_budget_bytes: 0, ..params };
+    let traced_again = bake(&lit.surfaces(), &suns(), true, &no_memory).unwrap();
+    assert!(traced_again == one, "rays traced again for each bounce");
+    assert!(threads(2).install(|| bake_in_blocks(&lit, &no_memory, 1024)) == one, "blocks without hits");
+}
+
+#[test]
+fn nine_coefficients_begin_with_the_four_and_rgb_of_grey_is_mono() {
+    let lit = courtyard();
+    let four = bake(&lit.surfaces(), &[], false, &params(24, 2)).unwrap().light;
+    let nine = LightParams { coefficients: 9, channels: heliodon_light::Channels::Rgb, ..params(24, 2) };
+    let nine = bake(&lit.surfaces(), &[], false, &nine).unwrap().light;
+    for (a, b) in four.sky_transfer.chunks_exact(4).zip(nine.sky_transfer.chunks_exact(27)) {
+        for i in 0..4 {
+            assert!((0..3).all(|c| (a[i] - b[i * 3 + c]).abs() < 1e-5), "{a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn vertices_inside_a_stone_borrow_from_outside() {
+    // a tall box stands in the ground; its lower corners lie below
+    let lit = Lit::new(ground(4.0, 20).and(cuboid(Vec3::new(-0.5, -0.5, -0.5), Vec3::new(0.5, 1.0, 0.5), 6)), 0.5);
+    let baked = bake(&lit.surfaces(), &suns(), true, &params(64, 2)).unwrap();
+    let validity = &baked.light.validity;
+    let mut below = 0;
+    for (v, p) in lit.scene.positions.iter().enumerate() {
+        // the sides of the box below the ground, and the ground within the box; its underside looks into the open
+        let sides = lit.scene.normals[v].y == 0.0;
+        let inside = (p.y < -0.01 && sides) || (p.y == 0.0 && p.abs().max_element() < 0.49);
+        if inside {
+            below += 1;
+            assert_eq!(validity.valid[v], 0, "{p} lies inside");
+            let source = validity.source[v] as usize;
+            assert!(lit.scene.normals[v].dot(lit.scene.normals[source]) > 0.9, "{p} borrows from another side");
+            assert_eq!(validity.valid[source], 1, "{p} borrows from {}", lit.scene.positions[source]);
+            assert_eq!(baked.masks.of_point(v), baked.masks.of_point(source));
+        } else if p.y > 0.01 || (p.y == 0.0 && p.abs().max_element() > 0.6) {
+            assert_eq!(validity.valid[v], 1, "{p} lies outside");
+        }
+    }
+    assert!(below > 50);
+}
+
+#[test]
+fn hostile_meshes_do_no_harm() {
+    for hostile in hostile::meshes() {
+        let Ok(rays) = heliodon_rays::TriangleScene::build(
+            &hostile.scene.positions,
+            &hostile.scene.triangles,
+            &heliodon_rays::BuildParams::default(),
+        ) else {
+            continue;
+        };
+        let lit = Lit { scene: hostile.scene, rays, albedo: heliodon_light::ConstantAlbedo(Vec3::splat(0.5)) };
+        let params = LightParams { max_sub_cells: 2000, ..params(8, 2) };
+        let baked = bake(&lit.surfaces(), &suns(), true, &params).unwrap_or_else(|e| panic!("{}: {e}", hostile.name));
+        baked.light.validate().unwrap_or_else(|e| panic!("{}: {e}", hostile.name));
+        baked.masks.validate().unwrap_or_else(|e| panic!("{}: {e}", hostile.name));
+        assert_eq!(baked.light.vertex_count(), lit.scene.positions.len());
+    }
+}
+
+#[test]
+fn a_kilometre_away_light_is_the_same() {
+    let near = courtyard();
+    // a power of two keeps the offsets of all vertices exact enough to compare
+    let far = Lit::new(near.scene.clone().moved(Vec3::new(1024.0, -1024.0, 512.0)), 0.6);
+    let params = LightParams { offset_m: 2e-3, ..params(64, 2) };
+    let [near, far] = [near, far].map(|lit| bake(&lit.surfaces(), &[], false, &params).unwrap().light);
+    let mut differences: Vec<f32> = near.sky_transfer.iter().zip(&far.sky_transfer).map(|(a, b)| (a - b).abs()).collect();
+    differences.sort_unstable_by(f32::total_cmp);
+    let p99 = differences[differences.len() * 99 / 100];
+    assert!(p99 < 0.02, "99th percentile of the difference {p99}");
+}
+
+#[test]
+fn wrong_input_is_told_not_suffered() {
+    let lit = Lit::new(ground(1.0, 2), 0.5);
+    let surfaces = lit.surfaces();
+    let bad = |params: LightParams| bake(&surfaces, &[], false, &params).is_err();
+    assert!(bad(LightParams { samples: 0, ..params(8, 1) }));
+    assert!(bad(LightParams { coefficients: 5, ..params(8, 1) }));
+    assert!(bad(LightParams { offset_m: f32::NAN, ..params(8, 1) }));
+    assert!(bad(LightParams { cell_size_m: Some(0.0), ..params(8, 1) }));
+    assert!(bake(&surfaces, &vec![Vec3::Y; 1025], false, &params(8, 1)).is_err());
+    assert!(bake(&surfaces, &[Vec3::NAN, Vec3::ZERO], true, &params(8, 1)).is_ok());
+    let short = heliodon_light::Surfaces { normals: &lit.scene.normals[1..], ..surfaces };
+    assert!(bake(&short, &[], false, &params(8, 1)).is_err());
+    let triangles = [[0, 1, 99]];
+    let beyond = heliodon_light::Surfaces { triangles: &triangles, ..surfaces };
+    assert!(bake(&beyond, &[], false, &params(8, 1)).is_err());
+    let layout = Layout::new(&surfaces, &params(8, 1)).unwrap();
+    let all = gather(&surfaces, &layout, 0..layout.points().len(), &params(8, 1)).unwrap();
+    assert!(solve(&surfaces, &layout, &[], None, &params(8, 1)).is_err());
+    assert!(solve(&surfaces, &layout, &[all.clone(), all.clone()], None, &params(8, 1)).is_err());
+    assert!(solve(&surfaces, &layout, std::slice::from_ref(&all), None, &params(16, 1)).is_err());
+    let masks = SunMasks::default();
+    let sun = SunInput { suns: &[Vec3::Y], masks: &masks };
+    assert!(solve(&surfaces, &layout, &[all], Some(sun), &params(8, 1)).is_err());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn soups_of_triangles_are_lit_with_finite_numbers(
+        corners in prop::collection::vec(prop::array::uniform3(-1.0_f32..1.0), 3..60),
+        scale in prop::sample::select(vec![1e-6_f32, 1.0, 1e4]),
+    ) {
+        let positions: Vec<Vec3> = corners.iter().map(|&c| Vec3::from_array(c) * scale).collect();
+        let triangles: Vec<[u32; 3]> = (0..positions.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        let normals: Vec<Vec3> = positions.iter().map(|p| p.normalize_or_zero()).collect();
+        let lit = Lit::new(heliodon_testkit::scenes::Scene { positions, normals, triangles }, 0.5);
+        let params = LightParams { max_sub_cells: 500, offset_m: 1e-4 * scale, ..params(8, 2) };
+        let baked = bake(&lit.surfaces(), &[Vec3::Y, Vec3::X], true, &params).unwrap();
+        prop_assert!(baked.light.validate().is_ok());
+        // no more light than the sky has, bounces at albedo 1/2 included
+        let open = baked.light.sky_transfer.chunks_exact(4).map(|t| t[0] * common::UNIFORM_SKY).fold(0.0, f32::max);
+        prop_assert!(open <= 1.0 + 1e-3, "{open}");
+    }
+}
