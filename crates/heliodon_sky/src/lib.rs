@@ -4,6 +4,7 @@
 //! models give it in kcd/m2 (so that irradiance is in klx).
 
 pub mod civil;
+pub mod day;
 pub mod error;
 pub mod lapse;
 pub mod mapping;

@@ -47,6 +47,12 @@ impl Probe {
         &self.image
     }
 
+    /// The image, taken out.
+    #[must_use]
+    pub fn into_image(self) -> HdrImage {
+        self.image
+    }
+
     /// The grid.
     #[must_use]
     pub fn grid(&self) -> &Arc<ProbeGrid> {

@@ -87,25 +87,28 @@ pub(crate) fn march(air: &Air, many: Option<&Many>, r: f32, direction: Vec3, sun
 impl Many {
     pub(crate) fn new(air: &Air, ground_albedo: &Spectrum) -> Self {
         let directions = fibonacci_sphere(DIRECTIONS);
+        let radius = |row: usize| {
+            let u = row as f32 / (HEIGHTS - 1) as f32;
+            GROUND_KM + (TOP_KM - GROUND_KM) * (u * u * 0.999 + 1e-4)
+        };
+        let series: Vec<Spectrum> =
+            (0..HEIGHTS).into_par_iter().map(|row| Self::series(air, ground_albedo, &directions, radius(row))).collect();
         let table = (0..SUNS * HEIGHTS)
             .into_par_iter()
             .map(|i| {
                 let (row, column) = (i / SUNS, i % SUNS);
-                let u = row as f32 / (HEIGHTS - 1) as f32;
-                let r = GROUND_KM + (TOP_KM - GROUND_KM) * (u * u * 0.999 + 1e-4);
                 let v = 2.0 * column as f32 / (SUNS - 1) as f32 - 1.0;
-                let mu_sun = v * v.abs();
-                Self::entry(air, ground_albedo, &directions, r, mu_sun)
+                let second = Self::second_order(air, ground_albedo, &directions, radius(row), v * v.abs());
+                std::array::from_fn(|k| second[k] * series[row][k])
             })
             .collect();
         Self { table }
     }
 
-    /// `L_2 / (1 - f)` (equations 5 to 10).
-    fn entry(air: &Air, ground_albedo: &Spectrum, directions: &[Vec3], r: f32, mu_sun: f32) -> Spectrum {
+    /// Light of the second order, evenly in all directions (equations 5 and 6).
+    fn second_order(air: &Air, ground_albedo: &Spectrum, directions: &[Vec3], r: f32, mu_sun: f32) -> Spectrum {
         let sun = Vec3::new((1.0 - mu_sun * mu_sun).max(0.0).sqrt(), mu_sun, 0.0);
         let mut second = [0.0_f32; COUNT];
-        let mut transfer = [0.0_f32; COUNT];
         for &direction in directions {
             let along = march(air, None, r, direction, sun, 24);
             let ground = along.ground.map(|mu| (mu, air.through(GROUND_KM, mu)));
@@ -114,16 +117,22 @@ impl Many {
                 second[k] += (along.rayleigh[k] + along.mie[k]) / (4.0 * PI);
                 if let Some((mu, lit)) = &ground {
                     second[k] += along.through[k] * ground_albedo[k] / PI * lit[k] * mu.max(0.0);
-                    transfer[k] += ground_albedo[k] * along.through[k];
                 }
             }
-            let scattered = even_light(air, r, direction);
+        }
+        second.map(|s| s / directions.len() as f32)
+    }
+
+    /// `1 / (1 - f)`: what all further orders make of the second (equations 7 to 9). Does not depend on the sun.
+    fn series(air: &Air, ground_albedo: &Spectrum, directions: &[Vec3], r: f32) -> Spectrum {
+        let mut transfer = [0.0_f32; COUNT];
+        for &direction in directions {
+            let (scattered, ground) = even_light(air, r, direction);
             for k in 0..COUNT {
-                transfer[k] += scattered[k];
+                transfer[k] += scattered[k] + ground_albedo[k] * ground[k];
             }
         }
-        let count = directions.len() as f32;
-        std::array::from_fn(|k| second[k] / count / (1.0 - (transfer[k] / count).min(0.98)))
+        transfer.map(|t| 1.0 / (1.0 - (t / directions.len() as f32).min(0.98)))
     }
 
     /// Radiance of the higher orders at a radius, for the sun's cosine to the vertical there.
@@ -142,8 +151,8 @@ impl Many {
     }
 }
 
-/// What a ray collects where every point of the air is lit by 1 from everywhere (equation 8, over the phase).
-fn even_light(air: &Air, r: f32, direction: Vec3) -> Spectrum {
+/// What a ray collects where every point of the air is lit by 1 from everywhere (equation 8, over the phase), and how much of the ground it sees.
+fn even_light(air: &Air, r: f32, direction: Vec3) -> (Spectrum, Spectrum) {
     const STEPS: u32 = 24;
     let ground = if direction.y < 0.0 { distance_to(r, direction.y, GROUND_KM, true) } else { None };
     let length = ground.or_else(|| distance_to(r, direction.y, TOP_KM, false)).unwrap_or(0.0);
@@ -161,5 +170,5 @@ fn even_light(air: &Air, r: f32, direction: Vec3) -> Spectrum {
             through[k] *= passed;
         }
     }
-    sum
+    (sum, if ground.is_some() { through } else { [0.0; COUNT] })
 }

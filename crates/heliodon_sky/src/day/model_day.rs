@@ -1,0 +1,95 @@
+//! A day from a clear-sky model.
+
+use super::{Entry, LapseParams, Sink, SkyMap, steps};
+use crate::civil::{Date, TimeOfDay};
+use crate::error::SkyError;
+use crate::lapse::Sun;
+use crate::mapping::{BelowHorizon, Mapping, ProbeGrid};
+use crate::model::{ModelParams, ModelSky};
+use crate::probe::Probe;
+use crate::solar::{Place, rise_and_set, sun_position};
+use glam::Vec3;
+use heliodon_image::HdrImage;
+use heliodon_math::color::luminance;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// A clear day at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModelDay {
+    /// The sky.
+    pub model: ModelParams,
+    /// Degrees north.
+    pub latitude_deg: f64,
+    /// Degrees east.
+    pub longitude_deg: f64,
+    /// Hours by which local time is ahead of universal time.
+    pub utc_offset_hours: f64,
+    /// The day.
+    pub date: Date,
+}
+
+/// The geometric height of the sun at which a model's day begins and ends: civil twilight.
+const DAWN_DEG: f64 = -6.0;
+
+/// Maps of models are smooth: more pixels show nothing more.
+const WIDEST_MAP: u32 = 512;
+
+/// Maps in memory at a time.
+const AT_ONCE: usize = 8;
+
+/// A sun fainter than this (0.01 lux) is none.
+const FAINTEST_KLX: f32 = 1e-5;
+
+pub(super) fn build(params: &LapseParams, day: &ModelDay, sink: Sink<'_>) -> Result<Vec<Entry>, SkyError> {
+    let place = Place {
+        latitude_deg: day.latitude_deg,
+        longitude_deg: day.longitude_deg,
+        utc_offset_hours: day.utc_offset_hours,
+        north_deg: params.north_deg,
+    };
+    let span = rise_and_set(&place, day.date, DAWN_DEG)?;
+    let whole = (TimeOfDay { seconds: 0 }, TimeOfDay { seconds: 86_399 });
+    let (dawn, dusk) = span.unwrap_or(whole);
+    let times = steps::times(params.first.unwrap_or(dawn), params.last.unwrap_or(dusk), params.sky_steps)?;
+    let sky = ModelSky::new(&day.model)?;
+    let width = params.map_width.min(WIDEST_MAP);
+    let grid = Arc::new(ProbeGrid::new(Mapping::LatLong, width, width / 2, 0.0)?);
+    let mut entries = Vec::with_capacity(times.len());
+    for (block, some) in times.chunks(AT_ONCE).enumerate() {
+        let made: Vec<Result<(Entry, HdrImage), SkyError>> =
+            some.par_iter().map(|&time| entry(params, &place, day.date, time, &sky, &grid)).collect();
+        for (i, made) in made.into_iter().enumerate() {
+            let (mut entry, image) = made?;
+            let index = block * AT_ONCE + i;
+            entry.map = format!("sky/{:04}.hdr", index + 1);
+            let map = SkyMap { name: &entry.map, image: &image, index: index as u32, count: times.len() as u32 };
+            sink(map).map_err(|problem| SkyError::Map { name: entry.map.clone(), problem })?;
+            entries.push(entry);
+        }
+    }
+    Ok(entries)
+}
+
+fn entry(
+    params: &LapseParams,
+    place: &Place,
+    date: Date,
+    time: TimeOfDay,
+    sky: &ModelSky,
+    grid: &Arc<ProbeGrid>,
+) -> Result<(Entry, HdrImage), SkyError> {
+    let position = sun_position(place, date, f64::from(time.seconds))?;
+    let middle = position.direction(place.north_deg);
+    let sun = sky.sun(middle).filter(|(irradiance, _)| luminance(*irradiance) > FAINTEST_KLX);
+    let sun = sun.map(|(irradiance, direction): (Vec3, Vec3)| Sun {
+        direction: direction.to_array(),
+        irradiance: irradiance.to_array(),
+        clipped: false,
+    });
+    let geometry = grid.geometry();
+    let image = sky.map(middle, geometry.width(), geometry.height());
+    let probe = Probe::with_grid(image, grid.clone())?;
+    let coefficients = probe.coefficients(params.coefficients as usize, BelowHorizon::Keep);
+    Ok((Entry { time, sun, sky: coefficients, map: String::new(), sun_in_map: false }, probe.into_image()))
+}
