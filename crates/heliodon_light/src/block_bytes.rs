@@ -20,7 +20,7 @@ impl GatherBlock {
         for list in [&self.sky, &self.scale, &self.back] {
             put_list(&mut out, list, |x| x.to_le_bytes());
         }
-        put_list(&mut out, &self.back_cells, |x| x.to_le_bytes());
+        put_list(&mut out, self.back_cells.as_flattened(), |x| x.to_le_bytes());
         out.extend((self.hits.len() as u64).to_le_bytes());
         for hits in &self.hits {
             put_list(&mut out, &hits.met, |x| x.to_le_bytes());
@@ -43,6 +43,10 @@ impl GatherBlock {
         let (start, end) = range.ok_or(LightError::Block("a range that is none"))?;
         let [sky, scale, back] = [(); 3].map(|()| take_list(&mut rest, f32::from_le_bytes));
         let back_cells = take_list(&mut rest, u32::from_le_bytes)?;
+        let (back_cells, []) = back_cells.as_chunks() else {
+            return Err(LightError::Block("a cell without its count"));
+        };
+        let back_cells = back_cells.to_vec();
         let units = number(&mut rest)?;
         let mut hits = Vec::new();
         for _ in 0..units {
@@ -89,7 +93,7 @@ mod tests {
             sky: vec![0.1, -0.2, 0.3, 0.4],
             scale: vec![1.0, 2.0],
             back: vec![0.0, 0.75],
-            back_cells: vec![3, 9],
+            back_cells: vec![[3, 1], [9, 2]],
             hits: vec![UnitHits { met: vec![1, 2, 3], cells: vec![8, 1 << 31, 2, 7] }],
             rays: 1 << 40,
         }

@@ -41,8 +41,8 @@ pub struct GatherBlock {
     /// whole, up to half of it: the foot of a column that stands in an open sheet of ground sees the sheet's back above it and
     /// nothing below, and lies inside all the same.
     pub back: Vec<f32>,
-    /// Cells whose back was met by points that do not lie inside something themselves; sorted.
-    pub back_cells: Vec<u32>,
+    /// Cells whose back was met by points that do not lie inside something themselves, and how often; sorted.
+    pub back_cells: Vec<[u32; 2]>,
     /// The kept hits of each run of points; empty where they are traced again for each bounce.
     pub hits: Vec<UnitHits>,
     /// Rays that were traced.
@@ -125,8 +125,7 @@ pub fn gather(
             block.hits.push(unit.hits);
         }
     }
-    block.back_cells.sort_unstable();
-    block.back_cells.dedup();
+    block.back_cells = counted(block.back_cells);
     Ok(block)
 }
 
@@ -139,7 +138,7 @@ struct Unit {
     sky: Vec<f32>,
     scale: Vec<f32>,
     back: Vec<f32>,
-    back_cells: Vec<u32>,
+    back_cells: Vec<[u32; 2]>,
     hits: UnitHits,
     rays: u64,
 }
@@ -207,19 +206,30 @@ fn gather_unit(surfaces: &Surfaces, layout: &Layout, range: Range<usize>, coeffi
 }
 
 /// Cells whose back was met by points that do not themselves lie inside something.
-fn met_back_cells(hits: &UnitHits, back: &[f32]) -> Vec<u32> {
+fn met_back_cells(hits: &UnitHits, back: &[f32]) -> Vec<[u32; 2]> {
     let words = back.len().div_ceil(64);
     let mut cells = Vec::new();
     let mut next = hits.cells.iter();
     for met in hits.met.chunks(words.max(1)) {
         for (point, &cell) in bits(met).zip(&mut next) {
             if cell & BACK != 0 && back[point] <= BACK_LIMIT {
-                cells.push(cell & !BACK);
+                cells.push([cell & !BACK, 1]);
             }
         }
     }
+    counted(cells)
+}
+
+/// Each cell once, sorted, with the sum of its counts.
+pub(crate) fn counted(mut cells: Vec<[u32; 2]>) -> Vec<[u32; 2]> {
     cells.sort_unstable();
-    cells.dedup();
+    cells.dedup_by(|next, first| {
+        let same = next[0] == first[0];
+        if same {
+            first[1] = first[1].saturating_add(next[1]);
+        }
+        same
+    });
     cells
 }
 
@@ -305,7 +315,7 @@ impl GatherBlock {
             return wrong("numbers that are not finite");
         }
         let cells = layout.front_cell_count();
-        if self.back_cells.iter().any(|&c| c as usize >= cells) {
+        if self.back_cells.iter().any(|c| c[0] as usize >= cells) {
             return wrong("cells that the layout has not");
         }
         if self.hits.is_empty() {

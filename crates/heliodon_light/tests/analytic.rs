@@ -124,7 +124,7 @@ fn bounced_sun_of_a_lit_plane_meets_a_wall() {
 #[test]
 fn the_back_of_an_open_sheet_has_light_of_its_own() {
     // under a canopy of a single sheet, whose top the sun lights: what bounces down is the ground's light, not the sun's
-    let canopy = rectangle(Vec3::new(-2.0, 1.0, 2.0), Vec3::X * 4.0, Vec3::NEG_Z * 4.0, 8);
+    let canopy = rectangle(Vec3::new(-0.6, 1.0, 0.6), Vec3::X * 1.2, Vec3::NEG_Z * 1.2, 4);
     assert_eq!(canopy.normals[0], Vec3::Y);
     let lit = Lit::new(ground(4.0, 8).and(canopy), 0.8);
     let two_sided = bake(&lit.surfaces(), &[Vec3::Y], true, &params(64, 1)).unwrap();

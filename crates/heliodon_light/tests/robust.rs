@@ -131,8 +131,10 @@ fn a_kilometre_away_light_is_the_same() {
     let [near, far] = [near, far].map(|lit| bake(&lit.surfaces(), &[], false, &params).unwrap().light);
     let mut differences: Vec<f32> = near.sky_transfer.iter().zip(&far.sky_transfer).map(|(a, b)| (a - b).abs()).collect();
     differences.sort_unstable_by(f32::total_cmp);
-    let p99 = differences[differences.len() * 99 / 100];
-    assert!(p99 < 0.02, "99th percentile of the difference {p99}");
+    // coordinates there are multiples of 1/16384 m: a ray that passes an edge may now meet it, which changes a coefficient by up
+    // to 2 / 64 * 0.49; hardly a point has more than three such rays
+    let [p90, p99] = [90, 99].map(|p| differences[differences.len() * p / 100]);
+    assert!(p90 < 0.5 / 64.0 && p99 < 3.0 / 64.0, "90th percentile {p90}, 99th {p99}");
 }
 
 #[test]
