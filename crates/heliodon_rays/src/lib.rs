@@ -7,6 +7,7 @@ mod layout;
 mod morton;
 mod nearest;
 mod occlude;
+mod order;
 mod scene;
 mod shear;
 mod simd;
@@ -17,6 +18,7 @@ mod view;
 
 pub use build::{BuildError, BuildParams, MAX_COORDINATE, MAX_TRIANGLES, Quality};
 pub use morton::morton_order;
+pub use order::beam_order;
 pub use scene::TriangleScene;
 pub use simd::Instructions;
 pub use types::{Hit, NO_HIT, Ray};

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::beam::{Beam, GROUPS, RAYS, each_beam, packet_of, push_children};
+use crate::beam::{ALL, Beam, Entry, GROUPS, each_beam, packet_of, push_children};
 use crate::layout::Packet;
 use crate::scene::TriangleScene;
 use crate::shear::Shear;
@@ -27,7 +27,7 @@ impl Work for Nearest<'_> {
     fn run<E: Engine>(self, engine: E) {
         let view = View::new(engine, &self.shear);
         let mut stack = Vec::with_capacity(self.scene.stack);
-        let mut found = Found { limit: [[0.0; 16]; GROUPS], group: [0.0; GROUPS], all: 0.0, hits: [Hit::MISS; RAYS] };
+        let mut found = Found { limit: [[0.0; 16]; GROUPS], group: [0.0; GROUPS], all: 0.0, hits: [[Hit::MISS; 16]; GROUPS] };
         each_beam(
             self.origins,
             self.active,
@@ -37,9 +37,11 @@ impl Work for Nearest<'_> {
             |beam| {
                 found.reset(beam);
                 walk(self.scene, &view, &self.shear, beam, &mut found, &mut stack);
-                for (ray, hit) in found.hits.iter().enumerate() {
-                    if beam.alive[ray / 16] >> (ray % 16) & 1 == 1 {
-                        self.hits[beam.origin[ray] as usize] = *hit;
+                for group in 0..GROUPS {
+                    for (lane, hit) in found.hits[group].iter().enumerate() {
+                        if beam.alive[group] >> lane & 1 == 1 {
+                            self.hits[beam.first[group] + lane] = *hit;
+                        }
                     }
                 }
             },
@@ -53,13 +55,13 @@ struct Found {
     limit: [[f32; 16]; GROUPS],
     group: [f32; GROUPS],
     all: f32,
-    hits: [Hit; RAYS],
+    hits: [[Hit; 16]; GROUPS],
 }
 
 impl Found {
     #[inline(always)]
     fn reset(&mut self, beam: &Beam) {
-        self.hits = [Hit::MISS; RAYS];
+        self.hits = [[Hit::MISS; 16]; GROUPS];
         for group in 0..GROUPS {
             for lane in 0..16 {
                 let asks = beam.alive[group] >> lane & 1 == 1;
@@ -83,31 +85,41 @@ fn walk<E: Engine>(
     shear: &Shear,
     beam: &Beam,
     found: &mut Found,
-    stack: &mut Vec<(f32, u32)>,
+    stack: &mut Vec<Entry>,
 ) {
     let regions: [Region; GROUPS] = core::array::from_fn(|group| match beam.alive[group] {
         0 => Region::NOTHING,
         _ => Region::around(&beam.points[group]),
     });
-    let all = regions.into_iter().fold(Region::NOTHING, Region::union);
     stack.clear();
-    stack.push((f32::NEG_INFINITY, 0));
-    while let Some((near, reference)) = stack.pop() {
+    stack.push(Entry::root(ALL));
+    while let Some(Entry { near, reference, groups }) = stack.pop() {
         if near > found.all {
             continue;
         }
         match packet_of(reference) {
-            None => push_children(view, &scene.nodes[reference as usize], &all, found.all, stack),
-            Some(packet) => test(view, shear, &scene.packets[packet], beam, &regions, found),
+            None => push_children(view, &scene.nodes[reference as usize], groups, &regions, Some(&found.group), stack),
+            Some(packet) => test(view, shear, &scene.packets[packet], groups, beam, &regions, found),
         }
     }
 }
 
 #[inline(always)]
-fn test<E: Engine>(view: &View<E>, shear: &Shear, packet: &Packet, beam: &Beam, regions: &[Region; GROUPS], found: &mut Found) {
+fn test<E: Engine>(
+    view: &View<E>,
+    shear: &Shear,
+    packet: &Packet,
+    groups: u32,
+    beam: &Beam,
+    regions: &[Region; GROUPS],
+    found: &mut Found,
+) {
     let (corners, boxes) = view.corners(packet);
     let mut any = false;
-    for group in 0..GROUPS {
+    let mut groups = groups;
+    while groups != 0 {
+        let group = groups.trailing_zeros() as usize % GROUPS;
+        groups &= groups - 1;
         let mut mask = view.overlap(&boxes, &regions[group]) & view.nearer(&boxes, found.group[group]);
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize % 8;
@@ -118,7 +130,7 @@ fn test<E: Engine>(view: &View<E>, shear: &Shear, packet: &Packet, beam: &Beam, 
                 let ray = through.trailing_zeros() as usize % 16;
                 through &= through - 1;
                 let point = core::array::from_fn(|x| points[x][ray]);
-                let hit = &mut found.hits[group * 16 + ray];
+                let hit = &mut found.hits[group][ray];
                 if cross(&corners, lane, point).is_some_and(|c| hit.take(&c, shear, packet.id[lane], 0.0)) {
                     found.limit[group][ray] = depth_at(point[2], hit.t, shear, 1.0);
                     any = true;

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::beam::{Beam, GROUPS, each_beam, packet_of, push_children};
+use crate::beam::{ALL, Beam, Entry, GROUPS, each_beam, fill, packet_of, push_children};
 use crate::layout::Packet;
 use crate::scene::TriangleScene;
 use crate::shear::Shear;
@@ -36,12 +36,9 @@ impl Work for Occlude<'_> {
                 let asked = beam.alive;
                 walk(self.scene, &view, beam, &mut stack);
                 for group in 0..GROUPS {
-                    let mut hit = asked[group] & !beam.alive[group];
-                    while hit != 0 {
-                        let origin = beam.origin[group * 16 + hit.trailing_zeros() as usize % 16] as usize;
-                        hit &= hit - 1;
-                        self.occluded[origin / 64] |= 1 << (origin % 64);
-                    }
+                    let first = beam.first[group];
+                    let hit = u64::from(asked[group] & !beam.alive[group]);
+                    self.occluded[first / 64] |= hit << (first % 64);
                 }
             },
         );
@@ -50,15 +47,15 @@ impl Work for Occlude<'_> {
 
 /// Takes the rays that meet something out of `beam.alive`.
 #[inline(always)]
-fn walk<E: Engine>(scene: &TriangleScene, view: &View<E>, beam: &mut Beam, stack: &mut Vec<(f32, u32)>) {
+fn walk<E: Engine>(scene: &TriangleScene, view: &View<E>, beam: &mut Beam, stack: &mut Vec<Entry>) {
     let mut regions = Regions::new(beam);
     stack.clear();
-    stack.push((0.0, 0));
-    while let Some((_, reference)) = stack.pop() {
+    stack.push(Entry::root(ALL));
+    while let Some(Entry { reference, groups, .. }) = stack.pop() {
         match packet_of(reference) {
-            None => push_children(view, &scene.nodes[reference as usize], &regions.all, f32::INFINITY, stack),
+            None => push_children(view, &scene.nodes[reference as usize], groups, &regions.group, None, stack),
             Some(packet) => {
-                if test(view, &scene.packets[packet], beam, &regions) && regions.shrink(beam) {
+                if test(view, &scene.packets[packet], groups, beam, &regions) && regions.shrink(beam) {
                     return;
                 }
             }
@@ -68,10 +65,13 @@ fn walk<E: Engine>(scene: &TriangleScene, view: &View<E>, beam: &mut Beam, stack
 
 /// Whether any ray met a triangle of the packet.
 #[inline(always)]
-fn test<E: Engine>(view: &View<E>, packet: &Packet, beam: &mut Beam, regions: &Regions) -> bool {
+fn test<E: Engine>(view: &View<E>, packet: &Packet, groups: u32, beam: &mut Beam, regions: &Regions) -> bool {
     let (corners, boxes) = view.corners(packet);
     let mut any = 0;
-    for group in 0..GROUPS {
+    let mut groups = groups;
+    while groups != 0 {
+        let group = groups.trailing_zeros() as usize % GROUPS;
+        groups &= groups - 1;
         let mut mask = view.overlap(&boxes, &regions.group[group]);
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize % 8;
@@ -89,18 +89,16 @@ struct Regions {
     group: [Region; GROUPS],
     /// Rays of each group when its region was computed.
     rays: [u32; GROUPS],
-    all: Region,
 }
 
 impl Regions {
     #[inline(always)]
     fn new(beam: &Beam) -> Self {
-        let mut regions = Self { group: [Region::NOTHING; GROUPS], rays: [0; GROUPS], all: Region::NOTHING };
+        let mut regions = Self { group: [Region::NOTHING; GROUPS], rays: [0; GROUPS] };
         for group in 0..GROUPS {
             regions.rays[group] = beam.alive[group].count_ones();
             if beam.alive[group] != 0 {
                 regions.group[group] = Region::around(&beam.points[group]);
-                regions.all = regions.all.union(regions.group[group]);
             }
         }
         regions
@@ -120,19 +118,10 @@ impl Regions {
                 if rays == 0 {
                     self.group[group] = Region::NOTHING;
                 } else {
-                    let survivor = alive.trailing_zeros() as usize % 16;
-                    for points in &mut beam.points[group] {
-                        let value = points[survivor];
-                        for (lane, point) in points.iter_mut().enumerate() {
-                            *point = if alive >> lane & 1 == 1 { *point } else { value };
-                        }
-                    }
+                    fill(&mut beam.points[group], alive);
                     self.group[group] = Region::around(&beam.points[group]);
                 }
             }
-        }
-        if changed {
-            self.all = self.group.into_iter().fold(Region::NOTHING, Region::union);
         }
         changed && self.rays == [0; GROUPS]
     }

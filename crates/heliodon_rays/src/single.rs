@@ -1,6 +1,6 @@
 //! One ray at a time.
 
-use crate::beam::{packet_of, push_children, usable};
+use crate::beam::{Entry, packet_of, push_children, usable};
 use crate::scene::TriangleScene;
 use crate::shear::Shear;
 use crate::simd::{Engine, Work};
@@ -31,7 +31,7 @@ impl<const ANY: bool, F: FnMut(usize, Hit)> Work for Trace<'_, ANY, F> {
 
 /// Walks the hierarchy; with `ANY` stops at the first triangle found.
 #[inline(always)]
-fn trace<E: Engine, const ANY: bool>(engine: E, scene: &TriangleScene, ray: &Ray, stack: &mut Vec<(f32, u32)>) -> Hit {
+fn trace<E: Engine, const ANY: bool>(engine: E, scene: &TriangleScene, ray: &Ray, stack: &mut Vec<Entry>) -> Hit {
     let origin = ray.origin - scene.center;
     let mut hit = Hit { t: ray.t_max, ..Hit::MISS };
     let Some(shear) = Shear::new(ray.direction) else { return hit };
@@ -45,13 +45,13 @@ fn trace<E: Engine, const ANY: bool>(engine: E, scene: &TriangleScene, ray: &Ray
     let region = Region { p: [p; 2], q: [q; 2], depth: depth_at(depth, ray.t_min, &shear, -1.0) };
     let mut far = depth_at(depth, ray.t_max, &shear, 1.0);
     stack.clear();
-    stack.push((f32::NEG_INFINITY, 0));
-    while let Some((near, reference)) = stack.pop() {
+    stack.push(Entry::root(1));
+    while let Some(Entry { near, reference, .. }) = stack.pop() {
         if near > far {
             continue;
         }
         let Some(packet) = packet_of(reference) else {
-            push_children(&view, &scene.nodes[reference as usize], &region, far, stack);
+            push_children(&view, &scene.nodes[reference as usize], 1, &[region], Some(&[far]), stack);
             continue;
         };
         let packet = &scene.packets[packet];

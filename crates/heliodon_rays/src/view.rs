@@ -46,13 +46,6 @@ impl Region {
         let [p, q, depth] = points;
         Self { p: [least(p), greatest(p)], q: [least(q), greatest(q)], depth: least(depth) }
     }
-
-    /// Around both.
-    #[inline(always)]
-    pub fn union(self, other: Self) -> Self {
-        let join = |a: [f32; 2], b: [f32; 2]| [a[0].min(b[0]), a[1].max(b[1])];
-        Self { p: join(self.p, other.p), q: join(self.q, other.q), depth: self.depth.min(other.depth) }
-    }
 }
 
 /// The depth that a ray reaches at distance t, moved outwards (`side` 1.0) or inwards (-1.0) by more than all that is rounded
