@@ -9,6 +9,7 @@ pub mod error;
 pub mod lapse;
 pub mod mapping;
 pub mod model;
+pub mod picture;
 pub mod probe;
 pub mod project;
 pub mod solar;

@@ -115,6 +115,9 @@ impl Probe {
     /// Sky coefficients (4 or 9) by solid-angle-weighted sums in f64.
     #[must_use]
     pub fn coefficients(&self, count: usize, below: BelowHorizon) -> Vec<Vec3> {
+        if self.geometry().mapping() == Mapping::LatLong {
+            return self.lat_long_coefficients(count, below);
+        }
         let geometry = self.geometry();
         let width = geometry.width();
         let mut sums = sum_rows(geometry.height(), count, |y, add| {
@@ -153,6 +156,33 @@ impl Probe {
         }
         sums.iter_mut().zip(rim).for_each(|(sum, more)| *sum = (sum.as_dvec3() + more).as_vec3());
         sums
+    }
+
+    /// The same sums over the same nodes, where rows and columns share their sines and cosines.
+    fn lat_long_coefficients(&self, count: usize, below: BelowHorizon) -> Vec<Vec3> {
+        let geometry = self.geometry();
+        let columns = geometry.column_nodes();
+        let width = columns.len();
+        sum_rows(geometry.height(), count, |y, add| {
+            let rows = geometry.row_nodes(y);
+            let pixels = &self.image.pixels[y as usize * width..][..width];
+            let solid_angle = f64::from(self.grid.solid_angles()[y as usize * width]);
+            for (color, column) in pixels.iter().zip(&columns) {
+                let flux = color.as_dvec3() * (0.5 * solid_angle);
+                for (sine, cosine, share) in rows {
+                    if below != BelowHorizon::Keep && cosine < 0.0 {
+                        continue;
+                    }
+                    for (east, north) in column {
+                        let direction = DVec3::new(sine * east, cosine, -sine * north);
+                        add(direction, flux * share);
+                        if below == BelowHorizon::Mirror {
+                            add(DVec3::new(direction.x, -direction.y, direction.z), flux * share);
+                        }
+                    }
+                }
+            }
+        })
     }
 
     /// The probe as a lat-long map, each pixel the mean of many looks at the probe, spaced no wider than the probe's own pixels. `lower` is looked at instead

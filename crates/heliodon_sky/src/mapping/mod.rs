@@ -107,6 +107,9 @@ impl BelowHorizon {
     }
 }
 
+/// How far from a pixel's middle the nodes of two-point Gauss quadrature lie: `1 / (2 sqrt 3)`.
+const NODE_OFFSET: f64 = 0.288_675_134_594_812_9;
+
 /// A mapping at an image size, turned to the north.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Geometry {
@@ -213,10 +216,9 @@ impl Geometry {
     /// Four directions that stand for a pixel (Gauss points), and their shares of it, which sum to 1; points beyond a disc's rim are drawn onto it.
     #[must_use]
     pub fn pixel_nodes(&self, x: u32, y: u32) -> [(DVec3, f64); 4] {
-        const OFFSET: f64 = 0.288_675_134_594_812_9; // 1 / (2 sqrt 3)
         let centre = (f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let mut nodes = [(-OFFSET, -OFFSET), (OFFSET, -OFFSET), (-OFFSET, OFFSET), (OFFSET, OFFSET)].map(|(dx, dy)| {
-            let (px, py) = (centre.0 + dx, centre.1 + dy);
+        let mut nodes = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)].map(|(dx, dy)| {
+            let (px, py) = (centre.0 + dx * NODE_OFFSET, centre.1 + dy * NODE_OFFSET);
             (self.direction_drawn_in(px, py), self.density(px, py))
         });
         let sum: f64 = nodes.iter().map(|n| n.1).sum();
@@ -224,6 +226,21 @@ impl Geometry {
             node.1 = if sum > 0.0 { node.1 / sum } else { 0.25 };
         }
         nodes
+    }
+
+    /// For a lat-long map, which lies in rows and columns: the horizontal directions of the two nodes of each column, east and north.
+    pub(crate) fn column_nodes(&self) -> Vec<[(f64, f64); 2]> {
+        let w = f64::from(self.width);
+        let at = |x: f64| libm::sincos((x / w - 0.5) * TAU + self.turn_rad);
+        (0..self.width).map(|x| [0.5 - NODE_OFFSET, 0.5 + NODE_OFFSET].map(|dx| at(f64::from(x) + dx))).collect()
+    }
+
+    /// For a lat-long map: sine and cosine of the colatitude of the two nodes of a row, and their shares, which sum to 1.
+    pub(crate) fn row_nodes(&self, y: u32) -> [(f64, f64, f64); 2] {
+        let h = f64::from(self.height);
+        let nodes = [0.5 - NODE_OFFSET, 0.5 + NODE_OFFSET].map(|dy| libm::sincos((f64::from(y) + dy) / h * PI));
+        let sum = nodes[0].0 + nodes[1].0;
+        nodes.map(|(s, c)| (s, c, s / sum))
     }
 
     /// The direction at a position, or at the disc's rim where the position lies beyond it.

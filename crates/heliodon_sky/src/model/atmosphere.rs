@@ -210,8 +210,8 @@ impl Atmosphere {
                 let cosine = direction_from_azimuth_elevation(azimuth, f64::from(elevation)).dot(sun);
                 let (rayleigh, mie) = (rayleigh_phase(cosine), mie_phase(cosine));
                 let along = &above[row * AZIMUTHS + column];
-                for k in 0..COUNT {
-                    sum[k] += weight * (along.rayleigh[k] * rayleigh + along.mie[k] * mie + along.many[k]);
+                for (k, sum) in sum.iter_mut().enumerate() {
+                    *sum += weight * (along.rayleigh[k] * rayleigh + along.mie[k] * mie + along.many[k]);
                 }
             }
         }

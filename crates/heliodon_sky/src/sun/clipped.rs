@@ -3,18 +3,17 @@
 use super::SUN_RADIUS_DEG;
 use super::aperture::{Measured, Patch, angle};
 use glam::DVec3;
-use heliodon_image::HdrImage;
 
 /// Values at which formats and programs stop: 8 bits, 1, the largest half float, 65,535.
 const CEILINGS: [f32; 4] = [1.0, 255.0, 65_504.0, 65_535.0];
 
-/// Two tests: the largest component of the image is one at which images are known to end; or pixels that the sun covers to
+/// Two tests: the largest component near the sun is one at which images are known to end; or pixels that the sun covers to
 /// different parts have the same value, which only clipping does (what it covers wholly is equal in a sharp rendering too).
-pub(super) fn is_clipped(image: &HdrImage, patch: &Patch, measured: &Measured) -> bool {
-    let largest = image.pixels.iter().map(|p| p.max_element()).fold(0.0, f32::max);
+pub(super) fn is_clipped(patch: &Patch, measured: &Measured) -> bool {
+    let largest = patch.elements.iter().map(|e| e.color.max_element() as f32).fold(0.0, f32::max);
     // a pixel's worth of the format's precision: Radiance files have steps of 1/256 to 1/128
     let same = |a: f32, b: f32| (a - b).abs() <= 0.004 * b;
-    if CEILINGS.iter().any(|&ceiling| largest == ceiling) {
+    if CEILINGS.contains(&largest) {
         return true;
     }
     let mut least = 1.0_f64;

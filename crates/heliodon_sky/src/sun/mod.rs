@@ -87,7 +87,7 @@ pub fn find_sun(probe: &Probe, params: &SunParams) -> Option<FoundSun> {
         return None;
     }
     let direction = measured.direction.as_vec3();
-    let clipped = clipped::is_clipped(probe.image(), &patch, &measured);
+    let clipped = clipped::is_clipped(&patch, &measured);
     Some(FoundSun {
         sun: Sun { direction: direction.to_array(), irradiance: measured.irradiance.as_vec3().to_array(), clipped },
         radius_deg: measured.radius.to_degrees(),
