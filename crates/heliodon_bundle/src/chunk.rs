@@ -245,7 +245,8 @@ impl LitChunk {
         };
         let finite = "is not finite";
         rule("position", finite, self.positions.iter().position(|p| !p.is_finite()), 1)?;
-        let not_unit = |v: &Vec3| !((v.length() - 1.0).abs() <= UNIT_TOLERANCE);
+        // a NaN is in no range
+        let not_unit = |v: &Vec3| !(1.0 - UNIT_TOLERANCE..=1.0 + UNIT_TOLERANCE).contains(&v.length());
         rule("normal", "is not of unit length", self.normals.iter().position(not_unit), 1)?;
         rule("texture coordinate", finite, self.uvs.iter().position(|uv| !uv.is_finite()), 1)?;
         let not_albedo = |a: &Vec3| !(a.cmpge(Vec3::ZERO).all() && a.cmple(Vec3::ONE).all());
@@ -255,7 +256,7 @@ impl LitChunk {
         rule("sky transfer", finite, self.light.sky_transfer.iter().position(not_finite), layout.transfer_floats())?;
         rule("sun bounce", finite, self.light.sun_bounce.iter().position(not_finite), layout.bounce_floats().max(1))?;
         let words = layout.mask_words();
-        let unused = if layout.sun_steps % 32 == 0 { 0 } else { u32::MAX << (layout.sun_steps % 32) };
+        let unused = if layout.sun_steps.is_multiple_of(32) { 0 } else { u32::MAX << (layout.sun_steps % 32) };
         let stray = self.light.sun_mask.iter().skip(words - 1).step_by(words).position(|w| w & unused != 0);
         rule("sun mask", "has bits beyond the last step", stray, 1)
     }

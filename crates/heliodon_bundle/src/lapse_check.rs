@@ -32,8 +32,8 @@ pub fn check_lapse(lapse: &Lapse, layout: LightLayout) -> Result<(), String> {
             return Err(format!("step {i} holds a number that is not finite"));
         }
         if let Some(sun) = &step.sun {
-            let length: f32 = sun.direction.iter().map(|c| c * c).sum();
-            if !((length - 1.0).abs() <= 2e-3) {
+            let length_squared: f32 = sun.direction.iter().map(|c| c * c).sum();
+            if !(0.998..=1.002).contains(&length_squared) {
                 return Err(format!("step {i}: the direction to the sun is not of unit length"));
             }
             if !sun.irradiance.iter().all(|c| c.is_finite() && *c >= 0.0) {

@@ -92,15 +92,15 @@ pub(crate) fn encode(chunk: &LitChunk) -> Vec<(String, AttributeType, Vec<u8>)> 
     }
     for (i, name) in names.masks.into_iter().enumerate() {
         let words = groups(&chunk.light.sun_mask, layout.mask_words(), 2, i);
-        out.push((name, MASK_U16, words.flat_map(u32::to_le_bytes).collect()));
+        out.push((name, MASK_U16, le_bytes(words.map(u32::to_le_bytes))));
     }
     for (i, name) in names.transfers.into_iter().enumerate() {
         let floats = groups(&chunk.light.sky_transfer, layout.transfer_floats(), 4, i);
-        out.push((name, VEC4_F32, floats.flat_map(f32::to_le_bytes).collect()));
+        out.push((name, VEC4_F32, le_bytes(floats.map(f32::to_le_bytes))));
     }
     for (i, name) in names.bounces.into_iter().enumerate() {
         let floats = groups(&chunk.light.sun_bounce, layout.bounce_floats(), 4, i);
-        out.push((name, VEC4_F32, floats.flat_map(f32::to_le_bytes).collect()));
+        out.push((name, VEC4_F32, le_bytes(floats.map(f32::to_le_bytes))));
     }
     if chunk.valid.contains(&0) {
         out.push(("_VALID".to_owned(), FLAG_U8, chunk.valid.iter().flat_map(|&v| [v, 0, 0, 0]).collect()));
@@ -110,27 +110,35 @@ pub(crate) fn encode(chunk: &LitChunk) -> Vec<(String, AttributeType, Vec<u8>)> 
 
 /// Of every vertex, its `group`-th run of `width` values, zero where the vertex's `per_vertex` values have ended.
 fn groups<T: Copy + Default>(values: &[T], per_vertex: usize, width: usize, group: usize) -> impl Iterator<Item = T> + '_ {
-    values
-        .chunks_exact(per_vertex)
-        .flat_map(move |vertex| (0..width).map(move |k| vertex.get(group * width + k).copied().unwrap_or_default()))
+    let runs = values.chunks_exact(per_vertex);
+    runs.flat_map(move |vertex| (0..width).map(move |k| vertex.get(group * width + k).copied().unwrap_or_default()))
+}
+
+/// Elements one after another. Not `flat_map` to bytes, which pushes them one by one.
+fn le_bytes<const N: usize>(elements: impl Iterator<Item = [u8; N]>) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(elements.size_hint().0 * N);
+    for element in elements {
+        bytes.extend_from_slice(&element);
+    }
+    bytes
 }
 
 pub(crate) fn vec3_bytes(values: &[Vec3]) -> Vec<u8> {
-    values.iter().flat_map(|v| v.to_array()).flat_map(f32::to_le_bytes).collect()
+    le_bytes(values.iter().flat_map(|v| v.to_array()).map(f32::to_le_bytes))
 }
 
 pub(crate) fn vec2_bytes(values: &[Vec2]) -> Vec<u8> {
-    values.iter().flat_map(|v| v.to_array()).flat_map(f32::to_le_bytes).collect()
+    le_bytes(values.iter().flat_map(|v| v.to_array()).map(f32::to_le_bytes))
 }
 
 /// Linear colours as normalised 16-bit integers with alpha 1, clamped to [0, 1].
 pub(crate) fn color_bytes(linear: &[Vec3]) -> Vec<u8> {
     let code = |c: f32| (c.clamp(0.0, 1.0) * 65_535.0 + 0.5) as u16;
-    linear.iter().flat_map(|v| [code(v.x), code(v.y), code(v.z), u16::MAX]).flat_map(u16::to_le_bytes).collect()
+    le_bytes(linear.iter().flat_map(|v| [code(v.x), code(v.y), code(v.z), u16::MAX]).map(u16::to_le_bytes))
 }
 
 pub(crate) fn indices_bytes(triangles: &[[u32; 3]]) -> Vec<u8> {
-    triangles.as_flattened().iter().flat_map(|&i| (i as u16).to_le_bytes()).collect()
+    le_bytes(triangles.as_flattened().iter().map(|&i| (i as u16).to_le_bytes()))
 }
 
 pub(crate) fn read_f32(bytes: &[u8]) -> impl Iterator<Item = f32> + '_ {

@@ -1,4 +1,5 @@
 //! What numpy sees is what the bundle holds.
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! Lit geometry for stock viewers.
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
 

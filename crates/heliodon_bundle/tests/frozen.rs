@@ -2,6 +2,7 @@
 //!
 //! `tests/frozen/v1` was written by `cargo test -p heliodon_bundle --test frozen -- --ignored`. It changes only before its
 //! format version is released; afterwards a change of the format needs a new version and a new folder.
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! Bundles that someone has been at: an error that names the file, never a panic, never a large allocation.
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! Moments and the light of a vertex.
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! A bundle appears whole or not at all, and nothing good is lost.
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
 

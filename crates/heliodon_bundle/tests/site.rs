@@ -4,6 +4,7 @@ use heliodon_bundle::site::{
     Albedo, Bake, Between, Date, Display, LightStorage, Mapping, ProbeTimes, Role, Room, Site, SiteFile, SkyModel, Transfer,
     Unit, UpAxis,
 };
+use proptest::prelude::*;
 use std::path::Path;
 
 const SMALLEST: &str = r#"[site]
@@ -269,4 +270,24 @@ fn the_committed_schema_is_current() {
     }
     let committed = std::fs::read_to_string(&path).unwrap_or_default();
     assert!(committed == current, "schema/site.schema.json is old: HELIODON_BLESS=1 cargo test -p heliodon_bundle --test site");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_text_never_panics(cuts in prop::collection::vec((any::<prop::sample::Index>(), any::<prop::sample::Index>(), "[ -~\n\u{e9}]{0,4}"), 1..5)) {
+        let mut text: Vec<char> = FULL.chars().collect();
+        for (from, len, new) in &cuts {
+            let from = from.index(text.len());
+            let end = (from + len.index(12)).min(text.len());
+            text.splice(from..end, new.chars());
+        }
+        let text: String = text.into_iter().collect();
+        if let Err(error) = parse(&text) {
+            // the place lies within the text
+            let lines = text.split('\n').count();
+            prop_assert!(error.place.is_none_or(|(line, _)| line <= lines), "{error}");
+        }
+    }
 }

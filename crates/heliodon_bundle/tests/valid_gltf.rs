@@ -2,6 +2,7 @@
 //!
 //! Needs node and npm, and a network the first time; without them it says that it skips, or fails where
 //! `HELIODON_REQUIRE_GLTF_VALIDATOR` is set.
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
 

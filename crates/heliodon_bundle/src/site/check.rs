@@ -12,8 +12,8 @@ pub(super) struct Fault {
 
 type Checked = Result<(), Fault>;
 
-/// The largest coordinate that is taken for one, metres: beyond, a slip of unit or exponent is surer than a monument.
-const MAX_COORDINATE_M: f64 = 1e9;
+/// What is taken for a coordinate, metres: beyond, a slip of unit or exponent is surer than a monument.
+const COORDINATES_M: std::ops::RangeInclusive<f64> = -1e9..=1e9;
 
 fn fault(path: &[&str], message: impl Into<String>, remedy: impl Into<String>) -> Checked {
     Err(Fault { path: path.iter().map(|&s| s.to_owned()).collect(), message: message.into(), remedy: remedy.into() })
@@ -28,7 +28,7 @@ fn within(path: &[&str], value: f64, min: f64, max: f64) -> Checked {
 }
 
 fn finite(path: &[&str], values: &[f64]) -> Checked {
-    match values.iter().find(|v| !(v.abs() <= MAX_COORDINATE_M)) {
+    match values.iter().find(|v| !COORDINATES_M.contains(*v)) {
         None => Ok(()),
         Some(v) => fault(
             path,
@@ -95,7 +95,7 @@ fn check_part(at: &[&str; 2], part: &Part) -> Checked {
     }
     finite(&key("translate"), &part.translate)?;
     finite(&key("rotate_deg"), &part.rotate_deg)?;
-    if part.scale == 0.0 || !(part.scale.abs() <= MAX_COORDINATE_M) {
+    if part.scale == 0.0 || !COORDINATES_M.contains(&part.scale) {
         return fault(&key("scale"), format!("scale is {}", part.scale), "give a number that is not 0");
     }
     Ok(())

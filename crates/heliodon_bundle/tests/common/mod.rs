@@ -1,5 +1,6 @@
 //! A small bundle that has everything a bundle can have, its numbers from a fixed seed.
 #![allow(dead_code, reason = "every test program uses a part of this")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 use glam::{Vec2, Vec3};
 use heliodon_bundle::manifest::Manifest;
