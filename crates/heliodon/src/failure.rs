@@ -19,9 +19,7 @@ pub(crate) use wrong_arguments;
 /// (`heliodon inspect x | head -1`) is no failure.
 #[expect(clippy::print_stderr, reason = "the one place where the program's errors are told")]
 pub fn report(error: &anyhow::Error) -> ExitCode {
-    let broken_pipe = |cause: &(dyn std::error::Error + 'static)| {
-        cause.downcast_ref::<crate::output::ReaderGone>().is_some()
-    };
+    let broken_pipe = |cause: &(dyn std::error::Error + 'static)| cause.downcast_ref::<crate::output::ReaderGone>().is_some();
     if error.chain().any(broken_pipe) {
         return ExitCode::SUCCESS;
     }
@@ -49,11 +47,27 @@ fn one_message(error: &anyhow::Error) -> String {
     text
 }
 
-/// Makes a panic say what it is: our bug.
+/// What Bevy and its window library panic with where the machine lacks something, and what to tell instead.
+const MISSING: &[(&str, &str)] = &[
+    (
+        "Unable to find a GPU",
+        "there is no graphics driver; without a GPU, Mesa's software Vulkan will do (Debian, Ubuntu: apt-get install mesa-vulkan-drivers)",
+    ),
+    (
+        "Failed to build event loop",
+        "there is no display to open a window on; `heliodon render` and `heliodon demo --headless` make pictures without one",
+    ),
+];
+
+/// Makes a panic say what it is: something that the machine lacks, or our bug.
 #[expect(clippy::print_stderr, reason = "a panic hook has nothing else")]
 pub fn install_panic_hook() {
     std::panic::set_hook(Box::new(|info| {
         let what = info.payload_as_str().unwrap_or("no message");
+        if let Some((_, lack)) = MISSING.iter().find(|(begins, _)| what.contains(begins)) {
+            eprintln!("error: {lack}");
+            return;
+        }
         let place = info.location().map_or_else(String::new, |place| format!(" ({}:{})", place.file(), place.line()));
         eprintln!("error: this is a bug in heliodon {}: {what}{place}", env!("CARGO_PKG_VERSION"));
         eprintln!("Nothing that was finished is lost. Please report it with the command that you ran and its input.");

@@ -16,11 +16,28 @@ pub fn write_whole(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>)
         write(&mut file)?;
         file.sync_all()
     });
-    written.and_then(|()| fs::rename(&beside, path)).map_err(|error| {
-        let _ = fs::remove_file(&beside);
-        anyhow::Error::new(error)
-    })
-    .with_context(|| format!("cannot write {}", path.display()))
+    written
+        .and_then(|()| fs::rename(&beside, path))
+        .map_err(|error| {
+            let _ = fs::remove_file(&beside);
+            anyhow::Error::new(error)
+        })
+        .with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// Lets `write` make a file beside its place, then renames it there.
+///
+/// # Errors
+/// What `write` returns, or the operating system says.
+#[cfg(feature = "viewer")]
+pub fn replace(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+    let beside = beside(path);
+    let renamed = write(&beside).and_then(|()| Ok(fs::rename(&beside, path)?));
+    renamed
+        .inspect_err(|_| {
+            let _ = fs::remove_file(&beside);
+        })
+        .with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// A name in the same folder, with the same ending (writers look at it), that no other run uses.

@@ -1,8 +1,67 @@
-//! Heliodon's program.
+//! The `heliodon` program: arguments, a validated plan, the run; each command in a file of its own.
+
+mod args;
+mod commands;
 mod failure;
 mod files;
+#[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "only the viewer's pictures make films"))]
 mod film;
 mod output;
 mod progress;
+#[cfg(feature = "viewer")]
+mod reference;
+#[cfg(feature = "viewer")]
+mod studio;
+mod templates;
+#[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "some values only the viewer's commands take"))]
 mod values;
-fn main() {}
+
+use anyhow::{Context, Result};
+use args::{Args, Command};
+use clap::Parser;
+use output::Output;
+use progress::Progress;
+use std::process::ExitCode;
+
+/// What every command works with.
+struct App {
+    output: Output,
+    progress: Progress,
+}
+
+fn main() -> ExitCode {
+    failure::install_panic_hook();
+    // the hook has told what there is to tell; a panic fails like everything else
+    match std::panic::catch_unwind(|| run(Args::parse())) {
+        Ok(Ok(())) => ExitCode::SUCCESS,
+        Ok(Err(error)) => failure::report(&error),
+        Err(_) => ExitCode::FAILURE,
+    }
+}
+
+fn run(args: Args) -> Result<()> {
+    if let Some(threads) = args.common.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(usize::from(threads))
+            .build_global()
+            .context("the threads cannot be started")?;
+    }
+    let app = App { output: Output { json: args.common.json }, progress: Progress::new(args.common.quiet) };
+    let done = match args.command {
+        Command::Demo(args) => commands::demo::run(&app, &args),
+        Command::New(args) => commands::new::run(&app, &args),
+        Command::Check(args) => commands::check::run(&app, &args),
+        Command::Sky(args) => commands::sky::run(&app, &args),
+        Command::Bake(args) => commands::bake::run(&app, &args),
+        #[cfg(feature = "viewer")]
+        Command::View(args) => commands::view::run(&app, &args),
+        #[cfg(feature = "viewer")]
+        Command::Render(args) => commands::render::run(&app, &args),
+        Command::Arrays(args) => commands::arrays::run(&app, &args),
+        Command::Export(args) => commands::export::run(&app, &args),
+        Command::Inspect(args) => commands::inspect::run(&app, &args),
+        Command::Bench(args) => commands::bench::run(&app, &args),
+    };
+    app.progress.tell_warnings();
+    done
+}

@@ -44,7 +44,11 @@ pub fn table(head: &[&str], rows: &[Vec<String>]) -> String {
     };
     let widths: Vec<usize> = (0..head.len()).map(|column| width(column).unwrap_or(0)).collect();
     let numeric: Vec<bool> = (0..head.len())
-        .map(|column| rows.iter().filter_map(|row| row.get(column)).all(|cell| cell.starts_with(|c: char| c.is_ascii_digit() || "-+–".contains(c)) || cell.is_empty()))
+        .map(|column| {
+            rows.iter()
+                .filter_map(|row| row.get(column))
+                .all(|cell| cell.starts_with(|c: char| c.is_ascii_digit() || "-+–".contains(c)) || cell.is_empty())
+        })
         .collect();
     let line = |cells: &mut dyn Iterator<Item = &str>| {
         let mut line = String::new();
@@ -102,9 +106,15 @@ mod tests {
 
     #[test]
     fn numbers_are_set_for_people() {
-        assert_eq!((count(0), count(999), count(1_000), count(12_345_678)), ("0".into(), "999".into(), "1,000".into(), "12,345,678".into()));
+        assert_eq!(
+            (count(0), count(999), count(1_000), count(12_345_678)),
+            ("0".into(), "999".into(), "1,000".into(), "12,345,678".into())
+        );
         assert_eq!((bytes(12), bytes(1_500), bytes(2_500_000_000)), ("12 B".into(), "1.5 kB".into(), "2.50 GB".into()));
-        assert_eq!((duration(1.25), duration(75.0), duration(125.0), duration(7260.0)), ("1.2 s".into(), "75 s".into(), "2 min 05 s".into(), "2 h 01 min".into()));
+        assert_eq!(
+            (duration(1.25), duration(75.0), duration(125.0), duration(7260.0)),
+            ("1.2 s".into(), "75 s".into(), "2 min 05 s".into(), "2 h 01 min".into())
+        );
     }
 
     #[test]

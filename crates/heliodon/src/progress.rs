@@ -46,11 +46,6 @@ impl Progress {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Everything that was warned of.
-    pub fn warnings(&self) -> Vec<String> {
-        self.state().warnings.clone()
-    }
-
     /// The warnings once more, now that the screen is quiet.
     pub fn tell_warnings(&self) {
         let state = self.state();
@@ -79,8 +74,11 @@ impl Reporter for Progress {
         let now = Instant::now();
         let bar = (self.terminal && !self.quiet).then(|| {
             let bar = ProgressBar::with_draw_target((total > 0).then_some(total), ProgressDrawTarget::stderr());
-            let template = if total > 0 { "{prefix:>18} [{bar:32}] {percent:>3} %  {msg}" } else { "{prefix:>18} {spinner} {msg}" };
-            bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "));
+            let template =
+                if total > 0 { "{prefix:>18} [{bar:32}] {percent:>3} %  {msg}" } else { "{prefix:>18} {spinner} {msg}" };
+            bar.set_style(
+                ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "),
+            );
             bar.set_prefix(name.to_owned());
             bar.enable_steady_tick(Duration::from_millis(200));
             bar

@@ -62,8 +62,11 @@ pub fn time_span(text: &str) -> Result<TimeSpan, String> {
 /// Three finite numbers in metres, `1.5,2,-3`.
 pub fn point(text: &str) -> Result<Vec3, String> {
     let form = || "write three numbers with commas between, as in 1.5,2,-3".to_owned();
-    let numbers: Vec<f32> =
-        text.split(',').map(|part| part.trim().parse().ok().filter(|x: &f32| x.is_finite())).collect::<Option<_>>().ok_or_else(form)?;
+    let numbers: Vec<f32> = text
+        .split(',')
+        .map(|part| part.trim().parse().ok().filter(|x: &f32| x.is_finite()))
+        .collect::<Option<_>>()
+        .ok_or_else(form)?;
     let [x, y, z] = numbers[..] else { return Err(form()) };
     Ok(Vec3::new(x, y, z))
 }

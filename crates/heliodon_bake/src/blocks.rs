@@ -2,11 +2,14 @@
 
 use crate::cache::{Cache, CacheError};
 use crate::report::Reporter;
+use rayon::prelude::*;
 use std::ops::Range;
 
-/// Rays that a block should have: some tenths of a second on two cores, so that hardly more is lost by a kill, and few
-/// enough files.
-const RAYS_PER_BLOCK: u64 = 4 << 20;
+/// Rays that a block should have: a tenth of a second on two cores, so that hardly more is lost by a kill.
+const RAYS_PER_BLOCK: u64 = 1 << 20;
+
+/// Threads that share a block; with more, several blocks are done at once.
+const THREADS_PER_BLOCK: usize = 4;
 
 /// The granule of the gather's runs of points; blocks are whole numbers of it, so that their division changes no number.
 pub const GRANULE: usize = 1024;
@@ -42,13 +45,13 @@ impl BlockStage<'_> {
     ///
     /// # Errors
     /// Those of `compute`, and of the cache where a block cannot be kept.
-    pub fn run<T, E: From<CacheError>>(
+    pub fn run<T: Send, E: From<CacheError> + Send>(
         &self,
         ranges: &[Range<usize>],
         first_block: usize,
         decode: impl Fn(&[u8], &Range<usize>) -> Option<T>,
-        compute: impl Fn(Range<usize>) -> Result<T, E>,
-        encode: impl Fn(&T) -> Vec<u8>,
+        compute: impl Fn(Range<usize>) -> Result<T, E> + Sync,
+        encode: impl Fn(&T) -> Vec<u8> + Sync,
     ) -> Result<Vec<T>, E> {
         let points = |ranges: &[Range<usize>]| ranges.iter().map(|range| range.len() as u64).sum::<u64>();
         self.reporter.stage(self.name, points(ranges));
@@ -69,16 +72,23 @@ impl BlockStage<'_> {
             }
         }
         self.reporter.progress(done);
-        for (i, range) in ranges.iter().enumerate() {
-            if blocks[i].is_none() {
-                let block = compute(range.clone())?;
-                if let Some(cache) = self.cache {
-                    cache.store(self.file_stage, first_block + i, &encode(&block))?;
-                }
+        let missing: Vec<usize> = (0..ranges.len()).filter(|&i| blocks[i].is_none()).collect();
+        for at_once in missing.chunks(rayon::current_num_threads().div_ceil(THREADS_PER_BLOCK)) {
+            let computed: Vec<T> = at_once
+                .par_iter()
+                .map(|&i| {
+                    let block = compute(ranges[i].clone())?;
+                    if let Some(cache) = self.cache {
+                        cache.store(self.file_stage, first_block + i, &encode(&block))?;
+                    }
+                    Ok(block)
+                })
+                .collect::<Result<_, E>>()?;
+            for (&i, block) in at_once.iter().zip(computed) {
                 blocks[i] = Some(block);
-                done += range.len() as u64;
-                self.reporter.progress(done);
+                done += ranges[i].len() as u64;
             }
+            self.reporter.progress(done);
         }
         self.reporter.finished();
         Ok(blocks.into_iter().flatten().collect())
@@ -133,6 +143,9 @@ mod tests {
         assert_eq!(run(&reporter), first);
         assert_eq!(computed.load(Ordering::Relaxed), 6);
         let notes = reporter.heard().notes;
-        assert_eq!(notes, ["going on: 3 of 4 blocks of the test are done", "block 2 of the test was damaged and is done again"]);
+        assert_eq!(
+            notes,
+            ["going on: 3 of 4 blocks of the test are done", "block 2 of the test was damaged and is done again"]
+        );
     }
 }

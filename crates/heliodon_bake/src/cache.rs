@@ -27,7 +27,9 @@ pub enum CacheError {
         path: PathBuf,
     },
     /// The folder cannot be made, or a block cannot be written.
-    #[error("cannot keep finished work in {path}: {source}; make room or name another folder with --cache, then run the bake again: it goes on where it stopped")]
+    #[error(
+        "cannot keep finished work in {path}: {source}; make room or name another folder with --cache, then run the bake again: it goes on where it stopped"
+    )]
     Write {
         /// What was written.
         path: PathBuf,

@@ -1,10 +1,34 @@
-//! The pipeline from a site to a bundle.
+//! Heliodon's pipeline: from a site to a bundle, resumable.
+//!
+//! [`plan::Plan`] finds, hashes and checks everything that a site names. [`bake::bake`] then goes, data to data, through
+//!
+//! 1. [`scene`]: every part read, placed and given its albedo, all in one mesh, for all geometry occludes;
+//! 2. [`sky`]: the day lapse and its sky maps, from probes or a model;
+//! 3. [`light`]: sun masks, sky transfer, bounces, in [`blocks`] that are kept in a [`cache`] as soon as they are done;
+//! 4. [`chunks`]: spatially tight primitives with their light, streamed into the bundle.
+//!
+//! A bake that is killed goes on where it stopped, and ends with the same bytes: every block depends on nothing but what the
+//! cache's key holds. Same input, same bundle, bit for bit, for any number of threads. [`estimate`] tells beforehand what a
+//! bake costs. Nothing here prints; whoever wants to know gives a [`report::Reporter`].
 
+pub mod albedo;
+pub mod bake;
 pub mod blocks;
 pub mod cache;
+pub mod check;
+pub mod chunks;
 pub mod codec;
+mod error;
+pub mod estimate;
+mod key;
+pub mod light;
 pub mod memory;
+pub mod plan;
 pub mod report;
+pub mod scene;
+pub mod sky;
+
+pub use error::BakeError;
 
 /// The hidden folder beside a bundle that keeps what an interrupted bake has computed.
 pub const CACHE_FOLDER: &str = ".heliodon";

@@ -10,17 +10,12 @@ use anyhow::{Context, Result, ensure};
 use heliodon_image::SrgbImage;
 use openh264::OpenH264API;
 use openh264::encoder::{
-    BitRate, Complexity, Encoder, EncoderConfig, FrameRate, IntraFramePeriod, Profile, QpRange, RateControlMode, UsageType,
-    VuiConfig,
+    Complexity, Encoder, EncoderConfig, FrameRate, IntraFramePeriod, Profile, RateControlMode, UsageType, VuiConfig,
 };
 use openh264::formats::YUVSlices;
 use std::io::BufWriter;
 use std::path::Path;
 
-/// Bits a pixel a frame that the encoder aims at; stone in slowly moving light needs about a third of it.
-const BITS_PER_PIXEL: f64 = 0.25;
-/// Quantisers that the encoder may choose: never so fine that bits are wasted, never so coarse that skies band.
-const QUANTISERS: (u8, u8) = (10, 28);
 /// Seconds between frames at which a player can begin, so that scrubbing answers at once.
 const KEY_SECONDS: f64 = 1.0;
 const NAL_TYPE_MASK: u8 = 0x1F;
@@ -57,12 +52,11 @@ impl Film {
     pub fn new(width: u32, height: u32, fps: f64) -> Result<Self> {
         check_size(width, height)?;
         ensure!((1.0..=240.0).contains(&fps), "a film needs 1 to 240 frames a second, not {fps}");
-        let bits_per_second = (f64::from(width) * f64::from(height) * fps * BITS_PER_PIXEL).min(f64::from(u32::MAX / 2));
         let config = EncoderConfig::new()
             .max_frame_rate(FrameRate::from_hz(fps as f32))
-            .bitrate(BitRate::from_bps(bits_per_second as u32))
-            .rate_control_mode(RateControlMode::Quality)
-            .qp(QpRange::new(QUANTISERS.0, QUANTISERS.1))
+            // Constant quality (OpenH264's quantiser of 26), as many bits as that takes: rate control would drop frames or band
+            // the sky where the light changes fast.
+            .rate_control_mode(RateControlMode::Off)
             .skip_frames(false)
             .usage_type(UsageType::CameraVideoRealTime)
             .complexity(Complexity::High)
@@ -73,7 +67,8 @@ impl Film {
             .scene_change_detect(false)
             .num_threads(0)
             .vui(VuiConfig::bt709());
-        let encoder = Encoder::with_api_config(OpenH264API::from_source(), config).context("the film encoder does not start")?;
+        let encoder =
+            Encoder::with_api_config(OpenH264API::from_source(), config).context("the film encoder does not start")?;
         let track = mp4::Track {
             width: width as u16,
             height: height as u16,
@@ -98,8 +93,7 @@ impl Film {
             self.track.height
         );
         let planes = colour::planes(frame);
-        let source =
-            YUVSlices::new((&planes.y, &planes.cb, &planes.cr), (width, height), (width, width / 2, width / 2));
+        let source = YUVSlices::new((&planes.y, &planes.cb, &planes.cr), (width, height), (width, width / 2, width / 2));
         let milliseconds = self.samples.len() as u64 * 1_000_000 / u64::from(self.track.frames_per_1000_s);
         let stream = self
             .encoder

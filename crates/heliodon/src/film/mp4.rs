@@ -191,7 +191,11 @@ mod tests {
             let length = u32::from_be_bytes(bytes[position..position + 4].try_into().unwrap()) as usize;
             let content = &bytes[position + 8..position + length];
             if bytes[position + 4..position + 8] == path[0][..] {
-                return if path.len() == 1 { (at + position + 8, content) } else { find(content, at + position + 8, &path[1..]) };
+                return if path.len() == 1 {
+                    (at + position + 8, content)
+                } else {
+                    find(content, at + position + 8, &path[1..])
+                };
             }
             position += length;
         }

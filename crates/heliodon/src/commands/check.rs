@@ -1,0 +1,56 @@
+//! `heliodon check`: whether a site can be baked.
+
+use crate::App;
+use crate::output::{count, table};
+use anyhow::Result;
+use heliodon_bake::check::{CheckReport, check};
+use heliodon_bundle::site::Site;
+use std::path::PathBuf;
+
+/// Reads site.toml and everything that it names, and tells what is wrong or odd; bakes nothing.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  heliodon check mysite")]
+pub struct Args {
+    /// The site's folder, or its site.toml
+    site: PathBuf,
+}
+
+/// Runs it.
+pub fn run(app: &App, args: &Args) -> Result<()> {
+    let report = check(&Site::read(&args.site)?, &app.progress)?;
+    app.output.result(&report, describe)
+}
+
+fn describe(report: &CheckReport) -> String {
+    let size = |part: &heliodon_bake::check::CheckedPart| {
+        let side = |axis: usize| format!("{:.2}", part.max[axis] - part.min[axis]);
+        format!("{} x {} x {}", side(0), side(1), side(2))
+    };
+    let rows: Vec<Vec<String>> = report
+        .parts
+        .iter()
+        .map(|part| {
+            let role = format!("{:?}", part.role).to_lowercase();
+            let edge = format!("{:.4}", part.median_edge_m);
+            vec![part.name.clone(), role, part.files.to_string(), count(part.triangles), count(part.vertices), edge, size(part)]
+        })
+        .collect();
+    let mut text = format!("{}\n", report.name);
+    text += &table(&["part", "role", "files", "triangles", "vertices", "edge m", "size m"], &rows);
+    let day = &report.day;
+    let sky = match day.probes {
+        0 => "from a model".to_owned(),
+        1 => "from one image".to_owned(),
+        probes => format!("from {probes} images"),
+    };
+    text += &format!(
+        "\nday {} to {}: {} skies {sky}, {} sun steps, {} of them with a sun\n",
+        day.first, day.last, day.sky_steps, day.sun_steps, day.suns
+    );
+    text += match report.warnings.len() {
+        0 => "\nNothing is wrong.\n",
+        1 => "\nIt can be baked; look at the warning.\n",
+        _ => "\nIt can be baked; look at the warnings.\n",
+    };
+    text
+}

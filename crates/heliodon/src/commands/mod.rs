@@ -1,0 +1,15 @@
+//! The commands, one file each: raw arguments (`Args`), and `run`, which first makes a plan of them that holds together.
+
+pub mod arrays;
+pub mod bake;
+pub mod bench;
+pub mod check;
+pub mod demo;
+pub mod export;
+pub mod inspect;
+pub mod new;
+#[cfg(feature = "viewer")]
+pub mod render;
+pub mod sky;
+#[cfg(feature = "viewer")]
+pub mod view;

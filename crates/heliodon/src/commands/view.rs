@@ -1,0 +1,65 @@
+//! `heliodon view`: the viewer's window.
+
+use crate::App;
+use crate::failure::wrong_arguments;
+use crate::values::{self, Size};
+use anyhow::Result;
+use heliodon_bake::bake::bake;
+use heliodon_bake::plan::{BakeOptions, Plan};
+use heliodon_bundle::manifest::MANIFEST_FILE_NAME;
+use heliodon_bundle::site::{Site, TimeOfDay};
+use heliodon_view::Blend;
+use heliodon_view::window::{WindowOptions, run_window};
+use std::path::{Path, PathBuf};
+
+/// Opens the viewer: walk around the monument while the day passes. H shows the keys.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  heliodon view mysite\n  heliodon view mysite/bundle --time 07:30 --size 1920x1080")]
+pub struct Args {
+    /// A bundle's folder; or a site, whose bundle is baked first where it is not up to date
+    path: PathBuf,
+    /// The window's size [default: what the site was prepared for]
+    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    size: Option<Size>,
+    /// Begin at this time, paused
+    #[arg(long, value_name = "HH:MM")]
+    time: Option<TimeOfDay>,
+    /// Seconds in which the whole day passes
+    #[arg(long, value_name = "S", default_value = "30", value_parser = values::seconds)]
+    day_seconds: f64,
+    /// Let each step hold until the next instead of blending between them
+    #[arg(long)]
+    hard_steps: bool,
+    /// Samples a pixel: 1, 2, 4 or 8; more where a GPU has the time
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    samples: u32,
+}
+
+/// Runs it.
+pub fn run(app: &App, args: &Args) -> Result<()> {
+    if app.output.json {
+        wrong_arguments!("the viewer has no result to print; leave out --json");
+    }
+    let options = WindowOptions {
+        size: args.size.map(|size| (size.width, size.height)),
+        day_seconds: args.day_seconds as f32,
+        clock_s: args.time.map(|time| f64::from(time.seconds())),
+        blend: if args.hard_steps { Blend::Hard } else { Blend::Smooth },
+        samples: args.samples,
+    };
+    if !matches!(args.samples, 1 | 2 | 4 | 8) {
+        wrong_arguments!("--samples is {}: 1, 2, 4 or 8 are possible", args.samples);
+    }
+    Ok(run_window(bundle_of(app, &args.path)?, &options)?)
+}
+
+/// The bundle to show: the one named, or the site's, made up to date.
+fn bundle_of(app: &App, path: &Path) -> Result<PathBuf> {
+    if path.join(MANIFEST_FILE_NAME).exists() {
+        return Ok(path.to_owned());
+    }
+    let site = Site::read(path)?;
+    let options = BakeOptions::new(super::bake::default_bundle(&site));
+    let plan = Plan::new(site, options)?;
+    Ok(bake(&plan, &app.progress)?.bundle)
+}

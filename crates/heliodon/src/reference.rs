@@ -1,0 +1,162 @@
+//! The reference picture: the path tracer over a bundle's geometry, albedo, sky map and sun, with nothing of its baked light.
+
+use anyhow::{Context, Result};
+use glam::{Vec2, Vec3};
+use heliodon_bundle::moment::{Blend, Day, Moment};
+use heliodon_bundle::{BundleReader, LitChunk};
+use heliodon_image::{HdrImage, SrgbImage};
+use heliodon_light::reference::{Camera, DirectSun, LatLongSky, ReferenceFrame, ReferenceParams, render};
+use heliodon_light::{SurfaceAlbedo, Surfaces};
+use heliodon_rays::{BuildParams, TriangleScene};
+use heliodon_sky::mapping::Mapping;
+use heliodon_sky::probe::Probe;
+use heliodon_sky::sun::{FoundSun, SunParams, find_sun};
+
+/// A bundle made ready for the path tracer.
+pub struct ReferenceStage {
+    rays: TriangleScene,
+    geometry: Geometry,
+    params: ReferenceParams,
+}
+
+#[derive(Default)]
+struct Geometry {
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+    albedo: Vec<Vec3>,
+    /// As long as the others where any part has a texture, else empty.
+    uvs: Vec<Vec2>,
+    /// First triangle of each run with the same texture.
+    texture_runs: Vec<(usize, Option<u32>)>,
+    textures: Vec<SrgbImage>,
+}
+
+impl Geometry {
+    fn push(&mut self, chunk: &LitChunk) {
+        let first = self.positions.len() as u32;
+        if chunk.texture.is_some() {
+            self.uvs.resize(self.positions.len(), Vec2::ZERO);
+            self.uvs.extend(&chunk.uvs);
+        }
+        self.texture_runs.push((self.triangles.len(), chunk.texture));
+        self.positions.extend(&chunk.positions);
+        self.normals.extend(&chunk.normals);
+        self.albedo.extend(&chunk.albedo);
+        self.triangles.extend(chunk.triangles.iter().map(|triangle| triangle.map(|index| first + index)));
+    }
+
+    fn texture_of(&self, triangle: u32) -> Option<&SrgbImage> {
+        let after = self.texture_runs.partition_point(|(first, _)| *first <= triangle as usize);
+        let (_, texture) = self.texture_runs.get(after.checked_sub(1)?)?;
+        self.textures.get(texture.as_ref().copied()? as usize)
+    }
+}
+
+impl SurfaceAlbedo for Geometry {
+    fn albedo(&self, triangle: u32, u: f32, v: f32) -> Vec3 {
+        let corners = self.triangles[triangle as usize].map(|index| index as usize);
+        let weights = [1.0 - u - v, u, v];
+        let factor: Vec3 = corners.iter().zip(weights).map(|(&corner, weight)| self.albedo[corner] * weight).sum();
+        let Some(texture) = self.texture_of(triangle) else { return factor };
+        let uv: Vec2 = corners.iter().zip(weights).map(|(&corner, weight)| self.uvs[corner] * weight).sum();
+        factor * texture.sample_bilinear(uv.x.rem_euclid(1.0), uv.y.rem_euclid(1.0)).truncate()
+    }
+
+    fn mean(&self, triangle: u32) -> Vec3 {
+        const THIRD: f32 = 1.0 / 3.0;
+        self.albedo(triangle, THIRD, THIRD)
+    }
+}
+
+impl ReferenceStage {
+    /// Reads a bundle's geometry; `samples` paths a pixel, as many bounces as were baked.
+    ///
+    /// # Errors
+    /// If the bundle cannot be read.
+    pub fn new(bundle: &BundleReader, samples: u32) -> Result<Self> {
+        let mut geometry = Geometry::default();
+        for index in 0..bundle.manifest().textures.len() {
+            let name = &bundle.manifest().textures[index].name;
+            geometry.textures.push(SrgbImage::from_bytes(&bundle.texture_bytes(index)?, name)?);
+        }
+        for index in 0..bundle.chunk_count() {
+            geometry.push(&bundle.read_chunk(index)?);
+        }
+        if !geometry.uvs.is_empty() {
+            geometry.uvs.resize(geometry.positions.len(), Vec2::ZERO);
+        }
+        let rays = TriangleScene::build(&geometry.positions, &geometry.triangles, &BuildParams::default())?;
+        let params = ReferenceParams {
+            samples,
+            max_bounces: bundle.manifest().parameters.bake.bounces,
+            offset_m: bundle.manifest().offset_m as f32,
+            seed: 0,
+        };
+        Ok(Self { rays, geometry, params })
+    }
+
+    /// The picture at a moment: linear radiance, the sky behind the stone.
+    ///
+    /// # Errors
+    /// If a sky map cannot be read.
+    pub fn render(&self, bundle: &BundleReader, moment: &Moment, camera: &Camera) -> Result<ReferenceFrame> {
+        let surfaces = Surfaces {
+            rays: &self.rays,
+            positions: &self.geometry.positions,
+            normals: &self.geometry.normals,
+            triangles: &self.geometry.triangles,
+            albedo: &self.geometry,
+        };
+        let map = sky_without_sun(bundle, moment)?;
+        let sky = LatLongSky::new(map.width, map.height, map.pixels)?;
+        let sun = (moment.sun_irradiance.max_element() > 0.0)
+            .then_some(DirectSun { direction: moment.sun_direction, irradiance: moment.sun_irradiance });
+        Ok(render(&surfaces, &sky, sun, camera, &self.params)?)
+    }
+}
+
+/// The sky between the two maps around the moment, the sun taken out, for it shines as one of its own.
+fn sky_without_sun(bundle: &BundleReader, moment: &Moment) -> Result<HdrImage> {
+    let [first, second] = moment.entries;
+    let read = |entry: usize| -> Result<HdrImage> {
+        let path = bundle.sky_map_path(entry);
+        let map = HdrImage::read(&path).with_context(|| format!("the sky map of step {entry}"))?;
+        match &bundle.lapse().steps[entry].sun {
+            Some(sun) => without_sun(map, Vec3::from_array(sun.direction)),
+            None => Ok(map),
+        }
+    };
+    let mut map = read(first)?;
+    if second != first && moment.entry_fraction > 0.0 {
+        let other = read(second)?;
+        let other = if (other.width, other.height) == (map.width, map.height) {
+            other
+        } else {
+            other.resized_lat_long(map.width, map.height)
+        };
+        for (pixel, other) in map.pixels.iter_mut().zip(other.pixels) {
+            *pixel = pixel.lerp(other, moment.entry_fraction);
+        }
+    }
+    Ok(map)
+}
+
+/// The map with the sky around it in place of the sun, where it shows one that stands where `sun` does.
+fn without_sun(map: HdrImage, sun: Vec3) -> Result<HdrImage> {
+    /// A sun in the map and one in the lapse are the same within this angle: the map's pixels are up to 0.7 degrees wide, and
+    /// an interpolated map's sun lags behind by less than two degrees.
+    const SAME_SUN_DEG: f32 = 3.0;
+    let probe = Probe::new(map, Mapping::LatLong, 0.0)?;
+    let found = find_sun(&probe, &SunParams::default());
+    let same = |found: &FoundSun| Vec3::from_array(found.sun.direction).dot(sun) > libm::cosf(SAME_SUN_DEG.to_radians());
+    Ok(match found.filter(same) {
+        Some(found) => probe.with_pixels(&found.replaced).image().clone(),
+        None => probe.image().clone(),
+    })
+}
+
+/// The light of a time of day, in seconds after midnight.
+pub fn moment(bundle: &BundleReader, seconds: f64, blend: Blend) -> Moment {
+    Day::new(bundle.lapse()).at(seconds, blend)
+}

@@ -1,0 +1,187 @@
+//! Where pictures are made: everything of the program that needs the viewer or the reference path tracer.
+
+use crate::reference::{self, ReferenceStage};
+use crate::values::Exposure;
+use anyhow::{Result, bail};
+use glam::Vec3;
+use heliodon_bundle::BundleReader;
+use heliodon_bundle::site::TimeOfDay;
+use heliodon_image::{HdrImage, SrgbImage};
+use heliodon_light::reference::{Camera, ReferenceFrame};
+use heliodon_math::color::srgb8_from_linear;
+use heliodon_view::headless::{RenderOptions, Renderer, Shot, ShotExposure};
+use heliodon_view::navigation::pose::{Pose, fov_deg};
+use heliodon_view::{Blend, ToneCurve, tonemap};
+use std::path::Path;
+
+/// What pictures of a bundle look like, but for their hour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// The eye; `None` for where a visitor begins.
+    pub eye: Option<Vec3>,
+    /// What it looks at; `None` for what a visitor looks at.
+    pub target: Option<Vec3>,
+    /// Vertical opening angle in degrees; `None` for the site's.
+    pub fov_deg: Option<f32>,
+    /// Exposure.
+    pub exposure: Exposure,
+    /// Tone curve of 8-bit pictures.
+    pub curve: ToneCurve,
+    /// How the steps are joined.
+    pub blend: Blend,
+    /// Samples along each side of a pixel.
+    pub samples: u32,
+}
+
+impl Look {
+    /// Pictures as a visitor sees them who just came.
+    pub fn new(width: u32, height: u32) -> Self {
+        Self {
+            width,
+            height,
+            eye: None,
+            target: None,
+            fov_deg: None,
+            exposure: Exposure::Auto,
+            curve: ToneCurve::Clamp,
+            blend: Blend::Smooth,
+            samples: RenderOptions::film().samples,
+        }
+    }
+}
+
+/// Draws pictures of one bundle, as the viewer does or as the path tracer does.
+pub struct Studio {
+    bundle: BundleReader,
+    look: Look,
+    pose: Pose,
+    fov_deg: f32,
+    painter: Painter,
+}
+
+enum Painter {
+    Viewer(Box<Renderer>),
+    Reference(Box<ReferenceStage>),
+}
+
+impl Studio {
+    /// Opens a bundle; with `reference_samples`, its pictures are traced with so many paths a pixel.
+    ///
+    /// # Errors
+    /// If the bundle cannot be read, or pictures of that size cannot be drawn.
+    pub fn open(folder: &Path, look: Look, reference_samples: Option<u32>) -> Result<Self> {
+        let bundle = BundleReader::open(folder)?;
+        let home = Pose::home(bundle.manifest());
+        let eye = look.eye.unwrap_or(home.eye);
+        let pose = match look.target {
+            Some(target) => Pose::looking(eye, target),
+            None => Pose { eye, ..home },
+        };
+        let painter = match reference_samples {
+            Some(samples) => Painter::Reference(Box::new(ReferenceStage::new(&bundle, samples)?)),
+            None => {
+                let options = RenderOptions { samples: look.samples };
+                Painter::Viewer(Box::new(Renderer::new(folder, look.width, look.height, options)?))
+            }
+        };
+        let fov_deg = look.fov_deg.unwrap_or_else(|| fov_deg(bundle.manifest()));
+        Ok(Self { bundle, look, pose, fov_deg, painter })
+    }
+
+    /// The bundle's day in seconds after midnight.
+    pub fn day(&self) -> (f64, f64) {
+        heliodon_bundle::moment::Day::new(self.bundle.lapse()).span_seconds()
+    }
+
+    /// Refuses a time that the bundle knows no light of; one with a single step has light for any.
+    ///
+    /// # Errors
+    /// A time outside of the day.
+    pub fn check_time(&self, time: TimeOfDay) -> Result<()> {
+        let steps = &self.bundle.lapse().steps;
+        let (first, last) = self.day();
+        if steps.len() > 1 && !(first..=last).contains(&f64::from(time.seconds())) {
+            let name = |step: Option<&heliodon_sky::lapse::LapseStep>| step.map_or_else(String::new, |step| step.time.clone());
+            bail!("{time} is outside of the bundle's day; give a time from {} to {}", name(steps.first()), name(steps.last()));
+        }
+        Ok(())
+    }
+
+    fn shot(&self, clock_s: f64) -> Shot {
+        Shot {
+            clock_s,
+            pose: self.pose,
+            fov_deg: self.fov_deg,
+            exposure: match self.look.exposure {
+                Exposure::Auto => ShotExposure::Lapse(0.0),
+                Exposure::Stops(stops) => ShotExposure::Stops(stops),
+            },
+            curve: self.look.curve,
+            blend: self.look.blend,
+        }
+    }
+
+    /// Pictures at these times, in seconds after midnight, one after the other.
+    ///
+    /// # Errors
+    /// What keeps a picture from being made, or what `take` says.
+    pub fn pictures(&mut self, times: &[f64], mut take: impl FnMut(usize, SrgbImage) -> Result<()>) -> Result<()> {
+        let shots: Vec<Shot> = times.iter().map(|&clock_s| self.shot(clock_s)).collect();
+        match &mut self.painter {
+            Painter::Viewer(renderer) => renderer.render_all(shots, take),
+            Painter::Reference(_) => {
+                for (index, &clock_s) in times.iter().enumerate() {
+                    let (frame, stops) = self.trace(clock_s)?;
+                    take(index, self.developed(&frame, stops))?;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// The picture's linear radiance.
+    ///
+    /// # Errors
+    /// What keeps it from being made.
+    pub fn linear(&mut self, clock_s: f64) -> Result<HdrImage> {
+        let shot = self.shot(clock_s);
+        if let Painter::Viewer(renderer) = &mut self.painter {
+            return Ok(renderer.render_linear(&shot)?);
+        }
+        let (frame, _) = self.trace(clock_s)?;
+        Ok(HdrImage { width: frame.width, height: frame.height, pixels: frame.radiance })
+    }
+
+    /// A traced frame and the exposure that the viewer would give it.
+    fn trace(&self, clock_s: f64) -> Result<(ReferenceFrame, f32)> {
+        let Painter::Reference(stage) = &self.painter else { bail!("this studio has no path tracer") };
+        let moment = reference::moment(&self.bundle, clock_s, self.look.blend);
+        let forward = self.pose.rotation() * Vec3::NEG_Z;
+        let (eye, fov_rad) = (self.pose.eye, self.fov_deg.to_radians());
+        let camera = Camera::look_at(eye, eye + forward, Vec3::Y, fov_rad, self.look.width, self.look.height);
+        let stops = match self.look.exposure {
+            Exposure::Auto => moment.exposure_stops,
+            Exposure::Stops(stops) => stops,
+        };
+        Ok((stage.render(&self.bundle, &moment, &camera)?, stops))
+    }
+
+    /// A traced frame through the viewer's exposure, tone curve and display gamma.
+    fn developed(&self, frame: &ReferenceFrame, stops: f32) -> SrgbImage {
+        let code = |radiance: &Vec3| {
+            let [r, g, b] = tonemap::display(*radiance, stops, self.look.curve).to_array().map(srgb8_from_linear);
+            [r, g, b, u8::MAX]
+        };
+        SrgbImage { width: frame.width, height: frame.height, pixels: frame.radiance.iter().map(code).collect() }
+    }
+}
+
+/// `count` times from `first` to `last`, both included.
+pub fn spread(first: f64, last: f64, count: usize) -> Vec<f64> {
+    let steps = count.saturating_sub(1).max(1) as f64;
+    (0..count).map(|index| first + (last - first) * index as f64 / steps).collect()
+}

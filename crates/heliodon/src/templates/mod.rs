@@ -1,0 +1,120 @@
+//! Sites to start from.
+
+mod sundial;
+mod temple;
+
+use anyhow::{Context, Result, ensure};
+use clap::ValueEnum;
+use heliodon_bundle::site::{
+    Bake, BelowHorizon, Display, LightStorage, Part, Role, SITE_FILE_NAME, SiteFile, SiteInfo, Sky, Unit, UpAxis,
+};
+use std::fs;
+use std::path::Path;
+
+/// What a new site holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Template {
+    /// A Doric temple with the Parthenon's measures, in ruins, under the clear sky of Athens
+    Temple,
+    /// A sundial's pillar on a plate under a clear sky
+    Sundial,
+    /// The same pillar under one grey sky image: the smallest site
+    Grey,
+}
+
+/// How it is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TemplateParams {
+    /// Which one.
+    pub template: Template,
+    /// About how many triangles; `None` for the template's own choice.
+    pub triangles: Option<u64>,
+    /// Seed of what is random in it.
+    pub seed: u64,
+}
+
+/// What was made.
+#[derive(Debug, serde::Serialize)]
+pub struct NewSite {
+    /// The site's name.
+    pub name: String,
+    /// Triangles over all parts.
+    pub triangles: u64,
+    /// Files in the folder, in the order of their writing.
+    pub files: Vec<String>,
+}
+
+/// Makes a site in an empty or new folder.
+///
+/// # Errors
+/// A folder that holds something already, triangle counts that the template cannot have, files that cannot be written.
+pub fn make(folder: &Path, params: &TemplateParams) -> Result<NewSite> {
+    if folder.exists() {
+        let mut entries = fs::read_dir(folder).with_context(|| format!("cannot look into {}", folder.display()))?;
+        ensure!(
+            entries.next().is_none(),
+            "{} is not empty; name a new folder, so that nothing is overwritten",
+            folder.display()
+        );
+    }
+    fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    match params.template {
+        Template::Temple => temple::make(folder, params),
+        Template::Sundial => sundial::make(folder, params, sundial::Light::ClearSky),
+        Template::Grey => sundial::make(folder, params, sundial::Light::GreyImage),
+    }
+}
+
+/// Writes `site.toml`, last of all: what it names is there then.
+fn write_site(folder: &Path, site: &SiteFile) -> Result<()> {
+    site.validate().context("the template is wrong")?;
+    let path = folder.join(SITE_FILE_NAME);
+    fs::write(&path, site.to_toml_string()).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// A part whose file is in metres and upright.
+fn part(file: &str, name: &str, role: Role) -> Part {
+    Part {
+        file: file.to_owned(),
+        name: Some(name.to_owned()),
+        role,
+        albedo: None,
+        unit: Unit::M,
+        up: UpAxis::Y,
+        translate: [0.0; 3],
+        rotate_deg: [0.0; 3],
+        scale: 1.0,
+        light: LightStorage::Auto,
+    }
+}
+
+/// A site in Athens without parts.
+fn athens(name: &str, sky: Sky, bake: Bake) -> SiteFile {
+    SiteFile {
+        site: SiteInfo {
+            name: name.to_owned(),
+            latitude_deg: Some(37.9715),
+            longitude_deg: Some(23.7267),
+            // Eastern European Summer Time
+            utc_offset: heliodon_bundle::site::UtcOffset::from_seconds(3 * 3600).unwrap_or_default(),
+            north_deg: 0.0,
+            origin: [0.0; 3],
+        },
+        parts: Vec::new(),
+        sky,
+        bake,
+        rooms: Vec::new(),
+        display: Display::default(),
+    }
+}
+
+/// The clear sky of a day.
+fn clear_sky(date: &str) -> Result<Sky> {
+    Ok(Sky {
+        model: Some(heliodon_bundle::site::SkyModel::Atmosphere),
+        date: Some(date.parse().map_err(anyhow::Error::msg)?),
+        opening_deg: 180.0,
+        below_horizon: BelowHorizon::Keep,
+        ..Sky::default()
+    })
+}

@@ -1,0 +1,136 @@
+//! Arguments, exit codes, help, and the smaller commands.
+
+use crate::sites::{TestSite, plane, sunny_probe};
+use crate::{done, heliodon, json, run};
+use std::io::Read;
+use std::process::Stdio;
+
+const COMMANDS: &[&str] = &[
+    "demo",
+    "new",
+    "check",
+    "sky",
+    "bake",
+    "arrays",
+    "export",
+    "inspect",
+    "bench",
+    #[cfg(feature = "viewer")]
+    "view",
+    #[cfg(feature = "viewer")]
+    "render",
+];
+
+#[test]
+fn every_command_has_help_with_an_example() {
+    let all = done(&[&"--help"]).out;
+    for command in COMMANDS {
+        assert!(all.contains(&format!("\n  {command}")), "{command} is not in the list");
+        let help = done(&[command, &"--help"]).out;
+        assert!(help.contains("Example") && help.contains(&format!("heliodon {command}")), "{command}: {help}");
+        assert!(help.contains("--json") && help.contains("--threads"), "{command}");
+    }
+}
+
+#[test]
+fn wrong_arguments_end_with_two() {
+    for arguments in [
+        &["frobnicate"][..],
+        &["bake"],
+        &["bake", "site", "--frobnicate"],
+        &["bake", "site", "--threads", "0"],
+        &["export", "bundle", "--time", "25:00", "lit.glb"],
+        &["export", "bundle", "--time", "10:00", "lit.obj"],
+        &["sky"],
+        &["sky", "a.hdr"],
+        &["bench", "nothing"],
+        &["bench", "import"],
+        &["new", "dir", "--template", "pyramid"],
+    ] {
+        let all: Vec<&dyn AsRef<std::ffi::OsStr>> = arguments.iter().map(|a| a as &dyn AsRef<std::ffi::OsStr>).collect();
+        let ran = run(&all);
+        assert_eq!(ran.code, 2, "{arguments:?}: {}", ran.err);
+        assert!(ran.out.is_empty() && ran.err.contains("--help"), "{arguments:?}: {}", ran.err);
+    }
+}
+
+#[test]
+fn a_new_site_bakes_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = folder.path().join("grey");
+    let made = json(&[&"new", &site, &"--template", &"grey", &"--triangles", &"2000"]);
+    assert!((1800..=2200).contains(&made["triangles"].as_u64().unwrap()));
+    let again = run(&[&"new", &site, &"--template", &"grey"]);
+    assert_eq!(again.code, 1);
+    assert!(again.err.contains("not empty"), "{}", again.err);
+    let checked = json(&[&"check", &site]);
+    assert_eq!(checked["triangles"], made["triangles"]);
+    assert_eq!(checked["warnings"].as_array().unwrap().len(), 0, "{checked}");
+    let baked = json(&[&"bake", &site]);
+    assert_eq!(baked["counts"]["triangles"], made["triangles"]);
+    let inspected = json(&[&"inspect", &site.join("bundle"), &"--verify"]);
+    assert_eq!(inspected["counts"]["triangles"], made["triangles"]);
+    let exported = json(&[&"export", &site.join("bundle"), &"--time", &"12:00", &folder.path().join("lit.glb")]);
+    assert_eq!(exported["triangles"], made["triangles"]);
+    assert_eq!(&std::fs::read(folder.path().join("lit.glb")).unwrap()[..4], b"glTF");
+}
+
+#[test]
+fn an_estimate_bakes_nothing() {
+    let site = TestSite::smallest(&plane(20));
+    let estimate = json(&[&"bake", &site.folder(), &"--estimate"]);
+    assert_eq!(estimate["vertices"], 441);
+    assert!(estimate["seconds"].as_f64().unwrap() > 0.0 && estimate["gather_rays"].as_u64().unwrap() > 441 * 50);
+    assert!(!site.path("bundle").exists() && !site.path(".heliodon").exists());
+}
+
+#[test]
+fn the_sun_of_a_probe_is_found_and_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let probe = folder.path().join("sunny_1200.hdr");
+    sunny_probe().write_hdr(&probe).unwrap();
+    let picture = folder.path().join("sky.png");
+    let lapse = json(&[&"sky", &probe, &"--mapping", &"lat-long", &"--picture", &picture]);
+    let sun = &lapse["steps"][0]["sun"];
+    let direction: Vec<f64> = sun["direction"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+    // 45 degrees above the south: +Z
+    let cos = (direction[1] + direction[2]) * 0.5_f64.sqrt();
+    assert!(cos > 1.0_f64.to_radians().cos(), "{direction:?}");
+    assert_eq!(lapse["steps"][0]["sky"].as_array().unwrap().len(), 4);
+    assert_eq!(&std::fs::read(&picture).unwrap()[1..4], b"PNG");
+    let table = done(&[&"sky", &probe, &"--mapping", &"lat-long"]).out;
+    assert!(table.contains("12:00") || table.contains("azimuth"), "{table}");
+}
+
+#[test]
+fn meshes_and_images_are_inspected() {
+    let site = TestSite::smallest(&plane(3));
+    let mesh = json(&[&"inspect", &site.path("mesh.obj")]);
+    assert_eq!((mesh["kind"].as_str(), mesh["triangles"].as_u64()), (Some("mesh"), Some(18)));
+    let image = json(&[&"inspect", &site.path("grey.hdr")]);
+    assert_eq!((image["kind"].as_str(), image["width"].as_u64()), (Some("sky-image"), Some(32)));
+    assert_eq!(json(&[&"inspect", &site.folder()])["kind"], "site");
+    assert_eq!(run(&[&"inspect", &site.path("nothing.ply")]).code, 1);
+}
+
+#[test]
+fn a_reader_who_leaves_early_is_no_failure() {
+    let site = TestSite::smallest(&plane(3));
+    let mut child =
+        heliodon(&[&"inspect", &site.path("mesh.obj")]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let mut err = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut err).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0), "{err}");
+    assert!(err.is_empty(), "{err}");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn an_output_that_takes_nothing_is_told() {
+    let site = TestSite::smallest(&plane(3));
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    let output = heliodon(&[&"inspect", &site.path("mesh.obj")]).stdout(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"));
+}

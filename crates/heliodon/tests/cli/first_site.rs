@@ -1,0 +1,70 @@
+//! A first site, from mesh to numbers, with closed-form light.
+
+use crate::sites::{TestSite, plane, sunny_probe, waves};
+use crate::{assert_same_bundle, done, json};
+use std::path::Path;
+
+/// Shape and numbers of a NumPy file of little-endian f32.
+fn read_npy_f32(path: &Path) -> (Vec<usize>, Vec<f32>) {
+    let bytes = std::fs::read(path).unwrap();
+    assert_eq!(&bytes[..8], b"\x93NUMPY\x01\x00");
+    let header_end = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    let header = std::str::from_utf8(&bytes[10..header_end]).unwrap();
+    assert!(header.contains("'<f4'") && header.contains("'fortran_order': False"), "{header}");
+    let shape = header.split("'shape': (").nth(1).unwrap().split(')').next().unwrap();
+    let shape = shape.split(',').filter_map(|number| number.trim().parse().ok()).collect();
+    let numbers = bytes[header_end..].chunks_exact(4).map(|number| f32::from_le_bytes(number.try_into().unwrap())).collect();
+    (shape, numbers)
+}
+
+/// Spherical harmonics coefficients of a sky of constant radiance 1 in band 0; the others are 0.
+fn constant_sky() -> f32 {
+    (4.0 * std::f32::consts::PI).sqrt()
+}
+
+#[test]
+fn an_open_plane_under_a_grey_sky_stores_exactly_one() {
+    let site = TestSite::smallest(&plane(8));
+    let baked = json(&[&"bake", &site.folder()]);
+    assert_eq!(baked["up_to_date"], false);
+    assert_eq!(baked["counts"]["triangles"], 128);
+    done(&[&"arrays", &site.path("bundle"), &site.path("arrays")]);
+    let (shape, transfer) = read_npy_f32(&site.path("arrays").join("sky_transfer.npy"));
+    assert_eq!(shape, [81, 4]);
+    for vertex in transfer.chunks_exact(4) {
+        // one rounding of the product and one of the coefficient
+        assert!((vertex[0] * constant_sky() - 1.0).abs() < 2.5e-7, "{vertex:?}");
+    }
+    let (shape, albedo) = read_npy_f32(&site.path("arrays").join("albedo.npy"));
+    assert_eq!(shape, [81, 3]);
+    // 16-bit colours in the bundle
+    assert!(albedo.iter().all(|albedo| (albedo - 0.5).abs() < 1.0 / 65_535.0));
+    let lapse: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(site.path("arrays").join("lapse.json")).unwrap()).unwrap();
+    let steps = lapse["steps"].as_array().unwrap();
+    assert!(!steps.is_empty() && steps.iter().all(|step| step["sun"].is_null()), "a constant image has no sun");
+}
+
+#[test]
+fn a_baked_site_is_not_baked_again_until_something_changes() {
+    let site = TestSite::smallest(&plane(4));
+    json(&[&"bake", &site.folder()]);
+    let manifest = std::fs::metadata(site.path("bundle/manifest.json")).unwrap().modified().unwrap();
+    assert_eq!(json(&[&"bake", &site.folder()])["up_to_date"], true);
+    assert_eq!(std::fs::metadata(site.path("bundle/manifest.json")).unwrap().modified().unwrap(), manifest);
+    site.write("mesh.obj", plane(5));
+    assert_eq!(json(&[&"bake", &site.folder()])["up_to_date"], false);
+    assert!(!site.path(".heliodon").exists(), "the cache goes after success");
+}
+
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let site = TestSite::smallest(&waves(40));
+    sunny_probe().write_hdr(site.path("grey.hdr")).unwrap();
+    site.edit("samples = 64", "samples = 64\ntransfer = \"rgb\"\norder = 2");
+    for (threads, bundle) in [("1", "one"), ("2", "two"), ("7", "seven")] {
+        done(&[&"bake", &site.folder(), &"-o", &site.path(bundle), &"--threads", &threads]);
+    }
+    assert_same_bundle(&site.path("one"), &site.path("two"));
+    assert_same_bundle(&site.path("one"), &site.path("seven"));
+}

@@ -1,0 +1,130 @@
+//! Bakes that end before their time: kill -9, damaged leftovers, a full disk.
+
+use crate::sites::{TestSite, waves};
+use crate::{Ran, assert_same_bundle, contents, done, heliodon, json, ran};
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+/// A site whose gather has several blocks of a tenth of a second.
+fn long_site() -> TestSite {
+    let site = TestSite::smallest(&waves(64));
+    site.edit("samples = 64", "samples = 512");
+    site
+}
+
+fn blocks(folder: &Path, stage: &str) -> Vec<PathBuf> {
+    let bakes = std::fs::read_dir(folder.join(".heliodon/cache")).into_iter().flatten().flatten();
+    let files = bakes.flat_map(|bake| std::fs::read_dir(bake.path()).into_iter().flatten().flatten());
+    files
+        .map(|file| file.path())
+        .filter(|path| path.file_name().unwrap().to_string_lossy().starts_with(stage) && path.extension().is_none())
+        .collect()
+}
+
+#[test]
+fn a_killed_bake_goes_on_and_ends_with_the_same_bytes() {
+    let site = long_site();
+    let whole = site.path("whole");
+    done(&[&"bake", &site.folder(), &"-o", &whole]);
+
+    let mut child =
+        heliodon(&[&"bake", &site.folder(), &"--threads", &"1"]).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let patience = Instant::now();
+    while blocks(site.folder(), "gather").len() < 2 {
+        assert!(child.try_wait().unwrap().is_none(), "the bake ended before it could be killed: too few blocks");
+        assert!(patience.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(!site.path("bundle").exists(), "a killed bake leaves no half bundle");
+
+    let resumed = done(&[&"bake", &site.folder()]);
+    assert!(resumed.err.contains("going on: "), "{}", resumed.err);
+    assert_same_bundle(&site.path("bundle"), &whole);
+    assert!(!site.path(".heliodon").exists());
+}
+
+#[test]
+fn damaged_leftovers_are_done_again() {
+    let site = long_site();
+    done(&[&"bake", &site.folder(), &"--keep-cache"]);
+    let good = site.path("good");
+    std::fs::rename(site.path("bundle"), &good).unwrap();
+    for (stage, damage) in [("light", true), ("gather", true), ("masks", false)] {
+        for path in blocks(site.folder(), stage) {
+            let mut bytes = std::fs::read(&path).unwrap();
+            let middle = bytes.len() / 2;
+            if damage {
+                bytes[middle] ^= 0x10
+            } else {
+                bytes.truncate(middle)
+            }
+            std::fs::write(&path, bytes).unwrap();
+        }
+    }
+    let again = done(&[&"bake", &site.folder()]);
+    assert!(again.err.contains("was damaged and is done again"), "{}", again.err);
+    assert_same_bundle(&site.path("bundle"), &good);
+}
+
+#[test]
+fn two_bakes_of_one_site_at_once_do_not_mix() {
+    let site = long_site();
+    let mut first = heliodon(&[&"bake", &site.folder()]).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let patience = Instant::now();
+    while blocks(site.folder(), "gather").is_empty() {
+        assert!(first.try_wait().unwrap().is_none() && patience.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let second = crate::run(&[&"bake", &site.folder()]);
+    let first_code = first.wait().unwrap();
+    assert!(first_code.success());
+    assert_eq!(second.code, 1, "{}", second.err);
+    assert!(second.err.contains("another bake"), "{}", second.err);
+}
+
+/// Runs the program with files limited to `kib` KiB: writes beyond fail as they do on a full disk.
+#[cfg(unix)]
+fn with_little_room(kib: u64, arguments: &[&str]) -> Ran {
+    // ulimit counts blocks of 512 bytes; the ignored signal stays ignored across exec, so that the write itself fails
+    let script = format!("trap '' XFSZ; ulimit -f {}; exec \"$0\" \"$@\"", kib * 2);
+    let output = std::process::Command::new("sh")
+        .args(["-c", &script, env!("CARGO_BIN_EXE_heliodon")])
+        .args(arguments)
+        .output()
+        .unwrap();
+    ran(output)
+}
+
+#[test]
+#[cfg(unix)]
+fn a_full_disk_leaves_the_old_bundle_and_no_junk() {
+    let site = TestSite::smallest(&waves(40));
+    let folder = site.folder().to_str().unwrap().to_owned();
+    json(&[&"bake", &site.folder()]);
+    let before = contents(&site.path("bundle"));
+    site.edit("bounces = 4", "bounces = 3");
+    let mut failures = 0;
+    for kib in [0, 1, 4, 16, 64, 128, 256, 512] {
+        let full = with_little_room(kib, &["bake", &folder]);
+        if full.code == 0 {
+            // enough room after all: the rest of the list is larger still
+            break;
+        }
+        failures += 1;
+        assert_eq!(full.code, 1, "{}", full.err);
+        let errors: Vec<&str> = full.err.lines().filter(|line| line.starts_with("error:")).collect();
+        assert_eq!(errors.len(), 1, "{}", full.err);
+        assert_eq!(contents(&site.path("bundle")), before, "with {kib} KiB");
+        let names: Vec<String> = std::fs::read_dir(site.folder())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+            .filter(|name| name.starts_with('.') && name != ".heliodon")
+            .collect();
+        assert!(names.is_empty(), "{names:?}");
+    }
+    assert!(failures >= 3);
+    assert_eq!(json(&[&"bake", &site.folder()])["up_to_date"], false);
+}

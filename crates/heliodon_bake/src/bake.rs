@@ -1,0 +1,220 @@
+//! The bake: from a plan to a bundle, step by step, each of which survives a kill.
+
+use crate::albedo::SceneAlbedo;
+use crate::cache::Cache;
+use crate::chunks::ChunkMaker;
+use crate::error::BakeError;
+use crate::light::{BakedLight, LightInput, bake_light};
+use crate::memory::peak_resident_bytes;
+use crate::plan::Plan;
+use crate::report::Reporter;
+use crate::scene::Scene;
+use crate::sky::{BakedSky, bake_sky};
+use glam::Vec3;
+use heliodon_bundle::manifest::Counts;
+use heliodon_bundle::{BundleReader, BundleWriter, Manifest};
+use heliodon_light::{Surfaces, median_edge_m};
+use heliodon_mesh::Texture;
+use heliodon_rays::{BuildParams, TriangleScene};
+use heliodon_sky::lapse::SunBounceBasis;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// What a bake has done.
+#[derive(Clone, Debug, Serialize)]
+pub struct BakeReport {
+    /// The bundle.
+    pub bundle: PathBuf,
+    /// Whether it was there already, so that nothing was done.
+    pub up_to_date: bool,
+    /// Chunks, vertices and triangles in it.
+    pub counts: Counts,
+    /// Sun steps.
+    pub sun_steps: u32,
+    /// Entries of the sky.
+    pub sky_steps: usize,
+    /// How far off the surface rays started.
+    pub offset_m: f64,
+    /// Figures of the solver: rays, points, errors of the compression over the day.
+    pub measures: BTreeMap<String, f64>,
+    /// Seconds that each step took in this run.
+    pub seconds: Vec<(String, f64)>,
+    /// The most memory that the process has needed so far, where the system tells.
+    pub peak_memory_bytes: Option<u64>,
+}
+
+/// Bakes, or goes on with what an earlier run of the same bake has left.
+///
+/// # Errors
+/// Whatever [`BakeError`] names; a bundle that was there stays as it was.
+pub fn bake(plan: &Plan, reporter: &dyn Reporter) -> Result<BakeReport, BakeError> {
+    if !plan.options.again && plan.is_up_to_date() {
+        reporter.note("the bundle is up to date");
+        return up_to_date_report(plan);
+    }
+    plan.check_target()?;
+    let mut clock = Clock::default();
+    let scene = plan.read_scene(reporter)?;
+    let cache = Cache::open(&plan.cache_root(), &plan.key(&scene), &plan.options.bundle)?;
+    clock.lap("reading");
+    let sky = bake_sky(plan, &cache, reporter)?;
+    clock.lap("sky");
+    let sky_steps = sky.lapse.steps.len();
+    let light = scene_light(plan, &scene, &sky.suns(), &cache, reporter, &mut clock)?;
+    let manifest = write_bundle(plan, &scene, sky, &light, &cache, reporter)?;
+    clock.lap("writing");
+    if !plan.options.keep_cache {
+        cache.remove(&plan.options.bundle);
+    }
+    Ok(BakeReport { seconds: clock.laps, sky_steps, ..report_of(plan, &manifest, false) })
+}
+
+#[derive(Debug)]
+struct Clock {
+    last: Instant,
+    laps: Vec<(String, f64)>,
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        Self { last: Instant::now(), laps: Vec::new() }
+    }
+}
+
+impl Clock {
+    fn lap(&mut self, name: &str) {
+        let now = Instant::now();
+        self.laps.push((name.to_owned(), (now - self.last).as_secs_f64()));
+        self.last = now;
+    }
+}
+
+fn scene_light(
+    plan: &Plan,
+    scene: &Scene,
+    suns: &[Vec3],
+    cache: &Cache,
+    reporter: &dyn Reporter,
+    clock: &mut Clock,
+) -> Result<BakedLight, BakeError> {
+    let mesh = &scene.mesh;
+    reporter.stage("rays", 0);
+    let rays = TriangleScene::build(&mesh.positions, &mesh.triangles, &BuildParams::default())?;
+    reporter.finished();
+    clock.lap("rays");
+    let albedo = SceneAlbedo::new(mesh, median_edge_m(&mesh.positions, &mesh.triangles));
+    let surfaces = Surfaces {
+        rays: &rays,
+        positions: &mesh.positions,
+        normals: &mesh.normals,
+        triangles: &mesh.triangles,
+        albedo: &albedo,
+    };
+    let params = plan.light_params(&mesh.positions, &mesh.triangles);
+    let input = LightInput { surfaces, suns, sun_bounce: plan.site.bake.sun_bounce, params: &params };
+    let light = bake_light(&input, Some(cache), reporter)?;
+    clock.lap("light");
+    Ok(light)
+}
+
+/// Writes everything into the bundle, which appears whole or not at all.
+fn write_bundle(
+    plan: &Plan,
+    scene: &Scene,
+    sky: BakedSky,
+    light: &BakedLight,
+    cache: &Cache,
+    reporter: &dyn Reporter,
+) -> Result<Manifest, BakeError> {
+    let mesh = &scene.mesh;
+    let bounce = light.light.sun_bounce.as_ref();
+    let layout = plan.layout(sky.sun_steps, bounce.map_or(0, |bounce| bounce.functions.len() as u32));
+    let params = plan.light_params(&mesh.positions, &mesh.triangles);
+    let mut meta = plan.meta(layout, params.offset_m);
+    meta.measures = measures(light, scene);
+    let mut writer = BundleWriter::create(&plan.options.bundle, meta)?;
+
+    let maker = ChunkMaker::new(scene, light, layout);
+    let mut textures = Textures::default();
+    reporter.stage("writing", mesh.triangles.len() as u64);
+    reporter.progress(0);
+    let mut done = 0;
+    for part in 0..scene.parts.len() {
+        for piece in maker.pieces(part) {
+            let material = piece.textured_material.and_then(|material| mesh.materials.get(usize::from(material)));
+            let texture = match material.and_then(|material| material.texture.as_ref()) {
+                Some(texture) => Some(textures.number(texture, &mut writer)?),
+                None => None,
+            };
+            writer.push_chunk(&maker.make(part, &piece, texture))?;
+            done += piece.triangles.len() as u64;
+            reporter.progress(done);
+        }
+    }
+    for (index, path) in sky.map_paths.iter().enumerate() {
+        writer.add_sky_map(path, &sky.map_bytes(cache, index)?)?;
+    }
+    let mut lapse = sky.lapse;
+    lapse.sun_bounce_basis =
+        bounce.map(|bounce| SunBounceBasis { channels: layout.channels, functions: bounce.functions.clone() });
+    let manifest = writer.finish(&lapse)?;
+    reporter.finished();
+    Ok(manifest)
+}
+
+/// The bundle's numbers of textures; materials that share an image share its number.
+#[derive(Default)]
+struct Textures {
+    numbers: Vec<(*const Texture, u32)>,
+}
+
+impl Textures {
+    fn number(&mut self, texture: &Arc<Texture>, writer: &mut BundleWriter) -> Result<u32, BakeError> {
+        let key = Arc::as_ptr(texture);
+        if let Some(&(_, number)) = self.numbers.iter().find(|(known, _)| *known == key) {
+            return Ok(number);
+        }
+        let number = writer.add_texture(&texture.source, &texture.image.to_png_bytes()?)?;
+        self.numbers.push((key, number));
+        Ok(number)
+    }
+}
+
+/// Figures that depend on nothing but the input.
+fn measures(light: &BakedLight, scene: &Scene) -> BTreeMap<String, f64> {
+    let mut measures = BTreeMap::from([
+        ("gather_rays".to_owned(), light.gather_rays as f64),
+        ("mask_rays".to_owned(), light.mask_rays as f64),
+        ("solved_points".to_owned(), light.points as f64),
+        ("source_vertices".to_owned(), scene.mesh.positions.len() as f64),
+    ]);
+    if let Some(bounce) = &light.light.sun_bounce {
+        measures.insert("sun_bounce_median_error".to_owned(), f64::from(bounce.median_error));
+        measures.insert("sun_bounce_p95_error".to_owned(), f64::from(bounce.p95_error));
+    }
+    measures
+}
+
+fn report_of(plan: &Plan, manifest: &Manifest, up_to_date: bool) -> BakeReport {
+    BakeReport {
+        bundle: plan.options.bundle.clone(),
+        up_to_date,
+        counts: manifest.counts,
+        sun_steps: manifest.light.sun_steps,
+        sky_steps: 0,
+        offset_m: manifest.offset_m,
+        measures: manifest.measures.clone(),
+        seconds: Vec::new(),
+        peak_memory_bytes: peak_resident_bytes(),
+    }
+}
+
+fn up_to_date_report(plan: &Plan) -> Result<BakeReport, BakeError> {
+    let bundle = BundleReader::open(&plan.options.bundle)?;
+    let mut report = report_of(plan, bundle.manifest(), true);
+    report.sky_steps = bundle.lapse().steps.len();
+    Ok(report)
+}

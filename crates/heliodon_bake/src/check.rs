@@ -1,0 +1,143 @@
+//! Looks at everything that a site names, and bakes nothing.
+
+use crate::error::BakeError;
+use crate::plan::refuse_texels;
+use crate::report::Reporter;
+use crate::scene;
+use crate::sky::lapse_params;
+use heliodon_bundle::site::{InputKind, Role, Site};
+use heliodon_light::median_edge_m;
+use heliodon_sky::day::{self, LapseParams};
+use serde::Serialize;
+
+/// What is in a site.
+#[derive(Clone, Debug, Serialize)]
+pub struct CheckReport {
+    /// The site's name.
+    pub name: String,
+    /// Its parts, in order.
+    pub parts: Vec<CheckedPart>,
+    /// Vertices over all parts.
+    pub vertices: u64,
+    /// Triangles over all parts.
+    pub triangles: u64,
+    /// Its day.
+    pub day: CheckedDay,
+    /// What is odd but need not stop a bake.
+    pub warnings: Vec<String>,
+}
+
+/// What is in a part.
+#[derive(Clone, Debug, Serialize)]
+pub struct CheckedPart {
+    /// Its name, or its file pattern.
+    pub name: String,
+    /// What it is.
+    pub role: Role,
+    /// Files that it was read from.
+    pub files: usize,
+    /// Its vertices.
+    pub vertices: u64,
+    /// Its triangles.
+    pub triangles: u64,
+    /// The lower corner of its box, metres in the site's space.
+    pub min: [f32; 3],
+    /// The upper corner.
+    pub max: [f32; 3],
+    /// The median length of its edges, metres: light is as sharp as that.
+    pub median_edge_m: f32,
+}
+
+/// The day of a site.
+#[derive(Clone, Debug, Serialize)]
+pub struct CheckedDay {
+    /// Sky images; 0 for a model.
+    pub probes: usize,
+    /// Sun steps.
+    pub sun_steps: u32,
+    /// Of these, steps with a sun.
+    pub suns: usize,
+    /// Entries of the sky.
+    pub sky_steps: usize,
+    /// The first entry's time.
+    pub first: String,
+    /// The last entry's time.
+    pub last: String,
+}
+
+/// Width of the sky maps that a check makes and throws away, pixels.
+const CHECK_MAP_WIDTH: u32 = 32;
+
+/// Extents of a part beyond which its unit is more likely wrong than the monument that large, metres.
+const LIKELY_EXTENT_M: std::ops::RangeInclusive<f32> = 0.02..=20_000.0;
+/// Coordinates from which `f32` resolves no more than a millimetre, metres.
+const FAR_M: f32 = 10_000.0;
+
+/// Reads everything that a site names.
+///
+/// # Errors
+/// The first thing that a bake would stop at.
+pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeError> {
+    refuse_texels(site)?;
+    let files = site.input_files()?;
+    let mut warnings = Vec::new();
+    let scene = scene::read(site, &files, reporter)?;
+    let parts: Vec<CheckedPart> = scene.parts.iter().enumerate().map(|(index, _)| checked_part(site, &scene, index)).collect();
+    parts.iter().for_each(|part| warn_of_part(part, &mut warnings));
+
+    let params = LapseParams { map_width: CHECK_MAP_WIDTH, ..lapse_params(site, &files)? };
+    reporter.stage("sky", 0);
+    let built = day::build(&params, &mut |_| Ok(()))?;
+    reporter.finished();
+    warnings.extend(built.notes.iter().map(ToString::to_string));
+    for warning in &warnings {
+        reporter.warning(warning);
+    }
+    Ok(CheckReport {
+        name: site.site.name.clone(),
+        vertices: scene.mesh.positions.len() as u64,
+        triangles: scene.mesh.triangles.len() as u64,
+        parts,
+        day: CheckedDay {
+            probes: files.iter().filter(|file| file.kind == InputKind::Probe).count(),
+            sun_steps: built.sun_steps,
+            suns: built.suns.iter().flatten().count(),
+            sky_steps: built.lapse.steps.len(),
+            first: built.lapse.steps.first().map_or_else(String::new, |step| step.time.clone()),
+            last: built.lapse.steps.last().map_or_else(String::new, |step| step.time.clone()),
+        },
+        warnings,
+    })
+}
+
+fn checked_part(site: &Site, scene: &scene::Scene, index: usize) -> CheckedPart {
+    let (part, range) = (&site.parts[index], &scene.parts[index]);
+    let positions = &scene.mesh.positions[range.vertices.clone()];
+    let triangles = &scene.mesh.triangles[range.triangles.clone()];
+    let low = positions.iter().copied().fold(glam::Vec3::INFINITY, glam::Vec3::min);
+    let high = positions.iter().copied().fold(glam::Vec3::NEG_INFINITY, glam::Vec3::max);
+    CheckedPart {
+        name: part.name.clone().unwrap_or_else(|| part.file.clone()),
+        role: part.role,
+        files: range.files,
+        vertices: positions.len() as u64,
+        triangles: triangles.len() as u64,
+        min: low.to_array(),
+        max: high.to_array(),
+        median_edge_m: median_edge_m(&scene.mesh.positions, triangles),
+    }
+}
+
+fn warn_of_part(part: &CheckedPart, warnings: &mut Vec<String>) {
+    let extent = (0..3).map(|axis| part.max[axis] - part.min[axis]).fold(0.0, f32::max);
+    if !LIKELY_EXTENT_M.contains(&extent) {
+        warnings.push(format!("part {}: {extent} m across; is its unit right (unit = \"mm\", \"cm\", \"m\" ...)?", part.name));
+    }
+    let farthest = part.min.iter().chain(&part.max).fold(0.0_f32, |far, coordinate| far.max(coordinate.abs()));
+    if farthest > FAR_M {
+        warnings.push(format!(
+            "part {}: coordinates reach {farthest} m, where 32-bit numbers no longer hold millimetres; subtract an origin in [site]",
+            part.name
+        ));
+    }
+}

@@ -1,0 +1,106 @@
+//! The bundle's primitives: spatially tight pieces of at most 20,000 triangles, each of one part and one texture, with the
+//! light of their vertices.
+
+use crate::albedo::SceneAlbedo;
+use crate::light::BakedLight;
+use crate::scene::Scene;
+use glam::Vec3;
+use heliodon_bundle::chunk::MAX_CHUNK_TRIANGLES;
+use heliodon_bundle::{LightLayout, LitChunk, VertexLight};
+use heliodon_mesh::Mesh;
+use heliodon_mesh::chunk::{Chunk, split};
+
+/// Makes the chunks of a scene, part by part.
+pub struct ChunkMaker<'a> {
+    scene: &'a Scene,
+    light: &'a BakedLight,
+    layout: LightLayout,
+    albedo: Vec<Vec3>,
+}
+
+impl<'a> ChunkMaker<'a> {
+    /// For `scene`, whose vertices have `light`.
+    #[must_use]
+    pub fn new(scene: &'a Scene, light: &'a BakedLight, layout: LightLayout) -> Self {
+        // a vertex stands for the triangles around it, which its albedo is the mean of
+        Self { scene, light, layout, albedo: SceneAlbedo::new(&scene.mesh, 0.0).vertices() }
+    }
+
+    /// The pieces of a part; indices of their vertices count from the part's first.
+    #[must_use]
+    pub fn pieces(&self, part: usize) -> Vec<Chunk> {
+        let range = &self.scene.parts[part];
+        let mesh = &self.scene.mesh;
+        let first = range.vertices.start as u32;
+        let some = |array: usize| if array == 0 { 0..0 } else { range.vertices.clone() };
+        // what decides the division, and only for this part
+        let of_part = Mesh {
+            positions: mesh.positions[range.vertices.clone()].to_vec(),
+            uvs: mesh.uvs[some(mesh.uvs.len())].to_vec(),
+            triangles: mesh.triangles[range.triangles.clone()].iter().map(|t| t.map(|vertex| vertex - first)).collect(),
+            triangle_material: match mesh.triangle_material.len() {
+                0 => Vec::new(),
+                _ => mesh.triangle_material[range.triangles.clone()].to_vec(),
+            },
+            materials: mesh.materials.clone(),
+            ..Mesh::default()
+        };
+        split(&of_part, MAX_CHUNK_TRIANGLES)
+    }
+
+    /// The chunk of a piece; `texture` is the bundle's number of its texture.
+    #[must_use]
+    pub fn make(&self, part: usize, piece: &Chunk, texture: Option<u32>) -> LitChunk {
+        let mesh = &self.scene.mesh;
+        let first = self.scene.parts[part].vertices.start;
+        let vertices: Vec<usize> = piece.vertices.iter().map(|&vertex| first + vertex as usize).collect();
+        let factor = piece.textured_material.map(|material| mesh.materials[usize::from(material)].base_color_linear);
+        let albedo = |&vertex: &usize| match factor {
+            // the texture brings the rest
+            Some(factor) => factor * mesh.colors_linear.get(vertex).copied().unwrap_or(Vec3::ONE),
+            None => self.albedo[vertex],
+        };
+        LitChunk {
+            part: part as u16,
+            texture,
+            positions: vertices.iter().map(|&vertex| mesh.positions[vertex]).collect(),
+            normals: vertices.iter().map(|&vertex| mesh.normals[vertex]).collect(),
+            uvs: texture.map_or_else(Vec::new, |_| vertices.iter().map(|&vertex| mesh.uvs[vertex]).collect()),
+            albedo: vertices.iter().map(albedo).collect(),
+            triangles: piece.triangles.clone(),
+            valid: vertices.iter().map(|&vertex| self.light.light.validity.valid[vertex]).collect(),
+            light: self.vertex_light(&vertices),
+        }
+    }
+
+    fn vertex_light(&self, vertices: &[usize]) -> VertexLight {
+        let layout = self.layout;
+        let light = &self.light.light;
+        let bounce = light.sun_bounce.as_ref().map_or(&[][..], |bounce| &bounce.coefficients);
+        VertexLight {
+            sun_steps: layout.sun_steps,
+            coefficients: layout.coefficients,
+            channels: layout.channels,
+            sun_bounce_functions: layout.sun_bounce_functions,
+            sun_mask: pick(&self.light.masks.words, layout.mask_words(), vertices),
+            sky_transfer: pick(&light.sky_transfer, layout.transfer_floats(), vertices),
+            sun_bounce: pick(bounce, layout.bounce_floats(), vertices),
+        }
+    }
+}
+
+/// The `width` values of each of `vertices`.
+fn pick<T: Copy>(values: &[T], width: usize, vertices: &[usize]) -> Vec<T> {
+    vertices.iter().flat_map(|&vertex| &values[vertex * width..(vertex + 1) * width]).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_picked_in_the_order_of_the_vertices() {
+        assert_eq!(pick(&[0, 1, 10, 11, 20, 21], 2, &[2, 0]), [20, 21, 0, 1]);
+        assert_eq!(pick::<f32>(&[], 0, &[5, 7]), [0.0; 0]);
+    }
+}

@@ -1,0 +1,46 @@
+//! Why a bake ends early. Each error names its file, place and remedy itself; here they are only joined.
+
+use std::path::PathBuf;
+
+/// Why a bake, an estimate or a check ends early.
+#[derive(Debug, thiserror::Error)]
+pub enum BakeError {
+    /// `site.toml` asks for what cannot be done.
+    #[error(transparent)]
+    Site(#[from] heliodon_bundle::site::SiteError),
+    /// A mesh cannot be read.
+    #[error(transparent)]
+    Mesh(#[from] heliodon_mesh::import::ImportError),
+    /// The meshes do not fit into one.
+    #[error("the parts do not fit into one site: {0}; leave some out, or join their materials")]
+    Join(#[from] heliodon_mesh::MeshError),
+    /// An image cannot be read.
+    #[error(transparent)]
+    Image(#[from] heliodon_image::ImageError),
+    /// The sky cannot be made.
+    #[error(transparent)]
+    Sky(#[from] heliodon_sky::SkyError),
+    /// The geometry cannot be made ready for rays.
+    #[error("the geometry cannot be prepared for rays: {0}")]
+    Rays(#[from] heliodon_rays::BuildError),
+    /// The solver refuses its input.
+    #[error("the light cannot be solved: {0}")]
+    Light(#[from] heliodon_light::LightError),
+    /// Finished work cannot be kept.
+    #[error(transparent)]
+    Cache(#[from] crate::cache::CacheError),
+    /// The bundle cannot be written.
+    #[error("the bundle cannot be written: {0} (nothing that was there has been touched)")]
+    Bundle(#[from] heliodon_bundle::WriteError),
+    /// The bundle that is there cannot be read.
+    #[error(transparent)]
+    OldBundle(#[from] heliodon_bundle::ReadError),
+    /// A file cannot be read.
+    #[error("{}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+}

@@ -1,0 +1,71 @@
+//! What decides a bake's result, as one hash: the name under which its finished work is kept.
+
+use crate::error::BakeError;
+use crate::scene::Scene;
+use heliodon_bundle::StoredFile;
+use heliodon_bundle::site::{InputFile, SITE_FILE_NAME, Site};
+use std::path::Path;
+
+/// Raised when blocks of work change their meaning without a change of the program's version.
+const CACHE_VERSION: u32 = 1;
+
+/// Hashes `site.toml`, the files that it names, and those that these name in turn.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn hash_inputs(site: &Site, files: &[InputFile]) -> Result<Vec<StoredFile>, BakeError> {
+    let hash = |path: &Path, name: &str| {
+        StoredFile::hash(path, name).map_err(|source| BakeError::Read { path: path.to_owned(), source })
+    };
+    let mut inputs = vec![hash(site.path(), SITE_FILE_NAME)?];
+    for file in files {
+        if inputs.iter().all(|input| input.path != file.name) {
+            inputs.push(hash(&file.path, &file.name)?);
+        }
+    }
+    Ok(inputs)
+}
+
+/// The key of a bake: program, parameters, geometry and albedo as they were read, and the probes.
+///
+/// The geometry's content is hashed rather than its files, for files name others (materials, textures, buffers); names, rooms
+/// and comments in `site.toml` change no light and are left out.
+#[must_use]
+pub fn bake_key(site: &Site, scene: &Scene, probes: &[&StoredFile]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    let mut run = |bytes: &[u8]| {
+        hasher.update(&(bytes.len() as u64).to_le_bytes());
+        hasher.update(bytes);
+    };
+    run(concat!("heliodon ", env!("CARGO_PKG_VERSION")).as_bytes());
+    run(&CACHE_VERSION.to_le_bytes());
+    let info = &site.site;
+    for parameters in [
+        serde_json::to_vec(&site.sky),
+        serde_json::to_vec(&site.bake),
+        serde_json::to_vec(&(info.latitude_deg, info.longitude_deg, info.utc_offset, info.north_deg)),
+        serde_json::to_vec(&probes),
+    ] {
+        // plain structs of numbers and words always have a JSON form; without one the key is only less specific
+        run(&parameters.unwrap_or_default());
+    }
+    let mesh = &scene.mesh;
+    run(bytemuck::cast_slice(&mesh.positions));
+    run(bytemuck::cast_slice(&mesh.normals));
+    run(bytemuck::cast_slice(&mesh.uvs));
+    run(bytemuck::cast_slice(&mesh.colors_linear));
+    run(bytemuck::cast_slice(&mesh.triangles));
+    run(bytemuck::cast_slice(&mesh.triangle_material));
+    for material in &mesh.materials {
+        run(bytemuck::bytes_of(&material.base_color_linear));
+        if let Some(texture) = &material.texture {
+            run(&[texture.image.width.to_le_bytes(), texture.image.height.to_le_bytes()].concat());
+            run(bytemuck::cast_slice(&texture.image.pixels));
+            run(format!("{:?}", texture.wrap).as_bytes());
+        }
+    }
+    for part in &scene.parts {
+        run(bytemuck::cast_slice(&[part.triangles.start as u64, part.triangles.end as u64]));
+    }
+    hasher.finalize().to_hex()[..32].to_owned()
+}

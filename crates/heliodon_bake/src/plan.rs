@@ -1,0 +1,153 @@
+//! What a bake will do: everything resolved before anything long begins.
+
+use crate::CACHE_FOLDER;
+use crate::error::BakeError;
+use crate::key::{bake_key, hash_inputs};
+use crate::light::channels;
+use crate::report::Reporter;
+use crate::scene::{self, Scene};
+use glam::Vec3;
+use heliodon_bundle::site::{InputFile, InputKind, LightStorage, Site};
+use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, LightLayout, StoredFile};
+use heliodon_light::{LightParams, default_offset_m};
+use std::path::{Path, PathBuf};
+
+/// Where a bake writes, and what it may skip.
+#[derive(Clone, Debug)]
+pub struct BakeOptions {
+    /// The bundle's folder.
+    pub bundle: PathBuf,
+    /// Where finished work is kept until the bundle is written; default: `.heliodon/cache` beside the bundle.
+    pub cache: Option<PathBuf>,
+    /// Keep the finished work after success, too.
+    pub keep_cache: bool,
+    /// Bake even where the bundle is up to date.
+    pub again: bool,
+}
+
+impl BakeOptions {
+    /// A bake into `bundle`, everything else as it comes.
+    #[must_use]
+    pub fn new(bundle: impl Into<PathBuf>) -> Self {
+        Self { bundle: bundle.into(), cache: None, keep_cache: false, again: false }
+    }
+}
+
+/// A bake whose inputs are found, hashed and checked.
+#[derive(Debug)]
+pub struct Plan {
+    /// The site.
+    pub site: Site,
+    /// The files that it names.
+    pub files: Vec<InputFile>,
+    /// Their hashes, after that of `site.toml`.
+    pub inputs: Vec<StoredFile>,
+    /// Where it writes, and what it may skip.
+    pub options: BakeOptions,
+}
+
+impl Plan {
+    /// Finds and hashes everything that a site names, and looks whether the bundle can stand where it should.
+    ///
+    /// # Errors
+    /// What is missing, cannot be read, cannot be written to, or is asked for and not done yet.
+    pub fn new(site: Site, options: BakeOptions) -> Result<Self, BakeError> {
+        refuse_texels(&site)?;
+        let files = site.input_files()?;
+        let inputs = hash_inputs(&site, &files)?;
+        Ok(Self { site, files, inputs, options })
+    }
+
+    /// Whether the bundle that is there was made by this program version from the same files, and is whole.
+    #[must_use]
+    pub fn is_up_to_date(&self) -> bool {
+        let Ok(bundle) = BundleReader::open(&self.options.bundle) else { return false };
+        let manifest = bundle.manifest();
+        let now = BundleMeta::from_site(&self.site, manifest.light, manifest.offset_m);
+        manifest.tool == now.tool && manifest.inputs == self.inputs && bundle.verify().is_ok()
+    }
+
+    /// Looks whether the bundle can be written where it should stand, before hours are spent on it.
+    ///
+    /// # Errors
+    /// What stands in the way.
+    pub fn check_target(&self) -> Result<(), BakeError> {
+        // a writer that is dropped leaves everything as it was
+        drop(BundleWriter::create(&self.options.bundle, self.meta(self.layout(1, 0), 0.0))?);
+        Ok(())
+    }
+
+    /// Reads the geometry.
+    ///
+    /// # Errors
+    /// As [`scene::read`].
+    pub fn read_scene(&self, reporter: &dyn Reporter) -> Result<Scene, BakeError> {
+        scene::read(&self.site, &self.files, reporter)
+    }
+
+    /// The hash under which this bake's finished work is kept.
+    #[must_use]
+    pub fn key(&self, scene: &Scene) -> String {
+        let probes: Vec<&StoredFile> = self
+            .files
+            .iter()
+            .filter(|file| file.kind == InputKind::Probe)
+            .filter_map(|file| self.inputs.iter().find(|input| input.path == file.name))
+            .collect();
+        bake_key(&self.site, scene, &probes)
+    }
+
+    /// The folder that holds the finished work of all bakes into this bundle.
+    #[must_use]
+    pub fn cache_root(&self) -> PathBuf {
+        self.options.cache.clone().unwrap_or_else(|| {
+            let parent = self.options.bundle.parent().filter(|parent| !parent.as_os_str().is_empty());
+            parent.unwrap_or(Path::new(".")).join(CACHE_FOLDER).join("cache")
+        })
+    }
+
+    /// How light is solved for some geometry.
+    #[must_use]
+    pub fn light_params(&self, positions: &[Vec3], triangles: &[[u32; 3]]) -> LightParams {
+        let bake = &self.site.bake;
+        let offset_m = bake.offset_m.map_or_else(|| default_offset_m(positions, triangles), |offset| offset as f32);
+        LightParams {
+            samples: bake.samples,
+            bounces: bake.bounces,
+            coefficients: bake.coefficients() as usize,
+            channels: channels(bake.transfer),
+            offset_m,
+            // the solver's seed turns its directions: both halves of the site's count
+            seed: (bake.seed ^ (bake.seed >> 32)) as u32,
+            ..LightParams::default()
+        }
+    }
+
+    /// Shape of the stored light with so many sun steps and `functions` functions of bounced sunlight.
+    #[must_use]
+    pub fn layout(&self, sun_steps: u32, functions: u32) -> LightLayout {
+        let bake = &self.site.bake;
+        LightLayout { sun_steps, coefficients: bake.coefficients(), channels: bake.channels(), sun_bounce_functions: functions }
+    }
+
+    /// What the bundle's manifest will say.
+    #[must_use]
+    pub fn meta(&self, layout: LightLayout, offset_m: f32) -> BundleMeta {
+        let offset_m = self.site.bake.offset_m.unwrap_or(f64::from(offset_m));
+        BundleMeta { inputs: self.inputs.clone(), ..BundleMeta::from_site(&self.site, layout, offset_m) }
+    }
+}
+
+/// Light maps belong to a later version; who asks for them is told so before anything else.
+pub(crate) fn refuse_texels(site: &Site) -> Result<(), BakeError> {
+    let texel = site.parts.iter().position(|part| part.light == LightStorage::Texel);
+    texel.map_or(Ok(()), |part| {
+        Err(site
+            .error_at(
+                &["part", &part.to_string(), "light"],
+                "texel asks for light maps, which this version does not bake yet",
+                "write light = \"vertex\" (or take the line out), and give the part enough vertices",
+            )
+            .into())
+    })
+}

@@ -1,0 +1,132 @@
+//! The geometry of a site: all parts in one mesh, so that everything occludes everything.
+
+use crate::error::BakeError;
+use crate::report::Reporter;
+use heliodon_bundle::site::{Albedo, InputFile, InputKind, Part, Site, UpAxis};
+use heliodon_image::SrgbImage;
+use heliodon_mesh::import::{ImportOptions, ImportReport, read_reporting};
+use heliodon_mesh::place::{Placement, Unit, Up};
+use heliodon_mesh::{Material, Mesh, Texture, Wrap};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// All parts of a site in one mesh.
+#[derive(Debug)]
+pub struct Scene {
+    /// Vertices, triangles and materials of all parts, one after the other. Normals are there for all.
+    pub mesh: Mesh,
+    /// Which of them belong to each part of the site.
+    pub parts: Vec<PartRange>,
+}
+
+/// Where a part lies in a [`Scene`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PartRange {
+    /// Its vertices.
+    pub vertices: Range<usize>,
+    /// Its triangles.
+    pub triangles: Range<usize>,
+    /// The files it was read from.
+    pub files: usize,
+}
+
+/// Reads and places every part of a site; what was left out of the files is told as warnings.
+///
+/// # Errors
+/// Files that cannot be read, and an albedo image without texture coordinates to lay it on.
+pub fn read(site: &Site, files: &[InputFile], reporter: &dyn Reporter) -> Result<Scene, BakeError> {
+    let geometry = |part: usize| files.iter().filter(move |file| file.kind == InputKind::Geometry(part));
+    let count = files.iter().filter(|file| matches!(file.kind, InputKind::Geometry(_))).count();
+    reporter.stage("reading", count as u64);
+    reporter.progress(0);
+    let mut scene = Scene { mesh: Mesh::default(), parts: Vec::new() };
+    let mut report = ImportReport::default();
+    let mut done = 0;
+    for (index, part) in site.parts.iter().enumerate() {
+        let (first_vertex, first_triangle) = (scene.mesh.positions.len(), scene.mesh.triangles.len());
+        let options = ImportOptions { placement: placement(part, site.site.origin), ..ImportOptions::default() };
+        let albedo = part_albedo(site, index, files)?;
+        for file in geometry(index) {
+            let mut mesh = read_reporting(&file.path, &options, &mut report)?;
+            if let Some(albedo) = &albedo {
+                set_albedo(&mut mesh, albedo, site, index, file)?;
+            }
+            if scene.mesh.positions.is_empty() {
+                scene.mesh = mesh;
+            } else {
+                scene.mesh.append(&mesh)?;
+            }
+            done += 1;
+            reporter.progress(done);
+        }
+        scene.parts.push(PartRange {
+            vertices: first_vertex..scene.mesh.positions.len(),
+            triangles: first_triangle..scene.mesh.triangles.len(),
+            files: geometry(index).count(),
+        });
+    }
+    for warning in &report.warnings {
+        reporter.warning(warning);
+    }
+    reporter.finished();
+    Ok(scene)
+}
+
+/// Where `site.toml` places a part.
+fn placement(part: &Part, origin: [f64; 3]) -> Placement {
+    use heliodon_bundle::site::Unit as SiteUnit;
+    Placement {
+        unit: match part.unit {
+            SiteUnit::Mm => Unit::Millimetre,
+            SiteUnit::Cm => Unit::Centimetre,
+            SiteUnit::Dm => Unit::Decimetre,
+            SiteUnit::M => Unit::Metre,
+            SiteUnit::Km => Unit::Kilometre,
+            SiteUnit::In => Unit::Inch,
+            SiteUnit::Ft => Unit::Foot,
+        },
+        up: match part.up {
+            UpAxis::Y => Up::Y,
+            UpAxis::Z => Up::Z,
+        },
+        scale: [part.scale; 3],
+        rotate_deg: part.rotate_deg,
+        translate: part.translate,
+        origin,
+    }
+}
+
+/// The material that `site.toml` gives a part in place of what its files say.
+fn part_albedo(site: &Site, part: usize, files: &[InputFile]) -> Result<Option<Material>, BakeError> {
+    Ok(match &site.parts[part].albedo {
+        None => None,
+        Some(Albedo::Rgb(rgb)) => {
+            Some(Material { name: String::new(), base_color_linear: glam::DVec3::from(*rgb).as_vec3(), texture: None })
+        }
+        Some(Albedo::Image(name)) => {
+            let file = files.iter().find(|file| file.kind == InputKind::Albedo(part));
+            let path = file.map_or_else(|| site.folder().join(name), |file| file.path.clone());
+            let texture = Texture { source: name.clone(), image: SrgbImage::read(&path)?, wrap: [Wrap::Repeat; 2] };
+            Some(Material { name: name.clone(), base_color_linear: glam::Vec3::ONE, texture: Some(Arc::new(texture)) })
+        }
+    })
+}
+
+fn set_albedo(mesh: &mut Mesh, material: &Material, site: &Site, part: usize, file: &InputFile) -> Result<(), BakeError> {
+    if material.texture.is_some() && mesh.uvs.is_empty() {
+        return Err(site
+            .error_at(
+                &["part", &part.to_string(), "albedo"],
+                format!("an image needs texture coordinates, and {} has none", file.name),
+                "give the albedo as [r, g, b], or export the mesh with texture coordinates",
+            )
+            .into());
+    }
+    mesh.colors_linear = Vec::new();
+    mesh.triangle_material = Vec::new();
+    mesh.materials = vec![material.clone()];
+    if material.texture.is_none() {
+        mesh.uvs = Vec::new();
+    }
+    Ok(())
+}

@@ -1,0 +1,174 @@
+//! The sky of a site's day: from `site.toml` to the lapse and its maps.
+
+use crate::cache::Cache;
+use crate::error::BakeError;
+use crate::plan::Plan;
+use crate::report::Reporter;
+use glam::Vec3;
+use heliodon_bundle::site::{self, InputFile, InputKind, ProbeTimes, Site};
+use heliodon_sky::civil;
+use heliodon_sky::day::{self, Between, BuiltLapse, LapseParams, ModelDay, ProbeFile, ProbeSeries, SkySource};
+use heliodon_sky::lapse::Lapse;
+use heliodon_sky::mapping::{BelowHorizon, Mapping};
+use heliodon_sky::model::{ModelKind, ModelParams};
+use serde::{Deserialize, Serialize};
+
+/// The lapse of a site, with its maps in the cache.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BakedSky {
+    /// The lapse, without the basis of bounced sunlight.
+    pub lapse: Lapse,
+    /// Sun steps: as the site says, or 1 where a single probe stands for all times.
+    pub sun_steps: u32,
+    /// The maps' paths in the bundle.
+    pub map_paths: Vec<String>,
+    /// What the site's author should know.
+    notes: Vec<String>,
+}
+
+const MAP_STAGE: &str = "sky-map";
+const LAPSE_STAGE: &str = "lapse";
+
+impl BakedSky {
+    /// The bytes of a map.
+    ///
+    /// # Errors
+    /// If it was taken out of the cache meanwhile.
+    pub fn map_bytes(&self, cache: &Cache, index: usize) -> Result<Vec<u8>, BakeError> {
+        cache.load(MAP_STAGE, index).ok_or_else(|| BakeError::Read {
+            path: cache.folder().join(&self.map_paths[index]),
+            source: std::io::Error::other("a finished sky map has gone while the bake was running; run the bake again"),
+        })
+    }
+
+    /// Unit directions to the sun, one for each sun step; zero where there is none.
+    #[must_use]
+    pub fn suns(&self) -> Vec<Vec3> {
+        let of_step = |bit: u32| self.lapse.steps.iter().find(|step| step.mask_bit == bit).and_then(|step| step.sun);
+        (0..self.sun_steps).map(|bit| of_step(bit).map_or(Vec3::ZERO, |sun| Vec3::from_array(sun.direction))).collect()
+    }
+}
+
+/// Builds the lapse and keeps its maps, or takes both from an earlier run.
+///
+/// # Errors
+/// A sky that cannot be made, or a cache that cannot be written.
+pub fn bake_sky(plan: &Plan, cache: &Cache, reporter: &dyn Reporter) -> Result<BakedSky, BakeError> {
+    let kept = cache.load(LAPSE_STAGE, 0).and_then(|bytes| serde_json::from_slice::<BakedSky>(&bytes).ok());
+    if let Some(sky) = kept.filter(|sky| (0..sky.map_paths.len()).all(|index| cache.load(MAP_STAGE, index).is_some())) {
+        reporter.note("going on: the sky is done");
+        return Ok(told(sky, reporter));
+    }
+    let params = lapse_params(&plan.site, &plan.files)?;
+    reporter.stage("sky", u64::from(params.sky_steps));
+    reporter.progress(0);
+    let mut map_paths = Vec::new();
+    let mut full = None;
+    let built = day::build(&params, &mut |map| {
+        map_paths.push(map.name.to_owned());
+        let kept = cache.store(MAP_STAGE, map.index as usize, &map.image.to_hdr_bytes());
+        reporter.progress(u64::from(map.index) + 1);
+        kept.map_err(|error| {
+            let text = error.to_string();
+            full = Some(error);
+            text
+        })
+    });
+    // the cache's own error says what to do
+    let built = match (built, full) {
+        (_, Some(error)) => return Err(error.into()),
+        (built, None) => built?,
+    };
+    reporter.finished();
+    let BuiltLapse { lapse, sun_steps, notes, .. } = built;
+    let sky = BakedSky { lapse, sun_steps, map_paths, notes: notes.iter().map(ToString::to_string).collect() };
+    let bytes = serde_json::to_vec(&sky).map_err(std::io::Error::other);
+    let bytes = bytes.map_err(|source| BakeError::Read { path: cache.folder().to_owned(), source })?;
+    cache.store(LAPSE_STAGE, 0, &bytes)?;
+    Ok(told(sky, reporter))
+}
+
+fn told(sky: BakedSky, reporter: &dyn Reporter) -> BakedSky {
+    sky.notes.iter().for_each(|note| reporter.warning(note));
+    sky
+}
+
+/// What `site.toml` says of the day, as the sky's maker takes it.
+///
+/// # Errors
+/// Times that are not one for each probe.
+pub fn lapse_params(site: &Site, files: &[InputFile]) -> Result<LapseParams, BakeError> {
+    let source = match site.sky.model {
+        Some(model) => SkySource::Model(model_day(site, model)),
+        None => SkySource::Probes(probe_series(site, files)?),
+    };
+    let bake = &site.bake;
+    let time = |time: site::TimeOfDay| civil::TimeOfDay { seconds: time.seconds() };
+    Ok(LapseParams {
+        north_deg: site.site.north_deg,
+        sun_steps: bake.sun_steps,
+        sky_steps: bake.effective_sky_steps(),
+        first: bake.first.map(time),
+        last: bake.last.map(time),
+        coefficients: bake.coefficients(),
+        ..LapseParams::new(source)
+    })
+}
+
+fn model_day(site: &Site, model: site::SkyModel) -> ModelDay {
+    let kind = match model {
+        site::SkyModel::Atmosphere => ModelKind::Atmosphere,
+        site::SkyModel::HosekWilkie => ModelKind::HosekWilkie,
+    };
+    let default = ModelParams::default();
+    let turbidity = site.sky.turbidity.map_or(default.turbidity, |turbidity| turbidity as f32);
+    // a checked site with a model has all three
+    let date = site.sky.date.map_or(civil::Date { year: 2000, month: 1, day: 1 }, |date| civil::Date {
+        year: date.year,
+        month: date.month,
+        day: date.day,
+    });
+    ModelDay {
+        model: ModelParams { kind, turbidity, ..default },
+        latitude_deg: site.site.latitude_deg.unwrap_or(0.0),
+        longitude_deg: site.site.longitude_deg.unwrap_or(0.0),
+        utc_offset_hours: site.site.utc_offset.hours(),
+        date,
+    }
+}
+
+fn probe_series(site: &Site, files: &[InputFile]) -> Result<ProbeSeries, BakeError> {
+    let sky = &site.sky;
+    let probes: Vec<&InputFile> = files.iter().filter(|file| file.kind == InputKind::Probe).collect();
+    let times: Vec<Option<civil::TimeOfDay>> = match &sky.times {
+        ProbeTimes::InNames => vec![None; probes.len()],
+        ProbeTimes::List(times) if times.len() != probes.len() => {
+            let message = format!("{} times for {} probes", times.len(), probes.len());
+            let remedy = "give one time for each probe, in the order of the sorted file names, or take the key out";
+            return Err(site.error_at(&["sky", "times"], message, remedy).into());
+        }
+        ProbeTimes::List(times) => times.iter().map(|time| Some(civil::TimeOfDay { seconds: time.seconds() })).collect(),
+    };
+    let files = probes.iter().zip(times).map(|(file, time)| ProbeFile { path: file.path.clone(), time }).collect();
+    let mapping = match sky.mapping.unwrap_or(site::Mapping::LatLong) {
+        site::Mapping::LatLong => Mapping::LatLong,
+        site::Mapping::Angular => Mapping::Angular,
+        site::Mapping::MirrorBall => Mapping::MirrorBall,
+        site::Mapping::CubeCross => Mapping::CubeCross,
+        site::Mapping::Fisheye => Mapping::Fisheye { opening_deg: sky.opening_deg },
+    };
+    Ok(ProbeSeries {
+        turn_deg: sky.turn_deg,
+        below_horizon: match sky.below_horizon {
+            site::BelowHorizon::Keep => BelowHorizon::Keep,
+            site::BelowHorizon::Black => BelowHorizon::Black,
+            site::BelowHorizon::Mirror => BelowHorizon::Mirror,
+        },
+        between: match sky.between {
+            site::Between::Nearest => Between::Nearest,
+            site::Between::Interpolate => Between::Interpolate,
+        },
+        sun_irradiance: sky.sun_irradiance.map(|rgb| glam::DVec3::from(rgb).as_vec3()),
+        ..ProbeSeries::new(files, mapping)
+    })
+}
