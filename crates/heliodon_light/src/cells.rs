@@ -82,7 +82,7 @@ const FINEST_CELLS_PER_DIAGONAL: f32 = 512.0;
 /// A back that is met by fewer rays in all than one for each of so many samples stays black: a scan's few open seams show much
 /// of its inside to few rays (a third of the bunny's vertices would be gathered for 200 at the rims of its holes), an open sheet
 /// is met by hundreds.
-const SAMPLES_PER_BACK_HIT: u32 = 64;
+const SAMPLES_PER_BACK_HIT: u32 = 32;
 /// The growth of the cell size where there would be too many cells.
 const CELL_GROWTH: f32 = 1.25;
 /// The most parts of one edge.

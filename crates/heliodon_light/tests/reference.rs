@@ -1,5 +1,7 @@
 //! The path tracer against closed forms, and the solver against the path tracer.
 
+#![expect(clippy::unwrap_used, reason = "a test that panics has failed")]
+
 mod common;
 
 use common::{Lit, UNIFORM_SKY, params};

@@ -30,29 +30,9 @@ impl Lit {
             albedo: &self.albedo,
         }
     }
-
-    /// The vertex nearest to a place among those whose normal is `normal`.
-    #[allow(dead_code, reason = "each test program uses its part of this module")]
-    pub fn vertex(&self, place: Vec3, normal: Vec3) -> usize {
-        (0..self.scene.positions.len())
-            .filter(|&v| self.scene.normals[v].dot(normal) > 0.99)
-            .min_by(|&a, &b| {
-                let of = |v: usize| self.scene.positions[v].distance_squared(place);
-                of(a).total_cmp(&of(b))
-            })
-            .unwrap()
-    }
 }
 
 /// Parameters that suit small scenes of about a metre.
-#[allow(dead_code, reason = "each test program uses its part of this module")]
 pub fn params(samples: u32, bounces: u32) -> LightParams {
     LightParams { samples, bounces, offset_m: 1e-4, ..LightParams::default() }
-}
-
-/// Five times what a lattice of `samples` directions above a point is off by at most in practice for a view cut by a few
-/// edges: its discrepancy falls with the power -3/4 (Brauchart, Saff, Sloan, Womersley: "QMC Designs", Math. Comp. 83, 2014).
-#[allow(dead_code, reason = "each test program uses its part of this module")]
-pub fn lattice_tolerance(samples: u32) -> f32 {
-    1.0 / (samples as f32).powf(0.75)
 }
