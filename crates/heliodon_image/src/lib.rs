@@ -2,7 +2,7 @@
 //!
 //! Pixels are row-major from the top left. HDR pixels are linear Rec. 709 radiance in any consistent unit.
 //!
-//! What the `image` crate does not do for Radiance pictures is done here ([`radiance`]): XYZE, `EXPOSURE` and `COLORCORR`,
+//! What the `image` crate does not do for Radiance pictures is done here, in the module `radiance`: XYZE, `EXPOSURE` and `COLORCORR`,
 //! the seven other orientations, files that begin with `#?RGBE`, and writing with run lengths. OpenEXR goes through the `exr`
 //! crate, PNG and JPEG through `image`.
 

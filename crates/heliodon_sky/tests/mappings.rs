@@ -1,7 +1,5 @@
 //! The five mappings: both ways, solid angles, coefficients, conversion.
 
-#![expect(clippy::unwrap_used, reason = "a test may panic")]
-
 use glam::{DVec3, Vec3};
 use heliodon_image::HdrImage;
 use heliodon_math::sphere::fibonacci_sphere;

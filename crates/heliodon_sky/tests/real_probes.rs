@@ -1,7 +1,5 @@
 //! What is found in real HDR images, where they are at hand.
 
-#![expect(clippy::unwrap_used, reason = "a test may panic")]
-
 use heliodon_image::HdrImage;
 use heliodon_math::sphere::azimuth_elevation_from_direction;
 use heliodon_sky::mapping::Mapping;
