@@ -2,11 +2,15 @@
 
 use glam::{Vec2, Vec3};
 
+pub mod albedo;
+pub mod chunk;
+pub mod export;
 pub mod import;
+mod measure;
 mod mesh;
 pub mod normals;
 pub mod place;
 pub mod temple;
 pub mod weld;
 
-pub use mesh::{Material, Mesh, Texture, Wrap};
+pub use mesh::{Material, Mesh, MeshError, Texture, Wrap};

@@ -105,6 +105,9 @@ pub enum MeshError {
         /// What the array holds by contract.
         promise: &'static str,
     },
+    /// More of something than an index counts.
+    #[error("more {0} than an index can count; simplify the mesh or bake it in several parts")]
+    TooMany(&'static str),
     /// A texture's size and pixels disagree.
     #[error("the texture {0} has not as many pixels as its size says")]
     Texture(String),

@@ -13,6 +13,12 @@ pub(crate) struct Welder {
 const EMPTY: u32 = u32::MAX;
 
 impl Welder {
+    /// With room for so many positions at once.
+    pub fn with_room_for(positions: usize) -> Self {
+        let size = (positions * 2).next_power_of_two().max(64);
+        Self { slots: vec![EMPTY; size], mask: size - 1 }
+    }
+
     /// The index of the first equal position in `positions`, or `None` after having noted `p` as the next one,
     /// `positions.len()`, which the caller then appends.
     #[inline]

@@ -1,5 +1,7 @@
 //! The hostile corpus: meshes that are wrong, or right in an unkind way.
 
+pub mod files;
+
 use crate::scenes::{Scene, ground};
 use glam::Vec3;
 

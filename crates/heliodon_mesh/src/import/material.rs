@@ -9,8 +9,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The linear albedo of a surface of which the file says nothing.
-pub(crate) const UNSAID_ALBEDO: f32 = 0.5;
+pub(crate) use crate::measure::UNSAID_ALBEDO;
 
 /// Finds and decodes each texture file once.
 pub(crate) struct Textures<'a> {

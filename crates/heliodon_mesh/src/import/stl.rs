@@ -108,6 +108,8 @@ fn read_binary(source: &mut Source, facets: &mut Facets) -> Result<(), ImportErr
     };
     facets.assembly.check_count(count, "triangles")?;
     facets.assembly.mesh.triangles.reserve_exact(count as usize);
+    // closed surfaces have half as many vertices as triangles
+    facets.welder = Welder::with_room_for(count as usize / 2);
     for _ in 0..count {
         let facet = source.take(FACET as usize)?;
         let number = |k: usize| f64::from(f32::from_le_bytes([facet[k], facet[k + 1], facet[k + 2], facet[k + 3]]));
@@ -120,8 +122,7 @@ fn read_binary(source: &mut Source, facets: &mut Facets) -> Result<(), ImportErr
 fn read_text(source: &mut Source, facets: &mut Facets) -> Result<(), ImportError> {
     let mut corners = [DVec3::ZERO; 3];
     let mut count = 0;
-    loop {
-        let Some(word) = source.next_word()? else { break };
+    while let Some(word) = source.next_word()? {
         if word.eq_ignore_ascii_case(b"vertex") {
             let mut p = [0.0; 3];
             for coordinate in &mut p {

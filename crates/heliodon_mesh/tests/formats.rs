@@ -1,0 +1,353 @@
+//! What each format means, checked on small files written here.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+use glam::{Vec2, Vec3};
+use heliodon_mesh::export;
+use heliodon_mesh::import::{Format, ImportOptions, ImportReport, NormalSource, from_bytes, read_reporting};
+use heliodon_mesh::place::{Placement, Unit, Up};
+use heliodon_mesh::{Mesh, Wrap};
+use heliodon_testkit::hostile::files;
+use std::path::Path;
+
+fn read(format: Format, bytes: &[u8]) -> Mesh {
+    read_with(format, bytes, &ImportOptions::default()).0
+}
+
+fn read_with(format: Format, bytes: &[u8], options: &ImportOptions) -> (Mesh, ImportReport) {
+    let mut report = ImportReport::default();
+    let mesh = from_bytes(bytes, format, Path::new("test"), options, &mut report).unwrap();
+    mesh.validate().unwrap();
+    (mesh, report)
+}
+
+fn good(name: &str) -> Mesh {
+    let file = files::good().into_iter().find(|f| f.name == format!("good: {name}")).unwrap();
+    read(Format::of_name(Path::new(&format!("x.{}", file.ending))).unwrap(), &file.bytes)
+}
+
+#[test]
+fn byte_orders_and_text_read_alike() {
+    let expected = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    for name in ["PLY as text", "PLY, little-endian", "PLY, big-endian", "glTF", "GLB", "STL as text"] {
+        let mesh = good(name);
+        assert_eq!((mesh.positions.as_slice(), mesh.triangles.as_slice()), (&expected[..], &[[0, 1, 2]][..]), "{name}");
+        assert_eq!(mesh.normals, [Vec3::Z; 3], "{name}");
+    }
+}
+
+#[test]
+fn strips_turn_every_other_triangle_and_begin_anew_after_minus_one() {
+    let mesh = good("PLY of strips");
+    assert_eq!(mesh.triangles, [[0, 1, 2], [2, 1, 3], [4, 2, 5]]);
+}
+
+#[test]
+fn every_width_of_list_and_index_is_read() {
+    for (count, count_bytes) in [("uchar", 1), ("ushort", 2), ("int", 4), ("uint64", 8)] {
+        for (item, item_bytes) in
+            [("char", 1), ("uint8", 1), ("short", 2), ("uint16", 2), ("int32", 4), ("uint", 4), ("int64", 8)]
+        {
+            let mut bytes = format!(
+                "ply\nformat binary_little_endian 1.0\nelement junk 2\nproperty list {count} double odd\nproperty char c\nelement vertex 3\n\
+                 property short x\nproperty uchar extra\nproperty double y\nproperty float z\nelement face 1\nproperty float quality\n\
+                 property list {count} {item} vertex_index\nend_header\n"
+            )
+            .into_bytes();
+            let number = |n: u64, width: usize| n.to_le_bytes()[..width].to_vec();
+            for length in [0, 2] {
+                bytes.extend(number(length, count_bytes));
+                bytes.extend(vec![1; 8 * length as usize + 1]);
+            }
+            for [x, y, z] in [[0.0, 0.0, 0.0], [-7.0, 0.5, 0.0], [0.0, 0.0, 9.25]] {
+                bytes.extend((x as i16).to_le_bytes());
+                bytes.push(77);
+                bytes.extend(f64::to_le_bytes(y));
+                bytes.extend((z as f32).to_le_bytes());
+            }
+            bytes.extend([0; 4]);
+            bytes.extend(number(3, count_bytes));
+            [2, 0, 1].iter().for_each(|&i| bytes.extend(number(i, item_bytes)));
+            let mesh = read(Format::Ply, &bytes);
+            assert_eq!(mesh.positions, [Vec3::ZERO, Vec3::new(-7.0, 0.5, 0.0), Vec3::Z * 9.25], "{count} {item}");
+            assert_eq!(mesh.triangles, [[2, 0, 1]]);
+        }
+    }
+}
+
+#[test]
+fn meshlab_s_corner_coordinates_split_only_seams() {
+    let text = "ply\nformat ascii 1.0\ncomment TextureFile a.png\ncomment TextureFile b.png\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n\
+        property int texnumber\nend_header\n0 0 0 255 0 0\n1 0 0 0 0 0\n1 1 0 0 0 0\n0 1 0 0 0 255\n3 0 1 2 6 0 0 1 0 1 1 0\n3 0 2 3 6 0 0 .5 .5 0 1 1\n";
+    let (mesh, report) = read_with(Format::Ply, text.as_bytes(), &ImportOptions::default());
+    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 4, 3]]);
+    assert_eq!(mesh.uvs, [[0., 1.], [1., 1.], [1., 0.], [0., 0.], [0.5, 0.5]].map(Vec2::from));
+    assert_eq!(mesh.positions[4], mesh.positions[2]);
+    assert_eq!(mesh.triangle_material, [0, 1]);
+    assert_eq!(mesh.colors_linear[0], Vec3::X);
+    assert!(report.warnings.iter().any(|w| w.contains("a.png")), "{report:?}");
+}
+
+#[test]
+fn colours_in_files_are_srgb() {
+    let ply = |kind: &str, full: &str, half: &str| {
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty {kind} diffuse_red\nproperty {kind} diffuse_green\n\
+             property {kind} diffuse_blue\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 {full} {half} 0\n1 0 0 0 0 0\n0 1 0 0 0 0\n3 0 1 2\n"
+        )
+    };
+    for (kind, full, half) in
+        [("uchar", "255", "188"), ("ushort", "65535", "48316"), ("float", "1", "0.73725"), ("float", "255", "188")]
+    {
+        let color = read(Format::Ply, ply(kind, full, half).as_bytes()).colors_linear[0];
+        assert!(color.distance(Vec3::new(1.0, 0.5029, 0.0)) < 1e-3, "{kind}: {color}");
+    }
+    let obj = read(Format::Obj, b"v 0 0 0 1 .73725 0\nv 1 0 0 0 0 0\nv 0 1 0 0 0 0\nf 1 2 3");
+    assert!(obj.colors_linear[0].distance(Vec3::new(1.0, 0.5029, 0.0)) < 1e-3);
+}
+
+#[test]
+fn an_obj_without_seams_keeps_its_own_vertices() {
+    let mesh = read(Format::Obj, b"v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 8 8 8\nf 2 3 4\n");
+    assert_eq!(mesh.positions.len(), 5);
+    assert_eq!(mesh.triangles, [[1, 2, 3]]);
+    assert_eq!((mesh.normals[2], mesh.normals[0]), (Vec3::Z, Vec3::Y));
+}
+
+#[test]
+fn obj_corners_become_vertices_behind_the_file_s_own() {
+    let mesh = good("OBJ with everything");
+    // the second face says something else of two positions, and the same of the third
+    assert_eq!(mesh.positions.len(), 6);
+    assert_eq!(mesh.triangles[2], [0, 4, 5]);
+    assert_eq!(mesh.triangles[..2], [[0, 1, 2], [0, 2, 3]]);
+    assert_eq!(mesh.normals[3], Vec3::Y);
+    assert_eq!(mesh.uvs[0], Vec2::new(0.0, 1.0));
+}
+
+#[test]
+fn materials_give_colours_and_textures() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    heliodon_image::SrgbImage::filled(2, 2, [188, 188, 188, 255]).write_png(at("Wall 1.PNG")).unwrap();
+    std::fs::write(at("my lib.mtl"), "newmtl wall\r\nKd 1 1 1\r\nmap_Kd -clamp on C:\\Users\\x\\wall 1.png\r\nnewmtl red paint\nKd 1 0 0\nd 0.5\nnewmtl none\n").unwrap();
+    std::fs::write(
+        at("a.obj"),
+        "mtllib my lib.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nf 1 2 3\nusemtl wall\nf 1/1 2/2 3/3\nusemtl red paint\nf 3 2 1\nusemtl none\nf 1 2 3\n",
+    )
+    .unwrap();
+    let mut report = ImportReport::default();
+    let mesh = read_reporting(&at("a.obj"), &ImportOptions::default(), &mut report).unwrap();
+    mesh.validate().unwrap();
+    assert_eq!(mesh.triangle_material, [0, 1, 2, 3]);
+    let look: Vec<(&str, Vec3)> = mesh.materials.iter().map(|m| (m.name.as_str(), m.base_color_linear)).collect();
+    assert_eq!(look, [("", Vec3::splat(0.5)), ("wall", Vec3::ONE), ("red paint", Vec3::X), ("none", Vec3::splat(0.5))]);
+    let texture = mesh.materials[1].texture.as_ref().unwrap();
+    assert_eq!((texture.image.width, texture.wrap), (2, [Wrap::Clamp; 2]));
+    assert_eq!(report.warnings.len(), 1, "{report:?}");
+    assert!(report.warnings[0].contains("transparent"));
+}
+
+#[test]
+fn missing_material_files_are_warnings() {
+    let text = b"mtllib gone.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3";
+    let (mesh, report) = read_with(Format::Obj, text, &ImportOptions::default());
+    assert!(mesh.materials.is_empty() && mesh.triangle_material.is_empty());
+    assert!(report.warnings[0].contains("gone.mtl"), "{report:?}");
+}
+
+#[test]
+fn stl_corners_at_one_place_are_one_vertex() {
+    let facet = |a: &str, b: &str, c: &str| {
+        format!("facet normal 0 0 0\nouter loop\nvertex {a}\nvertex {b}\nvertex {c}\nendloop\nendfacet\n")
+    };
+    let text = format!("solid\n{}{}endsolid", facet("0 0 0", "1 0 0", "0 1 0"), facet("0 1 0", "1 0 0", "1 1 -0"));
+    let mesh = read(Format::Stl, text.as_bytes());
+    assert_eq!((mesh.positions.len(), mesh.triangles.as_slice()), (4, &[[0, 1, 2], [2, 1, 3]][..]));
+}
+
+#[test]
+fn gltf_nodes_place_mirror_and_repeat() {
+    let file = files::good().into_iter().find(|f| f.name == "good: glTF").unwrap();
+    let text = String::from_utf8(file.bytes).unwrap().replace("\"nodes\":[0]", "\"nodes\":[0,1]").replace(
+        "{\"mesh\":0}",
+        "{\"children\":[2],\"translation\":[500000.25,0,0]},{\"mesh\":0,\"matrix\":[-1,0,0,0, 0,1,0,0, 0,0,1,0, 500000,0,0,1]},{\"mesh\":0,\"rotation\":[0,0.7071067811865476,0,0.7071067811865476]}",
+    );
+    let options = ImportOptions {
+        placement: Placement { origin: [500_000.0, 0.0, 0.0], ..Placement::default() },
+        ..ImportOptions::default()
+    };
+    let (mesh, _) = read_with(Format::Gltf, text.as_bytes(), &options);
+    // the first copy turned by 90 degrees about Y: x becomes -z; its quarter metre survives half a million
+    assert!(mesh.positions[1].distance(Vec3::new(0.25, 0.0, -1.0)) < 1e-6, "{}", mesh.positions[1]);
+    assert!(mesh.positions[4].distance(Vec3::NEG_X) < 1e-6);
+    assert_eq!(mesh.triangles, [[0, 1, 2], [3, 5, 4]]);
+    assert!(mesh.normals[3].distance(Vec3::Z) < 1e-6);
+}
+
+#[test]
+fn gltf_sparse_strips_and_mirrors() {
+    let mesh = good("glTF, sparse, turned and mirrored");
+    // the sparse element 1 repeats (1, 0, 0); turned by 180 degrees about Z after y is mirrored
+    assert!(mesh.positions[1].distance(Vec3::new(0.0, 2.0, 3.0)) < 1e-6);
+    assert!(mesh.positions[2].distance(Vec3::new(1.0, 3.0, 3.0)) < 1e-6);
+    assert_eq!(mesh.triangles, [[0, 2, 1]]);
+    assert_eq!(mesh.materials[0].base_color_linear, Vec3::splat(0.5));
+}
+
+/// A document with one buffer of the given bytes, in a GLB.
+fn glb(json: &str, bin: &[u8]) -> Vec<u8> {
+    let mut json = json.as_bytes().to_vec();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut bin = bin.to_vec();
+    bin.resize(bin.len().next_multiple_of(4), 0);
+    let word = |n: usize| (n as u32).to_le_bytes();
+    let length = 28 + json.len() + bin.len();
+    [&b"glTF"[..], &word(2), &word(length), &word(json.len()), b"JSON", &json, &word(bin.len()), b"BIN\0", &bin].concat()
+}
+
+#[test]
+fn gltf_quantised_attributes_and_texture_transforms() {
+    let mut bin: Vec<u8> = Vec::new();
+    // positions i16 normalised in rows of 8, normals i8 normalised in rows of 4, colours u8 normalised, coordinates u16
+    for p in [[0_i16, 0, 0, 0], [32767, 0, 0, 0], [0, 32767, -32767, 0]] {
+        bin.extend(p.iter().flat_map(|c| c.to_le_bytes()));
+    }
+    bin.extend([0, 0, 127, 0].repeat(3));
+    bin.extend([255, 51, 0, 255].repeat(3));
+    for uv in [[0_u16, 0], [65535, 0], [0, 65535]] {
+        bin.extend(uv.iter().flat_map(|c| c.to_le_bytes()));
+    }
+    let json = r#"{"asset":{"version":"2.0"},"extensionsRequired":["KHR_mesh_quantization"],"meshes":[{"primitives":[{"attributes":
+        {"POSITION":0,"NORMAL":1,"COLOR_0":2,"TEXCOORD_1":3},"material":0}]}],
+        "materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"extensions":{"KHR_texture_transform":{"offset":[0.5,0.25],"rotation":1.5707963267948966,"scale":[2,1],"texCoord":1}}}}}],
+        "textures":[{}],
+        "accessors":[{"bufferView":0,"componentType":5122,"normalized":true,"count":3,"type":"VEC3"},{"bufferView":1,"componentType":5120,"normalized":true,"count":3,"type":"VEC3"},
+        {"bufferView":2,"componentType":5121,"normalized":true,"count":3,"type":"VEC4"},{"bufferView":3,"componentType":5123,"normalized":true,"count":3,"type":"VEC2"}],
+        "bufferViews":[{"buffer":0,"byteLength":24,"byteStride":8},{"buffer":0,"byteOffset":24,"byteLength":12,"byteStride":4},
+        {"buffer":0,"byteOffset":36,"byteLength":12},{"buffer":0,"byteOffset":48,"byteLength":12}],"buffers":[{"byteLength":60}]}"#;
+    let mesh = read(Format::Gltf, &glb(json, &bin));
+    assert_eq!(mesh.positions, [Vec3::ZERO, Vec3::X, Vec3::new(0.0, 1.0, -1.0)]);
+    assert_eq!(mesh.normals, [Vec3::Z; 3]);
+    assert!(mesh.colors_linear[0].distance(Vec3::new(1.0, 0.2, 0.0)) < 1e-6);
+    let expected = [[0.5, 0.25], [0.5, -1.75], [1.5, 0.25]].map(Vec2::from);
+    assert!(mesh.uvs.iter().zip(expected).all(|(a, b)| a.distance(b) < 1e-6), "{:?}", mesh.uvs);
+}
+
+#[test]
+fn gltf_compressed_by_meshopt_is_read() {
+    let positions: Vec<[f32; 3]> = (0..400).map(|i| [(i % 20) as f32, (i / 20) as f32, (i * 7 % 5) as f32]).collect();
+    let indices: Vec<u32> = (0..380).filter(|i| i % 20 < 19).flat_map(|i| [i, i + 1, i + 20, i + 1, i + 21, i + 20]).collect();
+    let vertices = meshopt::encode_vertex_buffer(&positions).unwrap();
+    let faces = meshopt::encode_index_buffer(&indices, 400).unwrap();
+    let normals: Vec<[i8; 4]> = meshopt::encode_filter_oct(&vec![[0.6, 0.0, 0.8, 0.0]; 400], 8);
+    let encoded_normals = meshopt::encode_vertex_buffer(&normals).unwrap();
+    let bin = [vertices.as_slice(), &faces, &encoded_normals].concat();
+    let view = |stride: usize, count: usize, mode: &str, offset: usize, length: usize, filter: &str| {
+        format!(
+            r#"{{"buffer":1,"byteLength":{},"byteStride":{stride},"extensions":{{"EXT_meshopt_compression":{{"buffer":0,"byteOffset":{offset},"byteLength":{length},"byteStride":{stride},"count":{count},"mode":"{mode}","filter":"{filter}"}}}}}}"#,
+            stride * count
+        )
+    };
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"extensionsRequired":["EXT_meshopt_compression"],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"NORMAL":2}},"indices":1}}]}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":400,"type":"VEC3"}},{{"bufferView":1,"componentType":5125,"count":{},"type":"SCALAR"}},
+        {{"bufferView":2,"componentType":5120,"normalized":true,"count":400,"type":"VEC3"}}],
+        "bufferViews":[{},{},{}],"buffers":[{{"byteLength":{}}},{{"byteLength":9999}}]}}"#,
+        indices.len(),
+        view(12, 400, "ATTRIBUTES", 0, vertices.len(), "NONE"),
+        view(4, indices.len(), "TRIANGLES", vertices.len(), faces.len(), "NONE"),
+        view(4, 400, "ATTRIBUTES", vertices.len() + faces.len(), encoded_normals.len(), "OCTAHEDRAL"),
+        bin.len()
+    );
+    let mesh = read(Format::Gltf, &glb(&json, &bin));
+    assert_eq!(mesh.positions, positions.iter().copied().map(Vec3::from).collect::<Vec<_>>());
+    assert_eq!(mesh.triangles.len() * 3, indices.len());
+    assert!(mesh.normals[7].distance(Vec3::new(0.6, 0.0, 0.8)) < 0.02, "{}", mesh.normals[7]);
+}
+
+#[test]
+fn placement_is_applied_before_rounding_in_every_format() {
+    let options = ImportOptions {
+        placement: Placement {
+            unit: Unit::Millimetre,
+            up: Up::Z,
+            origin: [476_000.0, 0.0, -4_202_000.0],
+            ..Placement::default()
+        },
+        ..ImportOptions::default()
+    };
+    let rows = ["476000123 4202000456 7", "476001123 4202000456 7", "476000123 4202001456 7"];
+    let ply = format!(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\nelement face 1\n\
+         property list uchar int vertex_indices\nend_header\n{}\n3 0 1 2\n",
+        rows.join("\n")
+    );
+    let obj = rows.map(|row| format!("v {row}\n")).concat() + "f 1 2 3\n";
+    let stl = format!(
+        "solid\nfacet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n",
+        rows.map(|row| format!("vertex {row}\n")).concat()
+    );
+    for (format, text) in [(Format::Ply, ply), (Format::Obj, obj), (Format::Stl, stl)] {
+        let (mesh, report) = read_with(format, text.as_bytes(), &options);
+        assert!(mesh.positions[0].distance(Vec3::new(0.123, 0.007, -0.456)) < 1e-6, "{format:?}: {}", mesh.positions[0]);
+        assert!(mesh.positions[2].distance(Vec3::new(0.123, 0.007, -1.456)) < 1e-6);
+        assert!(mesh.normals[0].distance(Vec3::Y) < 1e-6);
+        assert!(report.warnings.is_empty());
+    }
+}
+
+#[test]
+fn positions_far_from_the_origin_are_told_with_an_origin_to_write() {
+    let text = b"v 476000 120 -4202000\nv 476001 120 -4202000\nv 476000 120 -4202001\nf 1 2 3\n";
+    let (_, report) = read_with(Format::Obj, text, &ImportOptions::default());
+    assert!(report.warnings[0].contains("write origin = [476001.0, 120.0, -4202001.0] in [site]"), "{report:?}");
+}
+
+#[test]
+fn normals_are_the_file_s_or_computed_as_asked() {
+    let text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 3 4\nvn 0 0 0\nf 1//1 2//1 3//2\n";
+    let with = |normals| read_with(Format::Obj, text, &ImportOptions { normals, ..ImportOptions::default() });
+    let (mesh, report) = with(NormalSource::FileOrComputed);
+    assert!(mesh.normals[0].distance(Vec3::new(0.0, 0.6, 0.8)) < 1e-6 && mesh.normals[2] == Vec3::Z);
+    assert_eq!(report.mended_normals, 1);
+    assert_eq!(with(NormalSource::Computed).0.normals, [Vec3::Z; 3]);
+    let bare = read_with(
+        Format::Obj,
+        b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3",
+        &ImportOptions { normals: NormalSource::FileOnly, ..ImportOptions::default() },
+    );
+    assert!(bare.0.normals.is_empty());
+}
+
+#[test]
+fn what_is_written_is_read_back() {
+    let mut mesh = good("PLY with everything");
+    mesh.materials.clear();
+    mesh.triangle_material.clear();
+    let folder = tempfile::tempdir().unwrap();
+    let (ply, obj) = (folder.path().join("a.ply"), folder.path().join("a.obj"));
+    let quality: Vec<f32> = (0..mesh.positions.len()).map(|i| i as f32 / 7.0).collect();
+    export::write_ply(&ply, &mesh, Some(&quality)).unwrap();
+    export::write_obj(&obj, &mesh).unwrap();
+    for path in [&ply, &obj] {
+        let back = read_reporting(path, &ImportOptions::default(), &mut ImportReport::default()).unwrap();
+        assert_eq!(
+            (&back.positions, &back.normals, &back.uvs, &back.triangles),
+            (&mesh.positions, &mesh.normals, &mesh.uvs, &mesh.triangles)
+        );
+        if path == &ply {
+            assert_eq!(back.colors_linear, mesh.colors_linear);
+        }
+    }
+    assert!(export::write_ply(&ply, &mesh, Some(&[1.0])).is_err());
+    assert!(
+        export::write_obj(&folder.path().join("no/such/folder.obj"), &mesh).unwrap_err().to_string().contains("folder.obj")
+    );
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "no half-written file is left");
+    assert!(
+        read_reporting(&ply, &ImportOptions::default(), &mut ImportReport::default()).is_ok(),
+        "the good file is still there"
+    );
+}
