@@ -20,6 +20,10 @@ pub(crate) struct Hierarchy {
     pub depth: usize,
 }
 
+/// Subtrees of at most this many triangles become one node of evenly filled packets. Cutting where the tree does instead
+/// filled them less than half, which cost more memory and more time.
+const PACKED: usize = 64;
+
 struct Bounds([f32; 8]);
 
 impl Boundable for Bounds {
@@ -78,25 +82,36 @@ pub(crate) fn build(corners: &[[Vec3; 3]], ids: &[u32], quality: Quality) -> Hie
     let mut out = Hierarchy { nodes: vec![Node::EMPTY], packets: Vec::new(), depth: 1 };
     // (binary node, wide node to fill, its depth)
     let mut work = vec![(0u32, 0usize, 1usize)];
-    let mut slots: Vec<u32> = Vec::with_capacity(8);
+    let (mut slots, mut triangles) = (Vec::with_capacity(8), Vec::with_capacity(PACKED));
     while let Some((binary, wide, depth)) = work.pop() {
         out.depth = out.depth.max(depth);
+        if counts[binary as usize] as usize <= PACKED {
+            triangles.clear();
+            gather(&tree, binary, &mut triangles);
+            let packets = triangles.len().div_ceil(8);
+            for slot in 0..packets {
+                let part = &triangles[slot * triangles.len() / packets..(slot + 1) * triangles.len() / packets];
+                let (packet, bounds) = packet(part, corners, ids);
+                out.nodes[wide].set(slot, bounds, LEAF | out.packets.len() as u32);
+                out.packets.push(packet);
+            }
+            continue;
+        }
         open(&tree, &counts, binary, &mut slots);
         for (slot, &child) in slots.iter().enumerate() {
-            let aabb = tree.nodes[child as usize].aabb();
-            let reference = if counts[child as usize] <= 8 {
-                out.packets.push(packet(&tree, child, corners, ids));
-                LEAF | (out.packets.len() - 1) as u32
-            } else {
-                out.nodes.push(Node::EMPTY);
-                (out.nodes.len() - 1) as u32
-            };
-            let node = &mut out.nodes[wide];
-            for axis in 0..3 {
-                node.bounds[0][axis][slot] = aabb.min[axis];
-                node.bounds[1][axis][slot] = aabb.max[axis];
+            if counts[child as usize] <= 8 {
+                triangles.clear();
+                gather(&tree, child, &mut triangles);
+                let (packet, bounds) = packet(&triangles, corners, ids);
+                out.nodes[wide].set(slot, bounds, LEAF | out.packets.len() as u32);
+                out.packets.push(packet);
+                continue;
             }
-            node.child[slot] = reference;
+            let aabb = tree.nodes[child as usize].aabb();
+            let bounds = [aabb.min, aabb.max].map(|x| Vec3::new(x.x, x.y, x.z));
+            let reference = out.nodes.len() as u32;
+            out.nodes[wide].set(slot, bounds, reference);
+            out.nodes.push(Node::EMPTY);
         }
         for (slot, &child) in slots.iter().enumerate().rev() {
             let reference = out.nodes[wide].child[slot];
@@ -105,6 +120,8 @@ pub(crate) fn build(corners: &[[Vec3; 3]], ids: &[u32], quality: Quality) -> Hie
             }
         }
     }
+    out.nodes.shrink_to_fit();
+    out.packets.shrink_to_fit();
     out
 }
 
@@ -116,7 +133,7 @@ fn open(tree: &Bvh2, counts: &[u32], root: u32, slots: &mut Vec<u32>) {
         let largest = slots
             .iter()
             .enumerate()
-            .filter(|(_, s)| counts[**s as usize] > 8)
+            .filter(|(_, s)| counts[**s as usize] as usize > PACKED)
             .max_by(|a, b| {
                 let area = |s: u32| tree.nodes[s as usize].aabb().half_area();
                 area(*a.1).total_cmp(&area(*b.1))
@@ -129,26 +146,32 @@ fn open(tree: &Bvh2, counts: &[u32], root: u32, slots: &mut Vec<u32>) {
     }
 }
 
-fn packet(tree: &Bvh2, root: u32, corners: &[[Vec3; 3]], ids: &[u32]) -> Packet {
-    let mut packet = Packet::EMPTY;
-    let mut lane = 0;
+/// The triangles under a node, in the tree's order.
+fn gather(tree: &Bvh2, root: u32, triangles: &mut Vec<u32>) {
     let mut stack = vec![root];
     while let Some(i) = stack.pop() {
         let node = &tree.nodes[i as usize];
-        if !node.is_leaf() {
+        if node.is_leaf() {
+            let first = node.first_index as usize;
+            triangles.extend_from_slice(&tree.primitive_indices[first..first + node.prim_count as usize]);
+        } else {
             stack.extend([node.first_index + 1, node.first_index]);
-            continue;
-        }
-        for at in node.first_index..node.first_index + node.prim_count {
-            let triangle = tree.primitive_indices[at as usize] as usize;
-            for (vertex, corner) in corners[triangle].iter().enumerate() {
-                for axis in 0..3 {
-                    packet.vertex[vertex][axis][lane] = corner[axis];
-                }
-            }
-            packet.id[lane] = ids[triangle];
-            lane += 1;
         }
     }
-    packet
+}
+
+/// Up to eight triangles, and their bounds.
+fn packet(triangles: &[u32], corners: &[[Vec3; 3]], ids: &[u32]) -> (Packet, [Vec3; 2]) {
+    let mut packet = Packet::EMPTY;
+    let mut bounds = [Vec3::INFINITY, Vec3::NEG_INFINITY];
+    for (lane, &triangle) in triangles.iter().enumerate() {
+        for (vertex, corner) in corners[triangle as usize].iter().enumerate() {
+            bounds = [bounds[0].min(*corner), bounds[1].max(*corner)];
+            for axis in 0..3 {
+                packet.vertex[vertex][axis][lane] = corner[axis];
+            }
+        }
+        packet.id[lane] = ids[triangle as usize];
+    }
+    (packet, bounds)
 }

@@ -5,6 +5,8 @@
 //! Bounds are plain `f32`. Quantising them would save about 6 bytes a triangle of some 70 and cost a conversion a node, and
 //! the exact bounds are what makes culling exact (see [`crate::shear`]).
 
+use glam::Vec3;
+
 /// Set in a child reference that means a packet.
 pub(crate) const LEAF: u32 = 1 << 31;
 
@@ -21,6 +23,16 @@ pub(crate) struct Node {
 impl Node {
     /// Without children.
     pub const EMPTY: Self = Self { bounds: [[[f32::INFINITY; 8]; 3], [[f32::NEG_INFINITY; 8]; 3]], child: [0; 8] };
+
+    /// Gives a slot a child.
+    pub fn set(&mut self, slot: usize, bounds: [Vec3; 2], reference: u32) {
+        for (of, corner) in self.bounds.iter_mut().zip(bounds) {
+            for (axis, value) in of.iter_mut().zip(corner.to_array()) {
+                axis[slot] = value;
+            }
+        }
+        self.child[slot] = reference;
+    }
 }
 
 /// Up to eight triangles; lanes without one hold NaN, which no comparison lets through.

@@ -8,6 +8,7 @@ mod morton;
 mod nearest;
 mod occlude;
 mod order;
+mod plane;
 mod scene;
 mod shear;
 mod simd;

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use crate::beam::{ALL, Beam, Entry, GROUPS, each_beam, packet_of, push_children};
 use crate::layout::Packet;
+use crate::plane::{Plane, Shapes};
 use crate::scene::TriangleScene;
 use crate::shear::Shear;
 use crate::simd::{Engine, Work};
@@ -91,6 +92,12 @@ fn walk<E: Engine>(
         0 => Region::NOTHING,
         _ => Region::around(&beam.points[group]),
     });
+    let mut planes = [Plane::NOWHERE; GROUPS];
+    for group in 0..GROUPS {
+        if beam.alive[group] != 0 {
+            planes[group] = Plane::under(view.engine, &beam.points[group], scene.extent);
+        }
+    }
     stack.clear();
     stack.push(Entry::root(ALL));
     while let Some(Entry { near, reference, groups }) = stack.pop() {
@@ -99,7 +106,7 @@ fn walk<E: Engine>(
         }
         match packet_of(reference) {
             None => push_children(view, &scene.nodes[reference as usize], groups, &regions, Some(&found.group), stack),
-            Some(packet) => test(view, shear, &scene.packets[packet], groups, beam, &regions, found),
+            Some(packet) => test(view, shear, &scene.packets[packet], groups, beam, &regions, &planes, found),
         }
     }
 }
@@ -112,26 +119,32 @@ fn test<E: Engine>(
     groups: u32,
     beam: &Beam,
     regions: &[Region; GROUPS],
+    planes: &[Plane; GROUPS],
     found: &mut Found,
 ) {
     let (corners, boxes) = view.corners(packet);
+    let shapes = Shapes::new(view, &corners, &boxes);
+    let numbers = View::<E>::store(&corners);
     let mut any = false;
     let mut groups = groups;
     while groups != 0 {
         let group = groups.trailing_zeros() as usize % GROUPS;
         groups &= groups - 1;
         let mut mask = view.overlap(&boxes, &regions[group]) & view.nearer(&boxes, found.group[group]);
+        if mask != 0 {
+            mask &= !planes[group].hides(view, &corners, &boxes, &shapes);
+        }
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize % 8;
             mask &= mask - 1;
             let points = &beam.points[group];
-            let mut through = covers::<E, false>(view.engine, &corners, lane, points, beam.alive[group]);
+            let mut through = covers::<E, false>(view.engine, &numbers, lane, points, beam.alive[group]);
             while through != 0 {
                 let ray = through.trailing_zeros() as usize % 16;
                 through &= through - 1;
                 let point = core::array::from_fn(|x| points[x][ray]);
                 let hit = &mut found.hits[group][ray];
-                if cross(&corners, lane, point).is_some_and(|c| hit.take(&c, shear, packet.id[lane], 0.0)) {
+                if cross(&numbers, lane, point).is_some_and(|c| hit.take(&c, shear, packet.id[lane], 0.0)) {
                     found.limit[group][ray] = depth_at(point[2], hit.t, shear, 1.0);
                     any = true;
                 }

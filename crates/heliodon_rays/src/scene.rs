@@ -19,6 +19,8 @@ pub struct TriangleScene {
     pub(crate) packets: Vec<Packet>,
     /// Subtracted from everything.
     pub(crate) center: Vec3,
+    /// The greatest coordinate of any triangle relative to the centre.
+    pub(crate) extent: f32,
     /// Entries that a walk's stack may need.
     pub(crate) stack: usize,
     bounds: Option<(Vec3, Vec3)>,
@@ -31,6 +33,7 @@ impl TriangleScene {
             nodes: vec![Node::EMPTY],
             packets: Vec::new(),
             center: Vec3::ZERO,
+            extent: 0.0,
             stack: 8,
             bounds: None,
             instructions: Instructions::best(),
@@ -39,7 +42,9 @@ impl TriangleScene {
 
     pub(crate) fn new(hierarchy: Hierarchy, center: Vec3, bounds: (Vec3, Vec3)) -> Self {
         let Hierarchy { nodes, packets, depth } = hierarchy;
-        Self { nodes, packets, center, stack: 7 * depth + 8, bounds: Some(bounds), instructions: Instructions::best() }
+        let extent = (bounds.1 - center).max(center - bounds.0).max_element();
+        let (bounds, instructions) = (Some(bounds), Instructions::best());
+        Self { nodes, packets, center, extent, stack: 7 * depth + 8, bounds, instructions }
     }
 
     /// Lets the scene use these instructions, or the nearest that the processor has. Answers stay the same to the bit.

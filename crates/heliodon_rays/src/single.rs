@@ -57,6 +57,10 @@ fn trace<E: Engine, const ANY: bool>(engine: E, scene: &TriangleScene, ray: &Ray
         let packet = &scene.packets[packet];
         let (corners, boxes) = view.corners(packet);
         let mut mask = view.overlap(&boxes, &region) & view.nearer(&boxes, far);
+        if mask == 0 {
+            continue;
+        }
+        let corners = View::<E>::store(&corners);
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize % 8;
             mask &= mask - 1;

@@ -132,16 +132,22 @@ impl<E: Engine> View<E> {
 
     /// Corners of a packet's triangles, and their boxes.
     #[inline(always)]
-    pub fn corners(&self, packet: &Packet) -> (Corners, Boxes<E>) {
+    pub fn corners(&self, packet: &Packet) -> ([[E::F8; 3]; 3], Boxes<E>) {
         let [a, b, c] = [self.project(&packet.vertex[0]), self.project(&packet.vertex[1]), self.project(&packet.vertex[2])];
-        let corners = [
+        let boxes =
+            Boxes { p: E::F8::span(a[0], b[0], c[0]), q: E::F8::span(a[1], b[1], c[1]), depth: E::F8::span(a[2], b[2], c[2]) };
+        ([a, b, c], boxes)
+    }
+
+    /// Corners as numbers.
+    #[inline(always)]
+    pub fn store(corners: &[[E::F8; 3]; 3]) -> Corners {
+        let [a, b, c] = corners;
+        [
             [a[0].store(), a[1].store(), a[2].store()],
             [b[0].store(), b[1].store(), b[2].store()],
             [c[0].store(), c[1].store(), c[2].store()],
-        ];
-        let boxes =
-            Boxes { p: E::F8::span(a[0], b[0], c[0]), q: E::F8::span(a[1], b[1], c[1]), depth: E::F8::span(a[2], b[2], c[2]) };
-        (corners, boxes)
+        ]
     }
 
     /// Which of eight boxes rays of a region can meet.
