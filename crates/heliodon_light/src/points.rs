@@ -2,7 +2,7 @@
 
 use crate::Surfaces;
 use glam::Vec3;
-use rayon::prelude::*;
+use heliodon_rays::beam_order;
 
 /// Points with normals, already lifted off their surface, sorted so that parallel rays from a run of them form a tight beam.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -46,7 +46,8 @@ impl PointSet {
     /// Appends points, sorted among themselves.
     pub(crate) fn extend_with(&mut self, new: impl Iterator<Item = Place>, offset_m: f32) {
         let new: Vec<Place> = new.map(Place::cleaned).collect();
-        let order = morton_order(&new);
+        let (positions, normals): (Vec<Vec3>, Vec<Vec3>) = new.iter().map(|p| (p.position, p.normal)).unzip();
+        let order = beam_order(&positions, Some(&normals));
         self.origins.extend(order.iter().map(|&i| {
             let Place { position, normal, inward, .. } = new[i as usize];
             position + (normal + inward - normal * inward.dot(normal)) * offset_m
@@ -104,34 +105,6 @@ fn normal_or_zero(normal: Vec3) -> Vec3 {
     if normal.is_finite() { normal.try_normalize().unwrap_or(Vec3::ZERO) } else { Vec3::ZERO }
 }
 
-/// The order along a Z curve through the points' box, 21 bits an axis; equal codes keep their order.
-fn morton_order(points: &[Place]) -> Vec<u32> {
-    let (low, high) =
-        points.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p.position), high.max(p.position)));
-    let extent = (high - low).max_element().max(f32::MIN_POSITIVE);
-    let scale = ((1 << 21) - 1) as f32 / extent;
-    let mut keys: Vec<(u64, u32)> = points
-        .par_iter()
-        .enumerate()
-        .map(|(i, p)| {
-            let q = (p.position - low) * scale;
-            (spread(q.x) | spread(q.y) << 1 | spread(q.z) << 2, i as u32)
-        })
-        .collect();
-    keys.par_sort_unstable();
-    keys.into_iter().map(|(_, i)| i).collect()
-}
-
-/// The lowest 21 bits of a number, two zeros after each.
-fn spread(x: f32) -> u64 {
-    let mut x = (x.max(0.0) as u64) & 0x1f_ffff;
-    x = (x | x << 32) & 0x001f_0000_0000_ffff;
-    x = (x | x << 16) & 0x001f_0000_ff00_00ff;
-    x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
-    x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
-    (x | x << 2) & 0x1249_2492_4924_9249
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -146,7 +119,7 @@ mod tests {
         let points = (0..side * side).map(|i| place(Vec3::new((i % side) as f32, 0.0, (i / side) as f32), Vec3::Y, i));
         let mut set = PointSet::default();
         set.extend_with(points, 0.0);
-        // 64 consecutive points of a Z curve over a square grid fill a square of 8 x 8
+        // 64 consecutive points of a square grid fill a square of 8 x 8
         for run in set.origins.chunks(64) {
             let low = run.iter().copied().reduce(Vec3::min).unwrap();
             let high = run.iter().copied().reduce(Vec3::max).unwrap();
