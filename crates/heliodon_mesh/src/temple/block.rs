@@ -59,8 +59,10 @@ pub struct Block {
     pub wear: Wear,
     pub look: Look,
     pub seed: u32,
-    /// Faces against which other stones lie (`FACE_*`): never seen, never fine.
+    /// Faces against which other stones lie (`FACE_*`): not fine unless they turn out to be seen.
     pub covered: u8,
+    /// Faces that are seen (bits as `FACE_*`), once that is known; before, those that are turned to an eye count.
+    pub seen: Option<u8>,
     /// Multiplies the length of the cut: more for what stands inside, behind walls.
     pub coarser: f32,
     /// Left out where its longest edge would be below a pixel or so.
@@ -111,7 +113,8 @@ impl Cut {
 impl Block {
     /// A block whose corners are `f(x, y, z)` of the two ends of three ranges; mirrored frames are put right.
     pub fn new(corners: [Vec3; 8], wear: Wear, look: Look, covered: u8) -> Self {
-        let mut block = Self { corners, wear, look, seed: look.seed, covered, coarser: 1.0, ornament: false, relief: None };
+        let mut block =
+            Self { corners, wear, look, seed: look.seed, covered, seen: None, coarser: 1.0, ornament: false, relief: None };
         let [x, y, z] = block.axes();
         if x.cross(y).dot(z) < 0.0 {
             for pair in 0..4 {
@@ -149,14 +152,17 @@ impl Block {
         let axes = self.axes();
         let mut quality = [0; 6];
         for (face, quality) in quality.iter_mut().enumerate() {
-            if self.covered & (1 << face) != 0 {
-                continue;
-            }
+            let covered = self.covered & (1 << face) != 0;
             let (axis, side) = (face / 2, face % 2);
             let sign = if side == 0 { -1.0 } else { 1.0 };
             let normal = unit_or(axes[(axis + 1) % 3].cross(axes[(axis + 2) % 3]), Vec3::Y) * sign;
             let at = centre + axes[axis] * (0.5 * sign);
-            *quality = if grain.view.sees(at, normal) { 2 } else { 1 };
+            *quality = match self.seen {
+                Some(seen) if seen & (1 << face) != 0 => 2,
+                None if !covered && grain.view.sees(at, normal) => 2,
+                _ if covered => 0,
+                _ => 1,
+            };
         }
         // where a stone is long, its nearer end decides
         let nearest = self.nearest_point(grain.view.centre());
@@ -179,28 +185,39 @@ impl Block {
     }
 
     fn is_left_out(&self, grain: &Grain) -> bool {
-        self.ornament && !grain.shows(self.centre(), self.axes().iter().map(|a| a.length()).fold(0.0, f32::max))
+        self.ornament && !grain.shows(self.centre(), self.axes().iter().map(|a| a.length()).fold(0.0, f32::max), self.coarser)
     }
 
     /// Exactly as many triangles as [`Block::mesh`] makes.
     pub fn count(&self, grain: &Grain) -> usize {
+        self.face_counts(grain).iter().sum()
+    }
+
+    /// Triangles of each face, in the order in which the mesh holds them.
+    pub fn face_counts(&self, grain: &Grain) -> [usize; 6] {
         if self.is_left_out(grain) {
-            return 0;
+            return [0; 6];
         }
         let cut = self.cut(grain);
-        (0..6)
-            .map(|face| {
-                let (_, inner, edges) = cut.face(face / 2, face % 2);
-                if is_regular(inner, edges) { 2 * (inner[0] * inner[1]) as usize } else { edges.iter().sum::<u32>() as usize }
-            })
-            .sum()
+        std::array::from_fn(|face| {
+            let (_, inner, edges) = cut.face(face / 2, face % 2);
+            if is_regular(inner, edges) { 2 * (inner[0] * inner[1]) as usize } else { edges.iter().sum::<u32>() as usize }
+        })
     }
 
     /// The closed mesh.
     pub fn mesh(&self, grain: &Grain) -> SolidMesh {
+        let (mut mesh, lost) = self.shape(grain);
+        mesh.compute_normals();
+        mesh.paint(&self.look, &lost);
+        mesh
+    }
+
+    /// Positions and triangles of the mesh, and how deep the stone is lost at each vertex.
+    pub fn shape(&self, grain: &Grain) -> (SolidMesh, Vec<f32>) {
         let mut mesh = SolidMesh::default();
         if self.is_left_out(grain) {
-            return mesh;
+            return (mesh, Vec::new());
         }
         let cut = self.cut(grain);
         let shape = Shape::new(self);
@@ -266,10 +283,7 @@ impl Block {
                 mesh.triangles[first..].iter_mut().for_each(|t| t.swap(1, 2));
             }
         }
-        mesh.compute_normals();
-        mesh.colors_linear =
-            mesh.positions.iter().zip(&mesh.normals).zip(&lost).map(|((&p, &n), &gone)| self.look.albedo(p, n, gone)).collect();
-        mesh
+        (mesh, lost)
     }
 }
 

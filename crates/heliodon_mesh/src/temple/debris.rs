@@ -135,23 +135,28 @@ fn boulder(yard: &mut Yard, ground: &Ground, place: Vec3, size: f32) {
     yard.push_block(stone);
 }
 
-/// Small stones where the visitor looks down.
+/// Small stones where the visitor looks down, in drifts.
 fn gravel(yard: &mut Yard, ground: &Ground, eye: Vec3, forward: Vec3) {
     let side = Vec3::new(-forward.z, 0.0, forward.x);
-    for _ in 0..520 / yard.merge {
-        let ahead = 2.6 + 17.0 * libm::powf(yard.random(), 1.4);
-        let place = eye + forward * ahead + side * (ahead * yard.range(-0.95, 0.95));
-        let size = 0.02 + 0.09 * squared(yard.random());
-        let look = Look { stone: Stone::Rock, seed: yard.seed(), shelter: 0.0, age: 1.0 };
-        let axes = rest_axes(yard, Vec3::Y, 0.5);
-        let half = Vec3::new(yard.range(0.8, 1.3), yard.range(0.5, 0.8), yard.range(0.7, 1.1)) * size;
-        let base = Vec3::new(place.x, ground.height(place.x, place.z) + 0.3 * half.y, place.z);
-        let least = half.min_element();
-        let wear = Wear { round: 0.6 * least, chip: 0.3 * least, rough: 0.05 * least, breaks: 2 };
-        let mut stone = Block::oriented(base, axes, half, wear, look, 0);
-        stone.seed = yard.seed();
-        stone.ornament = true;
-        yard.push_block(stone);
+    for _ in 0..46 / yard.merge {
+        let ahead = 4.0 + 20.0 * yard.random();
+        let drift = eye + forward * ahead + side * (ahead * yard.range(-0.9, 0.9));
+        let spread = yard.range(0.3, 1.6);
+        for _ in 0..(1.0 + 9.0 * squared(yard.random())) as u32 {
+            let place = drift + forward * (spread * yard.range(-1.0, 1.0)) + side * (spread * yard.range(-1.0, 1.0));
+            let size = 0.018 + 0.11 * squared(squared(yard.random()));
+            let stone = if yard.random() < 0.25 { Stone::Marble } else { Stone::Rock };
+            let look = Look { stone, seed: yard.seed(), shelter: 0.0, age: 1.0 };
+            let axes = rest_axes(yard, Vec3::Y, 0.5);
+            let half = Vec3::new(yard.range(0.8, 1.5), yard.range(0.45, 0.8), yard.range(0.6, 1.1)) * size;
+            let base = Vec3::new(place.x, ground.height(place.x, place.z) + 0.2 * half.y, place.z);
+            let least = half.min_element();
+            let wear = Wear { round: 0.6 * least, chip: 0.3 * least, rough: 0.05 * least, breaks: 4 };
+            let mut stone = Block::oriented(base, axes, half, wear, look, 0);
+            stone.seed = yard.seed();
+            stone.ornament = true;
+            yard.push_block(stone);
+        }
     }
 }
 

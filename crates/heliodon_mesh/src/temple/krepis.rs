@@ -1,6 +1,6 @@
 //! The platform: euthynteria, three curved steps, the pavement, and the core below it.
 
-use super::block::{FACE_BACK, FACE_BOTTOM, FACE_LEFT, FACE_RIGHT, FACE_TOP, Wear};
+use super::block::{FACE_BACK, FACE_BOTTOM, FACE_LEFT, FACE_RIGHT, Wear};
 use super::measures::{
     AXIAL_SPACING, CELLA_LENGTH, CELLA_PLATFORM, CELLA_WIDTH, STEP_HEIGHTS, STEP_TREAD, STYLOBATE_LENGTH, STYLOBATE_TOP,
     STYLOBATE_WIDTH,
@@ -93,7 +93,7 @@ fn core(yard: &mut Yard) {
     for i in 0..pieces {
         let at = |i: u32| half_x * (2.0 * i as f32 / pieces as f32 - 1.0);
         let look = yard.marble(0.0, 0.0);
-        yard.ashlar(&frame, (at(i), at(i + 1)), (-0.7, STYLOBATE_TOP - 0.15), (-half_z, half_z), 0x3F & !FACE_TOP, look);
+        yard.ashlar(&frame, (at(i), at(i + 1)), (-0.7, STYLOBATE_TOP - 0.15), (-half_z, half_z), 0x3F, look);
     }
 }
 

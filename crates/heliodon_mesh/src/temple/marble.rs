@@ -55,43 +55,48 @@ impl Look {
         let new = self.stone == Stone::NewMarble;
         let age = if new { self.age * 0.25 } else { self.age };
         // the quarry: each stone has its own white
-        let tone = 1.0 + (if new { 0.05 } else { 0.17 }) * (self.random(1) - 0.5);
+        let tone = 1.0 + (if new { 0.05 } else { 0.20 }) * (self.random(1) - 0.5);
         let warm = self.random(2);
-        let mut albedo = Vec3::new(0.665, 0.630, 0.565).lerp(Vec3::new(0.650, 0.595, 0.500), warm) * tone;
+        let mut albedo = Vec3::new(0.655, 0.622, 0.560).lerp(Vec3::new(0.640, 0.575, 0.475), warm) * tone;
         if new {
-            albedo = Vec3::new(0.715, 0.700, 0.665) * tone;
+            albedo = Vec3::new(0.720, 0.705, 0.670) * tone;
         }
 
         // veins of mica and chlorite: thin grey-green sheets, bedded along one plane a stone
         let tilt = self.random(3) * 0.9 - 0.45;
         let bed = Vec3::new(p.x * 0.55 + p.y * tilt, p.y * 1.9 - p.x * tilt * 0.7, p.z * 0.55 + p.y * 0.3);
         let vein = smoothstep(0.80, 0.985, ridged(self.seed, bed, 3)) * smoothstep(0.25, 0.8, self.random(4));
-        albedo = albedo.lerp(Vec3::new(0.44, 0.44, 0.40), vein * 0.55);
+        albedo = albedo.lerp(Vec3::new(0.42, 0.42, 0.385), vein * 0.6);
 
         // golden-brown patina where rain and sun reach: south and west most, in clouds that run across the joints
         let exposed = 0.55 + 0.35 * n.z - 0.25 * n.x + 0.1 * n.y;
-        let cloud = 0.5 + 0.75 * fbm(PATINA, p * 0.23, 3) + 0.35 * fbm(PATINA + 1, p * 1.15, 2);
-        let patina = smoothstep(0.18, 0.95, cloud * (0.55 + 0.75 * exposed)) * age;
-        albedo *= Vec3::ONE.lerp(Vec3::new(0.90, 0.755, 0.545), patina * 0.80);
+        let cloud = 0.5 + 0.85 * fbm(PATINA, p * 0.21, 3) + 0.45 * fbm(PATINA + 1, p * 1.15, 3) + 0.25 * (self.random(5) - 0.5);
+        let patina = smoothstep(0.12, 0.95, cloud * (0.55 + 0.75 * exposed)) * age;
+        albedo *= Vec3::ONE.lerp(Vec3::new(0.86, 0.665, 0.440), patina * 0.85);
 
         // dark crust: streaks that hang from overhangs, soot on undersides, a veil in shelter
-        let hang = Vec3::new(p.x * 1.9, p.y * 0.20, p.z * 1.9);
-        let streak = smoothstep(0.12, 0.62, fbm(STREAKS, hang, 3) + 0.35 * self.shelter - 0.12);
+        let hang = Vec3::new(p.x * 2.1, p.y * 0.22, p.z * 2.1);
+        let streak = smoothstep(0.02, 0.50, fbm(STREAKS, hang, 4) + 0.35 * self.shelter - 0.10);
+        let veil = smoothstep(-0.1, 0.6, fbm(STREAKS + 9, p * 0.33, 3) + 0.25 * self.shelter);
         let under = smoothstep(0.15, -0.65, n.y);
-        let crust = (streak * (0.22 + 0.55 * self.shelter) + under * (0.25 + 0.45 * self.shelter)).min(0.88) * age;
-        albedo = albedo.lerp(Vec3::new(0.175, 0.160, 0.142), crust * 0.72);
+        let crust =
+            streak * (0.25 + 0.55 * self.shelter) + veil * (0.10 + 0.22 * self.shelter) + under * (0.22 + 0.40 * self.shelter);
+        albedo = albedo.lerp(Vec3::new(0.165, 0.148, 0.130), crust.min(0.85) * age * 0.78);
 
         // dust, lichen and rain-wash on tops
         let top = smoothstep(0.55, 0.95, n.y);
         let lichen = smoothstep(0.0, 0.5, fbm(LICHEN, p * 1.7, 3));
-        albedo = albedo.lerp(Vec3::new(0.42, 0.385, 0.31), top * age * (0.25 + 0.40 * lichen));
+        albedo = albedo.lerp(Vec3::new(0.40, 0.365, 0.29), top * age * (0.25 + 0.45 * lichen));
+        // orange and grey lichens in spots on all that is old
+        let spots = smoothstep(0.32, 0.55, fbm(LICHEN + 3, p * 3.3, 2)) * smoothstep(-0.1, 0.35, fbm(LICHEN + 5, p * 0.4, 2));
+        albedo = albedo.lerp(Vec3::new(0.33, 0.29, 0.22), spots * 0.45 * age);
 
         // where the surface broke away the stone is pale again, and rough: tiny shadows dull it a little
-        let broken = smoothstep(0.015, 0.07, lost);
-        albedo = albedo.lerp(Vec3::new(0.61, 0.575, 0.515) * tone, broken * 0.55);
+        let broken = smoothstep(0.012, 0.06, lost);
+        albedo = albedo.lerp(Vec3::new(0.635, 0.60, 0.54) * tone, broken * 0.65);
 
         // crystals and pits
-        let grain = 1.0 + 0.055 * gradient(GRAIN, p * 9.0) + 0.05 * fbm(GRAIN + 7, p * 3.1, 2);
+        let grain = 1.0 + 0.07 * gradient(GRAIN, p * 9.0) + 0.07 * fbm(GRAIN + 7, p * 3.1, 2);
         (albedo * grain).clamp(Vec3::splat(0.04), Vec3::splat(0.80))
     }
 

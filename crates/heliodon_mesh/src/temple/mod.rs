@@ -22,6 +22,7 @@ mod debris;
 mod entablature;
 mod figures;
 mod ground;
+mod ground_cut;
 mod krepis;
 mod marble;
 pub mod measures;
@@ -33,10 +34,14 @@ mod relief;
 mod roof;
 pub mod sizing;
 mod solid;
+#[cfg(test)]
+mod tests;
 mod tube;
+mod visible;
 mod yard;
 
-use ground::{Ground, GroundCut};
+use ground::Ground;
+use ground_cut::GroundCut;
 use sizing::{Grain, View};
 use solid::SolidMesh;
 use yard::{Element, Yard};
@@ -49,6 +54,10 @@ pub enum State {
     /// As it was scanned: no roof, the middle thrown down, the west front nearly whole.
     Ruined,
 }
+
+/// Triangles for which those in the visitor's picture, 1024 x 768 pixels with 50 degrees, are no larger than four square
+/// pixels.
+pub const DEMO_TRIANGLES: usize = 1_200_000;
 
 /// What the temple is to be like.
 #[derive(Clone, Debug)]
@@ -68,7 +77,7 @@ pub struct TempleParams {
 
 impl Default for TempleParams {
     fn default() -> Self {
-        Self { seed: 1687, triangles: 1_000_000, state: State::Ruined, erosion: 0.55, eye: Vec3::new(-68.0, 0.0, -36.0) }
+        Self { seed: 1687, triangles: DEMO_TRIANGLES, state: State::Ruined, erosion: 0.55, eye: Vec3::new(-68.0, 0.0, -36.0) }
     }
 }
 
@@ -123,10 +132,14 @@ impl Temple {
     }
 }
 
+/// Stones that no eye sees are cut that much coarser.
+const HIDDEN_COARSER: f32 = 3.0;
+/// Guesses at the length in pixels for a number of triangles, at most.
+const FIT_ROUNDS: usize = 9;
 /// Half the size of the visitor's room.
-const ROOM_HALF: Vec3 = Vec3::new(1.6, 0.7, 1.6);
-/// Height of its middle over the ground: a little above a person's eyes.
-const ROOM_OVER_GROUND: f32 = 1.95;
+const ROOM_HALF: Vec3 = Vec3::new(1.25, 0.4, 1.25);
+/// Height of its middle over the ground: a person's eyes.
+const ROOM_OVER_GROUND: f32 = 1.72;
 
 /// Stones not yet cut, and how they will be.
 struct Site {
@@ -167,36 +180,66 @@ impl Site {
         cella::build(&mut cella, params.state);
         let mut blocks = yard(5);
         debris::build(&mut blocks, params.state, &ground, middle, view.forward());
-        let stones = vec![
+        let mut stones = vec![
             ("krepis", PartRole::Scan, krepis.elements),
             ("peristyle", PartRole::Scan, peristyle.elements),
             ("entablature", PartRole::Scan, entablature.elements),
             ("cella", PartRole::Scan, cella.elements),
             ("blocks", PartRole::Filling, blocks.elements),
         ];
-        let cut = ground.prepare(&view);
+        let cut = GroundCut::new(&ground, &view);
+        let coarse_ground = cut.shape(&ground, &Grain { view: &view, px: 8.0, ornaments: true });
+        let parts: Vec<&[Element]> = stones.iter().map(|(_, _, elements)| elements.as_slice()).collect();
+        let seen = visible::seen_faces(&parts, &coarse_ground, &view);
+        for ((_, _, elements), seen) in stones.iter_mut().zip(seen) {
+            for (stone, seen) in elements.iter_mut().zip(seen) {
+                if let Some(seen) = seen {
+                    stone.note_seen(seen, HIDDEN_COARSER);
+                }
+            }
+        }
         Self { stones, ground, cut, view, room, look_at }
     }
 
-    fn count(&self, px: f32) -> usize {
-        let grain = Grain { view: &self.view, px };
-        let stones: usize =
-            self.stones.iter().map(|(_, _, elements)| elements.par_iter().map(|e| e.count(&grain)).sum::<usize>()).sum();
-        stones + self.ground.count(&self.cut, px)
+    fn grain(&self, px: f32) -> Grain<'_> {
+        Grain { view: &self.view, px, ornaments: false }
     }
 
-    /// The length in pixels for which the total is nearest to `triangles`.
-    fn grain_px(&self, triangles: usize) -> f32 {
-        let (mut fine, mut coarse) = (0.02_f32, 200.0_f32);
-        for _ in 0..24 {
-            let middle = (fine * coarse).sqrt();
-            if self.count(middle) > triangles {
-                fine = middle;
-            } else {
-                coarse = middle;
+    /// Triangles of the stones (exact) and of the ground (before its edges are halved).
+    fn counts(&self, px: f32) -> (usize, usize) {
+        let grain = self.grain(px);
+        let stones =
+            self.stones.iter().map(|(_, _, elements)| elements.par_iter().map(|e| e.count(&grain)).sum::<usize>()).sum();
+        (stones, self.cut.base_count(px))
+    }
+
+    /// The length in pixels for which the total is nearest to `triangles`, and that total.
+    fn fit(&self, triangles: usize) -> (f32, usize) {
+        let target = libm::logf(triangles.max(1) as f32);
+        // logarithms of the length and of the total it gave: the total falls with a power of the length that changes slowly
+        let mut px = 3.0_f32;
+        let (mut power, mut last): (f32, Option<(f32, f32)>) = (1.7, None);
+        let mut best = (f32::MAX, px, 0);
+        for _ in 0..FIT_ROUNDS {
+            let (stones, ground) = self.counts(px);
+            let total = stones + (ground as f32 * self.cut.growth(&self.ground, &self.grain(px))) as usize;
+            let now = (libm::logf(px), libm::logf(total.max(1) as f32));
+            if let Some(before) = last {
+                if (now.0 - before.0).abs() > 1e-4 {
+                    power = (-(now.1 - before.1) / (now.0 - before.0)).clamp(0.35, 2.2);
+                }
             }
+            let off = (now.1 - target).abs();
+            if off < best.0 {
+                best = (off, px, total);
+            }
+            if off < 0.003 {
+                break;
+            }
+            last = Some(now);
+            px = (px * libm::expf((now.1 - target) / power)).clamp(0.02, 400.0);
         }
-        coarse
+        (best.1, best.2)
     }
 }
 
@@ -208,18 +251,16 @@ fn look_at(from: Vec3) -> Vec3 {
 }
 
 /// The longest leg of a triangle, in pixels of the picture that [`sizing`] names, for which `params.triangles` suffice, and
-/// the exact total. Fast: nothing is cut.
+/// the total within a per cent. Nothing is cut but a sample of the ground.
 pub fn estimate(params: &TempleParams) -> (f32, usize) {
-    let site = Site::plan(params);
-    let px = site.grain_px(params.triangles);
-    (px, site.count(px))
+    Site::plan(params).fit(params.triangles)
 }
 
 /// Builds the site.
 pub fn build(params: &TempleParams) -> Temple {
     let site = Site::plan(params);
-    let px = site.grain_px(params.triangles);
-    let grain = Grain { view: &site.view, px };
+    let (px, _) = site.fit(params.triangles);
+    let grain = site.grain(px);
     let mut parts: Vec<TemplePart> = site
         .stones
         .iter()
@@ -228,7 +269,7 @@ pub fn build(params: &TempleParams) -> Temple {
             TemplePart { name, role: *role, mesh: join(solids) }
         })
         .collect();
-    let ground = site.ground.mesh(&site.cut, &grain);
+    let ground = site.cut.mesh(&site.ground, &grain);
     parts.push(TemplePart { name: "ground", role: PartRole::Ground, mesh: join(vec![ground]) });
     Temple { parts, room: site.room, look_at: site.look_at }
 }

@@ -71,27 +71,42 @@ pub fn ridged(seed: u32, p: Vec3, octaves: u32) -> f32 {
     sum / total
 }
 
-/// Distances to the nearest and second nearest of one random point a unit cell, and the nearest one's hash (Worley 1996).
-pub fn cells(seed: u32, p: Vec3) -> (f32, f32, u32) {
-    let floor = p.floor();
-    let (x, y, z) = (floor.x as i32, floor.y as i32, floor.z as i32);
-    let (mut first, mut second, mut id) = (f32::MAX, f32::MAX, 0);
+/// Where a point lies among random points, one in each unit square of the plan (Worley 1996).
+#[derive(Clone, Copy, Debug)]
+pub struct Cell {
+    /// From the nearest point to the place.
+    pub offset: Vec3,
+    /// How much nearer the nearest point is than the second nearest; zero on the borders.
+    pub border: f32,
+    /// The nearest point's hash.
+    pub id: u32,
+}
+
+/// The cell of a place of the plan; its height does not matter.
+pub fn cell(seed: u32, p: Vec3) -> Cell {
+    let (floor_x, floor_z) = (p.x.floor(), p.z.floor());
+    let (x, z) = (floor_x as i32, floor_z as i32);
+    let (mut first, mut second) = (f32::MAX, f32::MAX);
+    let (mut offset, mut id) = (Vec3::ZERO, 0);
     for dz in -1..=1_i32 {
-        for dy in -1..=1_i32 {
-            for dx in -1..=1_i32 {
-                let hash = lattice(seed, x.wrapping_add(dx), y.wrapping_add(dy), z.wrapping_add(dz));
-                let jitter = Vec3::new(unit_f32(hash), unit_f32(hash_u32(hash ^ 1)), unit_f32(hash_u32(hash ^ 2)));
-                let point = floor + Vec3::new(dx as f32, dy as f32, dz as f32) + jitter;
-                let distance = (point - p).length_squared();
-                if distance < first {
-                    (second, first, id) = (first, distance, hash);
-                } else if distance < second {
-                    second = distance;
-                }
+        for dx in -1..=1_i32 {
+            let hash = lattice(seed, x.wrapping_add(dx), 0, z.wrapping_add(dz));
+            let point = Vec3::new(
+                floor_x + dx as f32 + unit_f32(hash),
+                0.0,
+                floor_z + dz as f32 + unit_f32(hash.wrapping_mul(0x9E37_79B9)),
+            );
+            let from = Vec3::new(p.x - point.x, 0.0, p.z - point.z);
+            let distance = from.length_squared();
+            if distance < first {
+                (second, first) = (first, distance);
+                (offset, id) = (from, hash);
+            } else if distance < second {
+                second = distance;
             }
         }
     }
-    (first.sqrt(), second.sqrt(), id)
+    Cell { offset, border: second.sqrt() - first.sqrt(), id }
 }
 
 /// 0 below `low`, 1 above `high`, smooth between.
@@ -120,10 +135,13 @@ mod tests {
     }
 
     #[test]
-    fn cells_answer_the_nearer_point_first() {
+    fn a_cell_belongs_to_its_nearest_point() {
         for i in 0..500 {
-            let (first, second, _) = cells(1, Vec3::splat(i as f32 * 0.173));
-            assert!(first <= second && first < 1.75);
+            let p = Vec3::new(i as f32 * 0.173, 0.0, i as f32 * -0.071);
+            let here = cell(1, p);
+            assert!(here.border >= 0.0 && here.offset.length() < 1.5);
+            // the point itself lies in the same cell
+            assert_eq!(cell(1, p - here.offset).id, here.id);
         }
     }
 }

@@ -41,60 +41,88 @@ pub struct ProjectedTriangle {
     pub pixels: u32,
 }
 
-/// The triangles that win at least one pixel of the picture, with their projected sizes. Triangles that reach behind the eye
-/// are left out.
-pub fn visible_triangles(meshes: &[&Mesh], camera: &PictureCamera) -> Vec<ProjectedTriangle> {
-    let forward = unit_or(camera.look_at - camera.eye, Vec3::NEG_Z);
-    let right = unit_or(forward.cross(Vec3::Y), Vec3::X);
-    let up = right.cross(forward);
-    let (width, height) = (camera.size.0 as usize, camera.size.1 as usize);
-    let middle = Vec3::new(0.5 * width as f32, 0.5 * height as f32, 0.0);
-    let project = |p: Vec3| {
-        let d = p - camera.eye;
-        let depth = d.dot(forward);
+/// The nearest surface at every pixel.
+pub(super) struct DepthPicture {
+    camera: PictureCamera,
+    axes: [Vec3; 3],
+    /// Reciprocal depth and what was drawn there.
+    nearest: Vec<(f32, u32)>,
+}
+
+impl DepthPicture {
+    pub(super) fn new(camera: PictureCamera) -> Self {
+        let forward = unit_or(camera.look_at - camera.eye, Vec3::NEG_Z);
+        let right = unit_or(forward.cross(Vec3::Y), Vec3::X);
+        let pixels = camera.size.0 as usize * camera.size.1 as usize;
+        Self { camera, axes: [right, right.cross(forward), forward], nearest: vec![(0.0, u32::MAX); pixels] }
+    }
+
+    /// Screen position and reciprocal depth, unless the point lies behind the eye.
+    pub(super) fn project(&self, p: Vec3) -> Option<Vec3> {
+        let d = p - self.camera.eye;
+        let depth = d.dot(self.axes[2]);
         (depth > 0.05).then(|| {
-            let scale = camera.focal_px / depth;
-            Vec3::new(middle.x + d.dot(right) * scale, middle.y - d.dot(up) * scale, 1.0 / depth)
+            let scale = self.camera.focal_px / depth;
+            let (width, height) = self.camera.size;
+            Vec3::new(
+                0.5 * width as f32 + d.dot(self.axes[0]) * scale,
+                0.5 * height as f32 - d.dot(self.axes[1]) * scale,
+                1.0 / depth,
+            )
         })
-    };
-    let mut nearest = vec![(0.0_f32, u32::MAX); width * height];
-    let mut found = Vec::new();
-    for (m, mesh) in meshes.iter().enumerate() {
-        let points: Vec<Option<Vec3>> = mesh.positions.iter().map(|&p| project(p)).collect();
-        for (t, triangle) in mesh.triangles.iter().enumerate() {
-            let [Some(a), Some(b), Some(c)] = triangle.map(|i| points[i as usize]) else { continue };
-            // y grows downwards on the screen, so counter-clockwise in space is negative here
-            let area = -0.5 * ((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y));
-            let low = a.min(b).min(c);
-            let high = a.max(b).max(c);
-            if area <= 0.0 || high.x < 0.0 || high.y < 0.0 || low.x >= width as f32 || low.y >= height as f32 {
-                continue;
-            }
-            let flat = |v: Vec3| Vec3::new(v.x, v.y, 0.0).length();
-            let side = flat(b - a).max(flat(c - b)).max(flat(a - c));
-            let id = found.len() as u32;
-            found.push(ProjectedTriangle { mesh: m as u32, triangle: t as u32, area_px: area, side_px: side, pixels: 0 });
-            let clamp = |x: f32, n: usize| (x.max(0.0) as usize).min(n - 1);
-            for y in clamp(low.y, height)..=clamp(high.y, height) {
-                for x in clamp(low.x, width)..=clamp(high.x, width) {
-                    let (px, py) = (x as f32 + 0.5, y as f32 + 0.5);
-                    let edge = |p: Vec3, q: Vec3| (q.x - p.x) * (py - p.y) - (q.y - p.y) * (px - p.x);
-                    let (u, v, w) = (edge(b, c), edge(c, a), edge(a, b));
-                    if u <= 0.0 && v <= 0.0 && w <= 0.0 {
-                        let inverse_depth = -(u * a.z + v * b.z + w * c.z) / (2.0 * area);
-                        let cell = &mut nearest[y * width + x];
-                        if inverse_depth > cell.0 {
-                            *cell = (inverse_depth, id);
-                        }
+    }
+
+    /// Draws a projected triangle as `id`; answers its area in square pixels, or `None` where it is turned away or outside.
+    pub(super) fn draw(&mut self, [a, b, c]: [Vec3; 3], id: u32) -> Option<f32> {
+        let (width, height) = (self.camera.size.0 as usize, self.camera.size.1 as usize);
+        // y grows downwards on the screen, so counter-clockwise in space is negative here
+        let area = -0.5 * ((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y));
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let inside = high.x >= 0.0 && high.y >= 0.0 && low.x < width as f32 && low.y < height as f32;
+        if area <= 0.0 || !inside {
+            return None;
+        }
+        let clamp = |x: f32, n: usize| (x.max(0.0) as usize).min(n - 1);
+        for y in clamp(low.y, height)..=clamp(high.y, height) {
+            for x in clamp(low.x, width)..=clamp(high.x, width) {
+                let (px, py) = (x as f32 + 0.5, y as f32 + 0.5);
+                let edge = |p: Vec3, q: Vec3| (q.x - p.x) * (py - p.y) - (q.y - p.y) * (px - p.x);
+                let (u, v, w) = (edge(b, c), edge(c, a), edge(a, b));
+                if u <= 0.0 && v <= 0.0 && w <= 0.0 {
+                    let inverse_depth = -(u * a.z + v * b.z + w * c.z) / (2.0 * area);
+                    let cell = &mut self.nearest[y * width + x];
+                    if inverse_depth > cell.0 {
+                        *cell = (inverse_depth, id);
                     }
                 }
             }
         }
+        Some(area)
     }
-    for (_, id) in nearest {
-        if id != u32::MAX {
-            found[id as usize].pixels += 1;
+
+    /// What won each pixel, without the empty ones.
+    pub(super) fn winners(&self) -> impl Iterator<Item = u32> + '_ {
+        self.nearest.iter().map(|&(_, id)| id).filter(|&id| id != u32::MAX)
+    }
+}
+
+/// The triangles that win at least one pixel of the picture, with their projected sizes. Triangles that reach behind the eye
+/// are left out.
+pub fn visible_triangles(meshes: &[&Mesh], camera: &PictureCamera) -> Vec<ProjectedTriangle> {
+    let mut picture = DepthPicture::new(*camera);
+    let mut found: Vec<ProjectedTriangle> = Vec::new();
+    for (m, mesh) in meshes.iter().enumerate() {
+        let points: Vec<Option<Vec3>> = mesh.positions.iter().map(|&p| picture.project(p)).collect();
+        for (t, triangle) in mesh.triangles.iter().enumerate() {
+            let [Some(a), Some(b), Some(c)] = triangle.map(|i| points[i as usize]) else { continue };
+            let Some(area_px) = picture.draw([a, b, c], found.len() as u32) else { continue };
+            let flat = |v: Vec3| Vec3::new(v.x, v.y, 0.0).length();
+            let side_px = flat(b - a).max(flat(c - b)).max(flat(a - c));
+            found.push(ProjectedTriangle { mesh: m as u32, triangle: t as u32, area_px, side_px, pixels: 0 });
         }
+    }
+    for id in picture.winners() {
+        found[id as usize].pixels += 1;
     }
     found.retain(|t| t.pixels > 0);
     found

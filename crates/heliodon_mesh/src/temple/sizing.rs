@@ -105,6 +105,8 @@ pub struct Grain<'a> {
     pub view: &'a View,
     /// Longest leg of a triangle, in pixels.
     pub px: f32,
+    /// Whether ornaments are kept however small they are.
+    pub ornaments: bool,
 }
 
 impl Grain<'_> {
@@ -123,8 +125,8 @@ impl Grain<'_> {
     }
 
     /// Whether an ornament of this size is worth its triangles here.
-    pub fn shows(&self, at: Vec3, size: f32) -> bool {
-        self.view.length_px(at, size) > 0.4 * self.px * self.view.aside(at)
+    pub fn shows(&self, at: Vec3, size: f32, coarser: f32) -> bool {
+        self.ornaments || self.view.length_px(at, size) > 0.4 * self.px * coarser * self.view.aside(at)
     }
 }
 

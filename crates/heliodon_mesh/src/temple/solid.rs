@@ -1,5 +1,6 @@
 //! The mesh of one stone, and the seams that join rows of unlike counts without a crack.
 
+use super::marble::Look;
 use glam::Vec3;
 use heliodon_math::frame::unit_or;
 
@@ -39,6 +40,12 @@ impl SolidMesh {
                 self.normals[b as usize] = mean;
             }
         }
+    }
+
+    /// Fills `colors_linear`; `lost` is how deep the stone is lost at each vertex.
+    pub fn paint(&mut self, look: &Look, lost: &[f32]) {
+        let places = self.positions.iter().zip(&self.normals).zip(lost);
+        self.colors_linear = places.map(|((&p, &n), &gone)| look.albedo(p, n, gone)).collect();
     }
 
     /// Adds a vertex, answers its index. Normal and colour follow later.

@@ -116,7 +116,7 @@ impl Tube {
 
     fn is_left_out(&self, grain: &Grain) -> bool {
         let thickness = self.max_radius() * 2.0 * self.axes[0].length();
-        self.ornament && !grain.shows(self.middle(), thickness.max(self.height() * 0.5))
+        self.ornament && !grain.shows(self.middle(), thickness.max(self.height() * 0.5), self.coarser)
     }
 
     fn cut(&self, grain: &Grain) -> Cut {
@@ -219,14 +219,24 @@ impl Tube {
 
     /// The closed mesh.
     pub fn mesh(&self, grain: &Grain) -> SolidMesh {
+        let (mut mesh, lost, doubles) = self.shape(grain);
+        mesh.compute_normals();
+        // arrises that are worn flat, and the smooth capital above the flutes, are no creases
+        mesh.soften(&doubles, 0.90);
+        mesh.paint(&self.look, &lost);
+        mesh
+    }
+
+    /// Positions and triangles of the mesh, how deep the stone is lost at each vertex, and the pairs of vertices on creases.
+    pub fn shape(&self, grain: &Grain) -> (SolidMesh, Vec<f32>, Vec<(u32, u32)>) {
         let mut mesh = SolidMesh::default();
+        let mut lost = Vec::new();
+        let mut doubles: Vec<(u32, u32)> = Vec::new();
         if self.is_left_out(grain) {
-            return mesh;
+            return (mesh, lost, doubles);
         }
         let cut = self.cut(grain);
         let shape = Shape::new(self);
-        let mut lost = Vec::new();
-        let mut doubles: Vec<(u32, u32)> = Vec::new();
         // the two ends' outer rings: turn and vertex
         let mut rims: [Vec<(f32, Vec3)>; 2] = [Vec::new(), Vec::new()];
         let mut previous: Option<Vec<RowVertex>> = None;
@@ -275,12 +285,7 @@ impl Tube {
         for end in 0..2 {
             self.end_face(end, &cut, &shape, &rims[end], &mut mesh, &mut lost);
         }
-        mesh.compute_normals();
-        // arrises that are worn flat, and the smooth capital above the flutes, are no creases
-        mesh.soften(&doubles, 0.90);
-        mesh.colors_linear =
-            mesh.positions.iter().zip(&mesh.normals).zip(&lost).map(|((&p, &n), &gone)| self.look.albedo(p, n, gone)).collect();
-        mesh
+        (mesh, lost, doubles)
     }
 
     /// The vertices of one line, from bottom to top.

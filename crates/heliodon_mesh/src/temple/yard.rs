@@ -27,6 +27,34 @@ impl Element {
         }
     }
 
+    /// Its positions and triangles alone.
+    pub fn shape(&self, grain: &Grain) -> SolidMesh {
+        match self {
+            Self::Block(block) => block.shape(grain).0,
+            Self::Tube(tube) => tube.shape(grain).0,
+        }
+    }
+
+    /// Triangles of its faces, in order; a tube counts as one.
+    pub fn face_counts(&self, grain: &Grain) -> [usize; 6] {
+        match self {
+            Self::Block(block) => block.face_counts(grain),
+            Self::Tube(tube) => [tube.count(grain), 0, 0, 0, 0, 0],
+        }
+    }
+
+    /// Notes which faces are seen; a stone of which none is seen is cut that much coarser.
+    pub fn note_seen(&mut self, seen: u8, coarser: f32) {
+        let factor = if seen == 0 { coarser } else { 1.0 };
+        match self {
+            Self::Block(block) => {
+                block.seen = Some(seen);
+                block.coarser *= factor;
+            }
+            Self::Tube(tube) => tube.coarser *= factor,
+        }
+    }
+
     /// Its mesh.
     pub fn mesh(&self, grain: &Grain) -> SolidMesh {
         match self {
