@@ -1,9 +1,10 @@
 //! What decides a bake's result, as one hash: the name under which its finished work is kept.
 
 use crate::error::BakeError;
+use crate::referenced::referenced_files;
 use crate::scene::Scene;
 use heliodon_bundle::StoredFile;
-use heliodon_bundle::site::{InputFile, SITE_FILE_NAME, Site};
+use heliodon_bundle::site::{InputFile, InputKind, SITE_FILE_NAME, Site};
 use std::path::Path;
 
 /// Raised when blocks of work change their meaning without a change of the program's version.
@@ -18,9 +19,21 @@ pub fn hash_inputs(site: &Site, files: &[InputFile]) -> Result<Vec<StoredFile>, 
         StoredFile::hash(path, name).map_err(|source| BakeError::Read { path: path.to_owned(), source })
     };
     let mut inputs = vec![hash(site.path(), SITE_FILE_NAME)?];
+    let mut add = |path: &Path, name: &str| {
+        if inputs.iter().all(|input| input.path != name) {
+            inputs.push(hash(path, name)?);
+        }
+        Ok::<(), BakeError>(())
+    };
     for file in files {
-        if inputs.iter().all(|input| input.path != file.name) {
-            inputs.push(hash(&file.path, &file.name)?);
+        add(&file.path, &file.name)?;
+        if matches!(file.kind, InputKind::Geometry(_)) {
+            for path in referenced_files(&file.path) {
+                // outside of the site only the name: manifests tell nothing of the machine
+                let name = path.file_name().map_or(path.as_path(), Path::new);
+                let relative = path.strip_prefix(site.folder()).unwrap_or(name);
+                add(&path, &relative.to_string_lossy().replace('\\', "/"))?;
+            }
         }
     }
     Ok(inputs)

@@ -24,6 +24,7 @@ mod key;
 pub mod light;
 pub mod memory;
 pub mod plan;
+mod referenced;
 pub mod report;
 pub mod scene;
 pub mod sky;

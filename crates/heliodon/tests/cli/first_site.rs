@@ -68,3 +68,26 @@ fn the_number_of_threads_changes_no_byte() {
     assert_same_bundle(&site.path("one"), &site.path("two"));
     assert_same_bundle(&site.path("one"), &site.path("seven"));
 }
+
+#[test]
+fn a_texture_that_changes_is_noticed_though_site_toml_does_not_name_it() {
+    let site =
+        TestSite::smallest("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 0 -1\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3\n");
+    site.edit("albedo = [0.5, 0.5, 0.5]\n", "");
+    site.write("m.mtl", "newmtl m\nKd 1 1 1\nmap_Kd t.png\n");
+    let paint = |code: u8| {
+        heliodon_image::SrgbImage::filled(4, 4, [code, code, code, 255]).write_png(site.path("t.png")).unwrap();
+    };
+    let albedo = || {
+        done(&[&"arrays", &site.path("bundle"), &site.path("arrays")]);
+        read_npy_f32(&site.path("arrays").join("albedo.npy")).1[0]
+    };
+    paint(255);
+    assert_eq!(json(&[&"bake", &site.folder()])["up_to_date"], false);
+    assert!((albedo() - 1.0).abs() < 1e-4, "{}", albedo());
+    assert_eq!(json(&[&"bake", &site.folder()])["up_to_date"], true);
+    paint(128);
+    assert_eq!(json(&[&"bake", &site.folder()])["up_to_date"], false);
+    // sRGB 128 is 0.2158 linear
+    assert!((albedo() - 0.2158).abs() < 1e-3, "{}", albedo());
+}

@@ -1,4 +1,5 @@
 //! The program as its users meet it: every test here runs the real binary.
+#![expect(clippy::unwrap_used, reason = "helpers of tests: a test that cannot go on has failed")]
 
 mod bad_input;
 mod commands;
