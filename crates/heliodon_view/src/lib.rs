@@ -1,1 +1,41 @@
-//! Heliodon viewer.
+//! Heliodon's viewer: Bevy plugins that draw a baked monument at any hour of the day.
+//!
+//! [`HeliodonPlugins`] puts a stage into any Bevy app: open a bundle with [`Stage::open`], give a camera a [`DaylightCamera`], and
+//! set the hour with [`TimeLapse`]. Your own entities with Bevy's meshes and materials stand on the same stage; they share its
+//! depth and its light. `examples/guest.rs` is such a program. [`window::run_window`] is the viewer's own window, and
+//! [`headless::Renderer`] makes the same pictures without a display.
+//!
+//! One folder a feature, one plugin a folder: [`stage`] loads a bundle, [`daylight`] lights and draws the stone, [`sky`] the
+//! dome, [`time_lapse`] holds the hour, [`tonemap`] brings light to the display, [`guests`] lights what others add,
+//! [`navigation`] walks and flies, [`hud`] tells and takes the hour.
+
+pub mod bench;
+pub mod daylight;
+pub mod guests;
+pub mod headless;
+pub mod hud;
+pub mod navigation;
+pub mod sky;
+pub mod stage;
+pub mod time_lapse;
+pub mod tonemap;
+pub mod window;
+
+pub use daylight::DaylightCamera;
+pub use navigation::pose::Pose;
+pub use stage::{Stage, StageStatus};
+pub use time_lapse::exposure::Exposure;
+pub use time_lapse::{Blend, TimeLapse};
+pub use tonemap::ToneCurve;
+
+bevy::app::plugin_group! {
+    /// Everything that a stage needs, without a window, a head-up display or a hand on the camera; add
+    /// [`navigation::NavigationPlugin`] and [`hud::HudPlugin`] for those. Add it after Bevy's `DefaultPlugins`.
+    pub struct HeliodonPlugins {
+        stage:::StagePlugin,
+        daylight:::DaylightPlugin,
+        sky:::SkyPlugin,
+        time_lapse:::TimeLapsePlugin,
+        guests:::GuestsPlugin,
+    }
+}

@@ -1,0 +1,133 @@
+//! How long a frame takes: the measure of `heliodon bench` and of `examples/frame_time.rs`.
+
+use crate::HeliodonPlugins;
+use crate::daylight::DaylightCamera;
+use crate::navigation::pose::{Pose, fov_deg};
+use crate::stage::{Stage, StageStatus};
+use crate::time_lapse::TimeLapse;
+use bevy::app::ScheduleRunnerPlugin;
+use bevy::camera::RenderTarget;
+use bevy::log::LogPlugin;
+use bevy::prelude::*;
+use bevy::render::RenderPlugin;
+use bevy::render::render_resource::TextureFormat;
+use bevy::render::renderer::RenderAdapterInfo;
+use bevy::window::ExitCondition;
+use bevy::winit::WinitPlugin;
+use heliodon_bundle::ReadError;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// What is measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameBench {
+    /// Columns of the picture.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Whether the day passes, so that every frame has its own light; otherwise it is noon.
+    pub playing: bool,
+    /// Frames that are not counted, after everything was loaded.
+    pub warm_up: u32,
+    /// Frames that are.
+    pub frames: u32,
+    /// The eye; `None` for the bundle's beginning.
+    pub pose: Option<Pose>,
+}
+
+impl Default for FrameBench {
+    fn default() -> Self {
+        Self { width: 1024, height: 768, playing: true, warm_up: 60, frames: 100, pose: None }
+    }
+}
+
+/// What was found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FrameTimes {
+    /// Mean time of a frame.
+    pub mean_ms: f64,
+    /// The device that drew it.
+    pub device: String,
+    /// Memory of the process at the end, bytes; `None` where the system does not tell.
+    pub resident_bytes: Option<u64>,
+}
+
+/// Resident memory of this process.
+#[must_use]
+pub fn resident_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
+    line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib * 1024)
+}
+
+#[derive(Resource, Clone)]
+struct Clock(Arc<Mutex<(u32, Option<Instant>, FrameTimes)>>);
+
+/// Draws the bundle in `folder`, off screen, as often as `bench` says, with Bevy's pipelined rendering as in the window.
+/// Without a folder, an empty scene, for comparison.
+///
+/// # Errors
+/// If it is no bundle.
+///
+/// # Panics
+/// Without any GPU driver, as Bevy does.
+pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTimes, ReadError> {
+    let mut app = App::new();
+    app.add_plugins(
+        DefaultPlugins
+            .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
+            .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
+            .disable::<WinitPlugin>()
+            .disable::<LogPlugin>(),
+    )
+    .add_plugins((HeliodonPlugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
+    app.world_mut().resource_mut::<TimeLapse>().playing = bench.playing;
+    let target = Image::new_target_texture(bench.width, bench.height, TextureFormat::Rgba8UnormSrgb, None);
+    let target = app.world_mut().resource_mut::<Assets<Image>>().add(target);
+    let camera = app.world_mut().spawn((DaylightCamera, RenderTarget::from(target))).id();
+    if let Some(folder) = folder {
+        let mut stage = app.world_mut().resource_mut::<Stage>();
+        stage.open(folder)?;
+        if let Some(manifest) = stage.manifest() {
+            let pose = bench.pose.unwrap_or_else(|| Pose::home(manifest));
+            let fov = fov_deg(manifest).to_radians();
+            let projection = Projection::Perspective(PerspectiveProjection { fov, near: 0.05, ..default() });
+            app.world_mut().entity_mut(camera).insert((pose.transform(), projection));
+        }
+    }
+    let clock = Clock(Arc::new(Mutex::new((0, None, FrameTimes::default()))));
+    app.insert_resource(clock.clone()).add_systems(
+        Update,
+        move |stage: Res<Stage>,
+              clock: Res<Clock>,
+              adapter: Option<Res<RenderAdapterInfo>>,
+              mut lapse: ResMut<TimeLapse>,
+              mut exit: MessageWriter<AppExit>| {
+            let mut clock = clock.0.lock().unwrap_or_else(PoisonError::into_inner);
+            if !(stage.is_complete() || *stage.status() == StageStatus::Empty) {
+                return;
+            }
+            let (first, last) = lapse.span_s();
+            if !bench.playing && clock.0 == 0 && last > first {
+                lapse.scrub((first + last) * 0.5);
+            }
+            clock.0 += 1;
+            if clock.0 == bench.warm_up.max(1) {
+                clock.1 = Some(Instant::now());
+            }
+            if clock.0 >= bench.warm_up.max(1) + bench.frames.max(1) {
+                let elapsed = clock.1.map_or(0.0, |start| start.elapsed().as_secs_f64());
+                clock.2 = FrameTimes {
+                    mean_ms: elapsed * 1e3 / f64::from(bench.frames.max(1)),
+                    device: adapter.map_or_else(String::new, |info| info.name.clone()),
+                    resident_bytes: resident_bytes(),
+                };
+                exit.write(AppExit::Success);
+            }
+        },
+    );
+    app.run();
+    let times = clock.0.lock().unwrap_or_else(PoisonError::into_inner).2.clone();
+    Ok(times)
+}

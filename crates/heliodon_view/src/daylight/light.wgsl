@@ -1,0 +1,85 @@
+// The light of a moment at every vertex (Callieri, Debevec, Pair, Scopigno: "A realtime immersive application with realistic
+// lighting: The Parthenon", 2006, section 4, and bounced sunlight beyond it); heliodon_bundle::shade is its reference:
+//
+//   light = (w0 bit_t0 + w1 bit_t1) max(n.l, 0) E / pi  +  max(0, sum_i T_i S_i)  +  E max(0, sum_r b_r f_r)
+//
+// Prepended by VertexLayout::light_wgsl: BLOCK, WORDS, MASK_AT, TRANSFER_AT, TRANSFER_WORDS, CHANNELS, BOUNCE_AT, BOUNCE_WORDS.
+//
+// Vertices lie in blocks of BLOCK; a block holds WORDS rows of BLOCK words, so that neighbours read neighbouring words and
+// only the mask words of the moment are read.
+
+struct Moment {
+    // xyz: unit direction to the sun.
+    sun_direction: vec4<f32>,
+    // rgb: irradiance at normal incidence times exposure; over pi, and as it is.
+    sun_over_pi: vec4<f32>,
+    sun: vec4<f32>,
+    // x, y: weights of the two mask bits.
+    mask_weights: vec4<f32>,
+    // Word and bit of the one and of the other.
+    mask: vec4<u32>,
+    // Coefficients times exposure.
+    sky: array<vec4<f32>, 10>,
+    // x: the value of each function of the bounced sunlight.
+    bounce: array<vec4<f32>, 65>,
+}
+
+@group(0) @binding(0) var<uniform> moment: Moment;
+@group(1) @binding(0) var<storage, read> blocks: array<u32>;
+@group(1) @binding(1) var<storage, read> baked: array<u32>;
+@group(1) @binding(2) var<storage, read_write> light: array<vec2<u32>>;
+
+const HALF_MAX: vec3<f32> = vec3<f32>(65504.0);
+
+// What number `index` of the coefficient-major, channel-minor list gives to red, green and blue.
+fn to_channels(index: u32, value: f32) -> vec3<f32> {
+    if (CHANNELS == 1u) {
+        return vec3<f32>(value);
+    }
+    let channel = index % 3u;
+    return value * vec3<f32>(f32(channel == 0u), f32(channel == 1u), f32(channel == 2u));
+}
+
+fn sky_part(index: u32, value: f32) -> vec3<f32> {
+    return to_channels(index, value) * moment.sky[index / CHANNELS].rgb;
+}
+
+fn bounce_part(index: u32, value: f32) -> vec3<f32> {
+    return to_channels(index, value) * moment.bounce[index / CHANNELS].x;
+}
+
+@compute @workgroup_size(BLOCK)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let block = blocks[group.x];
+    let base = block * WORDS * BLOCK + lane;
+
+    let normal_xy = unpack2x16snorm(baked[base]);
+    var normal = vec3<f32>(normal_xy, 1.0 - abs(normal_xy.x) - abs(normal_xy.y));
+    let fold = max(-normal.z, 0.0);
+    normal.x -= select(-fold, fold, normal.x >= 0.0);
+    normal.y -= select(-fold, fold, normal.y >= 0.0);
+    normal = normalize(normal);
+
+    let mask_a = baked[base + (MASK_AT + moment.mask.x) * BLOCK];
+    let mask_b = baked[base + (MASK_AT + moment.mask.z) * BLOCK];
+    let reached = moment.mask_weights.x * f32((mask_a >> moment.mask.y) & 1u)
+        + moment.mask_weights.y * f32((mask_b >> moment.mask.w) & 1u);
+    var sum = reached * max(dot(normal, moment.sun_direction.xyz), 0.0) * moment.sun_over_pi.rgb;
+
+    var sky = vec3<f32>(0.0);
+    for (var k = 0u; k < TRANSFER_WORDS; k++) {
+        let pair = unpack2x16float(baked[base + (TRANSFER_AT + k) * BLOCK]);
+        sky += sky_part(2u * k, pair.x) + sky_part(2u * k + 1u, pair.y);
+    }
+    sum += max(sky, vec3<f32>(0.0));
+
+    var bounced = vec3<f32>(0.0);
+    for (var k = 0u; k < BOUNCE_WORDS; k++) {
+        let pair = unpack2x16float(baked[base + (BOUNCE_AT + k) * BLOCK]);
+        bounced += bounce_part(2u * k, pair.x) + bounce_part(2u * k + 1u, pair.y);
+    }
+    sum += moment.sun.rgb * max(bounced, vec3<f32>(0.0));
+
+    sum = min(sum, HALF_MAX);
+    light[block * BLOCK + lane] = vec2<u32>(pack2x16float(sum.rg), pack2x16float(vec2<f32>(sum.b, 0.0)));
+}

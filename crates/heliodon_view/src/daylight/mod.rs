@@ -1,0 +1,65 @@
+//! The stone in its light: our own passes beside Bevy's.
+//!
+//! Michael Callieri, Paul Debevec, Jarrell Pair, Roberto Scopigno: "A realtime immersive application with realistic lighting:
+//! The Parthenon", Computers & Graphics 30, 2006, section 4. A vertex's light is worked out by a compute shader once for each
+//! moment, and only for chunks that are seen; drawing then reads position, light and albedo, 24 bytes a vertex, and the
+//! fragment multiplies light by albedo. Why this split, and what it costs, is in docs/decisions/008-drawing-stone.md.
+
+pub mod chunk;
+pub mod cluster;
+pub mod layout;
+pub mod moment;
+pub mod pages;
+mod pass;
+pub mod pipelines;
+mod prepare;
+#[cfg(test)]
+mod shader_tests;
+pub mod view;
+
+use crate::stage::frame::StageFrame;
+use bevy::camera::Camera3d;
+use bevy::core_pipeline::core_3d::main_opaque_pass_3d;
+use bevy::core_pipeline::schedule::{Core3d, Core3dSystems, camera_driver};
+use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
+use bevy::prelude::*;
+use bevy::render::extract_component::{ExtractComponent, ExtractComponentPlugin};
+use bevy::render::extract_resource::ExtractResourcePlugin;
+use bevy::render::renderer::RenderGraph;
+use bevy::render::view::Msaa;
+use bevy::render::{Render, RenderApp, RenderSystems};
+
+/// A camera that sees the stage. It writes display values itself, so Bevy's tone mapping and dithering are off; multisampling
+/// is off unless you ask for it.
+#[derive(Component, Clone, Copy, Debug, Default, ExtractComponent)]
+#[require(
+    Camera3d,
+    Tonemapping = Tonemapping::None,
+    DebandDither = DebandDither::Disabled,
+    Msaa = Msaa::Off,
+    bevy::camera::Exposure
+)]
+pub struct DaylightCamera;
+
+/// Lights and draws the stone, and draws the sky behind it.
+#[derive(Default)]
+pub struct DaylightPlugin;
+
+impl Plugin for DaylightPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<StageFrame>()
+            .add_plugins((ExtractResourcePlugin::<StageFrame>::default(), ExtractComponentPlugin::<DaylightCamera>::default()));
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else { return };
+        render_app
+            .init_resource::<prepare::StageGpu>()
+            .init_resource::<pipelines::StagePipelines>()
+            .add_systems(
+                Render,
+                (prepare::receive, prepare::prepare_views, prepare::prepare_light)
+                    .chain()
+                    .in_set(RenderSystems::PrepareResources),
+            )
+            .add_systems(RenderGraph, pass::light_stage.before(camera_driver))
+            .add_systems(Core3d, pass::draw_stage.in_set(Core3dSystems::MainPass).before(main_opaque_pass_3d));
+    }
+}

@@ -1,0 +1,185 @@
+//! The stone in GPU memory: chunks in pages, a page a handful of buffers.
+//!
+//! Pages exist because a storage buffer ends at 128 MiB on portable devices, and are as large as that allows because every
+//! page costs a dispatch and a few bindings a frame. A chunk begins at a whole block of vertices.
+
+use super::chunk::{KeptChunk, PreparedChunk};
+use super::layout::{BLOCK, VertexLayout};
+use bevy::render::render_resource::{
+    BindGroup, BindGroupEntries, BindGroupLayout, Buffer, BufferDescriptor, BufferUsages, TextureView,
+};
+use bevy::render::renderer::{RenderDevice, RenderQueue};
+use std::sync::Arc;
+
+/// The largest buffer of a page; half of the least that a device must bind, so that a page more or less costs little.
+const MAX_BUFFER_BYTES: u64 = 64 << 20;
+
+/// How much of a bundle is still to come: pages are not made larger than that.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Remaining {
+    /// Vertices.
+    pub vertices: u64,
+    /// Triangles.
+    pub triangles: u64,
+    /// Chunks.
+    pub chunks: u64,
+}
+
+/// Buffers that several chunks share.
+#[derive(Debug)]
+pub struct Page {
+    /// Positions, 12 bytes a vertex.
+    pub positions: Buffer,
+    /// Albedo roots, 4 bytes a vertex.
+    pub albedo: Buffer,
+    /// Texture coordinates, 8 bytes a vertex, in pages of textured chunks.
+    pub uvs: Option<Buffer>,
+    /// The light of the moment, four half floats a vertex: the light shader writes it, the draw reads it.
+    pub light: Buffer,
+    /// 16-bit indices.
+    pub indices: Buffer,
+    /// Blocks that the light shader must do, and how many.
+    pub work: Buffer,
+    /// What the light shader binds.
+    pub light_bind_group: BindGroup,
+    baked: Buffer,
+    capacity: (u32, u32),
+    used: (u32, u32),
+}
+
+/// A chunk in a page.
+#[derive(Debug)]
+pub struct GpuChunk {
+    /// Index of the page.
+    pub page: usize,
+    /// The first vertex, a multiple of [`BLOCK`].
+    pub base_vertex: u32,
+    /// Vertices.
+    pub vertex_count: u32,
+    /// The first index.
+    pub first_index: u32,
+    /// Clusters and bounds.
+    pub kept: Arc<KeptChunk>,
+    /// Index of the bundle's texture.
+    pub texture: Option<u32>,
+    /// The moment, by its serial number, whose light the chunk has.
+    pub lit_at: u64,
+}
+
+/// A base colour image.
+#[derive(Debug)]
+pub struct GpuTexture {
+    /// What the stone shader binds.
+    pub bind_group: BindGroup,
+    /// Keeps the texture.
+    pub view: TextureView,
+}
+
+impl Page {
+    fn new(
+        device: &RenderDevice,
+        layout: VertexLayout,
+        light_layout: &BindGroupLayout,
+        vertices: u32,
+        indices: u32,
+        textured: bool,
+    ) -> Self {
+        let buffer = |label: &'static str, bytes: u64, usage: BufferUsages| {
+            device.create_buffer(&BufferDescriptor {
+                label: Some(label),
+                size: bytes.next_multiple_of(4).max(4),
+                usage: usage | BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        let count = u64::from(vertices);
+        let baked = buffer("stone_baked", count * 4 * u64::from(layout.words()), BufferUsages::STORAGE);
+        let light = buffer("stone_light", count * 8, BufferUsages::STORAGE | BufferUsages::VERTEX);
+        let work = buffer("stone_light_work", count / u64::from(BLOCK) * 4, BufferUsages::STORAGE);
+        let light_bind_group = device.create_bind_group(
+            "stone_light",
+            light_layout,
+            &BindGroupEntries::sequential((
+                work.as_entire_buffer_binding(),
+                baked.as_entire_buffer_binding(),
+                light.as_entire_buffer_binding(),
+            )),
+        );
+        Self {
+            positions: buffer("stone_positions", count * 12, BufferUsages::VERTEX),
+            albedo: buffer("stone_albedo", count * 4, BufferUsages::VERTEX),
+            uvs: textured.then(|| buffer("stone_uvs", count * 8, BufferUsages::VERTEX)),
+            light,
+            indices: buffer("stone_indices", u64::from(indices) * 2, BufferUsages::INDEX),
+            work,
+            light_bind_group,
+            baked,
+            capacity: (vertices, indices),
+            used: (0, 0),
+        }
+    }
+
+    fn fits(&self, vertices: u32, indices: u32, textured: bool) -> bool {
+        self.uvs.is_some() == textured && self.used.0 + vertices <= self.capacity.0 && self.used.1 + indices <= self.capacity.1
+    }
+}
+
+/// Vertices rounded up to whole blocks.
+fn in_blocks(vertices: u64) -> u64 {
+    vertices.next_multiple_of(u64::from(BLOCK))
+}
+
+/// Puts a chunk into the last page, or into a new one.
+pub fn upload(
+    device: &RenderDevice,
+    queue: &RenderQueue,
+    layout: VertexLayout,
+    light_layout: &BindGroupLayout,
+    pages: &mut Vec<Page>,
+    chunk: &PreparedChunk,
+    remaining: Remaining,
+) -> GpuChunk {
+    let kept = &chunk.kept;
+    let textured = !chunk.uvs.is_empty();
+    let vertices = in_blocks(kept.positions.len() as u64) as u32;
+    let index_count = kept.indices.len() as u32;
+    // Writes are in multiples of four bytes, so that an odd number of indices takes one more.
+    let indices = index_count.next_multiple_of(2);
+    let page = match pages.iter().position(|page| page.fits(vertices, indices, textured)) {
+        Some(page) => page,
+        None => {
+            let most = in_blocks(MAX_BUFFER_BYTES / (4 * u64::from(layout.words()).max(3)) - u64::from(BLOCK));
+            let wanted = in_blocks(remaining.vertices + remaining.chunks * u64::from(BLOCK));
+            let room = wanted.min(most).max(u64::from(vertices)) as u32;
+            let wanted = remaining.triangles * 3 + remaining.chunks * 2;
+            let index_room = wanted.min(MAX_BUFFER_BYTES / 2).max(u64::from(indices)) as u32;
+            pages.push(Page::new(device, layout, light_layout, room, index_room, textured));
+            pages.len() - 1
+        }
+    };
+    let to = &mut pages[page];
+    let (base_vertex, first_index) = to.used;
+    to.used = (base_vertex + vertices, first_index + indices);
+    let at = u64::from(base_vertex);
+    queue.write_buffer(&to.positions, at * 12, bytemuck::cast_slice(&kept.positions));
+    queue.write_buffer(&to.albedo, at * 4, bytemuck::cast_slice(&chunk.albedo));
+    if let Some(uvs) = &to.uvs {
+        queue.write_buffer(uvs, at * 8, bytemuck::cast_slice(&chunk.uvs));
+    }
+    queue.write_buffer(&to.baked, at * 4 * u64::from(layout.words()), bytemuck::cast_slice(&chunk.baked));
+    if kept.indices.len() % 2 == 0 {
+        queue.write_buffer(&to.indices, u64::from(first_index) * 2, bytemuck::cast_slice(&kept.indices));
+    } else {
+        let padded: Vec<u16> = kept.indices.iter().copied().chain([0]).collect();
+        queue.write_buffer(&to.indices, u64::from(first_index) * 2, bytemuck::cast_slice(&padded));
+    }
+    GpuChunk {
+        page,
+        base_vertex,
+        vertex_count: kept.positions.len() as u32,
+        first_index,
+        kept: Arc::clone(kept),
+        texture: chunk.texture,
+        lit_at: 0,
+    }
+}

@@ -1,0 +1,216 @@
+//! The pipelines that draw stone and sky, one for each kind of target.
+
+use super::layout::VertexLayout;
+use super::view::VIEW_BYTES;
+use crate::daylight::moment::MOMENT_BYTES;
+use crate::tonemap::{DisplayKey, ToneCurve};
+use bevy::asset::uuid::Uuid;
+use bevy::core_pipeline::core_3d::CORE_3D_DEPTH_FORMAT;
+use bevy::mesh::VertexBufferLayout;
+use bevy::prelude::*;
+use bevy::render::render_resource::binding_types::{
+    sampler, storage_buffer_read_only_sized, storage_buffer_sized, texture_2d, uniform_buffer_sized,
+};
+use bevy::render::render_resource::*;
+use bevy::shader::Shader;
+use std::collections::HashMap;
+use std::num::NonZeroU64;
+
+/// WGSL of `View` and its binding.
+pub const VIEW_WGSL: &str = include_str!("view.wgsl");
+
+/// What a colour pipeline is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Subject {
+    /// Stone with vertex colours.
+    Stone,
+    /// Stone with a base colour texture.
+    TexturedStone,
+    /// The dome.
+    Sky,
+}
+
+/// What a colour pipeline is specialised for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct PipelineKey {
+    subject: Subject,
+    display: DisplayKey,
+    samples: u32,
+}
+
+impl PipelineKey {
+    /// The key for a target of `format` with `samples` samples.
+    #[must_use]
+    pub fn new(subject: Subject, curve: ToneCurve, format: TextureFormat, samples: u32) -> Self {
+        Self { subject, display: DisplayKey { curve, format }, samples }
+    }
+
+    /// The shader's whole text.
+    #[must_use]
+    pub fn wgsl(self) -> String {
+        let before = format!("{}{VIEW_WGSL}\n", self.display.wgsl());
+        match self.subject {
+            Subject::Stone => before + &without_textured(include_str!("stone.wgsl"), false),
+            Subject::TexturedStone => before + &without_textured(include_str!("stone.wgsl"), true),
+            Subject::Sky => before + crate::sky::SKY_WGSL,
+        }
+    }
+}
+
+/// stone.wgsl with its `#ifdef TEXTURED` lines resolved, so that what a test validates is what runs.
+fn without_textured(source: &str, textured: bool) -> String {
+    let mut keep = true;
+    let mut out = String::with_capacity(source.len());
+    for line in source.lines() {
+        match line.trim() {
+            "#ifdef TEXTURED" => keep = textured,
+            "#endif" => keep = true,
+            _ if keep => {
+                out.push_str(line);
+                out.push('\n');
+            }
+            _ => {}
+        }
+    }
+    out
+}
+
+/// Bind group layouts, and the pipelines that were asked for so far.
+#[derive(Resource)]
+pub struct StagePipelines {
+    /// The moment's uniform.
+    pub moment_layout: BindGroupLayoutDescriptor,
+    /// A page's light buffers.
+    pub light_layout: BindGroupLayoutDescriptor,
+    /// The camera's uniform.
+    pub view_layout: BindGroupLayoutDescriptor,
+    /// A base colour texture.
+    pub texture_layout: BindGroupLayoutDescriptor,
+    /// The dome's two maps.
+    pub sky_layout: BindGroupLayoutDescriptor,
+    made: HashMap<PipelineKey, CachedRenderPipelineId>,
+    shaders: u128,
+}
+
+impl Default for StagePipelines {
+    fn default() -> Self {
+        let uniform = |bytes: usize| uniform_buffer_sized(false, NonZeroU64::new(bytes as u64));
+        let image = || texture_2d(TextureSampleType::Float { filterable: true });
+        Self {
+            moment_layout: BindGroupLayoutDescriptor::new(
+                "stone_moment",
+                &BindGroupLayoutEntries::single(ShaderStages::COMPUTE, uniform(MOMENT_BYTES)),
+            ),
+            light_layout: BindGroupLayoutDescriptor::new(
+                "stone_light",
+                &BindGroupLayoutEntries::sequential(
+                    ShaderStages::COMPUTE,
+                    (
+                        storage_buffer_read_only_sized(false, None),
+                        storage_buffer_read_only_sized(false, None),
+                        storage_buffer_sized(false, None),
+                    ),
+                ),
+            ),
+            view_layout: BindGroupLayoutDescriptor::new(
+                "stone_view",
+                &BindGroupLayoutEntries::single(ShaderStages::VERTEX_FRAGMENT, uniform(VIEW_BYTES)),
+            ),
+            texture_layout: BindGroupLayoutDescriptor::new(
+                "stone_texture",
+                &BindGroupLayoutEntries::sequential(ShaderStages::FRAGMENT, (image(), sampler(SamplerBindingType::Filtering))),
+            ),
+            sky_layout: BindGroupLayoutDescriptor::new(
+                "sky_maps",
+                &BindGroupLayoutEntries::sequential(
+                    ShaderStages::FRAGMENT,
+                    (image(), image(), sampler(SamplerBindingType::Filtering)),
+                ),
+            ),
+            made: HashMap::new(),
+            shaders: 0,
+        }
+    }
+}
+
+impl StagePipelines {
+    /// Gives `source` to the cache under a name of its own.
+    fn shader(&mut self, cache: &mut PipelineCache, source: String, name: &str) -> Handle<Shader> {
+        // Ours alone: the upper half is a random number.
+        let uuid = Uuid::from_u128(0x5f1d_9c1e_7a42_4b0b_0000_0000_0000_0000 + self.shaders);
+        self.shaders += 1;
+        cache.set_shader(AssetId::Uuid { uuid }, Shader::from_wgsl(source, format!("heliodon/{name}.wgsl")));
+        Handle::Uuid(uuid, std::marker::PhantomData)
+    }
+
+    /// The light pipeline for a bundle's layout.
+    pub fn light(&mut self, cache: &mut PipelineCache, layout: VertexLayout) -> CachedComputePipelineId {
+        let shader = self.shader(cache, layout.light_wgsl(), "light");
+        cache.queue_compute_pipeline(ComputePipelineDescriptor {
+            label: Some("stone_light".into()),
+            layout: vec![self.moment_layout.clone(), self.light_layout.clone()],
+            shader,
+            entry_point: Some("main".into()),
+            ..default()
+        })
+    }
+
+    /// The colour pipeline for a target.
+    pub fn colour(&mut self, cache: &mut PipelineCache, key: PipelineKey) -> CachedRenderPipelineId {
+        if let Some(&id) = self.made.get(&key) {
+            return id;
+        }
+        let shader = self.shader(cache, key.wgsl(), "colour");
+        let stone = key.subject != Subject::Sky;
+        let mut layout = vec![self.view_layout.clone()];
+        match key.subject {
+            Subject::Stone => {}
+            Subject::TexturedStone => layout.push(self.texture_layout.clone()),
+            Subject::Sky => layout.push(self.sky_layout.clone()),
+        }
+        let id = cache.queue_render_pipeline(RenderPipelineDescriptor {
+            label: Some(if stone { "stone" } else { "sky" }.into()),
+            layout,
+            vertex: VertexState {
+                shader: shader.clone(),
+                entry_point: Some("vertex".into()),
+                buffers: if stone { vertex_buffers(key.subject == Subject::TexturedStone) } else { Vec::new() },
+                ..default()
+            },
+            primitive: PrimitiveState { cull_mode: stone.then_some(Face::Back), ..default() },
+            depth_stencil: Some(DepthStencilState {
+                format: CORE_3D_DEPTH_FORMAT,
+                depth_write_enabled: Some(stone),
+                // Depth is reversed: near is 1.
+                depth_compare: Some(CompareFunction::GreaterEqual),
+                stencil: default(),
+                bias: default(),
+            }),
+            multisample: MultisampleState { count: key.samples, ..default() },
+            fragment: Some(FragmentState {
+                shader,
+                entry_point: Some("fragment".into()),
+                targets: vec![Some(ColorTargetState { format: key.display.format, blend: None, write_mask: ColorWrites::ALL })],
+                ..default()
+            }),
+            ..default()
+        });
+        self.made.insert(key, id);
+        id
+    }
+}
+
+/// Position, light, albedo, and texture coordinates, each from a buffer of its own.
+fn vertex_buffers(textured: bool) -> Vec<VertexBufferLayout> {
+    let one = |location: u32, format: VertexFormat| VertexBufferLayout {
+        array_stride: format.size(),
+        step_mode: VertexStepMode::Vertex,
+        attributes: vec![VertexAttribute { format, offset: 0, shader_location: location }],
+    };
+    let mut buffers =
+        vec![one(0, VertexFormat::Float32x3), one(1, VertexFormat::Float16x4), one(2, VertexFormat::Unorm10_10_10_2)];
+    if textured {
+        buffers.push(one(3, VertexFormat::Float32x2));
+    }
+    buffers
+}

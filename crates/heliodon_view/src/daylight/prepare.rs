@@ -1,0 +1,244 @@
+//! Before the GPU's work of a frame: what was loaded goes up, each camera's draws are found, the stale light is listed.
+
+use super::DaylightCamera;
+use super::layout::BLOCK;
+use super::moment::MomentUniform;
+use super::pages::{GpuChunk, GpuTexture, Page, Remaining, upload};
+use super::pipelines::{PipelineKey, StagePipelines, Subject};
+use super::view::{Draw, ViewUniform, cull};
+use crate::sky::SkyResources;
+use crate::stage::feed::Delivery;
+use crate::stage::frame::StageFrame;
+use crate::stage::texture;
+use bevy::prelude::*;
+use bevy::render::camera::ExtractedCamera;
+use bevy::render::render_asset::RenderAssets;
+use bevy::render::render_resource::*;
+use bevy::render::renderer::{RenderDevice, RenderQueue};
+use bevy::render::texture::{FallbackImage, GpuImage};
+use bevy::render::view::ExtractedView;
+
+/// Bytes of chunks and textures that go up in one frame: loading must not stop the pictures.
+const UPLOAD_BYTES_A_FRAME: usize = 24 << 20;
+
+/// All of the stone on the GPU.
+#[derive(Resource, Default)]
+pub struct StageGpu {
+    serial: u64,
+    /// The light pipeline of the bundle.
+    pub light_pipeline: Option<CachedComputePipelineId>,
+    /// Pages of buffers.
+    pub pages: Vec<Page>,
+    /// Chunks in them.
+    pub chunks: Vec<GpuChunk>,
+    /// Base colour images.
+    pub textures: Vec<GpuTexture>,
+    sampler: Option<Sampler>,
+    uploaded: Remaining,
+    moment: Option<MomentUniform>,
+    moment_serial: u64,
+    moment_buffer: Option<(Buffer, BindGroup)>,
+    /// Chunks that some camera sees, without order or repetition.
+    visible: Vec<usize>,
+    /// Blocks to be lit, per page.
+    work: Vec<Vec<u32>>,
+}
+
+impl StageGpu {
+    /// The moment's bind group.
+    #[must_use]
+    pub fn moment_bind_group(&self) -> Option<&BindGroup> {
+        self.moment_buffer.as_ref().map(|(_, group)| group)
+    }
+
+    /// Pages that have blocks to be lit this frame, and how many.
+    pub fn lit_pages(&self) -> impl Iterator<Item = (&Page, u32)> {
+        self.pages.iter().zip(&self.work).map(|(page, work)| (page, work.len() as u32)).filter(|&(_, blocks)| blocks > 0)
+    }
+}
+
+/// A camera's share of a frame.
+#[derive(Component, Default)]
+pub struct StageView {
+    buffer: Option<(Buffer, BindGroup)>,
+    /// Draws, near chunks first.
+    pub draws: Vec<Draw>,
+    /// Pipelines for stone, textured stone and sky.
+    pub pipelines: Option<[CachedRenderPipelineId; 3]>,
+    /// The dome's maps, when there are any.
+    pub sky: Option<BindGroup>,
+}
+
+impl StageView {
+    /// The camera's bind group.
+    #[must_use]
+    pub fn bind_group(&self) -> Option<&BindGroup> {
+        self.buffer.as_ref().map(|(_, group)| group)
+    }
+}
+
+/// Takes what the loading thread has ready.
+pub fn receive(
+    frame: Res<StageFrame>,
+    mut gpu: ResMut<StageGpu>,
+    mut pipelines: ResMut<StagePipelines>,
+    mut cache: ResMut<PipelineCache>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+) {
+    let gpu = &mut *gpu;
+    let Some(feed) = &frame.feed else {
+        if gpu.serial != 0 {
+            *gpu = StageGpu::default();
+        }
+        return;
+    };
+    if gpu.serial != feed.serial {
+        *gpu = StageGpu { serial: feed.serial, moment_serial: gpu.moment_serial, ..default() };
+        gpu.light_pipeline = Some(pipelines.light(&mut cache, feed.layout));
+    }
+    let light_layout = cache.get_bind_group_layout(&pipelines.light_layout);
+    let mut bytes = 0;
+    while bytes < UPLOAD_BYTES_A_FRAME {
+        match feed.next() {
+            None => break,
+            Some(Delivery::Texture(image)) => {
+                bytes += image.pixels.len() * 4;
+                let view = texture::upload(&device, &queue, &image);
+                let sampler = gpu.sampler.get_or_insert_with(|| texture::sampler(&device));
+                let layout = cache.get_bind_group_layout(&pipelines.texture_layout);
+                let entries = BindGroupEntries::sequential((&view, &*sampler));
+                let bind_group = device.create_bind_group("stone_texture", &layout, &entries);
+                gpu.textures.push(GpuTexture { bind_group, view });
+            }
+            Some(Delivery::Chunk(chunk)) => {
+                bytes += chunk.baked.len() * 4 + chunk.kept.positions.len() * 16;
+                let remaining = Remaining {
+                    vertices: feed.total.vertices.saturating_sub(gpu.uploaded.vertices),
+                    triangles: feed.total.triangles.saturating_sub(gpu.uploaded.triangles),
+                    chunks: feed.total.chunks.saturating_sub(gpu.uploaded.chunks),
+                };
+                gpu.uploaded.vertices += chunk.kept.positions.len() as u64;
+                gpu.uploaded.triangles += chunk.kept.indices.len() as u64 / 3;
+                gpu.uploaded.chunks += 1;
+                let placed = upload(&device, &queue, feed.layout, &light_layout, &mut gpu.pages, &chunk, remaining);
+                gpu.chunks.push(placed);
+            }
+        }
+    }
+}
+
+/// Finds what each camera draws.
+#[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
+pub fn prepare_views(
+    mut commands: Commands,
+    frame: Res<StageFrame>,
+    mut gpu: ResMut<StageGpu>,
+    mut pipelines: ResMut<StagePipelines>,
+    mut cache: ResMut<PipelineCache>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+    images: Res<RenderAssets<GpuImage>>,
+    fallback: Res<FallbackImage>,
+    sky: Res<SkyResources>,
+    mut views: Query<(Entity, &ExtractedCamera, &ExtractedView, &Msaa, Option<&mut StageView>), With<DaylightCamera>>,
+) {
+    gpu.visible.clear();
+    for (entity, camera, view, msaa, stage_view) in &mut views {
+        let Some(mut stage_view) = stage_view else {
+            // From the next frame on; the commands are applied before it.
+            commands.entity(entity).insert(StageView::default());
+            continue;
+        };
+        let eye = view.world_from_view.translation();
+        let view_from_world = view.world_from_view.to_matrix().inverse();
+        let clip_from_world = view.clip_from_world.unwrap_or_else(|| view.clip_from_view * view_from_world);
+        stage_view.draws.clear();
+        let mut visible = std::mem::take(&mut gpu.visible);
+        cull(&gpu.chunks, &clip_from_world, eye, &mut stage_view.draws, &mut visible);
+        gpu.visible = visible;
+
+        stage_view.pipelines = Some([Subject::Stone, Subject::TexturedStone, Subject::Sky].map(|subject| {
+            let key = PipelineKey::new(subject, frame.curve, view.target_format, msaa.samples());
+            pipelines.colour(&mut cache, key)
+        }));
+
+        let height = camera.physical_viewport_size.map_or(1, |size| size.y.max(1));
+        let world_from_view = Mat4::from_quat(view.world_from_view.rotation());
+        let pixel_rad = 2.0 / (view.clip_from_view.y_axis.y.abs().max(1e-6) * height as f32);
+        let uniform =
+            crate::sky::view_uniform(&frame, clip_from_world, world_from_view * view.clip_from_view.inverse(), pixel_rad);
+        write_uniform(
+            &mut stage_view.buffer,
+            &device,
+            &queue,
+            &cache.get_bind_group_layout(&pipelines.view_layout),
+            bytemuck::bytes_of::<ViewUniform>(&uniform),
+            "stone_view",
+        );
+        stage_view.sky =
+            sky.bind_group(&frame.sky, &images, &fallback, &device, &cache.get_bind_group_layout(&pipelines.sky_layout));
+    }
+}
+
+/// Creates the uniform's buffer at the first call, and writes it.
+fn write_uniform(
+    slot: &mut Option<(Buffer, BindGroup)>,
+    device: &RenderDevice,
+    queue: &RenderQueue,
+    layout: &BindGroupLayout,
+    bytes: &[u8],
+    label: &'static str,
+) {
+    let (buffer, _) = slot.get_or_insert_with(|| {
+        let buffer = device.create_buffer(&BufferDescriptor {
+            label: Some(label),
+            size: bytes.len() as u64,
+            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let entries = BindGroupEntries::single(buffer.as_entire_buffer_binding());
+        let group = device.create_bind_group(label, layout, &entries);
+        (buffer, group)
+    });
+    queue.write_buffer(buffer, 0, bytes);
+}
+
+/// Lists the visible blocks whose light is not the moment's.
+pub fn prepare_light(
+    frame: Res<StageFrame>,
+    mut gpu: ResMut<StageGpu>,
+    pipelines: Res<StagePipelines>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+) {
+    let gpu = &mut *gpu;
+    gpu.work.iter_mut().for_each(Vec::clear);
+    gpu.work.resize_with(gpu.pages.len(), Vec::new);
+    let (Some(feed), Some(moment)) = (&frame.feed, &frame.moment) else { return };
+    // Until the pipeline is there nothing would be lit, and chunks must not be taken for lit.
+    if gpu.light_pipeline.is_none_or(|id| cache.get_compute_pipeline(id).is_none()) {
+        return;
+    }
+    let uniform = MomentUniform::new(feed.layout, moment, frame.exposure_stops.exp2());
+    if gpu.moment != Some(uniform) {
+        gpu.moment = Some(uniform);
+        gpu.moment_serial += 1;
+        let layout = cache.get_bind_group_layout(&pipelines.moment_layout);
+        write_uniform(&mut gpu.moment_buffer, &device, &queue, &layout, bytemuck::bytes_of(&uniform), "stone_moment");
+    }
+    for &index in &gpu.visible {
+        let chunk = &mut gpu.chunks[index];
+        if chunk.lit_at != gpu.moment_serial {
+            chunk.lit_at = gpu.moment_serial;
+            let first = chunk.base_vertex / BLOCK;
+            gpu.work[chunk.page].extend(first..first + chunk.vertex_count.div_ceil(BLOCK));
+        }
+    }
+    for (page, work) in gpu.pages.iter().zip(&gpu.work) {
+        if !work.is_empty() {
+            queue.write_buffer(&page.work, 0, bytemuck::cast_slice(work));
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Every shader is parsed and validated without a GPU, and its structs have the sizes that the CPU gives them.
+
+use super::layout::VertexLayout;
+use super::moment::MOMENT_BYTES;
+use super::pipelines::{PipelineKey, Subject};
+use super::view::VIEW_BYTES;
+use crate::tonemap::ToneCurve;
+use bevy::render::render_resource::TextureFormat;
+use heliodon_bundle::LightLayout;
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+fn compile(source: &str) -> naga::Module {
+    let module = naga::front::wgsl::parse_str(source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(source)));
+    // Half floats read as words: every WebGPU device does that.
+    Validator::new(ValidationFlags::all(), Capabilities::SHADER_FLOAT16_IN_FLOAT32)
+        .validate(&module)
+        .unwrap_or_else(|error| panic!("{}", error.emit_to_string(source)));
+    module
+}
+
+fn size_of_struct(module: &naga::Module, name: &str) -> Option<u32> {
+    module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name)).and_then(|(_, ty)| match &ty.inner {
+        naga::TypeInner::Struct { span, .. } => Some(*span),
+        _ => None,
+    })
+}
+
+#[test]
+fn the_light_shader_is_valid_for_every_layout() {
+    for coefficients in [4, 9] {
+        for channels in [1, 3] {
+            for (sun_steps, sun_bounce_functions) in [(1, 0), (92, 3), (1024, 64)] {
+                let layout = LightLayout { sun_steps, coefficients, channels, sun_bounce_functions };
+                let module = compile(&VertexLayout(layout).light_wgsl());
+                assert_eq!(size_of_struct(&module, "Moment"), Some(MOMENT_BYTES as u32));
+            }
+        }
+    }
+}
+
+#[test]
+fn the_colour_shaders_are_valid_for_every_target() {
+    for subject in [Subject::Stone, Subject::TexturedStone, Subject::Sky] {
+        for curve in [ToneCurve::Clamp, ToneCurve::Filmic, ToneCurve::Linear] {
+            for format in [TextureFormat::Rgba8UnormSrgb, TextureFormat::Rgba8Unorm, TextureFormat::Rgba16Float] {
+                let module = compile(&PipelineKey::new(subject, curve, format, 1).wgsl());
+                assert_eq!(size_of_struct(&module, "View"), Some(VIEW_BYTES as u32));
+            }
+        }
+    }
+}

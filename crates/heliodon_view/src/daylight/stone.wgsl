@@ -1,0 +1,47 @@
+// The stone: light comes per vertex, albedo is met in the fragment, exposure is already in the light.
+// Prepended: display.wgsl with its constants, view.wgsl, and `const TEXTURED: bool`.
+
+struct Vertex {
+    @location(0) position: vec3<f32>,
+    @location(1) light: vec4<f32>,
+    // Square roots of linear albedo, so that ten bits are enough for dark stone.
+    @location(2) albedo_root: vec4<f32>,
+#ifdef TEXTURED
+    @location(3) uv: vec2<f32>,
+#endif
+}
+
+struct Fragment {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) light: vec3<f32>,
+    @location(1) albedo: vec3<f32>,
+#ifdef TEXTURED
+    @location(2) uv: vec2<f32>,
+#endif
+}
+
+#ifdef TEXTURED
+@group(1) @binding(0) var albedo_texture: texture_2d<f32>;
+@group(1) @binding(1) var albedo_sampler: sampler;
+#endif
+
+@vertex
+fn vertex(in: Vertex) -> Fragment {
+    var out: Fragment;
+    out.clip = view.clip_from_world * vec4<f32>(in.position, 1.0);
+    out.light = in.light.rgb;
+    out.albedo = in.albedo_root.rgb * in.albedo_root.rgb;
+#ifdef TEXTURED
+    out.uv = in.uv;
+#endif
+    return out;
+}
+
+@fragment
+fn fragment(in: Fragment) -> @location(0) vec4<f32> {
+    var albedo = in.albedo;
+#ifdef TEXTURED
+    albedo *= textureSample(albedo_texture, albedo_sampler, in.uv).rgb;
+#endif
+    return vec4<f32>(display(in.light * albedo), 1.0);
+}

@@ -1,0 +1,297 @@
+//! Pictures without a display: the window's own passes, into memory.
+//!
+//! A [`Renderer`] is a Bevy app that is stepped by hand, with time standing still: a picture depends on its [`Shot`] and on
+//! nothing that was drawn before. Pictures are drawn larger and averaged down: most of the stone's triangles are smaller than
+//! a pixel, so multisampling, which shades once a pixel, would leave their light noisy.
+
+mod downsample;
+mod readback;
+
+use crate::HeliodonPlugins;
+use crate::daylight::DaylightCamera;
+use crate::navigation::pose::{Pose, fov_deg};
+use crate::sky::SkyMaps;
+use crate::stage::frame::StageFrame;
+use crate::stage::{Stage, StageStatus};
+use crate::time_lapse::exposure::Exposure;
+use crate::time_lapse::{Blend, TimeLapse};
+use crate::tonemap::ToneCurve;
+use bevy::app::PluginsState;
+use bevy::camera::RenderTarget;
+use bevy::log::LogPlugin;
+use bevy::prelude::*;
+use bevy::render::RenderPlugin;
+use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
+use bevy::render::render_resource::{TextureFormat, TextureUsages};
+use bevy::time::TimeUpdateStrategy;
+use bevy::window::ExitCondition;
+use bevy::winit::WinitPlugin;
+use heliodon_bundle::{BundleReader, ReadError};
+use heliodon_image::{HdrImage, SrgbImage};
+use readback::{Pending, ReadbackError, begin_readback};
+use std::path::Path;
+use std::time::Duration;
+use thiserror::Error;
+
+/// Why there is no picture.
+#[derive(Debug, Error)]
+pub enum HeadlessError {
+    /// The bundle cannot be opened.
+    #[error(transparent)]
+    Bundle(#[from] ReadError),
+    /// The bundle could not be read to its end.
+    #[error("{0}")]
+    Loading(String),
+    /// A picture of a size that cannot be drawn.
+    #[error(
+        "a picture of {width} x {height} pixels with {samples} x {samples} samples a pixel: each side must be 1 to {most} pixels"
+    )]
+    Size {
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// Samples along each side of a pixel.
+        samples: u32,
+        /// The longest side that the device draws with so many samples.
+        most: u32,
+    },
+    /// The GPU did not give the picture back.
+    #[error(transparent)]
+    Readback(#[from] ReadbackError),
+}
+
+/// How a [`Renderer`] draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RenderOptions {
+    /// Samples along each side of a pixel, 1 to 4. With 2, a picture takes about twice as long as with 1 on software Vulkan,
+    /// because the triangles are set up only once; edges have 5 levels. With 4, 17 levels and some six times as long.
+    pub samples: u32,
+}
+
+impl RenderOptions {
+    /// For films: 2 x 2.
+    #[must_use]
+    pub fn film() -> Self {
+        Self { samples: 2 }
+    }
+
+    /// For stills: 4 x 4.
+    #[must_use]
+    pub fn still() -> Self {
+        Self { samples: 4 }
+    }
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        Self::film()
+    }
+}
+
+/// How a picture is exposed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ShotExposure {
+    /// As the lapse says, and so many stops more.
+    Lapse(f32),
+    /// So many stops.
+    Stops(f32),
+}
+
+/// One picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shot {
+    /// Local time in seconds after midnight; the lapse's nearest end for one outside it.
+    pub clock_s: f64,
+    /// The eye.
+    pub pose: Pose,
+    /// Vertical opening angle, degrees.
+    pub fov_deg: f32,
+    /// Exposure.
+    pub exposure: ShotExposure,
+    /// Tone curve of 8-bit pictures.
+    pub curve: ToneCurve,
+    /// How the steps are joined.
+    pub blend: Blend,
+}
+
+/// Draws pictures of one bundle.
+pub struct Renderer {
+    app: App,
+    camera: Entity,
+    /// Targets with display values and with linear light.
+    targets: [Handle<Image>; 2],
+    size: UVec2,
+    samples: u32,
+}
+
+impl Renderer {
+    /// Opens the bundle in `folder` and loads all of it, for pictures of `width` by `height` pixels.
+    ///
+    /// # Errors
+    /// If it cannot be read, or the size cannot be drawn.
+    ///
+    /// # Panics
+    /// Without any Vulkan, Metal or DirectX driver, as Bevy does; a software one will do.
+    pub fn new(folder: impl AsRef<Path>, width: u32, height: u32, options: RenderOptions) -> Result<Self, HeadlessError> {
+        // Before the GPU is asked for: a bad bundle fails at once.
+        drop(BundleReader::open(folder.as_ref())?);
+        let samples = options.samples.clamp(1, 4);
+        let mut app = App::new();
+        app.add_plugins(
+            DefaultPlugins
+                .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
+                .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
+                .disable::<WinitPlugin>()
+                .disable::<LogPlugin>()
+                .disable::<PipelinedRenderingPlugin>(),
+        )
+        .add_plugins(HeliodonPlugins)
+        .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO));
+        while app.plugins_state() == PluginsState::Adding {
+            // The renderer is asked for in the background.
+            bevy::tasks::tick_global_task_pools_on_main_thread();
+        }
+        app.finish();
+        app.cleanup();
+        app.world_mut().resource_mut::<SkyMaps>().wait = true;
+        app.world_mut().resource_mut::<TimeLapse>().playing = false;
+
+        let most = readback::longest_side(&app) / samples;
+        if !(1..=most).contains(&width) || !(1..=most).contains(&height) {
+            return Err(HeadlessError::Size { width, height, samples, most });
+        }
+        let size = UVec2::new(width, height);
+        let drawn = size * samples;
+        let mut images = app.world_mut().resource_mut::<Assets<Image>>();
+        let targets = [TextureFormat::Rgba8UnormSrgb, TextureFormat::Rgba16Float].map(|format| {
+            let mut image = Image::new_target_texture(drawn.x, drawn.y, format, None);
+            image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
+            images.add(image)
+        });
+        let camera = app.world_mut().spawn((DaylightCamera, RenderTarget::from(targets[0].clone()))).id();
+        app.world_mut().resource_mut::<Stage>().open(folder)?;
+        let mut renderer = Self { app, camera, targets, size, samples };
+        renderer.load()?;
+        Ok(renderer)
+    }
+
+    /// Steps until everything is on the GPU.
+    fn load(&mut self) -> Result<(), HeadlessError> {
+        self.set_active(false);
+        loop {
+            self.app.update();
+            match self.stage().status() {
+                StageStatus::Failed(what) => return Err(HeadlessError::Loading(what.clone())),
+                _ if self.stage().is_complete() => break,
+                _ => std::thread::sleep(Duration::from_millis(1)),
+            }
+        }
+        self.set_active(true);
+        // A frame in which the camera gets its share of the render world.
+        self.app.update();
+        Ok(())
+    }
+
+    fn set_active(&mut self, active: bool) {
+        if let Some(mut camera) = self.app.world_mut().get_mut::<Camera>(self.camera) {
+            camera.is_active = active;
+        }
+    }
+
+    /// The stage with the bundle.
+    #[must_use]
+    pub fn stage(&self) -> &Stage {
+        self.app.world().resource::<Stage>()
+    }
+
+    /// The app, to put guests on the stage: what is added is in the next picture.
+    pub fn app_mut(&mut self) -> &mut App {
+        &mut self.app
+    }
+
+    /// The shot of a visitor who just came, at a local time in seconds after midnight, as the lapse exposes it.
+    #[must_use]
+    pub fn home_shot(&self, clock_s: f64) -> Shot {
+        let manifest = self.stage().manifest();
+        Shot {
+            clock_s,
+            pose: manifest.map_or(Pose { eye: Vec3::ZERO, yaw_rad: 0.0, pitch_rad: 0.0 }, Pose::home),
+            fov_deg: manifest.map_or(50.0, fov_deg),
+            exposure: ShotExposure::Lapse(0.0),
+            curve: ToneCurve::Clamp,
+            blend: Blend::Smooth,
+        }
+    }
+
+    /// The picture as the display shows it.
+    ///
+    /// # Errors
+    /// If the GPU does not give it back.
+    pub fn render(&mut self, shot: &Shot) -> Result<SrgbImage, HeadlessError> {
+        let pending = self.draw(shot, shot.curve)?;
+        self.finish(pending)
+    }
+
+    /// The picture's radiance: linear, not exposed, not clamped but for half floats' range around the lapse's exposure.
+    ///
+    /// # Errors
+    /// If the GPU does not give it back.
+    pub fn render_linear(&mut self, shot: &Shot) -> Result<HdrImage, HeadlessError> {
+        let pending = self.draw(shot, ToneCurve::Linear)?;
+        let stops = self.app.world().resource::<StageFrame>().exposure_stops;
+        let bytes = pending.wait(&self.app)?;
+        Ok(downsample::linear(&bytes, self.size, self.samples, (-stops).exp2()))
+    }
+
+    /// Draws one picture after the other and hands each to `take`; while the GPU draws one, the one before is taken.
+    ///
+    /// # Errors
+    /// The first picture that the GPU does not give back, or what `take` says.
+    pub fn render_all<E: From<HeadlessError>>(
+        &mut self,
+        shots: impl IntoIterator<Item = Shot>,
+        mut take: impl FnMut(usize, SrgbImage) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut before: Option<(usize, Pending)> = None;
+        for (index, shot) in shots.into_iter().enumerate() {
+            let drawn = self.draw(&shot, shot.curve).map_err(E::from)?;
+            if let Some((index, pending)) = before.replace((index, drawn)) {
+                take(index, self.finish(pending).map_err(E::from)?)?;
+            }
+        }
+        if let Some((index, pending)) = before {
+            take(index, self.finish(pending).map_err(E::from)?)?;
+        }
+        Ok(())
+    }
+
+    fn finish(&self, pending: Pending) -> Result<SrgbImage, HeadlessError> {
+        let bytes = pending.wait(&self.app)?;
+        Ok(downsample::srgb(&bytes, self.size, self.samples))
+    }
+
+    fn draw(&mut self, shot: &Shot, curve: ToneCurve) -> Result<Pending, HeadlessError> {
+        let target = self.targets[usize::from(curve == ToneCurve::Linear)].clone();
+        let world = self.app.world_mut();
+        let mut lapse = world.resource_mut::<TimeLapse>();
+        lapse.playing = false;
+        lapse.blend = shot.blend;
+        lapse.scrub(shot.clock_s);
+        let mut exposure = world.resource_mut::<Exposure>();
+        *exposure = Exposure::default();
+        match shot.exposure {
+            ShotExposure::Lapse(more) => exposure.manual_stops = more,
+            ShotExposure::Stops(stops) => exposure.fix(stops),
+        }
+        world.resource_mut::<StageFrame>().curve = curve;
+        let projection = PerspectiveProjection { fov: shot.fov_deg.to_radians(), near: 0.05, ..default() };
+        world.entity_mut(self.camera).insert((
+            RenderTarget::from(target.clone()),
+            Projection::Perspective(projection),
+            shot.pose.transform(),
+        ));
+        self.app.update();
+        Ok(begin_readback(&self.app, &target)?)
+    }
+}

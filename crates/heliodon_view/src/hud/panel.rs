@@ -1,0 +1,180 @@
+//! The text in the corner, and the help.
+
+use super::{FAINT, HudVisibility, INK, PANEL, clock_text, keys};
+use crate::navigation::Visitor;
+use crate::stage::frame::StageFrame;
+use crate::stage::{Stage, StageStatus};
+use crate::time_lapse::exposure::Exposure;
+use crate::time_lapse::{Blend, Now, TimeLapse};
+use crate::tonemap::ToneCurve;
+use bevy::prelude::*;
+
+/// The hour, in large letters.
+#[derive(Component)]
+pub(super) struct HourText;
+/// Everything else.
+#[derive(Component)]
+pub(super) struct DetailText;
+/// What Tab hides.
+#[derive(Component)]
+pub(super) struct HudRoot;
+/// What H shows.
+#[derive(Component)]
+pub(super) struct HelpRoot;
+
+/// How often the frame time is told, in seconds: figures that change with every frame cannot be read.
+const TELL_EVERY_S: f32 = 0.4;
+
+fn text(size: f32, color: Color) -> (Text, TextFont, TextColor) {
+    (Text::default(), TextFont::from_font_size(size), TextColor(color))
+}
+
+pub(super) fn spawn(mut commands: Commands) {
+    commands
+        .spawn((
+            HudRoot,
+            Node {
+                position_type: PositionType::Absolute,
+                top: px(14),
+                left: px(14),
+                padding: UiRect::axes(px(12), px(8)),
+                flex_direction: FlexDirection::Column,
+                border_radius: BorderRadius::all(px(6)),
+                ..default()
+            },
+            BackgroundColor(PANEL),
+        ))
+        .with_children(|parent| {
+            parent.spawn((HourText, text(26.0, INK)));
+            parent.spawn((DetailText, text(13.0, INK)));
+        });
+    commands
+        .spawn((
+            HelpRoot,
+            Visibility::Hidden,
+            Node {
+                position_type: PositionType::Absolute,
+                top: px(14),
+                right: px(14),
+                padding: UiRect::axes(px(16), px(12)),
+                column_gap: px(18),
+                border_radius: BorderRadius::all(px(6)),
+                ..default()
+            },
+            BackgroundColor(PANEL),
+        ))
+        .with_children(|parent| {
+            let column = |pick: fn(&(&'static str, &'static str)) -> &'static str| {
+                keys::HELP.iter().map(pick).collect::<Vec<_>>().join("\n")
+            };
+            parent.spawn((Text(column(|entry| entry.0)), TextFont::from_font_size(13.0), TextColor(INK)));
+            parent.spawn((Text(column(|entry| entry.1)), TextFont::from_font_size(13.0), TextColor(FAINT)));
+        });
+}
+
+pub(super) fn show_parts(
+    visibility: Res<HudVisibility>,
+    mut hud: Query<&mut Visibility, (With<HudRoot>, Without<HelpRoot>)>,
+    mut help: Query<&mut Visibility, (With<HelpRoot>, Without<HudRoot>)>,
+) {
+    let seen = |shown: bool| if shown { Visibility::Inherited } else { Visibility::Hidden };
+    hud.iter_mut().for_each(|mut part| {
+        part.set_if_neq(seen(visibility.shown));
+    });
+    help.iter_mut().for_each(|mut part| {
+        part.set_if_neq(seen(visibility.help));
+    });
+}
+
+/// Mean frame time since it was last told.
+#[derive(Default)]
+pub(super) struct FrameTimes {
+    frames: u32,
+    seconds: f32,
+    told_ms: f32,
+}
+
+#[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
+pub(super) fn tell(
+    time: Res<Time<Real>>,
+    stage: Res<Stage>,
+    now: Res<Now>,
+    lapse: Res<TimeLapse>,
+    exposure: Res<Exposure>,
+    frame: Res<StageFrame>,
+    visitors: Query<&Visitor>,
+    mut times: Local<FrameTimes>,
+    mut hours: Query<&mut Text, (With<HourText>, Without<DetailText>)>,
+    mut details: Query<&mut Text, (With<DetailText>, Without<HourText>)>,
+) {
+    times.frames += 1;
+    times.seconds += time.delta_secs();
+    if times.seconds >= TELL_EVERY_S {
+        *times = FrameTimes { told_ms: times.seconds * 1e3 / times.frames as f32, ..default() };
+    }
+    let hour = if now.moment.is_some() { clock_text(lapse.clock_s) } else { "no bundle".to_owned() };
+    for mut text in &mut hours {
+        text.set_if_neq(Text(hour.clone()));
+    }
+    let told = Detail {
+        sun_height_deg: now.moment.as_ref().filter(|_| now.has_sun).map(|m| m.sun_direction.y.asin().to_degrees()),
+        exposure: *exposure,
+        frame_ms: times.told_ms,
+        lapse: &lapse,
+        curve: frame.curve,
+        status: stage.status(),
+        visitor: visitors.iter().next(),
+    }
+    .to_string();
+    for mut text in &mut details {
+        text.set_if_neq(Text(told.clone()));
+    }
+}
+
+/// What the smaller letters say.
+struct Detail<'a> {
+    sun_height_deg: Option<f32>,
+    exposure: Exposure,
+    frame_ms: f32,
+    lapse: &'a TimeLapse,
+    curve: ToneCurve,
+    status: &'a StageStatus,
+    visitor: Option<&'a Visitor>,
+}
+
+impl std::fmt::Display for Detail<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.sun_height_deg {
+            Some(height) => writeln!(f, "sun       {height:+.1} deg")?,
+            None => writeln!(f, "sun       none")?,
+        }
+        write!(f, "exposure  {:+.2} stops", self.exposure.stops())?;
+        if self.exposure.held {
+            write!(f, ", held")?;
+        } else if self.exposure.manual_stops != 0.0 {
+            write!(f, " ({:+.2} by hand)", self.exposure.manual_stops)?;
+        }
+        write!(f, "\nframe     {:.1} ms\nday       ", self.frame_ms)?;
+        if self.lapse.playing {
+            write!(f, "{:.0} s", self.lapse.day_seconds / self.lapse.speed.abs())?;
+        } else {
+            write!(f, "paused")?;
+        }
+        if self.lapse.blend == Blend::Hard {
+            write!(f, ", hard steps")?;
+        }
+        if self.curve == ToneCurve::Filmic {
+            write!(f, ", filmic")?;
+        }
+        if let Some(visitor) = self.visitor {
+            let gait = if visitor.walking { "walk" } else { "fly" };
+            let place = if visitor.in_room { ", in the room" } else { "" };
+            write!(f, "\n{gait:<10}{:.1} m/s{place}", visitor.pace_m_s)?;
+        }
+        match self.status {
+            StageStatus::Loading { done, total } => write!(f, "\nloading   {done} of {total}"),
+            StageStatus::Failed(what) => write!(f, "\n{what}"),
+            StageStatus::Empty | StageStatus::Ready => write!(f, "\nH         help"),
+        }
+    }
+}

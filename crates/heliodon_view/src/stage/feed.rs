@@ -1,0 +1,59 @@
+//! The way of chunks and textures from the loading thread to the GPU.
+
+use crate::daylight::chunk::PreparedChunk;
+use crate::daylight::layout::VertexLayout;
+use crate::daylight::pages::Remaining;
+use heliodon_image::SrgbImage;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Receiver;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Something for the GPU.
+#[derive(Debug)]
+pub enum Delivery {
+    /// A base colour image; they come in the order of their index, before the chunks.
+    Texture(SrgbImage),
+    /// A chunk.
+    Chunk(Box<PreparedChunk>),
+}
+
+/// The stage of one bundle, as the render world sees it. The queue is short, so that a bundle is never in memory twice.
+#[derive(Debug)]
+pub struct Feed {
+    /// What tells this bundle from the one before.
+    pub serial: u64,
+    /// Shape of its light.
+    pub layout: VertexLayout,
+    /// All that will come.
+    pub total: Remaining,
+    receiver: Mutex<Receiver<Delivery>>,
+    uploaded: AtomicBool,
+}
+
+impl Feed {
+    /// A feed from `receiver`.
+    #[must_use]
+    pub fn new(serial: u64, layout: VertexLayout, total: Remaining, receiver: Receiver<Delivery>) -> Arc<Self> {
+        Arc::new(Self { serial, layout, total, receiver: Mutex::new(receiver), uploaded: AtomicBool::new(false) })
+    }
+
+    /// The next thing, if one is ready.
+    #[must_use]
+    pub fn next(&self) -> Option<Delivery> {
+        use std::sync::mpsc::TryRecvError;
+        match self.receiver.lock().unwrap_or_else(PoisonError::into_inner).try_recv() {
+            Ok(delivery) => Some(delivery),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => {
+                self.uploaded.store(true, Ordering::Release);
+                None
+            }
+        }
+    }
+
+    /// Whether all there is has reached the GPU.
+    #[must_use]
+    pub fn is_uploaded(&self) -> bool {
+        self.uploaded.load(Ordering::Acquire)
+    }
+}

@@ -1,0 +1,58 @@
+//! The loading thread: reads chunk after chunk, makes each ready, and hands it on.
+
+use super::feed::Delivery;
+use crate::daylight::chunk::{KeptChunk, PreparedChunk};
+use crate::daylight::layout::VertexLayout;
+use heliodon_bundle::BundleReader;
+use heliodon_image::SrgbImage;
+use std::sync::Arc;
+use std::sync::mpsc::{Sender, SyncSender};
+
+/// What the stage learns from the loading thread.
+#[derive(Debug)]
+pub enum Progress {
+    /// A chunk is on its way to the GPU.
+    Chunk(Arc<KeptChunk>),
+    /// Nothing more will come, because of this.
+    Failed(String),
+    /// All chunks were read.
+    Done,
+}
+
+/// Chunks that may wait for the GPU: enough to keep both sides busy, few enough to be no second copy of the bundle.
+pub const QUEUE_LENGTH: usize = 4;
+
+/// Reads all of `reader` until done, an error, or nobody listens any more.
+pub fn run(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Sender<Progress>) {
+    let end = match deliver(reader, to_gpu, to_stage) {
+        Ok(()) => Progress::Done,
+        Err(what) => Progress::Failed(what),
+    };
+    // The stage may have gone to another bundle: then nobody wants to know.
+    to_stage.send(end).ok();
+}
+
+fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Sender<Progress>) -> Result<(), String> {
+    let layout = VertexLayout(reader.manifest().light);
+    for (index, texture) in reader.manifest().textures.iter().enumerate() {
+        let bytes = reader.texture_bytes(index).map_err(|error| error.to_string())?;
+        let image = if bytes.is_empty() {
+            SrgbImage { width: 1, height: 1, pixels: vec![[255; 4]] }
+        } else {
+            SrgbImage::from_bytes(&bytes, &texture.name).map_err(|error| error.to_string())?
+        };
+        if to_gpu.send(Delivery::Texture(image)).is_err() {
+            return Ok(());
+        }
+    }
+    for index in 0..reader.chunk_count() {
+        let chunk = reader.read_chunk(index).map_err(|error| error.to_string())?;
+        let prepared = PreparedChunk::new(layout, &chunk);
+        drop(chunk);
+        let kept = Arc::clone(&prepared.kept);
+        if to_gpu.send(Delivery::Chunk(Box::new(prepared))).is_err() || to_stage.send(Progress::Chunk(kept)).is_err() {
+            return Ok(());
+        }
+    }
+    Ok(())
+}

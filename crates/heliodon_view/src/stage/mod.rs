@@ -1,0 +1,155 @@
+//! The stage: a bundle, loaded while it can already be seen.
+
+pub mod feed;
+pub mod frame;
+pub mod ground;
+mod load;
+pub(crate) mod texture;
+
+use crate::daylight::layout::VertexLayout;
+use crate::daylight::pages::Remaining;
+use crate::time_lapse::TimeLapse;
+use bevy::prelude::*;
+use feed::Feed;
+use frame::StageFrame;
+use ground::Ground;
+use heliodon_bundle::{BundleReader, Manifest, ReadError};
+use load::Progress;
+use std::path::Path;
+use std::sync::mpsc::{Receiver, channel, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// How far the bundle is loaded.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum StageStatus {
+    /// No bundle was opened.
+    #[default]
+    Empty,
+    /// Chunks are coming in; those that came are drawn.
+    Loading {
+        /// Chunks read.
+        done: usize,
+        /// All chunks.
+        total: usize,
+    },
+    /// Everything was read.
+    Ready,
+    /// Reading failed; what came before is drawn.
+    Failed(String),
+}
+
+/// The bundle on the stage. Open one with [`Stage::open`]; cameras with [`crate::DaylightCamera`] see it.
+#[derive(Resource, Default)]
+pub struct Stage {
+    bundle: Option<Arc<BundleReader>>,
+    feed: Option<Arc<Feed>>,
+    progress: Option<Mutex<Receiver<Progress>>>,
+    status: StageStatus,
+    ground: Ground,
+    serial: u64,
+}
+
+impl Stage {
+    /// Opens the bundle in `folder` and starts to load it in the background, in place of the one before.
+    ///
+    /// # Errors
+    /// If it is no bundle, or its manifest, lapse or geometry are malformed. The stage then stays as it was.
+    pub fn open(&mut self, folder: impl AsRef<Path>) -> Result<(), ReadError> {
+        let bundle = Arc::new(BundleReader::open(folder)?);
+        let total = Remaining {
+            vertices: bundle.vertex_count(),
+            triangles: bundle.triangle_count(),
+            chunks: bundle.chunk_count() as u64,
+        };
+        let (to_gpu, from_loader) = sync_channel(load::QUEUE_LENGTH);
+        let (to_stage, progress) = channel();
+        self.serial += 1;
+        self.feed = Some(Feed::new(self.serial, VertexLayout(bundle.manifest().light), total, from_loader));
+        self.progress = Some(Mutex::new(progress));
+        self.status = StageStatus::Loading { done: 0, total: bundle.chunk_count() };
+        self.ground = Ground::default();
+        self.bundle = Some(Arc::clone(&bundle));
+        std::thread::spawn(move || load::run(&bundle, &to_gpu, &to_stage));
+        Ok(())
+    }
+
+    /// How far the bundle is loaded.
+    #[must_use]
+    pub fn status(&self) -> &StageStatus {
+        &self.status
+    }
+
+    /// Whether everything was read and has reached the GPU.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.status == StageStatus::Ready && self.feed.as_ref().is_some_and(|feed| feed.is_uploaded())
+    }
+
+    /// What the open bundle is.
+    #[must_use]
+    pub fn manifest(&self) -> Option<&Manifest> {
+        self.bundle.as_deref().map(BundleReader::manifest)
+    }
+
+    /// The open bundle.
+    #[must_use]
+    pub fn bundle(&self) -> Option<&Arc<BundleReader>> {
+        self.bundle.as_ref()
+    }
+
+    /// The geometry that was read so far, to stand on.
+    #[must_use]
+    pub fn ground(&self) -> &Ground {
+        &self.ground
+    }
+
+    /// A number that changes with the bundle.
+    #[must_use]
+    pub fn serial(&self) -> u64 {
+        self.serial
+    }
+}
+
+/// Keeps the [`Stage`] up to date.
+#[derive(Default)]
+pub struct StagePlugin;
+
+impl Plugin for StagePlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Stage>().add_systems(PreUpdate, follow_loading);
+    }
+}
+
+fn follow_loading(mut stage: ResMut<Stage>, mut frame: ResMut<StageFrame>, mut lapse: ResMut<TimeLapse>) {
+    if stage.serial != frame.feed.as_ref().map_or(0, |feed| feed.serial) {
+        frame.feed = stage.feed.clone();
+        lapse.begin(stage.bundle.as_deref().map(BundleReader::lapse));
+    }
+    let stage = &mut *stage;
+    let Some(progress) = &stage.progress else { return };
+    let progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut ended = false;
+    while let Ok(news) = progress.try_recv() {
+        match news {
+            Progress::Chunk(kept) => {
+                stage.ground.push(kept);
+                if let StageStatus::Loading { done, .. } = &mut stage.status {
+                    *done += 1;
+                }
+            }
+            Progress::Failed(what) => {
+                warn!("the bundle could not be read to its end: {what}");
+                stage.status = StageStatus::Failed(what);
+                ended = true;
+            }
+            Progress::Done => {
+                stage.status = StageStatus::Ready;
+                ended = true;
+            }
+        }
+    }
+    drop(progress);
+    if ended {
+        stage.progress = None;
+    }
+}

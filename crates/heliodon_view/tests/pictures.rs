@@ -1,0 +1,281 @@
+//! Pictures from the GPU (a software one will do) against the light that `heliodon_bundle` works out on the CPU.
+
+#[path = "../examples/common/mod.rs"]
+mod common;
+
+use bevy::asset::Assets;
+use bevy::prelude::{Color, Cuboid, Mesh, Mesh3d, MeshMaterial3d, StandardMaterial, Transform};
+use glam::{Vec2, Vec3};
+use heliodon_bundle::moment::{Blend, Day, Moment};
+use heliodon_bundle::shade::chunk_light;
+use heliodon_bundle::site::Site;
+use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, LightLayout, LitChunk, VertexLight};
+use heliodon_image::HdrImage;
+use heliodon_math::color::linear_from_srgb;
+use heliodon_math::random::{hash3_u32, unit_f32};
+use heliodon_math::sphere::direction_from_azimuth_elevation;
+use heliodon_sky::lapse::{Lapse, LapseStep, Sun, SunBounceBasis};
+use heliodon_view::headless::{RenderOptions, Renderer, Shot, ShotExposure};
+use heliodon_view::{Pose, ToneCurve};
+use std::path::Path;
+
+/// Quads along each side of the wall; it spans -1 to 1 in x and y at z = 0.
+const QUADS: u32 = 12;
+const SIZE: u32 = 96;
+
+fn random(a: u32, b: u32, c: u32) -> f32 {
+    unit_f32(hash3_u32(a, b, c))
+}
+
+/// A wall whose vertices all have light of their own.
+fn wall(layout: LightLayout) -> LitChunk {
+    let side = QUADS + 1;
+    let count = (side * side) as usize;
+    let mut light = VertexLight::zeros(layout, count);
+    let words = layout.mask_words();
+    for v in 0..count {
+        for t in 0..layout.sun_steps {
+            light.sun_mask[v * words + t as usize / 32] |= u32::from(random(v as u32, t, 1) > 0.5) << (t % 32);
+        }
+    }
+    for (i, value) in light.sky_transfer.iter_mut().enumerate() {
+        *value = random(i as u32, 0, 2) - if i % 4 == 0 { 0.0 } else { 0.5 };
+    }
+    for (i, value) in light.sun_bounce.iter_mut().enumerate() {
+        *value = 0.3 * random(i as u32, 0, 3) - 0.05;
+    }
+    let at = |i: u32, j: u32| Vec2::new(i as f32, j as f32) / QUADS as f32 * 2.0 - 1.0;
+    let triangles = (0..QUADS).flat_map(|j| (0..QUADS).map(move |i| j * side + i));
+    LitChunk {
+        part: 0,
+        texture: None,
+        positions: (0..count as u32).map(|v| at(v % side, v / side).extend(0.0)).collect(),
+        normals: (0..count as u32)
+            .map(|v| {
+                let tilt = Vec3::new(random(v, 1, 4) - 0.5, random(v, 2, 4) - 0.5, 1.0);
+                heliodon_math::frame::unit_or(tilt, Vec3::Z)
+            })
+            .collect(),
+        uvs: Vec::new(),
+        albedo: (0..count as u32).map(|v| Vec3::new(random(v, 1, 5), random(v, 2, 5), random(v, 3, 5))).collect(),
+        triangles: triangles.flat_map(|a| [[a, a + 1, a + side], [a + 1, a + side + 1, a + side]]).collect(),
+        valid: vec![1; count],
+        light,
+    }
+}
+
+fn lapse(layout: LightLayout) -> Lapse {
+    let steps = (0..2 * layout.sun_steps).map(|entry| {
+        let azimuth = f64::from(entry) * 0.1 + 2.2;
+        let direction = direction_from_azimuth_elevation(azimuth, 0.5).to_array();
+        let sky = (0..layout.coefficients).map(|i| [0, 1, 2].map(|c| random(entry, i, c) - if i == 0 { 0.0 } else { 0.5 }));
+        LapseStep {
+            time: format!("{:02}:{:02}", 6 + entry / 4, entry % 4 * 15),
+            sun: (entry / 2 != 2).then_some(Sun {
+                direction,
+                irradiance: [3.0, 2.5, 1.5 + 0.1 * entry as f32],
+                clipped: false,
+            }),
+            sky: sky.collect(),
+            exposure_stops: -1.0 + 0.1 * entry as f32,
+            sky_map: format!("sky/{}.hdr", entry % 4),
+            mask_bit: entry / 2,
+            ..common::step_defaults()
+        }
+    });
+    Lapse {
+        steps: steps.collect(),
+        sun_bounce_basis: (layout.sun_bounce_functions > 0).then(|| SunBounceBasis {
+            channels: layout.channels,
+            functions: (0..layout.sun_bounce_functions)
+                .map(|r| (0..layout.sun_steps).map(|t| random(r, t, 6)).collect())
+                .collect(),
+        }),
+    }
+}
+
+/// Every direction has a colour of its own, every map another brightness.
+fn sky_map(which: u32) -> HdrImage {
+    HdrImage::from_fn(64, 32, |x, y| Vec3::new(x as f32 / 64.0, y as f32 / 32.0, 0.25) * (1.0 + which as f32))
+}
+
+fn write(folder: &Path, layout: LightLayout) {
+    let site = Site::parse(
+        "[site]\nname = \"A wall\"\n[[part]]\nfile = \"wall.obj\"\n[sky]\nprobes = \"*.hdr\"\nmapping = \"lat-long\"\n",
+        "wall/site.toml",
+    )
+    .unwrap();
+    let mut writer = BundleWriter::create(folder, BundleMeta::from_site(site.file(), layout, 1e-4)).unwrap();
+    writer.push_chunk(&wall(layout)).unwrap();
+    for which in 0..4 {
+        writer.add_sky_map(&format!("sky/{which}.hdr"), &sky_map(which).to_hdr_bytes()).unwrap();
+    }
+    writer.finish(&lapse(layout)).unwrap();
+}
+
+/// What the CPU says of the wall at a point of it: interpolated light times interpolated albedo, as the fragment does it.
+fn expected(chunk: &LitChunk, light: &[Vec3], at: Vec2) -> Vec3 {
+    let grid = (at + 1.0) * 0.5 * QUADS as f32;
+    let cell = grid.floor().clamp(Vec2::ZERO, Vec2::splat(QUADS as f32 - 1.0));
+    let f = grid - cell;
+    let a = (cell.y as u32 * (QUADS + 1) + cell.x as u32) as usize;
+    let side = QUADS as usize + 1;
+    let corners = if f.x + f.y <= 1.0 {
+        [(a, 1.0 - f.x - f.y), (a + 1, f.x), (a + side, f.y)]
+    } else {
+        [(a + 1, 1.0 - f.y), (a + side + 1, f.x + f.y - 1.0), (a + side, 1.0 - f.x)]
+    };
+    let mix = |values: &[Vec3]| corners.iter().map(|&(v, w)| values[v] * w).sum::<Vec3>();
+    mix(light) * mix(&chunk.albedo)
+}
+
+fn compare(folder: &Path, renderer: &mut Renderer, clock_s: f64, blend: Blend) {
+    let reader = BundleReader::open(folder).unwrap();
+    let chunk = reader.read_chunk(0).unwrap();
+    let moment: Moment = Day::new(reader.lapse()).at(clock_s, blend);
+    let light = chunk_light(&moment, &chunk);
+    // From 1.25 in front of it, 60 degrees see a part of the wall that fills the picture.
+    let eye = Vec3::new(0.0, 0.0, 1.25);
+    let shot = Shot {
+        clock_s,
+        pose: Pose::looking(eye, Vec3::ZERO),
+        fov_deg: 60.0,
+        exposure: ShotExposure::Lapse(0.5),
+        curve: ToneCurve::Clamp,
+        blend,
+    };
+    let linear = renderer.render_linear(&shot).unwrap();
+    let shown = renderer.render(&shot).unwrap();
+    let half = 1.25 * 30f32.to_radians().tan();
+    let exposure = (moment.exposure_stops + 0.5).exp2();
+    let mean = linear.pixels.iter().sum::<Vec3>().element_sum() / (3.0 * linear.pixels.len() as f32);
+    assert!(mean > 0.05, "the wall is lit");
+    for y in 0..SIZE {
+        for x in 0..SIZE {
+            let screen = (Vec2::new(x as f32, y as f32) + 0.5) / SIZE as f32 * 2.0 - 1.0;
+            let wanted = expected(&chunk, &light, Vec2::new(screen.x, -screen.y) * half);
+            let got = linear.pixel(x, y);
+            let off = (got - wanted).abs().max_element();
+            assert!(off <= 0.004 * wanted.max_element() + 0.003 * mean, "{x} {y}: {got} for {wanted} at {clock_s}");
+            let codes = shown.pixel(x, y);
+            for c in 0..3 {
+                let display = (wanted[c] * exposure).clamp(0.0, 1.0);
+                let code = linear_from_srgb(f32::from(codes[c]) / 255.0);
+                assert!((code - display).abs() <= 0.012 * display + 0.004, "{x} {y}: {code} for {display}");
+            }
+        }
+    }
+}
+
+fn check_layout(layout: LightLayout) {
+    let folder = tempfile::tempdir().unwrap();
+    let bundle = folder.path().join("wall");
+    write(&bundle, layout);
+    let mut renderer = Renderer::new(&bundle, SIZE, SIZE, RenderOptions { samples: 1 }).unwrap();
+    let hour = 3600.0;
+    for (clock_s, blend) in [
+        (6.0 * hour, Blend::Smooth),
+        (6.0 * hour + 400.0, Blend::Smooth),
+        (6.0 * hour + 1900.0, Blend::Hard),
+        // Into the step that has no sun, and out of it.
+        (6.8 * hour, Blend::Smooth),
+        (7.2 * hour, Blend::Smooth),
+        (99.0 * hour, Blend::Smooth),
+    ] {
+        compare(&bundle, &mut renderer, clock_s, blend);
+    }
+}
+
+#[test]
+fn grey_light_is_the_references() {
+    check_layout(LightLayout { sun_steps: 5, coefficients: 4, channels: 1, sun_bounce_functions: 3 });
+}
+
+#[test]
+fn coloured_light_of_many_steps_is_the_references() {
+    check_layout(LightLayout { sun_steps: 40, coefficients: 9, channels: 3, sun_bounce_functions: 5 });
+}
+
+#[test]
+fn the_dome_stands_the_right_way_and_the_sun_where_it_belongs() {
+    let folder = tempfile::tempdir().unwrap();
+    let bundle = folder.path().join("court");
+    let court =
+        common::Court { quads: 8, shafts: (1, 1), ground_quads: 0, sun_steps: 3, sky_columns: 64, ..common::Court::small() };
+    court.write(&bundle).unwrap();
+    let mut renderer = Renderer::new(&bundle, 64, 64, RenderOptions { samples: 1 }).unwrap();
+    let reader = BundleReader::open(&bundle).unwrap();
+    let clock_s = Day::new(reader.lapse()).entry_seconds()[2];
+    let map = HdrImage::read(reader.sky_map_path(2)).unwrap();
+    let sun = Vec3::from(reader.lapse().steps[2].sun.unwrap().direction);
+    let eye = Vec3::new(0.0, 50.0, 0.0);
+    let mut shot = Shot { fov_deg: 20.0, pose: Pose::looking(eye, eye + Vec3::NEG_Z), ..renderer.home_shot(clock_s) };
+    for (target, column) in [(Vec3::NEG_Z, 32), (Vec3::X, 48), (Vec3::Z, 0), (Vec3::NEG_X, 16)] {
+        for (up, row) in [(0.5f32, 10), (-0.5, 21)] {
+            let direction = heliodon_math::frame::unit_or(target + Vec3::Y * up, target);
+            shot.pose = Pose::looking(eye, eye + direction);
+            let got = renderer.render_linear(&shot).unwrap().pixel(32, 32);
+            let wanted = map.pixel(column, row);
+            assert!((got - wanted).abs().max_element() <= 0.08 * wanted.max_element(), "{direction}: {got} for {wanted}");
+        }
+    }
+    // The disc: in the middle of the picture, half a degree wide, and brighter than anything else.
+    shot.pose = Pose::looking(eye, eye + sun);
+    shot.fov_deg = 4.0;
+    let picture = renderer.render_linear(&shot).unwrap();
+    let disc: Vec<(u32, u32)> =
+        (0..64).flat_map(|y| (0..64).map(move |x| (x, y))).filter(|&(x, y)| picture.pixel(x, y).x > 1000.0).collect();
+    let across = 2.0 * (disc.len() as f32 / std::f32::consts::PI).sqrt() * 4.0 / 64.0;
+    assert!((across - 0.533).abs() < 0.05, "{across} degrees");
+    let middle = disc.iter().fold(Vec2::ZERO, |sum, &(x, y)| sum + Vec2::new(x as f32, y as f32) + 0.5) / disc.len() as f32;
+    assert!((middle - 32.0).length() < 0.6, "{middle}");
+}
+
+#[test]
+fn guests_share_the_depth_and_the_light() {
+    let folder = tempfile::tempdir().unwrap();
+    let bundle = folder.path().join("wall");
+    write(&bundle, LightLayout { sun_steps: 2, coefficients: 4, channels: 1, sun_bounce_functions: 0 });
+    let mut renderer = Renderer::new(&bundle, 64, 64, RenderOptions { samples: 1 }).unwrap();
+    let shot = Shot { pose: Pose::looking(Vec3::Z * 1.25, Vec3::ZERO), ..renderer.home_shot(6.0 * 3600.0) };
+    let alone = renderer.render(&shot).unwrap();
+    let world = renderer.app_mut().world_mut();
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(Cuboid::from_length(0.2));
+    let red = StandardMaterial {
+        base_color: Color::srgb(1.0, 0.0, 0.0),
+        reflectance: 0.0,
+        perceptual_roughness: 1.0,
+        ..Default::default()
+    };
+    let red = world.resource_mut::<Assets<StandardMaterial>>().add(red);
+    world.spawn((Mesh3d(mesh.clone()), MeshMaterial3d(red.clone()), Transform::from_xyz(-0.3, 0.0, 0.3)));
+    world.spawn((Mesh3d(mesh), MeshMaterial3d(red), Transform::from_xyz(0.3, 0.0, -0.3)));
+    // Bevy prepares new meshes and their pipelines over a few frames.
+    for _ in 0..5 {
+        renderer.render(&shot).unwrap();
+    }
+    let with = renderer.render(&shot).unwrap();
+    let [r, g, b, _] = with.pixel(17, 32);
+    assert!(r > 40 && g < 20 && b < 20, "the guest before the wall is seen: {r} {g} {b}");
+    assert_eq!(with.pixel(46, 32), alone.pixel(46, 32), "the one behind it is not");
+}
+
+#[test]
+fn the_same_shot_is_the_same_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let bundle = folder.path().join("wall");
+    write(&bundle, LightLayout { sun_steps: 3, coefficients: 4, channels: 3, sun_bounce_functions: 2 });
+    let mut renderer = Renderer::new(&bundle, 64, 48, RenderOptions::film()).unwrap();
+    let shots: Vec<Shot> = (0..4).map(|i| renderer.home_shot(6.0 * 3600.0 + 700.0 * f64::from(i))).collect();
+    let one_by_one: Vec<_> = shots.iter().rev().map(|shot| renderer.render(shot).unwrap()).collect();
+    let mut film = Vec::new();
+    renderer
+        .render_all(shots, |index, picture| {
+            assert_eq!(index, film.len());
+            film.push(picture);
+            Ok::<(), heliodon_view::headless::HeadlessError>(())
+        })
+        .unwrap();
+    assert!(film.iter().eq(one_by_one.iter().rev()));
+    assert!(film[0] != film[3]);
+}
