@@ -135,7 +135,7 @@ fn pictures(app: &App, args: &Args, bundle: &Path) -> Result<Vec<PathBuf>> {
     const SHEET: (u32, u32) = (4, 3);
     const SHEET_PICTURE: Size = Size { width: 512, height: 384 };
     const SIZE: Size = Size { width: 1024, height: 768 };
-    const FPS: f64 = 30.0;
+    const FPS: f64 = 24.0;
 
     let begun = Instant::now();
     let mut files = Vec::new();

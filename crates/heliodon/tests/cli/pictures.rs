@@ -16,6 +16,7 @@ fn site() -> TestSite {
 }
 
 /// Runs `render`; `None` where the machine has no graphics driver.
+#[expect(clippy::print_stderr, reason = "a test that skips says so")]
 fn render(site: &TestSite, arguments: &[&str], out: &Path) -> Option<Ran> {
     let bundle = site.path("bundle");
     let mut all: Vec<&dyn AsRef<OsStr>> =
