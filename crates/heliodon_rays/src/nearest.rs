@@ -4,11 +4,10 @@ use glam::Vec3;
 
 use crate::beam::{ALL, Beam, Entry, GROUPS, each_beam, packet_of, push_children};
 use crate::layout::Packet;
-use crate::plane::{Plane, Shapes};
 use crate::scene::TriangleScene;
 use crate::shear::Shear;
 use crate::simd::{Engine, Work};
-use crate::triangle::{covers, cross};
+use crate::triangle::{boxed, covers, cross};
 use crate::types::Hit;
 use crate::view::{Region, View, depth_at, greatest};
 
@@ -92,12 +91,6 @@ fn walk<E: Engine>(
         0 => Region::NOTHING,
         _ => Region::around(&beam.points[group]),
     });
-    let mut planes = [Plane::NOWHERE; GROUPS];
-    for group in 0..GROUPS {
-        if beam.alive[group] != 0 {
-            planes[group] = Plane::under(view.engine, &beam.points[group], scene.extent);
-        }
-    }
     stack.clear();
     stack.push(Entry::root(ALL));
     while let Some(Entry { near, reference, groups }) = stack.pop() {
@@ -106,7 +99,7 @@ fn walk<E: Engine>(
         }
         match packet_of(reference) {
             None => push_children(view, &scene.nodes[reference as usize], groups, &regions, Some(&found.group), stack),
-            Some(packet) => test(view, shear, &scene.packets[packet], groups, beam, &regions, &planes, found),
+            Some(packet) => test(view, shear, &scene.packets[packet], groups, beam, &regions, found),
         }
     }
 }
@@ -119,26 +112,25 @@ fn test<E: Engine>(
     groups: u32,
     beam: &Beam,
     regions: &[Region; GROUPS],
-    planes: &[Plane; GROUPS],
     found: &mut Found,
 ) {
     let (corners, boxes) = view.corners(packet);
-    let shapes = Shapes::new(view, &corners, &boxes);
-    let numbers = View::<E>::store(&corners);
+    let (numbers, spans) = (View::<E>::store(&corners), View::<E>::spans(&boxes));
     let mut any = false;
     let mut groups = groups;
     while groups != 0 {
         let group = groups.trailing_zeros() as usize % GROUPS;
         groups &= groups - 1;
         let mut mask = view.overlap(&boxes, &regions[group]) & view.nearer(&boxes, found.group[group]);
-        if mask != 0 {
-            mask &= !planes[group].hides(view, &corners, &boxes, &shapes);
-        }
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize % 8;
             mask &= mask - 1;
             let points = &beam.points[group];
-            let mut through = covers::<E, false>(view.engine, &numbers, lane, points, beam.alive[group]);
+            let boxed = boxed(view.engine, &spans, lane, points) & beam.alive[group];
+            if boxed == 0 {
+                continue;
+            }
+            let mut through = covers::<E, false>(view.engine, &numbers, lane, points, boxed);
             while through != 0 {
                 let ray = through.trailing_zeros() as usize % 16;
                 through &= through - 1;

@@ -4,11 +4,10 @@ use glam::Vec3;
 
 use crate::beam::{ALL, Beam, Entry, GROUPS, each_beam, fill, packet_of, push_children};
 use crate::layout::Packet;
-use crate::plane::{Plane, Shapes};
 use crate::scene::TriangleScene;
 use crate::shear::Shear;
 use crate::simd::{Engine, Work};
-use crate::triangle::covers;
+use crate::triangle::{boxed, covers};
 use crate::view::{Region, View};
 
 /// [`TriangleScene::occluded_parallel`].
@@ -49,7 +48,7 @@ impl Work for Occlude<'_> {
 /// Takes the rays that meet something out of `beam.alive`.
 #[inline(always)]
 fn walk<E: Engine>(scene: &TriangleScene, view: &View<E>, beam: &mut Beam, stack: &mut Vec<Entry>) {
-    let mut regions = Regions::new(view.engine, beam, scene.extent);
+    let mut regions = Regions::new(beam);
     stack.clear();
     stack.push(Entry::root(ALL));
     while let Some(Entry { reference, groups, .. }) = stack.pop() {
@@ -68,21 +67,21 @@ fn walk<E: Engine>(scene: &TriangleScene, view: &View<E>, beam: &mut Beam, stack
 #[inline(always)]
 fn test<E: Engine>(view: &View<E>, packet: &Packet, groups: u32, beam: &mut Beam, regions: &Regions) -> bool {
     let (corners, boxes) = view.corners(packet);
-    let shapes = Shapes::new(view, &corners, &boxes);
-    let numbers = View::<E>::store(&corners);
+    let (numbers, spans) = (View::<E>::store(&corners), View::<E>::spans(&boxes));
     let mut any = 0;
     let mut groups = groups;
     while groups != 0 {
         let group = groups.trailing_zeros() as usize % GROUPS;
         groups &= groups - 1;
         let mut mask = view.overlap(&boxes, &regions.group[group]);
-        if mask != 0 {
-            mask &= !regions.plane[group].hides(view, &corners, &boxes, &shapes);
-        }
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize % 8;
             mask &= mask - 1;
-            let hit = covers::<E, true>(view.engine, &numbers, lane, &beam.points[group], beam.alive[group]);
+            let boxed = boxed(view.engine, &spans, lane, &beam.points[group]) & beam.alive[group];
+            if boxed == 0 {
+                continue;
+            }
+            let hit = covers::<E, true>(view.engine, &numbers, lane, &beam.points[group], boxed);
             beam.alive[group] &= !hit;
             any |= hit;
         }
@@ -93,20 +92,18 @@ fn test<E: Engine>(view: &View<E>, packet: &Packet, groups: u32, beam: &mut Beam
 /// Where a beam's rays are, kept up as they end.
 struct Regions {
     group: [Region; GROUPS],
-    plane: [Plane; GROUPS],
     /// Rays of each group when its region was computed.
     rays: [u32; GROUPS],
 }
 
 impl Regions {
     #[inline(always)]
-    fn new<E: Engine>(engine: E, beam: &Beam, extent: f32) -> Self {
-        let mut regions = Self { group: [Region::NOTHING; GROUPS], plane: [Plane::NOWHERE; GROUPS], rays: [0; GROUPS] };
+    fn new(beam: &Beam) -> Self {
+        let mut regions = Self { group: [Region::NOTHING; GROUPS], rays: [0; GROUPS] };
         for group in 0..GROUPS {
             regions.rays[group] = beam.alive[group].count_ones();
             if beam.alive[group] != 0 {
                 regions.group[group] = Region::around(&beam.points[group]);
-                regions.plane[group] = Plane::under(engine, &beam.points[group], extent);
             }
         }
         regions

@@ -8,7 +8,7 @@
 //! one fixed order, here for one ray and in [`covers`] for sixteen: both give the same bits.
 
 use crate::simd::{Engine, Mask, Vector};
-use crate::view::Corners;
+use crate::view::{Corners, Spans};
 
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug)]
@@ -47,15 +47,26 @@ pub(crate) fn cross(corners: &Corners, lane: usize, point: [f32; 3]) -> Option<C
     Some(Crossing { depth: depth.max(near).min(far), u: wb / det, v: wc / det, positive: det > 0.0 })
 }
 
-/// The predicate for the rays of `alive` among sixteen, but for the depth: which of them pass through the triangle. With
-/// `BEYOND` only those that do so beyond their origins.
+/// Which of sixteen rays pass through a triangle's box, and not wholly behind it.
+#[inline(always)]
+pub(crate) fn boxed<E: Engine>(engine: E, spans: &Spans, lane: usize, points: &[[f32; 16]; 3]) -> u16 {
+    let [p, q] = [E::F16::load(engine, &points[0]), E::F16::load(engine, &points[1])];
+    let depth = E::F16::load(engine, &points[2]);
+    let [p0, p1] = [E::F16::splat(engine, spans[0][lane]), E::F16::splat(engine, spans[1][lane])];
+    let [q0, q1] = [E::F16::splat(engine, spans[2][lane]), E::F16::splat(engine, spans[3][lane])];
+    let far = E::F16::splat(engine, spans[4][lane]);
+    ((p0.le(p) & p.le(p1)) & (q0.le(q) & q.le(q1)) & depth.lt(far)).bits() as u16
+}
+
+/// Which of sixteen rays that are [`boxed`] pass through the triangle; with `BEYOND` only those that do so beyond their
+/// origins.
 #[inline(always)]
 pub(crate) fn covers<E: Engine, const BEYOND: bool>(
     engine: E,
     corners: &Corners,
     lane: usize,
     points: &[[f32; 16]; 3],
-    alive: u16,
+    boxed: u16,
 ) -> u16 {
     let zero = E::F16::splat(engine, 0.0);
     let [p, q] = [E::F16::load(engine, &points[0]), E::F16::load(engine, &points[1])];
@@ -67,20 +78,16 @@ pub(crate) fn covers<E: Engine, const BEYOND: bool>(
     let wb = cp * aq - cq * ap;
     let wc = ap * bq - aq * bp;
     let [least, greatest] = E::F16::span(wa, wb, wc);
-    let inside = (zero.le(least) | greatest.le(zero)).bits() as u16 & alive;
-    if inside == 0 {
-        return 0;
-    }
+    let inside = zero.le(least) | greatest.le(zero);
     let det = wa + wb + wc;
-    let boxed = E::F16::meets(E::F16::span(ap, bp, cp), [zero; 2]) & E::F16::meets(E::F16::span(aq, bq, cq), [zero; 2]);
-    let rest = if BEYOND {
+    let met = if BEYOND {
         let depth = E::F16::load(engine, &points[2]);
         let moment = wa * (E::F16::splat(engine, az) - depth)
             + wb * (E::F16::splat(engine, bz) - depth)
             + wc * (E::F16::splat(engine, cz) - depth);
-        boxed & ((zero.lt(det) & zero.lt(moment)) | (det.lt(zero) & moment.lt(zero)))
+        inside & ((zero.lt(det) & zero.lt(moment)) | (det.lt(zero) & moment.lt(zero)))
     } else {
-        boxed & (zero.lt(det) | det.lt(zero))
+        inside & (zero.lt(det) | det.lt(zero))
     };
-    inside & rest.bits() as u16
+    met.bits() as u16 & boxed
 }

@@ -27,6 +27,9 @@ pub(crate) struct Boxes<E: Engine> {
 /// Eight triangles: by corner, then p, q and depth, then lane.
 pub(crate) type Corners = [[[f32; 8]; 3]; 3];
 
+/// Eight triangles' boxes: least and greatest p, least and greatest q, greatest depth.
+pub(crate) type Spans = [[f32; 8]; 5];
+
 /// Bounds of some rays' points in (p, q), and the least of their depths: what they can meet lies there or deeper.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Region {
@@ -137,6 +140,12 @@ impl<E: Engine> View<E> {
         let boxes =
             Boxes { p: E::F8::span(a[0], b[0], c[0]), q: E::F8::span(a[1], b[1], c[1]), depth: E::F8::span(a[2], b[2], c[2]) };
         ([a, b, c], boxes)
+    }
+
+    /// Boxes as numbers.
+    #[inline(always)]
+    pub fn spans(boxes: &Boxes<E>) -> Spans {
+        [boxes.p[0].store(), boxes.p[1].store(), boxes.q[0].store(), boxes.q[1].store(), boxes.depth[1].store()]
     }
 
     /// Corners as numbers.
