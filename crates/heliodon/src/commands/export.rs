@@ -17,7 +17,7 @@ use std::path::PathBuf;
 pub struct Args {
     /// The bundle's folder
     bundle: PathBuf,
-    /// The time of day, HH:MM[:SS], in the site's own offset from UTC
+    /// The time of day, `HH:MM[:SS]`, in the site's own offset from UTC
     #[arg(long, value_name = "HH:MM")]
     time: TimeOfDay,
     /// Exposure: auto, or stops
