@@ -2,14 +2,14 @@
 
 use glam::Vec3;
 
-use crate::beam::{ALL, Beam, Entry, GROUPS, each_beam, packet_of, push_children};
+use crate::beam::{Beam, Entry, GROUPS, each_beam, packet_of, push_children};
 use crate::layout::Packet;
 use crate::scene::TriangleScene;
 use crate::shear::Shear;
 use crate::simd::{Engine, Work};
-use crate::triangle::{boxed, covers, cross};
+use crate::triangle::{cross, met};
 use crate::types::Hit;
-use crate::view::{Region, View, depth_at, greatest};
+use crate::view::{View, depth_at, greatest};
 
 /// [`TriangleScene::closest_parallel`].
 pub(crate) struct Nearest<'a> {
@@ -39,7 +39,7 @@ impl Work for Nearest<'_> {
                 walk(self.scene, &view, &self.shear, beam, &mut found, &mut stack);
                 for group in 0..GROUPS {
                     for (lane, hit) in found.hits[group].iter().enumerate() {
-                        if beam.alive[group] >> lane & 1 == 1 {
+                        if beam.alive_in(group) >> lane & 1 == 1 {
                             self.hits[beam.first[group] + lane] = *hit;
                         }
                     }
@@ -64,7 +64,7 @@ impl Found {
         self.hits = [[Hit::MISS; 16]; GROUPS];
         for group in 0..GROUPS {
             for lane in 0..16 {
-                let asks = beam.alive[group] >> lane & 1 == 1;
+                let asks = beam.alive_in(group) >> lane & 1 == 1;
                 self.limit[group][lane] = if asks { f32::INFINITY } else { f32::NEG_INFINITY };
             }
         }
@@ -87,59 +87,40 @@ fn walk<E: Engine>(
     found: &mut Found,
     stack: &mut Vec<Entry>,
 ) {
-    let regions: [Region; GROUPS] = core::array::from_fn(|group| match beam.alive[group] {
-        0 => Region::NOTHING,
-        _ => Region::around(&beam.points[group]),
-    });
+    let regions = beam.regions();
     stack.clear();
-    stack.push(Entry::root(ALL));
-    while let Some(Entry { near, reference, groups }) = stack.pop() {
+    stack.push(Entry::root(beam.alive));
+    while let Some(Entry { near, reference, rays }) = stack.pop() {
         if near > found.all {
             continue;
         }
         match packet_of(reference) {
-            None => push_children(view, &scene.nodes[reference as usize], groups, &regions, Some(&found.group), stack),
-            Some(packet) => test(view, shear, &scene.packets[packet], groups, beam, &regions, found),
+            None => push_children(view, &scene.nodes[reference as usize], rays, beam, &regions, Some(&found.group), stack),
+            Some(packet) => test(view, shear, &scene.packets[packet], near, rays, beam, found),
         }
     }
 }
 
 #[inline(always)]
-fn test<E: Engine>(
-    view: &View<E>,
-    shear: &Shear,
-    packet: &Packet,
-    groups: u32,
-    beam: &Beam,
-    regions: &[Region; GROUPS],
-    found: &mut Found,
-) {
+fn test<E: Engine>(view: &View<E>, shear: &Shear, packet: &Packet, near: f32, rays: u64, beam: &Beam, found: &mut Found) {
     let (corners, boxes) = view.corners(packet);
-    let (numbers, spans) = (View::<E>::store(&corners), View::<E>::spans(&boxes));
-    let mut any = false;
-    let mut groups = groups;
-    while groups != 0 {
-        let group = groups.trailing_zeros() as usize % GROUPS;
-        groups &= groups - 1;
-        let mut mask = view.overlap(&boxes, &regions[group]) & view.nearer(&boxes, found.group[group]);
-        while mask != 0 {
-            let lane = mask.trailing_zeros() as usize % 8;
-            mask &= mask - 1;
-            let points = &beam.points[group];
-            let boxed = boxed(view.engine, &spans, lane, points) & beam.alive[group];
-            if boxed == 0 {
-                continue;
-            }
-            let mut through = covers::<E, false>(view.engine, &numbers, lane, points, boxed);
-            while through != 0 {
-                let ray = through.trailing_zeros() as usize % 16;
-                through &= through - 1;
-                let point = core::array::from_fn(|x| points[x][ray]);
-                let hit = &mut found.hits[group][ray];
-                if cross(&numbers, lane, point).is_some_and(|c| hit.take(&c, shear, packet.id[lane], 0.0)) {
-                    found.limit[group][ray] = depth_at(point[2], hit.t, shear, 1.0);
-                    any = true;
-                }
+    let (mut left, mut any) = (rays, false);
+    while left != 0 {
+        let ray = left.trailing_zeros() as usize % 64;
+        left &= left - 1;
+        let (group, lane) = (ray / 16, ray % 16);
+        if near > found.limit[group][lane] {
+            continue;
+        }
+        let point = beam.point(ray);
+        let mut triangles = met(view.engine, &corners, &boxes, point);
+        while triangles != 0 {
+            let triangle = triangles.trailing_zeros() as usize % 8;
+            triangles &= triangles - 1;
+            let hit = &mut found.hits[group][lane];
+            if cross(shear, packet, triangle, point).is_some_and(|c| hit.take(&c, shear, packet.id[triangle], 0.0)) {
+                found.limit[group][lane] = depth_at(point[2], hit.t, shear, 1.0);
+                any = true;
             }
         }
     }

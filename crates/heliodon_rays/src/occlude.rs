@@ -2,12 +2,12 @@
 
 use glam::Vec3;
 
-use crate::beam::{ALL, Beam, Entry, GROUPS, each_beam, fill, packet_of, push_children};
+use crate::beam::{Beam, Entry, GROUPS, each_beam, fill, packet_of, push_children};
 use crate::layout::Packet;
 use crate::scene::TriangleScene;
 use crate::shear::Shear;
 use crate::simd::{Engine, Work};
-use crate::triangle::{boxed, covers};
+use crate::triangle::met;
 use crate::view::{Region, View};
 
 /// [`TriangleScene::occluded_parallel`].
@@ -37,7 +37,7 @@ impl Work for Occlude<'_> {
                 walk(self.scene, &view, beam, &mut stack);
                 for group in 0..GROUPS {
                     let first = beam.first[group];
-                    let hit = u64::from(asked[group] & !beam.alive[group]);
+                    let hit = (asked & !beam.alive) >> (16 * group) & 0xffff;
                     self.occluded[first / 64] |= hit << (first % 64);
                 }
             },
@@ -50,43 +50,39 @@ impl Work for Occlude<'_> {
 fn walk<E: Engine>(scene: &TriangleScene, view: &View<E>, beam: &mut Beam, stack: &mut Vec<Entry>) {
     let mut regions = Regions::new(beam);
     stack.clear();
-    stack.push(Entry::root(ALL));
-    while let Some(Entry { reference, groups, .. }) = stack.pop() {
-        match packet_of(reference) {
-            None => push_children(view, &scene.nodes[reference as usize], groups, &regions.group, None, stack),
-            Some(packet) => {
-                if test(view, &scene.packets[packet], groups, beam, &regions) && regions.shrink(beam) {
-                    return;
-                }
-            }
+    stack.push(Entry::root(beam.alive));
+    while let Some(Entry { reference, rays, .. }) = stack.pop() {
+        let rays = rays & beam.alive;
+        if rays == 0 {
+            continue;
+        }
+        let Some(packet) = packet_of(reference) else {
+            push_children(view, &scene.nodes[reference as usize], rays, beam, &regions.group, None, stack);
+            continue;
+        };
+        let occluded = test(view, &scene.packets[packet], rays, beam);
+        beam.alive &= !occluded;
+        if beam.alive == 0 {
+            return;
+        }
+        if occluded != 0 {
+            regions.shrink(beam);
         }
     }
 }
 
-/// Whether any ray met a triangle of the packet.
+/// Which of the rays meet a triangle of the packet.
 #[inline(always)]
-fn test<E: Engine>(view: &View<E>, packet: &Packet, groups: u32, beam: &mut Beam, regions: &Regions) -> bool {
+fn test<E: Engine>(view: &View<E>, packet: &Packet, rays: u64, beam: &Beam) -> u64 {
     let (corners, boxes) = view.corners(packet);
-    let (numbers, spans) = (View::<E>::store(&corners), View::<E>::spans(&boxes));
-    let mut any = 0;
-    let mut groups = groups;
-    while groups != 0 {
-        let group = groups.trailing_zeros() as usize % GROUPS;
-        groups &= groups - 1;
-        let mut mask = view.overlap(&boxes, &regions.group[group]);
-        while mask != 0 {
-            let lane = mask.trailing_zeros() as usize % 8;
-            mask &= mask - 1;
-            let boxed = boxed(view.engine, &spans, lane, &beam.points[group]) & beam.alive[group];
-            if boxed == 0 {
-                continue;
-            }
-            let hit = covers::<E, true>(view.engine, &numbers, lane, &beam.points[group], boxed);
-            beam.alive[group] &= !hit;
-            any |= hit;
-        }
+    let (mut left, mut occluded) = (rays, 0);
+    while left != 0 {
+        let ray = left.trailing_zeros() as usize % 64;
+        left &= left - 1;
+        let hit = met(view.engine, &corners, &boxes, beam.point(ray)) != 0;
+        occluded |= u64::from(hit) << ray;
     }
-    any != 0
+    occluded
 }
 
 /// Where a beam's rays are, kept up as they end.
@@ -99,35 +95,20 @@ struct Regions {
 impl Regions {
     #[inline(always)]
     fn new(beam: &Beam) -> Self {
-        let mut regions = Self { group: [Region::NOTHING; GROUPS], rays: [0; GROUPS] };
-        for group in 0..GROUPS {
-            regions.rays[group] = beam.alive[group].count_ones();
-            if beam.alive[group] != 0 {
-                regions.group[group] = Region::around(&beam.points[group]);
-            }
-        }
-        regions
+        Self { group: beam.regions(), rays: core::array::from_fn(|group| beam.alive_in(group).count_ones()) }
     }
 
-    /// Shrinks the regions of groups that lost half their rays; whether none is left at all. (Every time would cost more
-    /// than it saves.)
+    /// Shrinks the regions of groups that lost half their rays. (Every time would cost more than it saves.)
     #[inline(always)]
-    fn shrink(&mut self, beam: &mut Beam) -> bool {
-        let mut changed = false;
+    fn shrink(&mut self, beam: &mut Beam) {
         for group in 0..GROUPS {
-            let alive = beam.alive[group];
+            let alive = beam.alive_in(group);
             let rays = alive.count_ones();
-            if rays * 2 <= self.rays[group] && self.rays[group] != 0 {
+            if rays != 0 && rays * 2 <= self.rays[group] {
                 self.rays[group] = rays;
-                changed = true;
-                if rays == 0 {
-                    self.group[group] = Region::NOTHING;
-                } else {
-                    fill(&mut beam.points[group], alive);
-                    self.group[group] = Region::around(&beam.points[group]);
-                }
+                fill(&mut beam.points[group], alive);
+                self.group[group] = Region::around(&beam.points[group]);
             }
         }
-        changed && self.rays == [0; GROUPS]
     }
 }

@@ -1,10 +1,10 @@
 //! One ray at a time.
 
-use crate::beam::{Entry, packet_of, push_children, usable};
+use crate::beam::{Entry, packet_of, usable};
 use crate::scene::TriangleScene;
 use crate::shear::Shear;
-use crate::simd::{Engine, Work};
-use crate::triangle::cross;
+use crate::simd::{Engine, Vector, Work};
+use crate::triangle::{cross, met};
 use crate::types::{Hit, Ray};
 use crate::view::{Region, View, depth_at};
 
@@ -51,20 +51,25 @@ fn trace<E: Engine, const ANY: bool>(engine: E, scene: &TriangleScene, ray: &Ray
             continue;
         }
         let Some(packet) = packet_of(reference) else {
-            push_children(&view, &scene.nodes[reference as usize], 1, &[region], Some(&[far]), stack);
+            let node = &scene.nodes[reference as usize];
+            let boxes = view.boxes(node);
+            let mut mask = view.overlap(&boxes, &region) & view.nearer(&boxes, far);
+            let near = boxes.depth[0].store();
+            let first = stack.len();
+            while mask != 0 {
+                let child = mask.trailing_zeros() as usize % 8;
+                mask &= mask - 1;
+                Entry { near: near[child], reference: node.child[child], rays: 1 }.push(stack, first);
+            }
             continue;
         };
         let packet = &scene.packets[packet];
         let (corners, boxes) = view.corners(packet);
-        let mut mask = view.overlap(&boxes, &region) & view.nearer(&boxes, far);
-        if mask == 0 {
-            continue;
-        }
-        let corners = View::<E>::store(&corners);
+        let mut mask = met(engine, &corners, &boxes, point);
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize % 8;
             mask &= mask - 1;
-            if cross(&corners, lane, point).is_some_and(|c| hit.take(&c, &shear, packet.id[lane], ray.t_min)) {
+            if cross(&shear, packet, lane, point).is_some_and(|c| hit.take(&c, &shear, packet.id[lane], ray.t_min)) {
                 if ANY {
                     return hit;
                 }

@@ -5,10 +5,14 @@
 //! their sum is not zero, and the point lies in the triangle's box; the depth is interpolated from them and clamped to the
 //! triangle's own. Two of these conditions look redundant: the box matters for slivers, whose weights can all round to
 //! one sign far outside, and it and the clamp are what lets nodes be culled without margins. Products and sums stand in
-//! one fixed order, here for one ray and in [`covers`] for sixteen: both give the same bits.
+//! one fixed order, in [`cross`] for one triangle and in [`met`] for eight: both give the same bits.
 
+use glam::Vec3;
+
+use crate::layout::Packet;
+use crate::shear::Shear;
 use crate::simd::{Engine, Mask, Vector};
-use crate::view::{Corners, Spans};
+use crate::view::{Boxes, Spans};
 
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug)]
@@ -21,17 +25,15 @@ pub(crate) struct Crossing {
     pub positive: bool,
 }
 
-/// Corner `index` of lane `lane`.
+/// The predicate for one triangle of a packet.
 #[inline(always)]
-fn corner(corners: &Corners, index: usize, lane: usize) -> [f32; 3] {
-    [corners[index][0][lane], corners[index][1][lane], corners[index][2][lane]]
-}
-
-/// The predicate for one ray.
-#[inline(always)]
-pub(crate) fn cross(corners: &Corners, lane: usize, point: [f32; 3]) -> Option<Crossing> {
-    let relative = |[p, q, z]: [f32; 3]| [p - point[0], q - point[1], z - point[2]];
-    let [a, b, c] = [0, 1, 2].map(|index| relative(corner(corners, index, lane)));
+pub(crate) fn cross(shear: &Shear, packet: &Packet, lane: usize, point: [f32; 3]) -> Option<Crossing> {
+    let corner = |[x, y, z]: &[[f32; 8]; 3]| {
+        let [p, q, depth] = shear.apply(Vec3::new(x[lane], y[lane], z[lane]));
+        [p - point[0], q - point[1], depth - point[2]]
+    };
+    let [a, b, c] = &packet.vertex;
+    let [a, b, c] = [corner(a), corner(b), corner(c)];
     let wa = b[0] * c[1] - b[1] * c[0];
     let wb = c[0] * a[1] - c[1] * a[0];
     let wc = a[0] * b[1] - a[1] * b[0];
@@ -58,36 +60,21 @@ pub(crate) fn boxed<E: Engine>(engine: E, spans: &Spans, lane: usize, points: &[
     ((p0.le(p) & p.le(p1)) & (q0.le(q) & q.le(q1)) & depth.lt(far)).bits() as u16
 }
 
-/// Which of sixteen rays that are [`boxed`] pass through the triangle; with `BEYOND` only those that do so beyond their
-/// origins.
+/// Which of eight triangles a ray meets beyond its origin: the predicate of [`cross`] and a positive depth.
 #[inline(always)]
-pub(crate) fn covers<E: Engine, const BEYOND: bool>(
-    engine: E,
-    corners: &Corners,
-    lane: usize,
-    points: &[[f32; 16]; 3],
-    boxed: u16,
-) -> u16 {
-    let zero = E::F16::splat(engine, 0.0);
-    let [p, q] = [E::F16::load(engine, &points[0]), E::F16::load(engine, &points[1])];
-    let [[ap, aq, az], [bp, bq, bz], [cp, cq, cz]] =
-        [corner(corners, 0, lane), corner(corners, 1, lane), corner(corners, 2, lane)];
-    let [ap, bp, cp] = [E::F16::splat(engine, ap) - p, E::F16::splat(engine, bp) - p, E::F16::splat(engine, cp) - p];
-    let [aq, bq, cq] = [E::F16::splat(engine, aq) - q, E::F16::splat(engine, bq) - q, E::F16::splat(engine, cq) - q];
+pub(crate) fn met<E: Engine>(engine: E, corners: &[[E::F8; 3]; 3], boxes: &Boxes<E>, point: [f32; 3]) -> u32 {
+    let zero = E::F8::splat(engine, 0.0);
+    let (p, q) = (E::F8::splat(engine, point[0]), E::F8::splat(engine, point[1]));
+    let depth = E::F8::splat(engine, point[2]);
+    let [a, b, c] = corners;
+    let (ap, bp, cp) = (a[0] - p, b[0] - p, c[0] - p);
+    let (aq, bq, cq) = (a[1] - q, b[1] - q, c[1] - q);
     let wa = bp * cq - bq * cp;
     let wb = cp * aq - cq * ap;
     let wc = ap * bq - aq * bp;
-    let [least, greatest] = E::F16::span(wa, wb, wc);
-    let inside = zero.le(least) | greatest.le(zero);
+    let [least, greatest] = E::F8::span(wa, wb, wc);
+    let inside = (zero.le(least) | greatest.le(zero)) & E::F8::meets(boxes.p, [p; 2]) & E::F8::meets(boxes.q, [q; 2]);
     let det = wa + wb + wc;
-    let met = if BEYOND {
-        let depth = E::F16::load(engine, &points[2]);
-        let moment = wa * (E::F16::splat(engine, az) - depth)
-            + wb * (E::F16::splat(engine, bz) - depth)
-            + wc * (E::F16::splat(engine, cz) - depth);
-        inside & ((zero.lt(det) & zero.lt(moment)) | (det.lt(zero) & moment.lt(zero)))
-    } else {
-        inside & (zero.lt(det) | det.lt(zero))
-    };
-    met.bits() as u16 & boxed
+    let moment = wa * (a[2] - depth) + wb * (b[2] - depth) + wc * (c[2] - depth);
+    (inside & ((zero.lt(det) & zero.lt(moment)) | (det.lt(zero) & moment.lt(zero)))).bits()
 }

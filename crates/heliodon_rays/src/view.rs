@@ -24,10 +24,7 @@ pub(crate) struct Boxes<E: Engine> {
     pub depth: [E::F8; 2],
 }
 
-/// Eight triangles: by corner, then p, q and depth, then lane.
-pub(crate) type Corners = [[[f32; 8]; 3]; 3];
-
-/// Eight triangles' boxes: least and greatest p, least and greatest q, greatest depth.
+/// Eight boxes: least and greatest p, least and greatest q, greatest depth.
 pub(crate) type Spans = [[f32; 8]; 5];
 
 /// Bounds of some rays' points in (p, q), and the least of their depths: what they can meet lies there or deeper.
@@ -146,17 +143,6 @@ impl<E: Engine> View<E> {
     #[inline(always)]
     pub fn spans(boxes: &Boxes<E>) -> Spans {
         [boxes.p[0].store(), boxes.p[1].store(), boxes.q[0].store(), boxes.q[1].store(), boxes.depth[1].store()]
-    }
-
-    /// Corners as numbers.
-    #[inline(always)]
-    pub fn store(corners: &[[E::F8; 3]; 3]) -> Corners {
-        let [a, b, c] = corners;
-        [
-            [a[0].store(), a[1].store(), a[2].store()],
-            [b[0].store(), b[1].store(), b[2].store()],
-            [c[0].store(), c[1].store(), c[2].store()],
-        ]
     }
 
     /// Which of eight boxes rays of a region can meet.
