@@ -70,7 +70,7 @@ fn lapse(layout: LightLayout) -> Lapse {
         let direction = direction_from_azimuth_elevation(azimuth, 0.5).to_array();
         let sky = (0..layout.coefficients).map(|i| [0, 1, 2].map(|c| random(entry, i, c) - if i == 0 { 0.0 } else { 0.5 }));
         LapseStep {
-            time: format!("{:02}:{:02}", 6 + entry / 4, entry % 4 * 15),
+            time: format!("{:02}:{:02}", 6 + entry / 6, entry % 6 * 10),
             sun: (entry / 2 != 2).then_some(Sun {
                 direction,
                 irradiance: [3.0, 2.5, 1.5 + 0.1 * entry as f32],
@@ -178,8 +178,8 @@ fn check_layout(layout: LightLayout) {
         (6.0 * hour + 400.0, Blend::Smooth),
         (6.0 * hour + 1900.0, Blend::Hard),
         // Into the step that has no sun, and out of it.
+        (6.6 * hour, Blend::Smooth),
         (6.8 * hour, Blend::Smooth),
-        (7.2 * hour, Blend::Smooth),
         (99.0 * hour, Blend::Smooth),
     ] {
         compare(&bundle, &mut renderer, clock_s, blend);
