@@ -1,9 +1,9 @@
 //! Beams: up to 64 rays of one direction, walked together.
 //!
 //! A beam is four groups of sixteen neighbours. The boxes of a node's children are computed once for the beam, and compared
-//! with the region of each group that got there (eight boxes against one region: five comparisons) and, where they are
-//! packets', with each of its rays (sixteen rays against one box, the same). A packet is sheared once for the beam, and
-//! its eight triangles tested against one ray at a time.
+//! with the region of each group that got there (eight boxes against one region: five comparisons), and the boxes that
+//! pass with each of its rays (sixteen rays against one box: the same). A packet is sheared once for the beam, and its eight
+//! triangles tested against one ray at a time.
 
 use glam::Vec3;
 
@@ -125,7 +125,7 @@ pub(crate) struct Entry {
     pub near: f32,
     /// A node or a packet.
     pub reference: u32,
-    /// For a packet, bits of the rays that pass through its box; for a node, of all rays of the groups of which any may.
+    /// Bits of the rays that pass through its box.
     pub rays: u64,
 }
 
@@ -148,14 +148,13 @@ impl Entry {
     }
 }
 
-/// Pushes the children of a node that rays of a beam meet, nearest last. Groups come by their regions, and what is met of
-/// a group by each group's limit in depth, if there are limits.
+/// Pushes the children of a node that rays of a beam meet, with `SORTED` nearest last. A group's region rules out most
+/// children at once, and what is left is asked of each of its rays; `limits` are depths beyond which groups need nothing.
 ///
-/// Children that are nodes are taken as soon as a group's region meets them; for packets, which are smaller than a
-/// group, each ray is asked. Of some 55 packets that a group's region meets on a scan, one ray in sixteen passes through
-/// each, and this is what makes beams faster than rays.
+/// Asking each ray is what makes beams faster than rays: nodes near the leaves are smaller than a group, and of some 55
+/// packets that a group's region meets on a scan each is passed by one or two of its sixteen rays.
 #[inline(always)]
-pub(crate) fn push_children<E: Engine>(
+pub(crate) fn push_children<E: Engine, const SORTED: bool>(
     view: &View<E>,
     node: &Node,
     rays: u64,
@@ -188,14 +187,18 @@ pub(crate) fn push_children<E: Engine>(
         let mut passing = 0;
         for group in 0..GROUPS {
             if met[group] >> child & 1 == 1 {
-                let of_group =
-                    if reference & LEAF == 0 { u16::MAX } else { boxed(view.engine, &spans, child, &beam.points[group]) };
+                let of_group = boxed(view.engine, &spans, child, &beam.points[group]);
                 passing |= u64::from(of_group) << (16 * group);
             }
         }
         passing &= beam.alive;
         if passing != 0 {
-            Entry { near: near[child], reference, rays: passing }.push(stack, first);
+            let entry = Entry { near: near[child], reference, rays: passing };
+            if SORTED {
+                entry.push(stack, first);
+            } else {
+                stack.push(entry);
+            }
         }
     }
 }

@@ -95,7 +95,15 @@ fn walk<E: Engine>(
             continue;
         }
         match packet_of(reference) {
-            None => push_children(view, &scene.nodes[reference as usize], rays, beam, &regions, Some(&found.group), stack),
+            None => push_children::<E, true>(
+                view,
+                &scene.nodes[reference as usize],
+                rays,
+                beam,
+                &regions,
+                Some(&found.group),
+                stack,
+            ),
             Some(packet) => test(view, shear, &scene.packets[packet], near, rays, beam, found),
         }
     }

@@ -57,7 +57,7 @@ fn walk<E: Engine>(scene: &TriangleScene, view: &View<E>, beam: &mut Beam, stack
             continue;
         }
         let Some(packet) = packet_of(reference) else {
-            push_children(view, &scene.nodes[reference as usize], rays, beam, &regions.group, None, stack);
+            push_children::<E, false>(view, &scene.nodes[reference as usize], rays, beam, &regions.group, None, stack);
             continue;
         };
         let occluded = test(view, &scene.packets[packet], rays, beam);
