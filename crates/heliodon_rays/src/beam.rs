@@ -102,9 +102,9 @@ impl Beam {
     #[inline(always)]
     pub fn regions(&self) -> [Region; GROUPS] {
         let mut regions = [Region::NOTHING; GROUPS];
-        for group in 0..GROUPS {
+        for (group, region) in regions.iter_mut().enumerate() {
             if self.alive_in(group) != 0 {
-                regions[group] = Region::around(&self.points[group]);
+                *region = Region::around(&self.points[group]);
             }
         }
         regions
@@ -166,13 +166,13 @@ pub(crate) fn push_children<E: Engine, const SORTED: bool>(
     let boxes = view.boxes(node);
     let mut met = [0; GROUPS];
     let mut union = 0;
-    for group in 0..GROUPS {
+    for (group, met) in met.iter_mut().enumerate() {
         if (rays >> (16 * group)) as u16 != 0 {
-            met[group] = view.overlap(&boxes, &regions[group]);
+            *met = view.overlap(&boxes, &regions[group]);
             if let Some(limits) = limits {
-                met[group] &= view.nearer(&boxes, limits[group]);
+                *met &= view.nearer(&boxes, limits[group]);
             }
-            union |= met[group];
+            union |= *met;
         }
     }
     if union == 0 {
@@ -185,8 +185,8 @@ pub(crate) fn push_children<E: Engine, const SORTED: bool>(
         union &= union - 1;
         let reference = node.child[child];
         let mut passing = 0;
-        for group in 0..GROUPS {
-            if met[group] >> child & 1 == 1 {
+        for (group, met) in met.iter().enumerate() {
+            if met >> child & 1 == 1 {
                 let of_group = boxed(view.engine, &spans, child, &beam.points[group]);
                 passing |= u64::from(of_group) << (16 * group);
             }

@@ -43,7 +43,7 @@ pub fn equinox_suns(count: usize) -> Vec<Vec3> {
 /// # Panics
 /// If there is not one normal for each position.
 pub fn sun_rays(scene: &TriangleScene, positions: &[Vec3], normals: &[Vec3], suns: &[Vec3], offset: f32) -> SunRays {
-    const BLOCK: usize = 1024;
+    const BLOCK: usize = 512;
     let order = beam_order(positions, Some(normals));
     let normals: Vec<Vec3> = order.iter().map(|&i| unit_or(normals[i as usize], Vec3::ZERO)).collect();
     let origins: Vec<Vec3> = order.iter().zip(&normals).map(|(&i, &n)| positions[i as usize] + offset * n).collect();

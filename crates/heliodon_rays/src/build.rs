@@ -8,12 +8,12 @@ use crate::scene::TriangleScene;
 /// How much care the hierarchy gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
-    /// For scenes that are asked little.
+    /// For scenes that are asked little: 1.6 s for 2 million triangles on two cores, shadow rays a tenth slower.
     Fast,
-    /// For most.
+    /// For most: 2.0 s.
     #[default]
     Balanced,
-    /// For bakes of many hours.
+    /// 4.5 s. On the scans and the temple that were measured, rays are no faster for it.
     High,
 }
 

@@ -12,8 +12,8 @@ const ALONE: usize = 4096;
 /// sixteen (and four sixteens) lie close together and, where normals are given, face the same way. Points that are not
 /// finite come in any place. The same points give the same order on any number of threads.
 ///
-/// Why not along a Morton or Hilbert curve: their runs of sixteen are not boxes, and change sides where the curve crosses a
-/// thin wall; see `docs/decisions/002-parallel-rays.md` for what it costs.
+/// Why not along a Morton curve: its runs of sixteen are not boxes, and change sides where the curve crosses a thin wall.
+/// Rays are 4 to 8 % slower in [`crate::morton_order`] (a temple of 2 million triangles), which takes less time to compute.
 ///
 /// # Panics
 /// If there are normals, but not one for each point.

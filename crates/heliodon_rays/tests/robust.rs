@@ -6,7 +6,7 @@ use common::{build, build_with, check_hit, direction, number, point, sheet, soup
 use glam::Vec3;
 use heliodon_math::random::Pcg32;
 use heliodon_rays::{
-    BuildError, BuildParams, Hit, Instructions, MAX_COORDINATE, Quality, Ray, TriangleScene, beam_order, morton_order,
+    BuildError, BuildParams, Hit, Instructions, MAX_COORDINATE, Quality, Ray, TriangleScene, beam_order, bench, morton_order,
 };
 use proptest::prelude::*;
 
@@ -231,6 +231,19 @@ fn the_ends_of_a_ray_count_as_documented() {
     };
     assert!(meets(0.0, f32::INFINITY) && meets(0.999, 1.001));
     assert!(!meets(1.0, 2.0) && !meets(0.0, 1.0) && !meets(f32::NAN, 2.0) && !meets(0.0, f32::NAN));
+}
+
+#[test]
+fn the_benchmark_counts_rays_that_face_the_sun() {
+    // A floor of two triangles, under a roof that covers half of it at noon.
+    let floor = [Vec3::new(0.0, 0.0, 0.0), Vec3::new(0.0, 0.0, 1.0), Vec3::new(1.0, 0.0, 0.0), Vec3::new(1.0, 0.0, 1.0)];
+    let roof = [Vec3::new(-9.0, 1.0, -9.0), Vec3::new(-9.0, 1.0, 9.0), Vec3::new(0.5, 1.0, -9.0), Vec3::new(0.5, 1.0, 9.0)];
+    let positions = [floor, roof].concat();
+    let scene = build(&(positions, vec![[0, 1, 2], [2, 1, 3], [4, 5, 6], [6, 5, 7]]));
+    let measured = bench::sun_rays(&scene, &floor, &[Vec3::Y, Vec3::Y, Vec3::Y, -Vec3::Y], &[Vec3::Y, Vec3::Y], 1e-3);
+    assert_eq!((measured.rays, measured.occluded), (6, 4));
+    assert!(measured.mrays_per_second() > 0.0);
+    assert!(bench::equinox_suns(92).iter().all(|s| (s.length() - 1.0).abs() < 1e-6 && s.y > 0.0));
 }
 
 #[test]

@@ -61,11 +61,11 @@ pub fn sheet(n: usize, seed: u64) -> Soup {
 }
 
 pub fn build(soup: &Soup) -> TriangleScene {
-    TriangleScene::build(&soup.0, &soup.1, &BuildParams::default()).unwrap()
+    TriangleScene::build(&soup.0, &soup.1, &BuildParams::default()).expect("indices in range")
 }
 
 pub fn build_with(soup: &Soup, quality: Quality) -> TriangleScene {
-    TriangleScene::build(&soup.0, &soup.1, &BuildParams { quality }).unwrap()
+    TriangleScene::build(&soup.0, &soup.1, &BuildParams { quality }).expect("indices in range")
 }
 
 /// What one triangle says about one ray, in double precision.
