@@ -143,6 +143,21 @@ impl Studio {
         }
     }
 
+    /// A traced picture, and in grey how much of each of its pixels shows geometry.
+    ///
+    /// # Errors
+    /// What keeps it from being made; a studio without the path tracer.
+    pub fn traced_with_coverage(&self, clock_s: f64) -> Result<(SrgbImage, SrgbImage)> {
+        let (frame, stops) = self.trace(clock_s)?;
+        let grey = |coverage: &f32| {
+            let code = (coverage * 255.0 + 0.5) as u8;
+            [code, code, code, u8::MAX]
+        };
+        let coverage =
+            SrgbImage { width: frame.width, height: frame.height, pixels: frame.coverage.iter().map(grey).collect() };
+        Ok((self.developed(&frame, stops), coverage))
+    }
+
     /// The picture's linear radiance.
     ///
     /// # Errors

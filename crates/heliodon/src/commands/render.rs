@@ -38,6 +38,9 @@ pub struct Args {
     /// Trace the pictures with SPP paths a pixel
     #[arg(long, value_name = "SPP", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     reference: Option<u32>,
+    /// Write as well, in grey, how much of each pixel shows geometry: a PNG, for a traced still
+    #[arg(long, value_name = "FILE", requires = "reference")]
+    coverage: Option<PathBuf>,
     /// Columns and rows of a contact sheet
     #[arg(long, value_name = "COLSxROWS", value_parser = values::sheet)]
     sheet: Option<(u32, u32)>,
@@ -104,6 +107,9 @@ struct Rendered {
 /// Runs it.
 pub fn run(app: &App, args: &Args) -> Result<()> {
     let work = plan(args)?;
+    if args.coverage.is_some() && !matches!(work, Work::Still { .. }) {
+        wrong_arguments!("--coverage goes with a still: -o picture.png, without --sheet");
+    }
     let look = Look {
         eye: args.eye,
         target: args.look,
@@ -122,12 +128,13 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     let pictures = match work {
         Work::Still { time } => {
             let times = times(&studio, Some(time), 1)?;
-            let mut still = None;
-            studio.pictures(&times, |_, picture| {
-                still = Some(picture);
-                Ok(())
-            })?;
-            still.iter().try_for_each(|picture| write_png(&args.output, picture))?;
+            if let Some(coverage_file) = &args.coverage {
+                let (picture, coverage) = studio.traced_with_coverage(times[0])?;
+                write_png(coverage_file, &coverage)?;
+                write_png(&args.output, &picture)?;
+            } else {
+                studio.pictures(&times, |_, picture| write_png(&args.output, &picture))?;
+            }
             1
         }
         Work::Linear { time } => {
