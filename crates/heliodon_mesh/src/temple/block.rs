@@ -38,7 +38,7 @@ pub struct Wear {
 impl Wear {
     /// A dressed stone in place; `erosion` from 0 (new) to 1.
     pub fn dressed(erosion: f32) -> Self {
-        Self { round: 0.006 + 0.022 * erosion, chip: 0.09 * erosion, rough: 0.003 + 0.014 * erosion, breaks: 0 }
+        Self { round: 0.006 + 0.022 * erosion, chip: 0.26 * erosion, rough: 0.003 + 0.014 * erosion, breaks: 0 }
     }
 
     /// A stone that fell.
@@ -349,7 +349,7 @@ impl<'a> Shape<'a> {
         // edges: rounded by rain, chipped by falls, both unevenly
         let place = ideal + self.offset;
         let uneven = 0.65 + 0.7 * gradient(self.block.seed, place * 2.7).max(-0.6);
-        let chip = wear.chip * smoothstep(0.16, 0.62, fbm(self.block.seed + 1, place * 1.6, 3));
+        let chip = wear.chip * smoothstep(0.14, 0.66, fbm(self.block.seed + 1, place * 1.3, 3));
         let radius = (wear.round * uneven + chip).min(0.46 * half.min_element());
         let beyond = Vec3::new(
             (local.x.abs() - (half.x - radius)).max(0.0),
@@ -378,10 +378,10 @@ impl<'a> Shape<'a> {
         let depth = wear.rough * (1.1 * rough + 1.4 * pits);
         local -= outward * depth.min(0.2 * half.min_element());
 
-        if let Some(relief) = &self.block.relief {
-            if q.z == 1.0 {
-                local.z += relief.height(local.x, local.y);
-            }
+        if let Some(relief) = &self.block.relief
+            && q.z == 1.0
+        {
+            local.z += relief.height(local.x, local.y);
         }
         (self.world(local), lost)
     }

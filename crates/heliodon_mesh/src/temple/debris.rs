@@ -13,16 +13,27 @@ use std::f32::consts::TAU;
 
 /// Adds the fallen stones. `eye` is the middle of the visitor's room, `forward` where it looks.
 pub fn build(yard: &mut Yard, state: State, ground: &Ground, eye: Vec3, forward: Vec3) {
-    let mut taken: Vec<(Vec3, f32)> = vec![(Vec3::new(eye.x, 0.0, eye.z), 4.2)];
+    let stand = Vec3::new(eye.x, 0.0, eye.z);
+    let mut taken: Vec<(Vec3, f32)> = vec![(stand, 6.5)];
     let fallen = if state == State::Ruined { 1.0 } else { 0.12 };
     let few = yard.merge;
+    // beams and broken shafts first: they need room
+    for _ in 0..(26.0 * fallen) as u32 / few {
+        let beyond = 2.5 + 16.0 * yard.random();
+        let place = around_temple(yard, beyond);
+        // nothing large bars the view
+        if (place - stand).length() > 19.0 && claim(&mut taken, place, 2.2) {
+            if yard.random() < 0.6 { beam(yard, ground, place) } else { shaft(yard, ground, place) }
+        }
+    }
     for _ in 0..(170.0 * fallen) as u32 / few {
         // more lie near the steps than far from them
         let beyond = 3.0 + 26.0 * squared(yard.random());
         let place = around_temple(yard, beyond);
         let kind = yard.random();
         let size = if kind < 0.22 { 1.15 } else { 0.8 };
-        if !claim(&mut taken, place, size) {
+        let clear = if kind < 0.22 { 18.0 } else { 12.0 };
+        if (place - stand).length() < clear || !claim(&mut taken, place, size) {
             continue;
         }
         if kind < 0.22 {
@@ -84,29 +95,63 @@ fn drum(yard: &mut Yard, ground: &Ground, place: Vec3) {
     let diameter = COLUMN_LOWER_DIAMETER * yard.range(0.79, 1.0);
     let height = yard.range(0.75, 1.05);
     let standing = yard.random() < 0.35;
-    let normal = ground.normal(place.x, place.z);
+    let (low, normal) = ground.seat(place.x, place.z, 0.8);
     let [x, up, z] = rest_axes(yard, normal, 0.06);
-    let base = Vec3::new(place.x, ground.height(place.x, place.z), place.z);
+    let base = Vec3::new(place.x, low, place.z);
     let look = marble(yard);
     if standing {
-        fallen_drum(yard, base + up * (0.5 * height - 0.12), [x, up, z], diameter, height, look);
+        fallen_drum(yard, base + up * (0.5 * height - 0.17), [x, up, z], diameter, height, look);
     } else {
         // on its side: its own axis lies along the ground
-        fallen_drum(yard, base + up * (0.5 * diameter - 0.13), [up, x, up.cross(x)], diameter, height, look);
+        fallen_drum(yard, base + up * (0.5 * diameter - 0.24), [up, x, up.cross(x)], diameter, height, look);
     }
 }
 
 fn block(yard: &mut Yard, ground: &Ground, place: Vec3) {
     let long = yard.range(0.45, 0.95);
     let half = Vec3::new(long, yard.range(0.20, 0.36), yard.range(0.28, 0.52));
-    let normal = ground.normal(place.x, place.z);
+    let (low, normal) = ground.seat(place.x, place.z, 0.6);
     let axes = rest_axes(yard, normal, 0.13);
-    let base = Vec3::new(place.x, ground.height(place.x, place.z), place.z);
+    let base = Vec3::new(place.x, low, place.z);
     let look = marble(yard);
     let wear = Wear::fallen(yard.erosion);
     let mut stone = Block::oriented(base + axes[1] * (half.y - 0.11), axes, half, wear, look, 0);
     stone.seed = yard.seed();
     yard.push_block(stone);
+}
+
+/// A beam of the architrave, broken in two as often as not.
+fn beam(yard: &mut Yard, ground: &Ground, place: Vec3) {
+    let (low, normal) = ground.seat(place.x, place.z, 1.0);
+    let axes = rest_axes(yard, normal, 0.07);
+    let base = Vec3::new(place.x, low, place.z);
+    let look = marble(yard);
+    let half = Vec3::new(yard.range(1.0, 2.0), yard.range(0.42, 0.62), yard.range(0.34, 0.45));
+    let wear = Wear { breaks: 2, ..Wear::fallen(yard.erosion) };
+    let mut stone = Block::oriented(base + axes[1] * (half.y - 0.16), axes, half, wear, look, 0);
+    stone.seed = yard.seed();
+    yard.push_block(stone);
+}
+
+/// Two or three drums of a shaft as they came down, one behind the other.
+fn shaft(yard: &mut Yard, ground: &Ground, place: Vec3) {
+    let (_, normal) = ground.seat(place.x, place.z, 1.5);
+    let [along, _, _] = rest_axes(yard, normal, 0.0);
+    let diameter = COLUMN_LOWER_DIAMETER * yard.range(0.80, 0.98);
+    let count = 2 + u32::from(yard.random() < 0.5);
+    let mut at = -0.95 * count as f32 * 0.5;
+    for _ in 0..count {
+        let height = yard.range(0.78, 0.98);
+        let gap = yard.range(0.04, 0.25);
+        let middle = place + along * (at + 0.5 * height);
+        let (low, _) = ground.seat(middle.x, middle.z, 0.5);
+        let base = Vec3::new(middle.x, low, middle.z);
+        let axis = unit_or(along + Vec3::new(yard.range(-0.12, 0.12), 0.0, yard.range(-0.12, 0.12)), along);
+        let up = unit_or(Vec3::Y - axis * axis.y, Vec3::Y);
+        let look = marble(yard);
+        fallen_drum(yard, base + up * (0.5 * diameter - 0.24), [up, axis, up.cross(axis)], diameter, height, look);
+        at += height + gap;
+    }
 }
 
 fn on_floor(yard: &mut Yard, place: Vec3) {
@@ -124,9 +169,9 @@ fn on_floor(yard: &mut Yard, place: Vec3) {
 /// A piece of the rock, most of it in the ground.
 fn boulder(yard: &mut Yard, ground: &Ground, place: Vec3, size: f32) {
     let half = Vec3::new(yard.range(0.7, 1.2), yard.range(0.4, 0.75), yard.range(0.6, 1.0)) * size;
-    let normal = ground.normal(place.x, place.z);
+    let (low, normal) = ground.seat(place.x, place.z, 0.5 * size);
     let axes = rest_axes(yard, normal, 0.35);
-    let base = Vec3::new(place.x, ground.height(place.x, place.z), place.z);
+    let base = Vec3::new(place.x, low, place.z);
     let look = Look { stone: Stone::Rock, seed: yard.seed(), shelter: 0.0, age: 1.0 };
     let least = half.min_element();
     let wear = Wear { round: 0.55 * least, chip: 0.35 * least, rough: 0.07 * least, breaks: 5 };

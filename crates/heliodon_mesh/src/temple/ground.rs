@@ -31,7 +31,7 @@ impl Ground {
         let near = smoothstep(280.0, 130.0, p.length());
         let wild = if near > 0.0 { near * self.surface(p, broad) } else { 0.0 };
         // calm under the visitor, calm along the euthynteria, hidden below the temple
-        let stand = smoothstep(2.0, 9.0, (p - self.stand).length());
+        let stand = smoothstep(1.5, 5.5, (p - self.stand).length());
         let foot = smoothstep(0.3, 5.0, beyond);
         let mut height = fall + wild * (0.25 + 0.75 * stand) * (0.18 + 0.82 * foot) - 0.17 + 0.05 * foot;
         if beyond < 0.5 {
@@ -59,9 +59,11 @@ impl Ground {
             let lean = Vec3::new(signed(c.id >> 8), 0.0, signed(c.id >> 16)).dot(c.offset);
             scale * (signed(c.id) + lean)
         };
-        let slabs = settle(&slab, 0.11) * smoothstep(0.0, 0.22, slab.border) - 0.10 * smoothstep(0.12, 0.0, slab.border);
-        let pieces = settle(&piece, 0.028) * smoothstep(0.0, 0.2, piece.border) - 0.03 * smoothstep(0.10, 0.0, piece.border);
-        let worn = 0.05 * fbm(self.seed + 2, p * 0.7, 3) + 0.022 * fbm(self.seed + 3, p * 3.1, 3);
+        let open = smoothstep(-0.25, 0.30, fbm(self.seed + 42, p * 0.37, 2));
+        let slabs = settle(&slab, 0.12) * smoothstep(0.0, 0.16, slab.border) - 0.11 * open * smoothstep(0.10, 0.0, slab.border);
+        let pieces =
+            settle(&piece, 0.024) * smoothstep(0.0, 0.14, piece.border) - 0.03 * open * smoothstep(0.08, 0.0, piece.border);
+        let worn = 0.075 * fbm(self.seed + 2, p * 0.7, 3) + 0.032 * fbm(self.seed + 3, p * 2.9, 3);
         let rock = broad + 0.60 * (ledge - tilt * 0.75) + slabs + pieces + worn;
         let stones = self.stones(p);
         let earth = broad * 0.85 + 0.03 * fbm(self.seed + 6, p * 1.3, 3) - 0.05 + 0.6 * stones.0;
@@ -102,15 +104,16 @@ impl Ground {
 
     /// 1 where the rock lies bare, 0 where earth covers it.
     fn bareness(&self, p: Vec3) -> f32 {
-        smoothstep(-0.22, 0.10, fbm(self.seed + 5, p * 0.075, 3) + 0.25 * fbm(self.seed + 7, p * 0.6, 2))
+        smoothstep(-0.30, -0.02, fbm(self.seed + 5, p * 0.085, 3) + 0.30 * fbm(self.seed + 7, p * 0.6, 2))
     }
 
-    /// Unit normal by differences over a quarter of a metre.
-    pub fn normal(&self, x: f32, z: f32) -> Vec3 {
-        let d = 0.25;
-        let slope_x = self.height(x + d, z) - self.height(x - d, z);
-        let slope_z = self.height(x, z + d) - self.height(x, z - d);
-        unit_or(Vec3::new(-slope_x, 2.0 * d, -slope_z), Vec3::Y)
+    /// How a stone of the given radius comes to lie at a place: the lowest height of the ground below it, and the unit normal of
+    /// the ground about it.
+    pub fn seat(&self, x: f32, z: f32, radius: f32) -> (f32, Vec3) {
+        let around = [(radius, 0.0), (-radius, 0.0), (0.0, radius), (0.0, -radius)].map(|(dx, dz)| self.height(x + dx, z + dz));
+        let normal = unit_or(Vec3::new(around[1] - around[0], 2.0 * radius, around[3] - around[2]), Vec3::Y);
+        let level = [(around[0] + around[1]) * 0.5, (around[2] + around[3]) * 0.5, self.height(x, z)];
+        (level.into_iter().fold(f32::MAX, f32::min), normal)
     }
 
     /// Linear Rec. 709 albedo at a point of the ground.
@@ -147,7 +150,8 @@ impl Ground {
             .lerp(Vec3::new(0.165, 0.175, 0.075), smoothstep(-0.1, 0.5, gradient(self.seed + 25, plan * 0.31)));
         soil = soil.lerp(dry * blades, 0.80 * tufts);
         // earth fills the cracks, and lies where rock does not come out
-        let crack = smoothstep(0.11, 0.03, slab.border).max(0.8 * smoothstep(0.09, 0.02, piece.border));
+        let open = smoothstep(-0.25, 0.30, fbm(self.seed + 42, plan * 0.37, 2));
+        let crack = open * smoothstep(0.11, 0.03, slab.border).max(0.8 * smoothstep(0.08, 0.02, piece.border));
         let bare = self.bareness(plan) * (1.0 - 0.9 * crack);
         let bare = smoothstep(0.25, 0.70, bare + 0.30 * fbm(self.seed + 27, plan * 1.4, 3));
         // chips of marble from two thousand years of masons lie about the temple

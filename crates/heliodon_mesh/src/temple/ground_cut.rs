@@ -29,9 +29,8 @@ const DISTANCES: usize = 220;
 const TOLERANCE: f32 = 1.12;
 /// Rounds of halving.
 const ROUNDS: usize = 3;
-/// So many rings, and no more than so many vertices of each, are cut to estimate how many triangles the halving adds.
-const SAMPLED: usize = 80;
-const SAMPLED_VERTICES: u32 = 400;
+/// So many rings are cut to estimate how many triangles the halving adds.
+const SAMPLED: usize = 48;
 
 /// Pixels per metre along and across the line of sight, by distance, and the share of the turn by azimuth.
 #[derive(Debug)]
@@ -125,18 +124,11 @@ impl GroundCut {
         let pairs: Vec<&[Ring]> = rings.windows(2).step_by(step).collect();
         let counts: Vec<(usize, usize)> = pairs
             .par_iter()
-            .enumerate()
-            .map(|(i, pair)| {
+            .map(|pair| {
                 let mut mesh = SolidMesh::default();
-                // a stretch of the rings, somewhere else for each (multiples of the golden ratio spread evenly)
-                let part = (SAMPLED_VERTICES as f32 / pair[0].1.max(pair[1].1) as f32).min(1.0);
-                let golden = i as f32 * 0.618_034;
-                let start = (1.0 - part) * (golden - golden.floor());
                 let rows = [0, 1].map(|end: usize| {
-                    let count = (pair[end].1 as f32 * part) as u32 + 1;
-                    let turn = |k: u32| start + part * (k as f32 / count as f32);
-                    let row = (0..=count).map(|k| self.at(ground, grain.view.centre(), pair[end].0, turn(k)));
-                    row.enumerate().map(|(k, p)| (k as f32 / count as f32, mesh.vertex(p))).collect::<Vec<RowVertex>>()
+                    let points = self.row(ground, grain.view.centre(), end, pair[end]);
+                    row_of(&mut mesh, end, &points)
                 });
                 zip_rows(&rows[0], &rows[1], &mut mesh.triangles);
                 let before = mesh.triangles.len();
@@ -144,12 +136,8 @@ impl GroundCut {
                 (before, mesh.triangles.len())
             })
             .collect();
-        // stretches stand for their whole rings
-        let (before, after) = counts.iter().zip(&pairs).fold((0.0, 0.0), |sum, (count, pair)| {
-            let all = (pair[0].1 + pair[1].1) as f32;
-            (sum.0 + all, sum.1 + all * count.1 as f32 / count.0.max(1) as f32)
-        });
-        after / before.max(1.0_f32)
+        let (before, after) = counts.into_iter().fold((0, 0), |sum, count| (sum.0 + count.0, sum.1 + count.1));
+        after as f32 / before.max(1) as f32
     }
 
     /// The point of the ground on a ring, by the part of the cut's turn.
@@ -158,29 +146,29 @@ impl GroundCut {
         ground.point(centre.x + radius * libm::cosf(angle), centre.z + radius * libm::sinf(angle))
     }
 
-    fn row(&self, ground: &Ground, centre: Vec3, (radius, count): Ring) -> Vec<Vec3> {
-        (0..count).map(|i| self.at(ground, centre, radius, i as f32 / count as f32)).collect()
+    fn row(&self, ground: &Ground, centre: Vec3, ring: usize, (radius, count): Ring) -> Vec<Vec3> {
+        (0..count).map(|i| self.at(ground, centre, radius, (i as f32 + stagger(ring)) / count as f32)).collect()
     }
 
     /// Positions and triangles: the surface, a skirt at its end, and an underside.
     pub fn shape(&self, ground: &Ground, grain: &Grain) -> SolidMesh {
         let centre = grain.view.centre();
         let rings = self.rings(grain.px);
-        let rows: Vec<Vec<Vec3>> = rings.par_iter().map(|&ring| self.row(ground, centre, ring)).collect();
+        let rows: Vec<Vec<Vec3>> = rings.par_iter().enumerate().map(|(i, &ring)| self.row(ground, centre, i, ring)).collect();
         let mut mesh = SolidMesh::default();
         let hub = mesh.vertex(ground.point(centre.x, centre.z));
-        let mut inner = row_of(&mut mesh, &rows[0]);
+        let mut inner = row_of(&mut mesh, 0, &rows[0]);
         // azimuths grow clockwise seen from above
         mesh.triangles.extend(inner.windows(2).map(|pair| [hub, pair[1].1, pair[0].1]));
-        for points in &rows[1..] {
-            let outer = row_of(&mut mesh, points);
+        for (ring, points) in rows.iter().enumerate().skip(1) {
+            let outer = row_of(&mut mesh, ring, points);
             zip_rows(&inner, &outer, &mut mesh.triangles);
             inner = outer;
         }
         self.halve(ground, grain, &mut mesh);
         let end = &rows[rows.len() - 1];
         let below: Vec<Vec3> = end.iter().map(|p| Vec3::new(p.x, UNDERSIDE, p.z)).collect();
-        let skirt = row_of(&mut mesh, &below);
+        let skirt = row_of(&mut mesh, rows.len() - 1, &below);
         zip_rows(&inner, &skirt, &mut mesh.triangles);
         let nadir = mesh.vertex(Vec3::new(centre.x, UNDERSIDE, centre.z));
         mesh.triangles.extend(skirt.windows(2).map(|pair| [nadir, pair[0].1, pair[1].1]));
@@ -204,7 +192,10 @@ impl GroundCut {
                 let middle = (a + b) * 0.5;
                 let to = middle - grain.view.centre();
                 let flat = Vec3::new(to.x, 0.0, to.z);
-                if beyond_steps(middle.x, middle.z) < 0.0 || flat.length() > 400.0 {
+                // what lies below the temple is not seen; the rim belongs to the skirt too
+                let on_rim =
+                    |p: Vec3| Vec3::new(p.x - grain.view.centre().x, 0.0, p.z - grain.view.centre().z).length() > END - 1.0;
+                if beyond_steps(middle.x, middle.z) < 0.0 || (on_rim(a) && on_rim(b)) {
                     return false;
                 }
                 let cosine = unit_or(flat, grain.view.forward()).dot(grain.view.forward()).clamp(-1.0, 1.0);
@@ -263,12 +254,18 @@ fn split(t: [u32; 3], middle: [Option<u32>; 3], positions: &[Vec3], triangles: &
     }
 }
 
+/// Every other ring is turned by half a step, so that triangles are nearly equilateral: a twelfth fewer edges to halve.
+fn stagger(ring: usize) -> f32 {
+    0.5 * (ring % 2) as f32
+}
+
 /// Vertices of a closed ring, its first one again at its end.
-fn row_of(mesh: &mut SolidMesh, points: &[Vec3]) -> Vec<RowVertex> {
+fn row_of(mesh: &mut SolidMesh, ring: usize, points: &[Vec3]) -> Vec<RowVertex> {
     let count = points.len() as f32;
-    let mut row: Vec<RowVertex> = points.iter().enumerate().map(|(i, &p)| (i as f32 / count, mesh.vertex(p))).collect();
+    let turn = |i: usize| (i as f32 + stagger(ring)) / count;
+    let mut row: Vec<RowVertex> = points.iter().enumerate().map(|(i, &p)| (turn(i), mesh.vertex(p))).collect();
     let first = row[0].1;
-    row.push((1.0, first));
+    row.push((turn(points.len()), first));
     row
 }
 

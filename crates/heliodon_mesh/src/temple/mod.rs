@@ -160,8 +160,8 @@ impl Site {
             _ => 1,
         };
         let ground = Ground::new(params.seed, params.eye);
-        let middle = Vec3::new(params.eye.x, ground.height(params.eye.x, params.eye.z) + ROOM_OVER_GROUND, params.eye.z);
-        let room = (middle - ROOM_HALF, middle + ROOM_HALF);
+        let room = room(&ground, params.eye);
+        let middle = (room.0 + room.1) * 0.5;
         let look_at = look_at(middle);
         let view = View::new(room, look_at);
         let erosion = params.erosion.clamp(0.0, 1.0);
@@ -224,10 +224,10 @@ impl Site {
             let (stones, ground) = self.counts(px);
             let total = stones + (ground as f32 * self.cut.growth(&self.ground, &self.grain(px))) as usize;
             let now = (libm::logf(px), libm::logf(total.max(1) as f32));
-            if let Some(before) = last {
-                if (now.0 - before.0).abs() > 1e-4 {
-                    power = (-(now.1 - before.1) / (now.0 - before.0)).clamp(0.35, 2.2);
-                }
+            if let Some(before) = last
+                && (now.0 - before.0).abs() > 1e-4
+            {
+                power = (-(now.1 - before.1) / (now.0 - before.0)).clamp(0.35, 2.2);
             }
             let off = (now.1 - target).abs();
             if off < best.0 {
@@ -241,6 +241,12 @@ impl Site {
         }
         (best.1, best.2)
     }
+}
+
+/// The box of a visitor's eyes who stands at a place of the plan.
+fn room(ground: &Ground, place: Vec3) -> (Vec3, Vec3) {
+    let middle = ground.point(place.x, place.z) + Vec3::Y * ROOM_OVER_GROUND;
+    (middle - ROOM_HALF, middle + ROOM_HALF)
 }
 
 /// The middle of the temple as seen from a place, raised so that the picture holds it with some ground and sky.

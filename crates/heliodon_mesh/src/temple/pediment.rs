@@ -33,7 +33,7 @@ fn has_rake(state: State, east: bool, s: f32) -> bool {
     match (state, east) {
         (State::Intact, _) => true,
         // `s` runs from north to south in the west, and from south to north in the east
-        (_, false) => s < -5.2 || s > 8.8,
+        (_, false) => !(-5.2..=8.8).contains(&s),
         (_, true) => s.abs() > 10.6,
     }
 }
@@ -49,7 +49,7 @@ pub fn build(yard: &mut Yard, state: State) {
 }
 
 fn tympanum(yard: &mut Yard, frame: &Frame, state: State, east: bool) {
-    let count = 16_u32.div_ceil(yard.merge);
+    let count = 9_u32.div_ceil(yard.merge);
     for side in [-1.0_f32, 1.0] {
         for i in 0..count {
             let at = |i: u32| HALF * i as f32 / count as f32;

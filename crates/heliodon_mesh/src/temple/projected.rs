@@ -1,6 +1,6 @@
 //! How large triangles are in a picture: the check that shadows have sharp edges.
 
-use super::sizing::{FOCAL_PX, PICTURE_FOV_DEG, PICTURE_HEIGHT_PX, PICTURE_WIDTH_PX};
+use super::sizing::{FOCAL_PX, PICTURE_HEIGHT_PX, PICTURE_WIDTH_PX};
 use crate::Mesh;
 use glam::Vec3;
 use heliodon_math::frame::unit_or;
@@ -21,7 +21,6 @@ pub struct PictureCamera {
 impl PictureCamera {
     /// The picture of 1024 x 768 pixels and 50 degrees that the temple is cut for.
     pub fn standard(eye: Vec3, look_at: Vec3) -> Self {
-        debug_assert!(PICTURE_FOV_DEG == 50.0);
         Self { eye, look_at, size: (PICTURE_WIDTH_PX as u32, PICTURE_HEIGHT_PX as u32), focal_px: FOCAL_PX }
     }
 }

@@ -9,7 +9,7 @@ use super::*;
 use std::collections::HashMap;
 
 fn small(state: State) -> TempleParams {
-    TempleParams { triangles: 120_000, state, ..TempleParams::default() }
+    TempleParams { triangles: 60_000, state, ..TempleParams::default() }
 }
 
 fn bits(p: Vec3) -> [u32; 3] {
@@ -65,7 +65,7 @@ fn assert_sound(name: &str, solid: &SolidMesh) {
 fn every_stone_and_the_ground_are_closed_and_turned_outwards() {
     for state in [State::Ruined, State::Intact] {
         let site = Site::plan(&small(state));
-        let (px, _) = site.fit(120_000);
+        let (px, _) = site.fit(60_000);
         let grain = site.grain(px);
         for (name, _, elements) in &site.stones {
             elements.par_iter().enumerate().for_each(|(i, element)| {
@@ -82,19 +82,13 @@ fn every_stone_and_the_ground_are_closed_and_turned_outwards() {
 
 #[test]
 fn the_triangles_asked_for_are_met() {
-    for triangles in [50_000, 250_000, 700_000] {
-        let params = TempleParams { triangles, ..TempleParams::default() };
-        let (_, estimated) = estimate(&params);
-        let built = build(&params).triangle_count();
-        let off = |n: usize| (n as f64 / triangles as f64 - 1.0).abs();
-        assert!(off(built) < 0.06, "{built} built for {triangles}");
-        assert!(off(estimated) < 0.06, "{estimated} estimated for {triangles}");
+    for triangles in [50_000, 400_000] {
+        let built = build(&TempleParams { triangles, ..TempleParams::default() }).triangle_count();
+        assert!((built as f64 / triangles as f64 - 1.0).abs() < 0.05, "{built} built for {triangles}");
     }
-    for triangles in [5_000_000, 50_000_000] {
-        let (px, estimated) = estimate(&TempleParams { triangles, ..TempleParams::default() });
-        assert!((estimated as f64 / triangles as f64 - 1.0).abs() < 0.03, "{estimated} estimated for {triangles}");
-        assert!(px < 1.5);
-    }
+    let (px, estimated) = estimate(&TempleParams { triangles: 50_000_000, ..TempleParams::default() });
+    assert!((estimated as f64 / 50e6 - 1.0).abs() < 0.03, "{estimated} estimated");
+    assert!(px < 0.6);
 }
 
 #[test]
@@ -188,7 +182,9 @@ fn the_intact_temple_has_the_heights_and_widths_of_the_parthenon() {
     let entablature = part("entablature");
     // over all: the cornice stands 0.885 + 0.70 before the axes
     let width = extent(entablature, 2);
-    assert!((width.1 - width.0 - 2.0 * (HALF_AXES.1 + 1.585)).abs() < 0.4, "{width:?}");
+    // and tiles hang over it
+    let overhang = 0.5 * (width.1 - width.0) - (HALF_AXES.1 + 1.585);
+    assert!((0.0..0.4).contains(&overhang), "{width:?}");
     // published height of the ridge over the stylobate: 13.72 to the cornice and 3.46 of tympanum, and the rake upon it
     let top = extent(entablature, 1).1 - STYLOBATE_TOP;
     assert!((17.4..18.6).contains(&top), "{top}");
@@ -199,20 +195,21 @@ fn the_intact_temple_has_the_heights_and_widths_of_the_parthenon() {
 
 #[test]
 fn the_ground_meets_the_temple_and_the_room_stands_on_it() {
-    let site = Site::plan(&small(State::Ruined));
+    let params = TempleParams::default();
+    let ground = Ground::new(params.seed, params.eye);
     // along the foot of the euthynteria the ground lies below its top and above its underside
     for i in 0..200 {
         let t = i as f32 / 100.0 - 1.0;
         let (x, z) = (0.5 * STYLOBATE_LENGTH + 1.66, 0.5 * STYLOBATE_WIDTH + 1.66);
         for (x, z) in [(x, t * z), (-x, t * z), (t * x, z), (t * x, -z)] {
-            let height = site.ground.height(x, z);
+            let height = ground.height(x, z);
             assert!((-0.55..-0.02).contains(&height), "{height} at {x} {z}");
         }
     }
-    let (low, high) = site.room;
+    let (low, high) = room(&ground, params.eye);
     for i in 0..64 {
         let (u, v) = ((i % 8) as f32 / 7.0, (i / 8) as f32 / 7.0);
-        let ground = site.ground.height(low.x + (high.x - low.x) * u, low.z + (high.z - low.z) * v);
+        let ground = ground.height(low.x + (high.x - low.x) * u, low.z + (high.z - low.z) * v);
         assert!(low.y - ground > 0.9, "eyes at {} over ground at {ground}", low.y);
     }
 }
@@ -226,8 +223,8 @@ fn triangles_are_small_in_the_demo_picture() {
     let seen = visible_triangles(&meshes, &PictureCamera::standard(eye, temple.look_at));
     assert!(seen.len() > 100_000);
     let large = seen.iter().filter(|t| t.area_px > 4.0).count();
-    assert!(large * 100 < 2 * seen.len(), "{large} of {} visible triangles are larger than 4 square pixels", seen.len());
+    assert!(large * 200 < 3 * seen.len(), "{large} of {} visible triangles are larger than 4 square pixels", seen.len());
     let mut areas: Vec<f32> = seen.iter().map(|t| t.area_px).collect();
     areas.sort_by(f32::total_cmp);
-    assert!(areas[areas.len() / 2] < 2.0 && areas[areas.len() * 999 / 1000] < 12.0);
+    assert!(areas[areas.len() / 2] < 2.0 && areas[areas.len() * 999 / 1000] < 7.0);
 }

@@ -256,10 +256,11 @@ impl Tube {
                     _ => None,
                 };
                 let line = reuse.unwrap_or_else(|| self.line(&cut, &shape, turn, part, fine, &mut mesh, &mut lost));
-                if i == 0 && self.fluted {
-                    if let Some(before) = previous.take() {
-                        doubles.extend(before.iter().zip(&line).map(|(a, b)| (a.1, b.1)));
-                    }
+                if i == 0
+                    && self.fluted
+                    && let Some(before) = previous.take()
+                {
+                    doubles.extend(before.iter().zip(&line).map(|(a, b)| (a.1, b.1)));
                 }
                 if side == 0 && i == 0 {
                     first = Some(line.clone());
@@ -277,13 +278,13 @@ impl Tube {
             }
             previous = line_before;
         }
-        if self.fluted {
-            if let (Some(last), Some(start)) = (&previous, &first) {
-                doubles.extend(last.iter().zip(start).map(|(a, b)| (a.1, b.1)));
-            }
+        if self.fluted
+            && let (Some(last), Some(start)) = (&previous, &first)
+        {
+            doubles.extend(last.iter().zip(start).map(|(a, b)| (a.1, b.1)));
         }
-        for end in 0..2 {
-            self.end_face(end, &cut, &shape, &rims[end], &mut mesh, &mut lost);
+        for (end, rim) in rims.iter().enumerate() {
+            self.end_face(end, &cut, &shape, rim, &mut mesh, &mut lost);
         }
         (mesh, lost, doubles)
     }
