@@ -254,7 +254,7 @@ fn split(t: [u32; 3], middle: [Option<u32>; 3], positions: &[Vec3], triangles: &
     }
 }
 
-/// Every other ring is turned by half a step, so that triangles are nearly equilateral: a twelfth fewer edges to halve.
+/// Every other ring is turned by half a step, so that triangles are nearly equilateral and fewer edges are too long.
 fn stagger(ring: usize) -> f32 {
     0.5 * (ring % 2) as f32
 }

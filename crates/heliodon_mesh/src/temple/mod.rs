@@ -6,8 +6,8 @@
 //! the total meets [`TempleParams::triangles`].
 //!
 //! Why stones and not one carved mass: joints, chipped edges and shifted drums are what raking light shows of the scanned
-//! monument, and stones are cut in parallel, each knowing which of its faces can be seen; a level set of the same sharpness
-//! costs about ten times as many triangles.
+//! monument, and stones are cut in parallel, each knowing which of its faces can be seen; a level set would need cells as small
+//! as an arris everywhere.
 //!
 //! +Y up, the long axis along X, west is -X; height zero is the top of the euthynteria, the lowest levelled course.
 

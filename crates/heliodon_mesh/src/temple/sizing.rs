@@ -1,8 +1,7 @@
 //! How fine each piece of stone is cut into triangles: by its size in the picture that a visitor sees.
 //!
 //! Light is stored per vertex, so a shadow's edge is as sharp as triangles are small **on the screen**. Everything is
-//! therefore cut to a length in pixels, seen from the worst place of the visitor's room, foreshortening counted: the same
-//! picture quality from uniform triangles in metres costs about six times as many.
+//! therefore cut to a length in pixels, seen from the worst place of the visitor's room, foreshortening counted.
 
 use glam::Vec3;
 use heliodon_math::frame::unit_or;
