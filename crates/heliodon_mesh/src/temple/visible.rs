@@ -1,7 +1,7 @@
 //! Which stones, and which of their faces, a visitor can see at all: the rest is cut coarsely.
 //!
 //! The paper that this follows (Callieri et al. 2006, section 5) takes away what no point of the visitor's room sees. Here it
-//! stays, because it throws shadows and because visitors may leave the room. All stones are drawn coarsely from the nine eyes
+//! stays, because it throws shadows and because visitors may leave the room. All stones are drawn coarsely from five eyes
 //! of the view into depth pictures; a face that wins a pixel in one of them is seen.
 
 use super::projected::{DepthPicture, PictureCamera};
@@ -15,6 +15,8 @@ use rayon::prelude::*;
 const DRAWN_PX: f32 = 11.0;
 /// The depth pictures: as sharp as the visitor's, and wider, for a turned head (111 degrees).
 const SIZE: (u32, u32) = (2400, 960);
+/// The middle of the room and every other of its corners.
+const EYES: [usize; 5] = [0, 3, 5, 6, 8];
 
 /// Faces seen of each stone of each part: bits `FACE_*` of a block, any bit of a tube. `None` for stones beside and behind the
 /// pictures, of which nothing is known; they are coarser by their place already.
@@ -24,7 +26,7 @@ pub fn seen_faces(parts: &[&[Element]], ground: &SolidMesh, view: &View) -> Vec<
         .iter()
         .map(|elements| elements.par_iter().map(|element| (element.shape(&grain), element.face_counts(&grain))).collect())
         .collect();
-    let pictures: Vec<DepthPicture> = view.eyes().par_iter().map(|&eye| draw(&solids, ground, view, eye)).collect();
+    let pictures: Vec<DepthPicture> = EYES.par_iter().map(|&eye| draw(&solids, ground, view, view.eyes()[eye])).collect();
     let stones = solids.iter().map(Vec::len).sum::<usize>();
     let mut seen = vec![0_u8; stones + 1];
     for id in pictures.iter().flat_map(DepthPicture::winners) {
