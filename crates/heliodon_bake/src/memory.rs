@@ -27,8 +27,10 @@ mod tests {
     fn the_peak_grows_with_what_is_touched() {
         let before = peak_resident_bytes().unwrap();
         let block = std::hint::black_box(vec![1_u8; 64 << 20]);
-        assert!(peak_resident_bytes().unwrap() >= before.max(resident_bytes().unwrap()));
-        assert!(resident_bytes().unwrap() > 64 << 20);
+        let resident = resident_bytes().unwrap();
+        // other tests of this process come and go meanwhile, and the kernel counts in batches of pages
+        assert!(resident > 64 << 20);
+        assert!(peak_resident_bytes().unwrap() >= before.max(64 << 20));
         drop(block);
     }
 }
