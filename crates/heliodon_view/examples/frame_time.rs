@@ -1,7 +1,8 @@
 //! Prints how long a frame of 720,000 triangles takes at 1024x768: the scene, the eye and the counting of Bevy's peer
 //! (36 shafts of 20,000 triangles, off screen, the mean of 100 frames after 60), in a day that passes, sky included.
 //!
-//! `cargo run -p heliodon_view --example frame_time [BUNDLE] [--paused]`
+//! `cargo run -p heliodon_view --example frame_time [BUNDLE] [--paused] [--small] [--empty]`; `--small` takes a court with a ground
+//! instead, `--empty` nothing at all, to compare memory with.
 
 #![expect(clippy::print_stdout, reason = "an example speaks to people")]
 
@@ -22,8 +23,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Some(path) => (PathBuf::from(path), None),
         None => {
             let path = folder.path().join("peer");
+            let small = arguments.iter().any(|a| a == "--small");
+            let court = if small { common::Court::small() } else { common::Court::peer() };
             if !empty {
-                common::Court::peer().write(&path)?;
+                court.write(&path)?;
             }
             (path, Some(Pose::looking(Vec3::new(0.0, 4.0, 30.0), Vec3::new(0.0, 4.0, 0.0))))
         }

@@ -1,5 +1,7 @@
 //! Pictures from the GPU (a software one will do) against the light that `heliodon_bundle` works out on the CPU.
 
+#![expect(clippy::unwrap_used, reason = "a test ends where something fails")]
+
 #[path = "../examples/common/mod.rs"]
 mod common;
 

@@ -114,9 +114,9 @@ impl Court {
             }
             let open = open_transfer9(n);
             let channels = self.transfer.1 as usize;
-            for i in 0..self.transfer.0 as usize {
+            for (i, open) in open.into_iter().enumerate().take(self.transfer.0 as usize) {
                 for c in 0..channels {
-                    light.sky_transfer[v * layout.transfer_floats() + i * channels + c] = open[i] * (1.0 - 0.1 * c as f32);
+                    light.sky_transfer[v * layout.transfer_floats() + i * channels + c] = open * (1.0 - 0.1 * c as f32);
                 }
             }
             for r in 0..self.bounce_functions as usize {

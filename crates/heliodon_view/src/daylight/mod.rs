@@ -2,7 +2,7 @@
 //!
 //! Michael Callieri, Paul Debevec, Jarrell Pair, Roberto Scopigno: "A realtime immersive application with realistic lighting:
 //! The Parthenon", Computers & Graphics 30, 2006, section 4. A vertex's light is worked out by a compute shader once for each
-//! moment, and only for chunks that are seen; drawing then reads position, light and albedo, 24 bytes a vertex, and the
+//! moment, and only where it is seen; drawing then reads position, light and albedo, 24 bytes a vertex, and the
 //! fragment multiplies light by albedo. Why this split, and what it costs, is in docs/decisions/008-drawing-stone.md.
 
 pub mod chunk;

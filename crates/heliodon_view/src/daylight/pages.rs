@@ -54,16 +54,14 @@ pub struct GpuChunk {
     pub page: usize,
     /// The first vertex, a multiple of [`BLOCK`].
     pub base_vertex: u32,
-    /// Vertices.
-    pub vertex_count: u32,
     /// The first index.
     pub first_index: u32,
     /// Clusters and bounds.
     pub kept: Arc<KeptChunk>,
     /// Index of the bundle's texture.
     pub texture: Option<u32>,
-    /// The moment, by its serial number, whose light the chunk has.
-    pub lit_at: u64,
+    /// The moments, by their serial numbers, whose light the blocks have.
+    pub lit_at: Vec<u64>,
 }
 
 /// A base colour image.
@@ -167,7 +165,7 @@ pub fn upload(
         queue.write_buffer(uvs, at * 8, bytemuck::cast_slice(&chunk.uvs));
     }
     queue.write_buffer(&to.baked, at * 4 * u64::from(layout.words()), bytemuck::cast_slice(&chunk.baked));
-    if kept.indices.len() % 2 == 0 {
+    if kept.indices.len().is_multiple_of(2) {
         queue.write_buffer(&to.indices, u64::from(first_index) * 2, bytemuck::cast_slice(&kept.indices));
     } else {
         let padded: Vec<u16> = kept.indices.iter().copied().chain([0]).collect();
@@ -176,10 +174,9 @@ pub fn upload(
     GpuChunk {
         page,
         base_vertex,
-        vertex_count: kept.positions.len() as u32,
         first_index,
         kept: Arc::clone(kept),
         texture: chunk.texture,
-        lit_at: 0,
+        lit_at: vec![0; kept.positions.len().div_ceil(BLOCK as usize)],
     }
 }

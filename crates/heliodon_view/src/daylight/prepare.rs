@@ -5,7 +5,7 @@ use super::layout::BLOCK;
 use super::moment::MomentUniform;
 use super::pages::{GpuChunk, GpuTexture, Page, Remaining, upload};
 use super::pipelines::{PipelineKey, StagePipelines, Subject};
-use super::view::{Draw, ViewUniform, cull};
+use super::view::{Draw, ViewUniform, VisibleBlock, cull};
 use crate::sky::SkyResources;
 use crate::stage::feed::Delivery;
 use crate::stage::frame::StageFrame;
@@ -38,8 +38,8 @@ pub struct StageGpu {
     moment: Option<MomentUniform>,
     moment_serial: u64,
     moment_buffer: Option<(Buffer, BindGroup)>,
-    /// Chunks that some camera sees, without order or repetition.
-    visible: Vec<usize>,
+    /// What some camera sees.
+    visible: Vec<VisibleBlock>,
     /// Blocks to be lit, per page.
     work: Vec<Vec<u32>>,
 }
@@ -128,6 +128,9 @@ pub fn receive(
     }
 }
 
+/// What is needed of a camera.
+type SeenCamera = (Entity, &'static ExtractedCamera, &'static ExtractedView, &'static Msaa, Option<&'static mut StageView>);
+
 /// Finds what each camera draws.
 #[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
 pub fn prepare_views(
@@ -141,7 +144,7 @@ pub fn prepare_views(
     images: Res<RenderAssets<GpuImage>>,
     fallback: Res<FallbackImage>,
     sky: Res<SkyResources>,
-    mut views: Query<(Entity, &ExtractedCamera, &ExtractedView, &Msaa, Option<&mut StageView>), With<DaylightCamera>>,
+    mut views: Query<SeenCamera, With<DaylightCamera>>,
 ) {
     gpu.visible.clear();
     for (entity, camera, view, msaa, stage_view) in &mut views {
@@ -228,12 +231,12 @@ pub fn prepare_light(
         let layout = cache.get_bind_group_layout(&pipelines.moment_layout);
         write_uniform(&mut gpu.moment_buffer, &device, &queue, &layout, bytemuck::bytes_of(&uniform), "stone_moment");
     }
-    for &index in &gpu.visible {
+    for &(index, block) in &gpu.visible {
         let chunk = &mut gpu.chunks[index];
-        if chunk.lit_at != gpu.moment_serial {
-            chunk.lit_at = gpu.moment_serial;
-            let first = chunk.base_vertex / BLOCK;
-            gpu.work[chunk.page].extend(first..first + chunk.vertex_count.div_ceil(BLOCK));
+        let lit_at = &mut chunk.lit_at[usize::from(block)];
+        if *lit_at != gpu.moment_serial {
+            *lit_at = gpu.moment_serial;
+            gpu.work[chunk.page].push(chunk.base_vertex / BLOCK + u32::from(block));
         }
     }
     for (page, work) in gpu.pages.iter().zip(&gpu.work) {

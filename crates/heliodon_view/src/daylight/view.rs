@@ -52,8 +52,12 @@ pub fn frustum_planes(clip_from_world: &Mat4) -> [Vec4; 5] {
 /// Clusters that are not drawn although between two that are: fewer than these indices cost less than another draw.
 const BRIDGED_INDICES: u32 = 3 * 128;
 
-/// The draws of all chunks that a view meets, the nearest chunk first, and the chunks themselves.
-pub fn cull(chunks: &[GpuChunk], clip_from_world: &Mat4, eye: Vec3, draws: &mut Vec<Draw>, visible: &mut Vec<usize>) {
+/// A block of vertices that a view meets: its chunk, and its number in it.
+pub type VisibleBlock = (usize, u16);
+
+/// The draws of all chunks that a view meets, the nearest chunk first, and the blocks of vertices that they show; a block may be
+/// told more than once. Clusters that are bridged show nothing, so that their light does not matter.
+pub fn cull(chunks: &[GpuChunk], clip_from_world: &Mat4, eye: Vec3, draws: &mut Vec<Draw>, visible: &mut Vec<VisibleBlock>) {
     let planes = frustum_planes(clip_from_world);
     let mut order: Vec<(f32, usize)> = Vec::new();
     for (index, chunk) in chunks.iter().enumerate() {
@@ -79,12 +83,11 @@ pub fn cull(chunks: &[GpuChunk], clip_from_world: &Mat4, eye: Vec3, draws: &mut 
                 indices: chunk.first_index + range.start..chunk.first_index + range.end,
             });
         };
-        let mut any = false;
         for cluster in &chunk.kept.clusters {
             if cluster.faces_away(eye) || !cluster.meets(&planes) {
                 continue;
             }
-            any = true;
+            visible.extend(cluster.blocks.iter().map(|&block| (index, block)));
             open = match open.take() {
                 Some(range) if cluster.indices.start - range.end <= BRIDGED_INDICES => Some(range.start..cluster.indices.end),
                 Some(range) => {
@@ -96,9 +99,6 @@ pub fn cull(chunks: &[GpuChunk], clip_from_world: &Mat4, eye: Vec3, draws: &mut 
         }
         if let Some(range) = open {
             push(range);
-        }
-        if any {
-            visible.push(index);
         }
     }
 }
@@ -117,7 +117,6 @@ mod tests {
         GpuChunk {
             page: 0,
             base_vertex: 0,
-            vertex_count: 4,
             first_index,
             kept: Arc::new(KeptChunk {
                 bounds: (center - Vec3::new(1.0, 1.0, 0.0), center + Vec3::new(1.0, 1.0, 0.0)),
@@ -126,7 +125,7 @@ mod tests {
                 clusters: made.clusters,
             }),
             texture: None,
-            lit_at: 0,
+            lit_at: vec![0],
         }
     }
 
@@ -141,7 +140,7 @@ mod tests {
         let clip = Mat4::perspective_infinite_reverse_rh(1.0, 1.0, 0.1);
         let (mut draws, mut visible) = (Vec::new(), Vec::new());
         cull(&chunks, &clip, Vec3::ZERO, &mut draws, &mut visible);
-        assert_eq!(visible, [1, 0]);
+        assert_eq!(visible, [(1, 0), (0, 0)]);
         assert_eq!(draws.iter().map(|draw| draw.indices.start).collect::<Vec<_>>(), [6, 0]);
         // From behind, the quads show their backs.
         let turned = clip * Mat4::look_at_rh(Vec3::new(0.0, 0.0, -40.0), Vec3::ZERO, Vec3::Y);

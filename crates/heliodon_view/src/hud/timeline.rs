@@ -82,10 +82,14 @@ fn percent_at(lapse: &TimeLapse, clock_s: f64) -> f32 {
     if last > first { (100.0 * (clock_s - first) / (last - first)) as f32 } else { 0.0 }
 }
 
-pub(super) fn show(
-    lapse: Res<TimeLapse>,
-    mut nodes: ParamSet<(Query<&mut Node, With<Knob>>, Query<&mut Node, With<SunUp>>, Query<(&Mark, &mut Node, &mut Text)>)>,
-) {
+/// What moves along the bar.
+type Moving<'w, 's> = (
+    Query<'w, 's, &'static mut Node, With<Knob>>,
+    Query<'w, 's, &'static mut Node, With<SunUp>>,
+    Query<'w, 's, (&'static Mark, &'static mut Node, &'static mut Text)>,
+);
+
+pub(super) fn show(lapse: Res<TimeLapse>, mut nodes: ParamSet<Moving>) {
     if !lapse.is_changed() {
         return;
     }
