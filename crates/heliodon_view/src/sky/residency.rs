@@ -15,6 +15,8 @@ const MAX_RESIDENT: usize = 3;
 
 struct Resident {
     path: PathBuf,
+    /// The entry for which it was loaded; others may share the map.
+    entry: usize,
     image: Handle<Image>,
 }
 
@@ -25,7 +27,7 @@ pub struct SkyMaps {
     pub wait: bool,
     serial: u64,
     resident: Vec<Resident>,
-    loading: Option<(PathBuf, Task<Option<Image>>)>,
+    loading: Option<(usize, PathBuf, Task<Option<Image>>)>,
     failed: BTreeSet<PathBuf>,
 }
 
@@ -40,17 +42,28 @@ impl SkyMaps {
         self.resident.iter().find(|map| map.path == path).map(|map| map.image.id())
     }
 
-    fn admit(&mut self, path: PathBuf, image: Option<Image>, images: &mut Assets<Image>, wanted: &[PathBuf]) {
+    /// The map loaded for the entry that is nearest to `entry`.
+    fn nearest(&self, entry: usize) -> Option<AssetId<Image>> {
+        self.resident.iter().min_by_key(|map| map.entry.abs_diff(entry)).map(|map| map.image.id())
+    }
+
+    fn admit(
+        &mut self,
+        (entry, path): (usize, PathBuf),
+        image: Option<Image>,
+        images: &mut Assets<Image>,
+        wanted: &[(usize, PathBuf)],
+    ) {
         let Some(image) = image else {
             self.failed.insert(path);
             return;
         };
         while self.resident.len() >= MAX_RESIDENT {
             // The oldest that the frame does not want; with three wanted at most, and this one among them, there is one.
-            let leaves = self.resident.iter().position(|map| !wanted.contains(&map.path)).unwrap_or(0);
+            let leaves = self.resident.iter().position(|map| wanted.iter().all(|(_, path)| *path != map.path)).unwrap_or(0);
             self.resident.remove(leaves);
         }
-        self.resident.push(Resident { path, image: images.add(image) });
+        self.resident.push(Resident { path, entry, image: images.add(image) });
     }
 }
 
@@ -92,44 +105,39 @@ pub(super) fn follow(
         (true, false) if a > 0 => a - 1,
         (true, false) => last,
     };
-    let mut wanted: Vec<PathBuf> = Vec::with_capacity(MAX_RESIDENT);
+    let mut wanted: Vec<(usize, PathBuf)> = Vec::with_capacity(MAX_RESIDENT);
     for entry in [a, b, next] {
         let path = bundle.sky_map_path(entry);
-        if !wanted.contains(&path) {
-            wanted.push(path);
+        if wanted.iter().all(|(_, known)| *known != path) {
+            wanted.push((entry, path));
         }
     }
 
-    if maps.loading.as_ref().is_some_and(|(_, task)| maps.wait || task.is_finished())
-        && let Some((path, task)) = maps.loading.take()
+    if maps.loading.as_ref().is_some_and(|(.., task)| maps.wait || task.is_finished())
+        && let Some((entry, path, task)) = maps.loading.take()
     {
         let image = block_on(task);
-        maps.admit(path, image, &mut images, &wanted);
+        maps.admit((entry, path), image, &mut images, &wanted);
     }
-    let needed = if maps.wait { [a, b].map(|entry| bundle.sky_map_path(entry)).into() } else { wanted.clone() };
-    for path in needed {
+    for (entry, path) in wanted.clone() {
         if maps.find(&path).is_some() || maps.failed.contains(&path) {
             continue;
         }
-        if maps.wait {
+        if maps.wait && [a, b].contains(&entry) {
             let image = read(&path);
-            maps.admit(path, image, &mut images, &wanted);
-        } else if maps.loading.is_none() {
+            maps.admit((entry, path), image, &mut images, &wanted);
+        } else if !maps.wait && maps.loading.is_none() {
             let reading = path.clone();
-            maps.loading = Some((path, AsyncComputeTaskPool::get().spawn(async move { read(&reading) })));
+            maps.loading = Some((entry, path, AsyncComputeTaskPool::get().spawn(async move { read(&reading) })));
         }
     }
 
     let at = |entry: usize| maps.find(&bundle.sky_map_path(entry));
-    let shown = frame.sky.maps;
     frame.sky.maps = match (at(a), at(b)) {
         (Some(a), Some(b)) if a == b => [(Some(a), 1.0), (None, 0.0)],
         (Some(a), Some(b)) => [(Some(a), 1.0 - share), (Some(b), share)],
         (Some(only), None) | (None, Some(only)) => [(Some(only), 1.0), (None, 0.0)],
-        // What was shown stays until something better is there, if it is still in memory.
-        (None, None) => shown.map(|(map, weight)| {
-            let kept = map.filter(|id| maps.resident.iter().any(|resident| resident.image.id() == *id));
-            (kept, if kept.is_some() { weight } else { 0.0 })
-        }),
+        // Where frames take longer than entries last, or the timeline is dragged, maps come late: the nearest stands in.
+        (None, None) => [(maps.nearest(a), 1.0), (None, 0.0)],
     };
 }
