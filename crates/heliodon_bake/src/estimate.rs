@@ -41,8 +41,8 @@ pub struct Estimate {
 const TIMED_RUNS: usize = 8;
 /// Bytes of a kept hit.
 const HIT_BYTES: f64 = 4.0;
-/// Hits that one bounce handles a second in sixteen lanes, over what the gather traces rays a second: measured 2.9 on the
-/// procedural temple at 700,000 triangles, two cores. It only serves this estimate.
+/// Hits that one bounce handles a second in sixteen lanes, over what the gather traces rays a second: a guess that nobody has
+/// measured yet. It only serves this estimate.
 const BOUNCED_HITS_PER_RAY: f64 = 2.9;
 /// Lanes that bounce together.
 const LANES: usize = 16;
