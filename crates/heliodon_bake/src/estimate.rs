@@ -89,12 +89,13 @@ impl Timed {
     fn measure(plan: &Plan, surfaces: &Surfaces, layout: &Layout, params: &LightParams) -> Result<Self, BakeError> {
         let runs = spread_runs(layout.points().len());
         let points = runs.iter().map(Range::len).sum::<usize>().max(1) as f64;
-        let begun = Instant::now();
-        let blocks: Vec<GatherBlock> =
-            runs.iter().map(|run| gather(surfaces, layout, run.clone(), params)).collect::<Result<_, _>>()?;
-        let gather_seconds = begun.elapsed().as_secs_f64() / points;
         // suns stand in the upper half; where exactly matters little to the time
         let suns: Vec<_> = fibonacci_sphere(2 * plan.site.bake.sun_steps).into_iter().filter(|sun| sun.y > 0.0).collect();
+        let bouncing = if plan.site.bake.sun_bounce { &suns[..] } else { &[] };
+        let begun = Instant::now();
+        let blocks: Vec<GatherBlock> =
+            runs.iter().map(|run| gather(surfaces, layout, bouncing, run.clone(), params)).collect::<Result<_, _>>()?;
+        let gather_seconds = begun.elapsed().as_secs_f64() / points;
         let begun = Instant::now();
         let mut mask_rays = 0;
         for run in &runs {

@@ -79,6 +79,7 @@ fn gather_all(
     reporter: &dyn Reporter,
 ) -> Result<Vec<GatherBlock>, BakeError> {
     let per_block = points_per_block(u64::from(input.params.samples));
+    let suns = if input.sun_bounce { input.suns } else { &[] };
     let mut blocks: Vec<GatherBlock> = Vec::new();
     let mut points = 0..layout.points().len();
     while !points.is_empty() {
@@ -90,9 +91,9 @@ fn gather_all(
             blocks.len(),
             |bytes, range| {
                 let block = GatherBlock::from_bytes(bytes).ok()?;
-                (block.range == *range && block.validate(layout, input.params).is_ok()).then_some(block)
+                (block.range == *range && block.validate(layout, suns.len(), input.params).is_ok()).then_some(block)
             },
-            |range| gather(&input.surfaces, layout, range, input.params).map_err(BakeError::from),
+            |range| gather(&input.surfaces, layout, suns, range, input.params).map_err(BakeError::from),
             GatherBlock::to_bytes,
         )?);
         points = layout.add_back_sides(&input.surfaces, &blocks, input.params);

@@ -3,10 +3,10 @@
 //! Little-endian throughout: magic, then the fields in order, each list with its length before it. The bytes carry no
 //! checksum: whoever stores them adds one.
 
-use crate::{GatherBlock, LightError, UnitHits};
+use crate::{Followed, GatherBlock, LightError, UnitHits};
 
 /// Eight bytes that name the format and its version.
-const MAGIC: [u8; 8] = *b"HELGATH1";
+const MAGIC: [u8; 8] = *b"HELGATH2";
 
 impl GatherBlock {
     /// The block as bytes.
@@ -26,6 +26,13 @@ impl GatherBlock {
             put_list(&mut out, &hits.met, |x| x.to_le_bytes());
             put_list(&mut out, &hits.cells, |x| x.to_le_bytes());
         }
+        out.extend((self.followed.len() as u64).to_le_bytes());
+        for followed in &self.followed {
+            put_list(&mut out, &followed.sky, |x| x.to_le_bytes());
+            for list in [&followed.sky_keys[..], followed.sun.as_flattened(), followed.ends.as_flattened()] {
+                put_list(&mut out, list, |x| x.to_le_bytes());
+            }
+        }
         out
     }
 
@@ -42,21 +49,24 @@ impl GatherBlock {
         let range = usize::try_from(start).ok().zip(usize::try_from(end).ok()).filter(|(start, end)| start <= end);
         let (start, end) = range.ok_or(LightError::Block("a range that is none"))?;
         let [sky, scale, back] = [(); 3].map(|()| take_list(&mut rest, f32::from_le_bytes));
-        let back_cells = take_list(&mut rest, u32::from_le_bytes)?;
-        let (back_cells, []) = back_cells.as_chunks() else {
-            return Err(LightError::Block("a cell without its count"));
-        };
-        let back_cells = back_cells.to_vec();
+        let back_cells = take_groups(&mut rest)?;
         let units = number(&mut rest)?;
         let mut hits = Vec::new();
         for _ in 0..units {
             let met = take_list(&mut rest, u64::from_le_bytes)?;
             hits.push(UnitHits { met, cells: take_list(&mut rest, u32::from_le_bytes)? });
         }
+        let units = number(&mut rest)?;
+        let mut followed = Vec::new();
+        for _ in 0..units {
+            let sky = take_list(&mut rest, f32::from_le_bytes)?;
+            let sky_keys = take_list(&mut rest, u32::from_le_bytes)?;
+            followed.push(Followed { sky_keys, sky, sun: take_groups(&mut rest)?, ends: take_groups(&mut rest)? });
+        }
         if !rest.is_empty() {
             return Err(LightError::Block("more bytes than it should have"));
         }
-        Ok(Self { range: start..end, sky: sky?, scale: scale?, back: back?, back_cells, hits, rays })
+        Ok(Self { range: start..end, sky: sky?, scale: scale?, back: back?, back_cells, hits, followed, rays })
     }
 }
 
@@ -83,6 +93,14 @@ fn take_list<T, const N: usize>(rest: &mut &[u8], value: impl Fn([u8; N]) -> T) 
     Ok(bytes.as_chunks().0.iter().map(|&x| value(x)).collect())
 }
 
+/// A list of groups of N numbers.
+fn take_groups<const N: usize>(rest: &mut &[u8]) -> Result<Vec<[u32; N]>, LightError> {
+    match take_list(rest, u32::from_le_bytes)?.as_chunks() {
+        (groups, []) => Ok(groups.to_vec()),
+        _ => Err(LightError::Block("a group that is cut short")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -95,6 +113,7 @@ mod tests {
             back: vec![0.0, 0.75],
             back_cells: vec![[3, 1], [9, 2]],
             hits: vec![UnitHits { met: vec![1, 2, 3], cells: vec![8, 1 << 31, 2, 7] }],
+            followed: vec![Followed { sky_keys: vec![1], sky: vec![0.5; 4], sun: vec![[2, 3]], ends: vec![[4, 5, 6]] }],
             rays: 1 << 40,
         }
     }

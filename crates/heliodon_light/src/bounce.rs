@@ -2,15 +2,19 @@
 //!
 //! With the gather `G` (a point's light from the cells it sees) and the albedo `rho`, light that has bounced up to B times is
 //! `z_B`, from `z_0 = 0` and `z_{b+1} = G rho (s + z_b)`, where `s` arrives directly. Sky coefficients, functions of the sun and
-//! colour channels are lanes of one such sum: a hit is read once for up to sixteen of them.
+//! colour channels are lanes of one such sum: a hit is read once for up to sixteen of them. Followed paths add what they bring from
+//! sky and sun once they have made their k bounces, and, where they end in a cell, its light of k bounces before.
 
 use crate::cells::{BACK, Layout, NONE};
+use crate::follow::{Arrival, MAX_FOLLOWED, unpacked};
 use crate::gather::{BACK_LIMIT, GatherBlock, Lattice, UnitHits, bits, trace_hits, unit_ranges};
-use crate::{Channels, Surfaces, Validity};
+use crate::surfaces::reflected;
+use crate::{Channels, Followed, Surfaces, Validity};
 use glam::Vec3;
 use heliodon_math::color::luminance;
 use rayon::prelude::*;
 use std::borrow::Cow;
+use std::collections::VecDeque;
 use std::ops::Range;
 
 /// Lanes that bounce together.
@@ -26,6 +30,25 @@ pub(crate) struct Transport<'a> {
     albedo: Vec<Vec3>,
     /// The points that light a cell, `NONE` where it has fewer than three.
     lit_by: Vec<[u32; 3]>,
+}
+
+/// What bounces together: sky coefficients first, then functions of the sun, each with its colour channels.
+#[derive(Clone, Copy)]
+pub(crate) struct Lanes<'a> {
+    pub coefficients: usize,
+    /// R functions of the day.
+    pub functions: &'a [Vec<f32>],
+    pub channels: Channels,
+}
+
+impl Lanes<'_> {
+    pub fn sky(&self) -> usize {
+        self.coefficients * self.channels.count()
+    }
+
+    pub fn count(&self) -> usize {
+        self.sky() + self.functions.len() * self.channels.count()
+    }
 }
 
 /// A run of points that is gathered together, and where its hits are.
@@ -50,8 +73,7 @@ impl<'a> Transport<'a> {
                 (triangle, None) => surfaces.albedo.mean(triangle),
                 (triangle, Some((u, v))) => surfaces.albedo.albedo(triangle, u, v),
             };
-            // what is not a number must not spread over the scene
-            let albedo = if albedo.is_finite() { albedo.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ZERO };
+            let albedo = reflected(albedo);
             if channels == Channels::Mono { Vec3::splat(luminance(albedo)) } else { albedo }
         };
         let cells = (0..fronts as u32).into_par_iter().map(|cell| (cell, false));
@@ -102,30 +124,24 @@ impl<'a> Transport<'a> {
         }
     }
 
-    /// Light that has bounced up to `bounces` times, `lanes` numbers for each point, from `source`, which writes the light that
-    /// arrives directly at a point in the lanes from the given one on. Lane `l` has the colour channel `l % channels`.
-    pub fn bounced(
-        &self,
-        lanes: usize,
-        bounces: u32,
-        channels: Channels,
-        source: impl Fn(usize, usize, &mut [f32]) + Sync,
-    ) -> Vec<f32> {
-        let mut all = vec![0.0; self.layout.points().len() * lanes];
-        for first in (0..lanes).step_by(LANES) {
-            let width = (lanes - first).min(LANES);
+    /// Light that has bounced up to `bounces` times, a number for each lane of each point, from `source`, which writes the light that
+    /// arrives directly at a point in the lanes from the given one on.
+    pub fn bounced(&self, lanes: Lanes, bounces: u32, source: impl Fn(usize, usize, &mut [f32]) + Sync) -> Vec<f32> {
+        let count = lanes.count();
+        let mut all = vec![0.0; self.layout.points().len() * count];
+        for first in (0..count).step_by(LANES) {
+            let width = (count - first).min(LANES);
             let mut put = |light: &[f32], padded: usize| {
-                for (to, from) in all.chunks_exact_mut(lanes).zip(light.chunks_exact(padded)) {
+                for (to, from) in all.chunks_exact_mut(count).zip(light.chunks_exact(padded)) {
                     to[first..first + width].copy_from_slice(&from[..width]);
                 }
             };
             let source = |point: usize, out: &mut [f32]| source(point, first, &mut out[..width]);
-            let phase = first % channels.count();
             match width {
-                0..=4 => put(self.bounced_lanes::<4>(bounces, channels, phase, source).as_flattened(), 4),
-                5..=8 => put(self.bounced_lanes::<8>(bounces, channels, phase, source).as_flattened(), 8),
-                9..=12 => put(self.bounced_lanes::<12>(bounces, channels, phase, source).as_flattened(), 12),
-                _ => put(self.bounced_lanes::<16>(bounces, channels, phase, source).as_flattened(), 16),
+                0..=4 => put(self.bounced_lanes::<4>(lanes, first, bounces, source).as_flattened(), 4),
+                5..=8 => put(self.bounced_lanes::<8>(lanes, first, bounces, source).as_flattened(), 8),
+                9..=12 => put(self.bounced_lanes::<12>(lanes, first, bounces, source).as_flattened(), 12),
+                _ => put(self.bounced_lanes::<16>(lanes, first, bounces, source).as_flattened(), 16),
             }
         }
         all
@@ -133,16 +149,23 @@ impl<'a> Transport<'a> {
 
     fn bounced_lanes<const W: usize>(
         &self,
+        lanes: Lanes,
+        first: usize,
         bounces: u32,
-        channels: Channels,
-        phase: usize,
         source: impl Fn(usize, &mut [f32]) + Sync,
     ) -> Vec<[f32; W]> {
         let points = self.layout.points().len();
+        let channels = lanes.channels.count();
         let mut bounced = vec![[0.0_f32; W]; points];
-        let mut cells = vec![[0.0_f32; W]; self.albedo.len()];
         let units = self.units();
-        for _ in 0..bounces {
+        let arrivals: Vec<Vec<Arrived<W>>> = units.par_iter().map(|unit| arrivals(unit, lanes, first)).collect();
+        let paths_end = units.iter().any(|unit| !unit.followed().ends.is_empty());
+        // what the cells reflect, the latest first
+        let mut reflected: VecDeque<Vec<[f32; W]>> = VecDeque::new();
+        for bounce in 0..bounces as usize {
+            let oldest = if paths_end { MAX_FOLLOWED } else { 0 };
+            let spare = if reflected.len() > oldest { reflected.pop_back() } else { None };
+            let mut cells = spare.unwrap_or_else(|| vec![[0.0_f32; W]; self.albedo.len()]);
             let light: Vec<[f32; W]> = bounced
                 .par_iter()
                 .enumerate()
@@ -162,9 +185,18 @@ impl<'a> Transport<'a> {
                     }
                 }
                 let mean = if count > 0.0 { 1.0 / count } else { 0.0 };
-                *out = std::array::from_fn(|l| sum[l] * (mean * albedo[(l + phase) % channels.count()]));
+                *out = std::array::from_fn(|l| sum[l] * (mean * albedo[(first + l) % channels]));
             });
-            let gathered: Vec<Vec<[f32; W]>> = units.par_iter().map(|unit| self.gathered(unit, &cells)).collect();
+            reflected.push_front(cells);
+            let gathered: Vec<Vec<[f32; W]>> = units
+                .par_iter()
+                .zip(&arrivals)
+                .map(|(unit, arrivals)| {
+                    // sorted by bounce
+                    let arrived = arrivals.partition_point(|a| a.bounce <= bounce + 1);
+                    self.gathered(unit, &reflected, &arrivals[..arrived], first % channels, channels)
+                })
+                .collect();
             for (unit, light) in units.iter().zip(gathered) {
                 bounced[unit.range.clone()].copy_from_slice(&light);
             }
@@ -172,8 +204,15 @@ impl<'a> Transport<'a> {
         bounced
     }
 
-    /// One unit's light from the cells it sees: cosine-weighted means.
-    fn gathered<const W: usize>(&self, unit: &UnitOf<'a>, cells: &[[f32; W]]) -> Vec<[f32; W]> {
+    /// One unit's light from the cells it sees and from followed paths: cosine-weighted means. `phase` is the first lane's channel.
+    fn gathered<const W: usize>(
+        &self,
+        unit: &UnitOf<'a>,
+        reflected: &VecDeque<Vec<[f32; W]>>,
+        arrived: &[Arrived<W>],
+        phase: usize,
+        channels: usize,
+    ) -> Vec<[f32; W]> {
         let normals = &self.layout.points().normals[unit.range.clone()];
         let hits = self.hits_of(unit);
         let mut sums = vec![[0.0_f32; W]; normals.len()];
@@ -182,9 +221,22 @@ impl<'a> Transport<'a> {
             for (point, &cell) in bits(met).zip(&mut next) {
                 let Some(cell) = self.cell_index(cell) else { continue };
                 let cos = normals[point].dot(direction);
-                for (sum, x) in sums[point].iter_mut().zip(&cells[cell]) {
+                for (sum, x) in sums[point].iter_mut().zip(&reflected[0][cell]) {
                     *sum += cos * x;
                 }
+            }
+        }
+        for arrived in arrived {
+            for (sum, x) in sums[arrived.point].iter_mut().zip(&arrived.light) {
+                *sum += x;
+            }
+        }
+        for &[key, share, cell] in &unit.followed().ends {
+            let Arrival { point, bounce, .. } = Arrival::of(key);
+            let (Some(cells), Some(cell)) = (reflected.get(bounce), self.cell_index(cell)) else { continue };
+            let share = unpacked(share);
+            for (l, (sum, x)) in sums[point].iter_mut().zip(&cells[cell]).enumerate() {
+                *sum += share[(phase + l) % channels] * x;
             }
         }
         let first = unit.range.start - unit.block.range.start;
@@ -195,6 +247,54 @@ impl<'a> Transport<'a> {
         }
         sums
     }
+}
+
+impl<'a> UnitOf<'a> {
+    pub fn followed(&self) -> &'a Followed {
+        &self.block.followed[self.index]
+    }
+}
+
+/// Sky and sun that followed paths bring to a point after so many bounces.
+struct Arrived<const W: usize> {
+    point: usize,
+    bounce: usize,
+    light: [f32; W],
+}
+
+/// What arrives at the points of a unit in the lanes from `first` on, sorted by bounce and point.
+fn arrivals<const W: usize>(unit: &UnitOf, lanes: Lanes, first: usize) -> Vec<Arrived<W>> {
+    let (channels, sky_lanes, followed) = (lanes.channels.count(), lanes.sky(), unit.followed());
+    let count = unit.range.len();
+    let mut slots: Vec<Option<Box<[f32; W]>>> = vec![None; MAX_FOLLOWED * count];
+    let slot = |key: u32| {
+        let Arrival { point, bounce, .. } = Arrival::of(key);
+        (bounce - 1) * count + point
+    };
+    if first < sky_lanes {
+        for (&key, sky) in followed.sky_keys.iter().zip(followed.sky.chunks_exact(sky_lanes)) {
+            let sums = slots[slot(key)].get_or_insert_with(|| Box::new([0.0; W]));
+            for (sum, x) in sums.iter_mut().zip(&sky[first..]) {
+                *sum += x;
+            }
+        }
+    }
+    // the lanes of this pass that hold functions
+    let of_functions = sky_lanes.saturating_sub(first)..(lanes.count() - first).min(W);
+    if !of_functions.is_empty() {
+        for &[key, light] in &followed.sun {
+            let (step, light) = (Arrival::of(key).step, unpacked(light));
+            let sums = slots[slot(key)].get_or_insert_with(|| Box::new([0.0; W]));
+            for l in of_functions.clone() {
+                let lane = first + l - sky_lanes;
+                sums[l] += light[lane % channels] * lanes.functions[lane / channels][step];
+            }
+        }
+    }
+    let arrived = |(slot, light): (usize, Option<Box<[f32; W]>>)| {
+        Some(Arrived { point: slot % count, bounce: slot / count + 1, light: *light? })
+    };
+    slots.into_iter().enumerate().filter_map(arrived).collect()
 }
 
 /// The points of a triangle's valid vertices; of those they borrow from where none is valid.

@@ -11,6 +11,7 @@ use crate::gather::counted;
 use crate::points::{Place, inward_shifts};
 use crate::{GatherBlock, LightError, LightParams, PointSet, Surfaces, median_edge_m};
 use glam::Vec3;
+use heliodon_rays::Hit;
 use std::ops::Range;
 
 /// The bit that marks the back of a cell, or a point on the back of its site.
@@ -69,6 +70,8 @@ pub struct Layout {
     back_points: Vec<(u32, u32)>,
     /// Cells whose back has points, sorted.
     back_cells: Vec<u32>,
+    /// The distance below which a hit of a triangle is followed; empty where nothing bounces.
+    near_m: Vec<f32>,
     cell_size_m: f32,
     rounds: u32,
 }
@@ -85,6 +88,8 @@ const FINEST_CELLS_PER_DIAGONAL: f32 = 512.0;
 const SAMPLES_PER_BACK_HIT: u32 = 32;
 /// The growth of the cell size where there would be too many cells.
 const CELL_GROWTH: f32 = 1.25;
+/// Hits nearer than this part of their cell's longest edge are followed: beyond, the vertices' mean stands for what is seen.
+const NEAR_PER_CELL: f32 = 0.5;
 /// The most parts of one edge.
 const MAX_PARTS: u32 = 1024;
 
@@ -127,11 +132,13 @@ impl Layout {
             point_of_site: Vec::new(),
             back_points: Vec::new(),
             back_cells: Vec::new(),
+            near_m: Vec::new(),
             cell_size_m,
             rounds: 0,
         };
         for (triangle, &l) in longest.iter().enumerate() {
             let parts = parts(l, cell_size_m);
+            layout.near_m.push(NEAR_PER_CELL * l / parts as f32);
             if parts > 1 {
                 let split = Split { triangle: triangle as u32, parts, first: layout.sub_cells.len() as u32 };
                 layout.sub_cells.extend(split.centres().map(|(u, v)| (split.triangle, u, v)));
@@ -236,6 +243,18 @@ impl Layout {
             }
             _ => triangle,
         }
+    }
+
+    /// The cell of a hit, with the bit of the side that was met.
+    #[inline]
+    pub(crate) fn cell_of_hit(&self, hit: &Hit) -> u32 {
+        self.cell_at(hit.triangle, hit.u, hit.v) | if hit.back { BACK } else { 0 }
+    }
+
+    /// Whether a hit (of a unit direction) is to be followed.
+    #[inline]
+    pub(crate) fn is_near(&self, hit: &Hit) -> bool {
+        self.near_m.get(hit.triangle as usize).is_some_and(|&near| hit.t < near)
     }
 
     /// The triangle of a cell, and the centre of a sub-cell.

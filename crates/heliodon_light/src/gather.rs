@@ -10,7 +10,8 @@
 
 use crate::cells::BACK;
 use crate::directions::gather_directions;
-use crate::masks::facing;
+use crate::follow::{Followed, LiveSuns, Near, follow};
+use crate::masks::{check_sun_count, facing};
 use crate::{Layout, LightError, LightParams, Surfaces};
 use glam::Vec3;
 use heliodon_math::sh::{basis9, open_transfer9};
@@ -45,6 +46,8 @@ pub struct GatherBlock {
     pub back_cells: Vec<[u32; 2]>,
     /// The kept hits of each run of points; empty where they are traced again for each bounce.
     pub hits: Vec<UnitHits>,
+    /// What followed hits bring to each run of points.
+    pub followed: Vec<Followed>,
     /// Rays that were traced.
     pub rays: u64,
 }
@@ -79,27 +82,31 @@ pub fn hit_bytes_limit(layout: &Layout, params: &LightParams) -> u64 {
     layout.points().len() as u64 * (directions / 2 * 4 + directions / 8)
 }
 
-/// Gathers the points in `range`. Ranges may be computed apart, in any order: every number is the same however the points are
-/// divided. Multiples of 1,024 points are fastest.
+/// Gathers the points in `range`; `suns` are the unit directions whose bounced light will be solved, none where it will not (one
+/// that is zero or not finite lights nothing). Ranges may be computed apart, in any order: every number is the same however the
+/// points are divided. Multiples of 1,024 points are fastest.
 ///
 /// # Errors
-/// Invalid parameters, or a range beyond the points.
+/// Invalid parameters, too many suns, or a range beyond the points.
 pub fn gather(
     surfaces: &Surfaces,
     layout: &Layout,
+    suns: &[Vec3],
     range: Range<usize>,
     params: &LightParams,
 ) -> Result<GatherBlock, LightError> {
     params.validate()?;
+    check_sun_count(suns.len())?;
     if range.start > range.end || range.end > layout.points().len() {
         return Err(LightError::Mismatch(format!("points {range:?} of {}", layout.points().len())));
     }
     let lattice = Lattice::new(params);
+    let suns = LiveSuns::new(suns);
     let keep = hit_bytes_limit(layout, params) <= params.hit_budget_bytes;
     let units: Vec<Unit> = unit_ranges(&range)
         .into_par_iter()
         .map(|unit| {
-            let mut unit = gather_unit(surfaces, layout, unit, params.coefficients, &lattice);
+            let mut unit = gather_unit(surfaces, layout, &suns, unit, params, &lattice);
             if !keep {
                 unit.hits = UnitHits::default();
             }
@@ -113,6 +120,7 @@ pub fn gather(
         back: Vec::new(),
         back_cells: Vec::new(),
         hits: Vec::new(),
+        followed: Vec::new(),
         rays: 0,
     };
     for unit in units {
@@ -120,6 +128,7 @@ pub fn gather(
         block.scale.extend(unit.scale);
         block.back.extend(unit.back);
         block.back_cells.extend(unit.back_cells);
+        block.followed.push(unit.followed);
         block.rays += unit.rays;
         if keep {
             block.hits.push(unit.hits);
@@ -140,6 +149,7 @@ struct Unit {
     back: Vec<f32>,
     back_cells: Vec<[u32; 2]>,
     hits: UnitHits,
+    followed: Followed,
     rays: u64,
 }
 
@@ -150,7 +160,15 @@ pub(crate) fn trace_hits(surfaces: &Surfaces, layout: &Layout, range: Range<usiz
     hits
 }
 
-fn gather_unit(surfaces: &Surfaces, layout: &Layout, range: Range<usize>, coefficients: usize, lattice: &Lattice) -> Unit {
+fn gather_unit(
+    surfaces: &Surfaces,
+    layout: &Layout,
+    suns: &LiveSuns,
+    range: Range<usize>,
+    params: &LightParams,
+    lattice: &Lattice,
+) -> Unit {
+    let (first, coefficients) = (range.start, params.coefficients);
     let normals = &layout.points().normals[range.clone()];
     let count = normals.len();
     // sums over escaped and over stopped directions, nine coefficients each so that inner loops have a fixed length
@@ -158,6 +176,7 @@ fn gather_unit(surfaces: &Surfaces, layout: &Layout, range: Range<usize>, coeffi
     let mut stopped = vec![[0.0_f32; 9]; count];
     let mut back = vec![0.0_f32; count];
     let mut sunk = vec![0.0_f32; count];
+    let mut near = Vec::new();
     let mut hits = UnitHits::default();
     let rays = for_each_direction(surfaces, layout, range, lattice, |at| {
         let basis = &lattice.basis[at.index];
@@ -173,6 +192,9 @@ fn gather_unit(surfaces: &Surfaces, layout: &Layout, range: Range<usize>, coeffi
             } else if hit.triangle != NO_HIT && hit.back {
                 back[point] += cos;
             }
+            if hit.triangle != NO_HIT && layout.is_near(hit) {
+                near.push(Near { point: point as u32, cos, direction: at.direction, hit: *hit });
+            }
         }
         at.keep(layout, &mut hits);
     });
@@ -184,6 +206,7 @@ fn gather_unit(surfaces: &Surfaces, layout: &Layout, range: Range<usize>, coeffi
         back: Vec::with_capacity(count),
         back_cells: Vec::new(),
         hits,
+        followed: Followed::default(),
         rays,
     };
     for point in 0..count {
@@ -202,6 +225,11 @@ fn gather_unit(surfaces: &Surfaces, layout: &Layout, range: Range<usize>, coeffi
         unit.back.push(back[point] * scale / counted);
     }
     unit.back_cells = met_back_cells(&unit.hits, &unit.back);
+    // what lies inside shows what it borrows
+    near.retain(|n| unit.back[n.point as usize] <= BACK_LIMIT);
+    let (followed, rays) = follow(surfaces, layout, suns, params, first, near);
+    unit.followed = followed;
+    unit.rays += rays;
     unit
 }
 
@@ -247,10 +275,9 @@ impl Direction<'_> {
             let mut met = 0;
             for bit in bits(&[active]) {
                 let hit = &self.hits[word * 64 + bit];
-                if hit.triangle != NO_HIT {
+                if hit.triangle != NO_HIT && !layout.is_near(hit) {
                     met |= 1 << bit;
-                    let side = if hit.back { BACK } else { 0 };
-                    kept.cells.push(layout.cell_at(hit.triangle, hit.u, hit.v) | side);
+                    kept.cells.push(layout.cell_of_hit(hit));
                 }
             }
             kept.met.push(met);
@@ -269,7 +296,7 @@ fn for_each_direction(
     let points = layout.points();
     let (origins, normals) = (&points.origins[range.clone()], &points.normals[range.clone()]);
     let mut active = vec![0_u64; range.len().div_ceil(64)];
-    let mut hits = vec![Hit { triangle: NO_HIT, t: f32::INFINITY, u: 0.0, v: 0.0, back: false }; range.len()];
+    let mut hits = vec![Hit::MISS; range.len()];
     let mut rays = 0;
     for (index, &direction) in lattice.directions.iter().enumerate() {
         let count = facing(normals, direction, &mut active);
@@ -298,11 +325,11 @@ pub(crate) fn bits(words: &[u64]) -> impl Iterator<Item = usize> {
 }
 
 impl GatherBlock {
-    /// Whether lengths, bits and cells agree with a layout and parameters.
+    /// Whether lengths, bits and cells agree with a layout, parameters and the number of suns that it was gathered with.
     ///
     /// # Errors
     /// What is wrong.
-    pub fn validate(&self, layout: &Layout, params: &LightParams) -> Result<(), LightError> {
+    pub fn validate(&self, layout: &Layout, suns: usize, params: &LightParams) -> Result<(), LightError> {
         let wrong = |what| Err(LightError::Block(what));
         let count = self.range.len();
         if self.range.end > layout.points().len() {
@@ -318,10 +345,16 @@ impl GatherBlock {
         if self.back_cells.iter().any(|c| c[0] as usize >= cells) {
             return wrong("cells that the layout has not");
         }
+        let units = unit_ranges(&self.range);
+        if self.followed.len() != units.len() {
+            return wrong("paths of another number of points");
+        }
+        for (followed, unit) in self.followed.iter().zip(&units) {
+            followed.validate(unit.len(), cells, suns, params)?;
+        }
         if self.hits.is_empty() {
             return Ok(());
         }
-        let units = unit_ranges(&self.range);
         if self.hits.len() != units.len() {
             return wrong("hits of another number of points");
         }
@@ -339,9 +372,10 @@ impl GatherBlock {
         Ok(())
     }
 
-    /// Bytes of the kept hits.
+    /// Bytes of the kept hits and of what was followed.
     #[must_use]
     pub fn hit_bytes(&self) -> usize {
-        self.hits.iter().map(|h| h.met.len() * 8 + h.cells.len() * 4).sum()
+        let kept = self.hits.iter().map(|h| h.met.len() * 8 + h.cells.len() * 4).sum::<usize>();
+        kept + self.followed.iter().map(Followed::bytes).sum::<usize>()
     }
 }

@@ -101,9 +101,7 @@ impl SunMasks {
     /// # Errors
     /// What is wrong.
     pub fn validate(&self) -> Result<(), LightError> {
-        if self.steps as usize > MAX_SUN_STEPS {
-            return Err(too_many(self.steps as usize));
-        }
+        check_sun_count(self.steps as usize)?;
         let w = self.words_per_point();
         if w == 0 || !self.words.len().is_multiple_of(w) {
             return if self.words.is_empty() { Ok(()) } else { Err(LightError::Mismatch("sun masks of broken length".into())) };
@@ -116,8 +114,12 @@ impl SunMasks {
     }
 }
 
-fn too_many(steps: usize) -> LightError {
-    LightError::Parameter { name: "sun steps", value: steps.to_string(), allowed: "at most 1024" }
+/// Whether masks can hold so many suns.
+pub(crate) fn check_sun_count(suns: usize) -> Result<(), LightError> {
+    if suns > MAX_SUN_STEPS {
+        return Err(LightError::Parameter { name: "sun steps", value: suns.to_string(), allowed: "at most 1024" });
+    }
+    Ok(())
 }
 
 /// The masks of the points in `range` for the unit directions `suns`; a direction that is not finite or zero reaches nothing.
@@ -133,9 +135,7 @@ pub fn bake_sun_masks(
     range: Range<usize>,
     params: &MaskParams,
 ) -> Result<SunMasks, LightError> {
-    if suns.len() > MAX_SUN_STEPS {
-        return Err(too_many(suns.len()));
-    }
+    check_sun_count(suns.len())?;
     if range.start > range.end || range.end > points.len() {
         return Err(LightError::Mismatch(format!("points {range:?} of {}", points.len())));
     }

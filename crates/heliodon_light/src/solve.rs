@@ -1,12 +1,15 @@
 //! From gathered blocks to the light of vertices.
 
-use crate::bounce::{Transport, valid_vertices};
+use crate::bounce::{Lanes, Transport, valid_vertices};
+use crate::follow::{Arrival, unpacked};
 use crate::gather::{Lattice, bits};
+use crate::params::MAX_SUN_STEPS;
 use crate::sun_basis::{DayFunctions, day_functions};
 use crate::{
     Channels, GatherBlock, Layout, LightError, LightParams, MaskParams, SunMasks, Surfaces, Validity, bake_sun_masks, gather,
 };
 use glam::Vec3;
+use heliodon_math::color::luminance;
 use rayon::prelude::*;
 use std::f32::consts::FRAC_1_PI;
 
@@ -52,7 +55,7 @@ pub struct SunInput<'a> {
 
 /// Solves the bounces and hands out the light of the vertices.
 ///
-/// `blocks` are all of the layout's points in order.
+/// `blocks` are all of the layout's points in order, gathered with the same suns where there are any.
 ///
 /// # Errors
 /// Blocks or masks that do not belong to the layout and the parameters.
@@ -64,7 +67,7 @@ pub fn solve(
     params: &LightParams,
 ) -> Result<VertexLight, LightError> {
     params.validate()?;
-    check_blocks(layout, blocks, params)?;
+    check_blocks(layout, blocks, sun.map(|sun| sun.suns.len()), params)?;
     if let Some(sun) = sun {
         check_masks(layout, &sun)?;
     }
@@ -73,16 +76,17 @@ pub fn solve(
     let transport = Transport::new(surfaces, layout, blocks, &validity, &lattice, params.channels);
 
     let channels = params.channels.count();
-    let sky_lanes = params.coefficients * channels;
     let sky = point_sky(layout, blocks, params.coefficients);
     let day = sun.map(|sun| day_functions_of(&transport, &sun, params));
     let direct = match (&sun, &day) {
         (Some(sun), Some(day)) => projected_sun(layout, sun, day),
         _ => Vec::new(),
     };
-    let functions = day.as_ref().map_or(0, |d| d.functions.len());
-    let lanes = sky_lanes + functions * channels;
-    let bounced = transport.bounced(lanes, params.bounces, params.channels, |point, first, out| {
+    let day_functions = day.as_ref().map_or(&[][..], |d| &d.functions);
+    let lanes = Lanes { coefficients: params.coefficients, functions: day_functions, channels: params.channels };
+    let functions = day_functions.len();
+    let sky_lanes = lanes.sky();
+    let bounced = transport.bounced(lanes, params.bounces, |point, first, out| {
         for (lane, out) in (first..).zip(out) {
             *out = match lane.checked_sub(sky_lanes) {
                 None => sky[point * params.coefficients + lane / channels],
@@ -91,6 +95,7 @@ pub fn solve(
         }
     });
 
+    let lanes = lanes.count();
     let of_vertex = |v: usize| layout.point_of_vertex(validity.source[v]) as usize;
     let sky_transfer = (0..layout.vertex_count())
         .flat_map(|v| {
@@ -116,13 +121,15 @@ pub fn vertex_masks(layout: &Layout, masks: &SunMasks, validity: &Validity) -> S
     masks.pick(validity.source.iter().map(|&v| layout.point_of_vertex(v)))
 }
 
-fn check_blocks(layout: &Layout, blocks: &[GatherBlock], params: &LightParams) -> Result<(), LightError> {
+/// `suns`: how many there are, where their light bounces.
+fn check_blocks(layout: &Layout, blocks: &[GatherBlock], suns: Option<usize>, params: &LightParams) -> Result<(), LightError> {
     let mut next = 0;
     for block in blocks {
         if block.range.start != next {
             return Err(LightError::Mismatch(format!("block {:?} where point {next} should follow", block.range)));
         }
-        block.validate(layout, params)?;
+        // without suns to bounce, what was followed to some does not matter
+        block.validate(layout, suns.unwrap_or(MAX_SUN_STEPS), params)?;
         next = block.range.end;
     }
     if next != layout.points().len() {
@@ -191,10 +198,18 @@ fn day_functions_of(transport: &Transport, sun: &SunInput, params: &LightParams)
                     let cos = points.normals[unit.range.start + point].dot(direction) * unit.block.scale[offset + point];
                     let (lit_by, albedo) = transport.cell(cell);
                     let lit_by: Vec<usize> = lit_by.collect();
-                    let weight = cos * heliodon_math::color::luminance(albedo) / lit_by.len().max(1) as f32;
+                    let weight = cos * luminance(albedo) / lit_by.len().max(1) as f32;
                     for lit in lit_by {
                         add_direct(transport.layout, sun, lit, weight, &mut curves[slot * steps..(slot + 1) * steps]);
                     }
+                }
+            }
+            for &[key, light] in &unit.followed().sun {
+                let Arrival { point, bounce, step } = Arrival::of(key);
+                if bounce == 1
+                    && let Some(slot) = slot(point)
+                {
+                    curves[slot * steps + step] += luminance(unpacked(light)) * unit.block.scale[offset + point];
                 }
             }
             curves
@@ -240,13 +255,14 @@ pub struct Baked {
 /// Invalid surfaces or parameters, or more than 1,024 suns.
 pub fn bake(surfaces: &Surfaces, suns: &[Vec3], sun_bounce: bool, params: &LightParams) -> Result<Baked, LightError> {
     let mut layout = Layout::new(surfaces, params)?;
-    let mut blocks = vec![gather(surfaces, &layout, 0..layout.points().len(), params)?];
+    let bouncing = if sun_bounce { suns } else { &[] };
+    let mut blocks = vec![gather(surfaces, &layout, bouncing, 0..layout.points().len(), params)?];
     loop {
         let more = layout.add_back_sides(surfaces, &blocks, params);
         if more.is_empty() {
             break;
         }
-        blocks.push(gather(surfaces, &layout, more, params)?);
+        blocks.push(gather(surfaces, &layout, bouncing, more, params)?);
     }
     let masks = bake_sun_masks(surfaces, layout.points(), suns, 0..layout.points().len(), &MaskParams::default())?;
     let sun = (sun_bounce && !suns.is_empty()).then_some(SunInput { suns, masks: &masks });

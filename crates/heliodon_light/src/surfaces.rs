@@ -2,7 +2,7 @@
 
 use crate::LightError;
 use glam::Vec3;
-use heliodon_rays::TriangleScene;
+use heliodon_rays::{Hit, TriangleScene};
 
 /// Triangles with normals, albedo and the structure that answers rays among them.
 ///
@@ -88,12 +88,36 @@ impl Surfaces<'_> {
         (a * (1.0 - u - v) + b * u + c * v).try_normalize().unwrap_or_else(|| self.face_normal(triangle))
     }
 
+    /// What a surface reflects where it was met: no more than all of the light; what is not a number must not spread over the
+    /// scene.
+    #[must_use]
+    pub(crate) fn reflected_at(&self, hit: &Hit) -> Vec3 {
+        reflected(self.albedo.albedo(hit.triangle, hit.u, hit.v))
+    }
+
+    /// Where a path goes on from what it met: `offset_m` off the plane of the triangle on the side it came from, with the shading
+    /// normal turned to that side.
+    #[must_use]
+    pub(crate) fn leave(&self, direction: Vec3, hit: &Hit, offset_m: f32) -> (Vec3, Vec3) {
+        let plane = self.face_normal(hit.triangle);
+        let plane = if plane.dot(direction) > 0.0 { -plane } else { plane };
+        let shading = self.normal_at(hit.triangle, hit.u, hit.v);
+        let shading = if hit.back { -shading } else { shading };
+        let origin = self.position_at(hit.triangle, hit.u, hit.v) + plane * offset_m;
+        (origin, if shading == Vec3::ZERO { plane } else { shading })
+    }
+
     /// The normal of the plane of a triangle, zero where it has none.
     #[must_use]
     pub fn face_normal(&self, triangle: u32) -> Vec3 {
         let [a, b, c] = self.corners(triangle);
         (b - a).cross(c - a).normalize_or_zero()
     }
+}
+
+/// An albedo that can be relied on; see [`Surfaces::reflected_at`].
+pub(crate) fn reflected(albedo: Vec3) -> Vec3 {
+    if albedo.is_finite() { albedo.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ZERO }
 }
 
 /// Edge lengths of at most this many triangles, evenly picked, decide the median edge.

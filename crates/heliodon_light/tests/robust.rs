@@ -35,7 +35,7 @@ fn bake_in_blocks(lit: &Lit, params: &LightParams, block: usize) -> Baked {
     let mut round = 0..layout.points().len();
     while !round.is_empty() {
         for first in round.clone().step_by(block) {
-            let done = gather(&surfaces, &layout, first..(first + block).min(round.end), params).unwrap();
+            let done = gather(&surfaces, &layout, &suns, first..(first + block).min(round.end), params).unwrap();
             blocks.push(GatherBlock::from_bytes(&done.to_bytes()).unwrap());
         }
         round = layout.add_back_sides(&surfaces, &blocks, params);
@@ -156,7 +156,7 @@ fn wrong_input_is_told_not_suffered() {
     let beyond = heliodon_light::Surfaces { triangles: &triangles, ..surfaces };
     assert!(bake(&beyond, &[], false, &params(8, 1)).is_err());
     let layout = Layout::new(&surfaces, &params(8, 1)).unwrap();
-    let all = gather(&surfaces, &layout, 0..layout.points().len(), &params(8, 1)).unwrap();
+    let all = gather(&surfaces, &layout, &[], 0..layout.points().len(), &params(8, 1)).unwrap();
     assert!(solve(&surfaces, &layout, &[], None, &params(8, 1)).is_err());
     assert!(solve(&surfaces, &layout, &[all.clone(), all.clone()], None, &params(8, 1)).is_err());
     assert!(solve(&surfaces, &layout, std::slice::from_ref(&all), None, &params(16, 1)).is_err());

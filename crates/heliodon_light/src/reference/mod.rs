@@ -178,8 +178,8 @@ fn render_pixels(stage: Stage, camera: &Camera, first: usize, radiance: &mut [Ve
                 radiance[i % pixels] += finite(stage.sky.radiance(ray.direction));
             } else {
                 met[i % pixels] += 1;
-                let (origin, normal) = path::leave(stage, ray.direction, hit);
-                let albedo = path::albedo(stage, hit);
+                let (origin, normal) = stage.surfaces.leave(ray.direction, hit, stage.params.offset_m);
+                let albedo = stage.surfaces.reflected_at(hit);
                 starts.push((Start { origin, normal, sampler: samplers[i].clone() }, albedo, i % pixels));
             }
         }

@@ -98,28 +98,12 @@ fn go_on(stage: Stage, depth: u32, paths: Vec<Path>, light: &mut [Vec3]) -> Vec<
                 light[path.index] += path.throughput * finite(stage.sky.radiance(direction)) * weight;
             }
         } else if depth < stage.params.max_bounces {
-            path.throughput *= albedo(stage, hit);
-            (path.at.origin, path.at.normal) = leave(stage, direction, hit);
+            path.throughput *= stage.surfaces.reflected_at(hit);
+            (path.at.origin, path.at.normal) = stage.surfaces.leave(direction, hit, stage.params.offset_m);
             if path.throughput != Vec3::ZERO {
                 next.push(path);
             }
         }
     }
     next
-}
-
-/// What a surface reflects where it was met.
-pub(crate) fn albedo(stage: Stage, hit: &Hit) -> Vec3 {
-    finite(stage.surfaces.albedo.albedo(hit.triangle, hit.u, hit.v)).clamp(Vec3::ZERO, Vec3::ONE)
-}
-
-/// Where a path goes on from what it met: off the plane of the triangle on the side it came from, with the shading normal
-/// turned to that side.
-pub(crate) fn leave(stage: Stage, direction: Vec3, hit: &Hit) -> (Vec3, Vec3) {
-    let plane = stage.surfaces.face_normal(hit.triangle);
-    let plane = if plane.dot(direction) > 0.0 { -plane } else { plane };
-    let shading = stage.surfaces.normal_at(hit.triangle, hit.u, hit.v);
-    let shading = if hit.back { -shading } else { shading };
-    let origin = stage.surfaces.position_at(hit.triangle, hit.u, hit.v) + plane * stage.params.offset_m;
-    (origin, if shading == Vec3::ZERO { plane } else { shading })
 }
