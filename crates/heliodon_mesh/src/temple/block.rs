@@ -3,7 +3,11 @@
 //! The six faces are cut independently, each as fine as the view asks, and agree along the edges: seen faces are regular
 //! grids, a face that no eye sees is a fan between the steps of its neighbours. So a long wall costs the triangles of its
 //! front and little more, and every stone stays closed.
+//!
+//! A face that other stones cover wholly is dressed: it keeps its plane, reaches into them and has few vertices of its own;
+//! between it and the worn rim runs a groove a finger deep, the joint that one sees.
 
+use super::contact::{BULGE, Contacts};
 use super::marble::Look;
 use super::noise::{fbm, gradient, smoothstep};
 use super::relief::Relief;
@@ -13,6 +17,7 @@ use glam::Vec3;
 use heliodon_math::frame::unit_or;
 use heliodon_math::random::{hash2_u32, unit_f32};
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// Faces by axis and side: bit `2 * axis + side`.
 pub const FACE_LEFT: u8 = 1 << 0;
@@ -69,7 +74,12 @@ pub struct Block {
     pub ornament: bool,
     /// Carving on the front face.
     pub relief: Option<Box<Relief>>,
+    /// What lies against its faces, once that is known.
+    pub contacts: Contacts,
 }
+
+/// How far the worn rim of a covered face recedes into the joint at most, metres.
+const RECESS: f32 = 0.012;
 
 /// How one block is cut.
 struct Cut {
@@ -78,6 +88,8 @@ struct Cut {
     back: [u32; 3],
     /// 0 covered, 1 turned away, 2 seen; by face.
     quality: [u8; 6],
+    /// Faces that others cover wholly (`FACE_*`).
+    whole: u8,
 }
 
 impl Cut {
@@ -108,13 +120,43 @@ impl Cut {
         ];
         ([u, v], inner, edges)
     }
+
+    fn is_whole(&self, face: usize) -> bool {
+        self.whole & (1 << face) != 0
+    }
+
+    /// Which of a wholly covered face's edges, in [`Cut::face`]'s order, show the groove of the joint.
+    fn grooves(&self, axis: usize, edges: [u32; 4]) -> [bool; 4] {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let beside = [2 * v, 2 * v + 1, 2 * u, 2 * u + 1];
+        std::array::from_fn(|k| edges[k] > 1 || self.quality[beside[k]] == 2)
+    }
+}
+
+/// The edges of a face in the order and direction of a walk around it, as places in [`Cut::face`]'s order, and whether the
+/// walk runs along the edge; edge `k` of the walk leads from its corner `k` to the next.
+const WALK: [(usize, bool); 4] = [(0, true), (3, true), (1, false), (2, false)];
+
+/// By corner of the walk: whether the groove passes it.
+fn grooved_corners(grooves: [bool; 4]) -> [bool; 4] {
+    std::array::from_fn(|k| grooves[WALK[k].0] || grooves[WALK[(k + 3) % 4].0])
 }
 
 impl Block {
     /// A block whose corners are `f(x, y, z)` of the two ends of three ranges; mirrored frames are put right.
     pub fn new(corners: [Vec3; 8], wear: Wear, look: Look, covered: u8) -> Self {
-        let mut block =
-            Self { corners, wear, look, seed: look.seed, covered, seen: None, coarser: 1.0, ornament: false, relief: None };
+        let mut block = Self {
+            corners,
+            wear,
+            look,
+            seed: look.seed,
+            covered,
+            seen: None,
+            coarser: 1.0,
+            ornament: false,
+            relief: None,
+            contacts: Contacts::default(),
+        };
         let [x, y, z] = block.axes();
         if x.cross(y).dot(z) < 0.0 {
             for pair in 0..4 {
@@ -147,16 +189,41 @@ impl Block {
         self.corners.iter().sum::<Vec3>() * 0.125
     }
 
+    /// The outward normal of a face of the undamaged stone.
+    pub fn face_normal(&self, face: usize) -> Vec3 {
+        let along = self.face_point(face, 1.0, 0.5) - self.face_point(face, 0.0, 0.5);
+        let normal = unit_or(along.cross(self.face_point(face, 0.5, 1.0) - self.face_point(face, 0.5, 0.0)), Vec3::Y);
+        if face.is_multiple_of(2) { -normal } else { normal }
+    }
+
+    /// A point of a face of the undamaged stone, by parts of its two axes (the next ones after the face's own).
+    pub fn face_point(&self, face: usize, u: f32, v: f32) -> Vec3 {
+        let mut q = [0.0; 3];
+        q[face / 2] = (face % 2) as f32;
+        q[(face / 2 + 1) % 3] = u;
+        q[(face / 2 + 2) % 3] = v;
+        self.ideal(q)
+    }
+
+    /// The point of the undamaged stone at parts of its axes: trilinear, so that tapers and slopes keep.
+    fn ideal(&self, [x, y, z]: [f32; 3]) -> Vec3 {
+        let c = &self.corners;
+        let lerp = |a: Vec3, b: Vec3, t: f32| a + (b - a) * t;
+        let low = lerp(lerp(c[0], c[1], x), lerp(c[2], c[3], x), y);
+        let high = lerp(lerp(c[4], c[5], x), lerp(c[6], c[7], x), y);
+        lerp(low, high, z)
+    }
+
     fn cut(&self, grain: &Grain) -> Cut {
-        let centre = self.centre();
         let axes = self.axes();
         let mut quality = [0; 6];
         for (face, quality) in quality.iter_mut().enumerate() {
+            if self.contacts.whole & (1 << face) != 0 {
+                continue;
+            }
             let covered = self.covered & (1 << face) != 0;
-            let (axis, side) = (face / 2, face % 2);
-            let sign = if side == 0 { -1.0 } else { 1.0 };
-            let normal = unit_or(axes[(axis + 1) % 3].cross(axes[(axis + 2) % 3]), Vec3::Y) * sign;
-            let at = centre + axes[axis] * (0.5 * sign);
+            let normal = self.face_normal(face);
+            let at = self.face_point(face, 0.5, 0.5);
             *quality = match self.seen {
                 Some(seen) if seen & (1 << face) != 0 => 2,
                 None if !covered && grain.view.sees(at, normal) => 2,
@@ -170,6 +237,7 @@ impl Block {
             seen: std::array::from_fn(|a| grain.seen_steps(nearest, axes[a], self.coarser)),
             back: std::array::from_fn(|a| grain.back_steps(nearest, axes[a], self.coarser)),
             quality,
+            whole: self.contacts.whole,
         }
     }
 
@@ -201,89 +269,192 @@ impl Block {
         let cut = self.cut(grain);
         std::array::from_fn(|face| {
             let (_, inner, edges) = cut.face(face / 2, face % 2);
-            if is_regular(inner, edges) { 2 * (inner[0] * inner[1]) as usize } else { edges.iter().sum::<u32>() as usize }
+            if cut.is_whole(face) {
+                whole_count(cut.grooves(face / 2, edges), edges)
+            } else if is_regular(inner, edges) {
+                2 * (inner[0] * inner[1]) as usize
+            } else {
+                edges.iter().sum::<u32>() as usize
+            }
         })
     }
 
     /// The closed mesh.
     pub fn mesh(&self, grain: &Grain) -> SolidMesh {
-        let (mut mesh, lost) = self.shape(grain);
-        mesh.compute_normals();
+        let BlockShape { mut mesh, lost, covered } = self.shape(grain);
+        mesh.compute_normals(&covered);
         mesh.paint(&self.look, &lost);
         mesh
     }
 
-    /// Positions and triangles of the mesh, and how deep the stone is lost at each vertex.
-    pub fn shape(&self, grain: &Grain) -> (SolidMesh, Vec<f32>) {
-        let mut mesh = SolidMesh::default();
+    /// The mesh without normals and colours.
+    pub fn shape(&self, grain: &Grain) -> BlockShape {
+        let mut built = BlockShape { mesh: SolidMesh::default(), lost: Vec::new(), covered: Vec::new() };
         if self.is_left_out(grain) {
-            return (mesh, Vec::new());
+            return built;
         }
         let cut = self.cut(grain);
-        let shape = Shape::new(self);
+        let mut cutter = Cutter {
+            shape: Shape::new(self),
+            lost: Vec::new(),
+            vertices: HashMap::new(),
+            rims: HashMap::new(),
+            mesh: SolidMesh::default(),
+        };
         // worn edges that show are one smooth surface; sharp ones are creases, so that faces keep their own light
         let smooth = grain.view.length_px(self.centre(), self.wear.round) > 0.55 * grain.px;
-        let mut lost = Vec::new();
-        let mut shared: HashMap<[u32; 3], u32> = HashMap::new();
-        for face in 0..6 {
-            let (axis, side) = (face / 2, face % 2);
-            let (uv, inner, edges) = cut.face(axis, side);
-            if !smooth {
-                shared.clear();
-            }
-            let mut vertex = |u: f32, v: f32, mesh: &mut SolidMesh| {
-                let mut q = [0.0; 3];
-                q[axis] = side as f32;
-                q[uv[0]] = u;
-                q[uv[1]] = v;
-                *shared.entry(q.map(f32::to_bits)).or_insert_with(|| {
-                    let (p, gone) = shape.point(Vec3::from_array(q));
-                    lost.push(gone);
-                    mesh.vertex(p)
-                })
-            };
-            let first = mesh.triangles.len();
-            if is_regular(inner, edges) {
-                let mut row = |j: u32, mesh: &mut SolidMesh| -> Vec<RowVertex> {
-                    (0..=inner[0])
-                        .map(|i| i as f32 / inner[0] as f32)
-                        .map(|u| (u, vertex(u, j as f32 / inner[1] as f32, mesh)))
-                        .collect()
-                };
-                let mut below = row(0, &mut mesh);
-                for j in 1..=inner[1] {
-                    let above = row(j, &mut mesh);
-                    grid_strip(&below, &above, j, &mut mesh.triangles);
-                    below = above;
+        let mut faces: [Vec<[u32; 3]>; 6] = Default::default();
+        for face in (0..6).filter(|&face| !cut.is_whole(face)) {
+            faces[face] = cutter.free_face(&cut, face);
+            if !smooth && cut.whole == 0 {
+                cutter.vertices.clear();
+            } else if !smooth {
+                for (q, vertex) in cutter.vertices.drain() {
+                    cutter.rims.entry(q).or_insert(vertex);
                 }
-            } else {
-                let mut rim = Vec::new();
-                let mut walk = |n: u32, at: &dyn Fn(f32) -> (f32, f32), mesh: &mut SolidMesh| {
-                    for i in 0..n {
-                        let (u, v) = at(i as f32 / n as f32);
-                        rim.push(vertex(u, v, mesh));
-                    }
-                };
-                // the two far edges run backwards: their parameters must be those of the neighbour's grid, bit for bit
-                walk(edges[0], &|t| (t, 0.0), &mut mesh);
-                walk(edges[3], &|t| (1.0, t), &mut mesh);
-                let backwards = |n: u32| (0..n).map(move |i| (n - i) as f32 / n as f32);
-                for t in backwards(edges[1]) {
-                    rim.push(vertex(t, 1.0, &mut mesh));
-                }
-                for t in backwards(edges[2]) {
-                    rim.push(vertex(0.0, t, &mut mesh));
-                }
-                let hub = vertex(0.5, 0.5, &mut mesh);
-                for (i, &a) in rim.iter().enumerate() {
-                    mesh.triangles.push([a, rim[(i + 1) % rim.len()], hub]);
-                }
-            }
-            if side == 0 {
-                mesh.triangles[first..].iter_mut().for_each(|t| t.swap(1, 2));
             }
         }
-        (mesh, lost)
+        // the rim of a covered face is that of the free face beside it, whose normal alone counts
+        if !smooth {
+            cutter.vertices = std::mem::take(&mut cutter.rims);
+        }
+        for face in (0..6).filter(|&face| cut.is_whole(face)) {
+            faces[face] = cutter.whole_face(&cut, face);
+        }
+        (built.mesh, built.lost) = (cutter.mesh, cutter.lost);
+        for (face, mut triangles) in faces.into_iter().enumerate() {
+            if face % 2 == 0 {
+                triangles.iter_mut().for_each(|t| t.swap(1, 2));
+            }
+            let first = built.mesh.triangles.len();
+            built.mesh.triangles.append(&mut triangles);
+            if cut.is_whole(face) {
+                built.covered.push(first..built.mesh.triangles.len());
+            }
+        }
+        built
+    }
+}
+
+/// A block cut into triangles, face after face.
+pub struct BlockShape {
+    /// Positions and triangles.
+    pub mesh: SolidMesh,
+    /// How deep the stone is lost at each vertex.
+    lost: Vec<f32>,
+    /// Triangles of wholly covered faces.
+    covered: Vec<Range<usize>>,
+}
+
+/// Triangles of a wholly covered face.
+fn whole_count(grooves: [bool; 4], edges: [u32; 4]) -> usize {
+    let corners = grooved_corners(grooves);
+    let along = |k: usize| {
+        let ends = usize::from(corners[k]) + usize::from(corners[(k + 1) % 4]);
+        if grooves[WALK[k].0] { edges[WALK[k].0] as usize + 1 } else { ends }
+    };
+    2 + (0..4).map(along).sum::<usize>()
+}
+
+/// Cuts the faces of one block.
+struct Cutter<'a> {
+    shape: Shape<'a>,
+    mesh: SolidMesh,
+    lost: Vec<f32>,
+    /// Vertices by their place on the undamaged stone: those that the faces being cut share, and those of free faces.
+    vertices: HashMap<[u32; 3], u32>,
+    rims: HashMap<[u32; 3], u32>,
+}
+
+impl Cutter<'_> {
+    /// The vertex of a face at parts of its two axes.
+    fn vertex(&mut self, face: usize, u: f32, v: f32) -> u32 {
+        let mut q = [0.0; 3];
+        q[face / 2] = (face % 2) as f32;
+        q[(face / 2 + 1) % 3] = u;
+        q[(face / 2 + 2) % 3] = v;
+        *self.vertices.entry(q.map(f32::to_bits)).or_insert_with(|| {
+            let (p, gone) = self.shape.point(Vec3::from_array(q));
+            self.lost.push(gone);
+            self.mesh.vertex(p)
+        })
+    }
+
+    /// The vertices of an edge of a face in the direction of the walk, both ends included. Parameters are those of the
+    /// neighbour's grid, bit for bit.
+    fn edge(&mut self, face: usize, edges: [u32; 4], k: usize) -> Vec<u32> {
+        let (edge, forwards) = WALK[k];
+        let n = edges[edge];
+        (0..=n)
+            .map(|i| if forwards { i } else { n - i } as f32 / n as f32)
+            .map(|t| match edge {
+                0 => self.vertex(face, t, 0.0),
+                1 => self.vertex(face, t, 1.0),
+                2 => self.vertex(face, 0.0, t),
+                _ => self.vertex(face, 1.0, t),
+            })
+            .collect()
+    }
+
+    /// A grid where the edges' steps are those inside, otherwise a fan.
+    fn free_face(&mut self, cut: &Cut, face: usize) -> Vec<[u32; 3]> {
+        let (_, inner, edges) = cut.face(face / 2, face % 2);
+        let mut triangles = Vec::new();
+        if is_regular(inner, edges) {
+            let mut below = Vec::new();
+            for j in 0..=inner[1] {
+                let v = j as f32 / inner[1] as f32;
+                let row: Vec<RowVertex> =
+                    (0..=inner[0]).map(|i| i as f32 / inner[0] as f32).map(|u| (u, self.vertex(face, u, v))).collect();
+                if j > 0 {
+                    grid_strip(&below, &row, j, &mut triangles);
+                }
+                below = row;
+            }
+            return triangles;
+        }
+        let mut rim = Vec::new();
+        for k in 0..4 {
+            rim.append(&mut self.edge(face, edges, k));
+            rim.pop();
+        }
+        let hub = self.vertex(face, 0.5, 0.5);
+        for (i, &a) in rim.iter().enumerate() {
+            triangles.push([a, rim[(i + 1) % rim.len()], hub]);
+        }
+        triangles
+    }
+
+    /// A quadrangle that reaches into the neighbour, and strips from it to the rims that show.
+    fn whole_face(&mut self, cut: &Cut, face: usize) -> Vec<[u32; 3]> {
+        let (axes, _, edges) = cut.face(face / 2, face % 2);
+        let grooves = cut.grooves(face / 2, edges);
+        let grooved = grooved_corners(grooves);
+        let inset = axes.map(|axis| self.shape.inset(axis));
+        let corner: [u32; 4] = std::array::from_fn(|k| {
+            let (far_u, far_v) = (k == 1 || k == 2, k >= 2);
+            let part = |far: bool, inset: f32| {
+                let inset = if grooved[k] { inset } else { 0.0 };
+                if far { 1.0 - inset } else { inset }
+            };
+            self.vertex(face, part(far_u, inset[0]), part(far_v, inset[1]))
+        });
+        let mut triangles = vec![[corner[0], corner[1], corner[2]], [corner[0], corner[2], corner[3]]];
+        for k in 0..4 {
+            let next = (k + 1) % 4;
+            if !grooved[k] && !grooved[next] {
+                continue;
+            }
+            let rim = self.edge(face, edges, k);
+            if grooves[WALK[k].0] || (grooved[k] && grooved[next]) {
+                let n = rim.len() as f32;
+                let rim: Vec<RowVertex> = rim.into_iter().enumerate().map(|(i, v)| (i as f32 / n, v)).collect();
+                zip_rows(&rim, &[(0.0, corner[k]), (0.5, corner[next])], &mut triangles);
+            } else {
+                triangles.push([rim[0], rim[1], if grooved[k] { corner[k] } else { corner[next] }]);
+            }
+        }
+        triangles
     }
 }
 
@@ -338,8 +509,58 @@ impl<'a> Shape<'a> {
         Self { block, size, breaks, offset }
     }
 
+    /// How far, as a part of its length along an axis, the groove of a joint reaches in from the rim: past what is worn.
+    fn inset(&self, axis: usize) -> f32 {
+        let wear = &self.block.wear;
+        ((0.010 + 0.3 * (wear.round + 0.45 * wear.chip)) / self.size[axis].max(1e-3)).min(0.3)
+    }
+
+    /// Faces (`FACE_*`) on which a place lies.
+    fn faces_at(q: Vec3) -> u8 {
+        (0..3).map(|axis| (u8::from(q[axis] == 0.0) | u8::from(q[axis] == 1.0) << 1) << (2 * axis)).sum()
+    }
+
+    /// Whether other stones lie against a face at a place and about it.
+    fn is_covered(&self, face: usize, at: Vec3) -> bool {
+        let block = self.block;
+        block.contacts.whole & (1 << face) != 0 || {
+            let across = [1, 2].map(|k| block.face_normal((face + 2 * k) % 6));
+            block.contacts.cover(face, at, block.face_normal(face), across)
+        }
+    }
+
     /// The point of the worn surface for the point `q` in [0, 1]^3 of the perfect one, and how deep the stone is lost there.
     fn point(&self, q: Vec3) -> (Vec3, f32) {
+        let (whole, on) = (self.block.contacts.whole, Self::faces_at(q));
+        let at = self.block.ideal(q.to_array());
+        if on != 0 && (0..6).all(|face| on & (1 << face) == 0 || self.is_covered(face, at)) {
+            let mut local = (q - Vec3::splat(0.5)) * self.size;
+            for axis in 0..3 {
+                if (on & whole) >> (2 * axis) & 3 != 0 {
+                    local[axis] += BULGE.copysign(local[axis]);
+                }
+            }
+            self.break_off(&mut local);
+            return (self.world(local), 0.0);
+        }
+        self.worn(q, on)
+    }
+
+    /// Cuts off the broken corners; whether a point was on one.
+    fn break_off(&self, local: &mut Vec3) -> bool {
+        let mut broken = false;
+        for &(normal, distance) in &self.breaks {
+            let over = local.dot(normal) - distance;
+            if over > 0.0 {
+                *local -= normal * over;
+                broken = true;
+            }
+        }
+        broken
+    }
+
+    /// [`Shape::point`] where weather reaches the stone.
+    fn worn(&self, q: Vec3, on: u8) -> (Vec3, f32) {
         let wear = &self.block.wear;
         let half = self.size * 0.5;
         let ideal = (q - Vec3::splat(0.5)) * self.size;
@@ -364,19 +585,20 @@ impl<'a> Shape<'a> {
         }
         let outward = unit_or(beyond * signs(local), Vec3::ZERO);
 
-        for &(normal, distance) in &self.breaks {
-            let over = local.dot(normal) - distance;
-            if over > 0.0 {
-                local -= normal * over;
-                lost += 0.05;
-            }
-        }
-
         // faces: hollows and pits, always inwards
         let rough = 0.5 + 0.5 * fbm(self.block.seed + 2, place * 3.4, 3);
         let pits = smoothstep(0.35, 0.8, gradient(self.block.seed + 3, place * 7.0));
         let depth = wear.rough * (1.1 * rough + 1.4 * pits);
         local -= outward * depth.min(0.2 * half.min_element());
+        // joints stay narrow
+        for axis in 0..3 {
+            if (on & self.block.contacts.whole) >> (2 * axis) & 3 != 0 {
+                local[axis] = ideal[axis] - (ideal[axis] - local[axis]).clamp(-RECESS, RECESS);
+            }
+        }
+        if self.break_off(&mut local) {
+            lost += 0.05;
+        }
 
         if let Some(relief) = &self.block.relief
             && q.z == 1.0
@@ -387,13 +609,7 @@ impl<'a> Shape<'a> {
     }
 
     fn world(&self, local: Vec3) -> Vec3 {
-        // trilinear between the corners, so that tapers and slopes keep
-        let t = local / self.size.max(Vec3::splat(1e-6)) + Vec3::splat(0.5);
-        let c = &self.block.corners;
-        let lerp = |a: Vec3, b: Vec3, t: f32| a + (b - a) * t;
-        let low = lerp(lerp(c[0], c[1], t.x), lerp(c[2], c[3], t.x), t.y);
-        let high = lerp(lerp(c[4], c[5], t.x), lerp(c[6], c[7], t.x), t.y);
-        lerp(low, high, t.z)
+        self.block.ideal((local / self.size.max(Vec3::splat(1e-6)) + Vec3::splat(0.5)).to_array())
     }
 }
 

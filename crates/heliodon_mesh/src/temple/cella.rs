@@ -88,7 +88,8 @@ impl Wall<'_> {
                         Wear::dressed(yard.erosion)
                     };
                     let inner = if front { FACE_BACK } else { FACE_FRONT };
-                    let y = (FLOOR + bottom, FLOOR + top);
+                    // the first course is let into the floor
+                    let y = (FLOOR + if course == 0 { -0.04 } else { bottom }, FLOOR + top);
                     let block = yard.stone(&self.frame, piece, y, o, covered | inner, look, wear);
                     block.coarser = self.coarser;
                 }
@@ -189,7 +190,7 @@ fn crown(yard: &mut Yard, state: State) {
 fn beam_and_frieze(yard: &mut Yard, frame: &Frame, s: Span, face: f32, coarser: f32) {
     let (beam, frieze, band) = (WALL_TOP + 0.95, WALL_TOP + 1.97, WALL_TOP + 2.25);
     let look = yard.marble(0.45, 0.04);
-    yard.ashlar(frame, s, (WALL_TOP, beam), (-face, face), FACE_TOP | FACE_LEFT | FACE_RIGHT, look).coarser = coarser;
+    yard.ashlar(frame, s, (WALL_TOP - 0.02, beam), (-face, face), FACE_TOP | FACE_LEFT | FACE_RIGHT, look).coarser = coarser;
     let look = yard.marble(0.5, 0.02);
     let (seed, damage) = (yard.seed(), yard.range(0.1, 0.5) * yard.erosion);
     let o = (-face + 0.1, face - 0.05);

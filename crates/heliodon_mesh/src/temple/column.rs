@@ -7,6 +7,9 @@ use super::tube::{End, Knot, ShaftWear, Tube};
 use super::yard::Yard;
 use glam::Vec3;
 
+/// How far shafts are let into what they stand on, metres.
+const FOOT: f32 = 0.05;
+
 /// A column's measures and place.
 #[derive(Clone, Copy, Debug)]
 pub struct Column {
@@ -66,7 +69,7 @@ impl Column {
             flute: 1.0,
             joint,
         };
-        let mut knots = vec![knot(-0.02, false)];
+        let mut knots = vec![knot(-FOOT, false)];
         let mut edges: Vec<f32> = (1..drums).map(|i| (i as f32 + yard.range(-0.16, 0.16)) / drums as f32 * shaft).collect();
         edges.retain(|&y| y < top - 0.25);
         let jointed = yard.merge <= 1;
@@ -86,10 +89,10 @@ impl Column {
                     (-0.180, 0.140, 0.0),
                     (-0.085, 0.217, 0.0),
                     (-0.030, 0.250, 0.0),
-                    (0.012, 0.246, 0.0),
+                    (0.030, 0.240, 0.0),
                 ]
             } else {
-                &[(-0.350, 0.016, 0.0), (-0.085, 0.217, 0.0), (0.012, 0.246, 0.0)]
+                &[(-0.350, 0.016, 0.0), (-0.085, 0.217, 0.0), (0.030, 0.240, 0.0)]
             };
             knots.extend(profile.iter().map(|&(y, out, flute)| Knot {
                 y: below + y * unit,

@@ -96,7 +96,8 @@ impl Bay {
 
     fn architrave(&self, yard: &mut Yard) {
         let s = self.span(FACE);
-        let y = (COLUMN_TOP, COLUMN_TOP + ARCHITRAVE_HEIGHT);
+        // let into the abaci, whose tops follow the columns' lean
+        let y = (COLUMN_TOP - 0.03, COLUMN_TOP + ARCHITRAVE_HEIGHT);
         let ends = FACE_LEFT | FACE_RIGHT;
         // inner and outer beam, set back to back; above columns their undersides lie on the abaci
         let look = yard.marble(0.15, 0.04);
@@ -140,10 +141,10 @@ impl Bay {
         let w = TRIGLYPH_WIDTH;
         let cap = FRIEZE_HEIGHT - 0.17;
         let ends = (middle - 0.5 * w, middle + 0.5 * w);
-        let bed = FACE - 0.30;
+        let bed = FACE - 0.34;
         let y = (FRIEZE_BOTTOM, FRIEZE_BOTTOM + FRIEZE_HEIGHT);
         let ground = FACE - 0.085;
-        yard.ashlar(&self.frame, ends, y, (bed, ground), FACE_TOP | FACE_BOTTOM | FACE_BACK, look).ornament = true;
+        yard.ashlar(&self.frame, ends, y, (bed, ground), FACE_TOP | FACE_BOTTOM | FACE_BACK, look);
         // three upright bars with bevelled sides; between them and beside them the grooves
         for k in -1..=1 {
             let at = middle + k as f32 * w / 3.0;
@@ -175,7 +176,7 @@ impl Bay {
         let look = yard.marble(0.55, 0.04);
         let y = (FRIEZE_BOTTOM, FRIEZE_BOTTOM + FRIEZE_HEIGHT - 0.12);
         let band = (y.1, FRIEZE_BOTTOM + FRIEZE_HEIGHT);
-        let (back, face) = (FACE - 0.29, FACE - 0.135);
+        let (back, face) = (FACE - 0.32, FACE - 0.135);
         let covered = FACE_BACK | FACE_TOP | FACE_BOTTOM | FACE_LEFT | FACE_RIGHT;
         if !missing {
             let half = Vec2::new(0.5 * (s.1 - s.0), 0.5 * (y.1 - y.0));
@@ -212,7 +213,7 @@ impl Bay {
         yard.push_tube(Tube {
             origin: top,
             axes: [x, up, x.cross(up)],
-            knots: vec![knot(-0.055, 0.038), knot(0.012, 0.030)],
+            knots: vec![knot(-0.055, 0.038), knot(0.035, 0.030)],
             sides: 6,
             fluted: false,
             wear: ShaftWear { arris: 0.0, spall: 0.0, rough: 0.002 * yard.erosion, shift: 0.0 },
@@ -233,7 +234,7 @@ impl Bay {
         yard.ashlar(
             &self.frame,
             bed,
-            (GEISON_BOTTOM, GEISON_BOTTOM + 0.13),
+            (GEISON_BOTTOM - 0.012, GEISON_BOTTOM + 0.25),
             (-FACE + 0.1, FACE + 0.075),
             FACE_TOP | FACE_BOTTOM,
             look,

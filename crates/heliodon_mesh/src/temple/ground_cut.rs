@@ -178,7 +178,7 @@ impl GroundCut {
     /// The closed mesh with normals and colours.
     pub fn mesh(&self, ground: &Ground, grain: &Grain) -> SolidMesh {
         let mut mesh = self.shape(ground, grain);
-        mesh.compute_normals();
+        mesh.compute_normals(&[]);
         mesh.colors_linear = mesh.positions.par_iter().zip(&mesh.normals).map(|(&p, &n)| ground.albedo(p, n)).collect();
         mesh
     }

@@ -8,30 +8,38 @@ use super::measures::{
 use super::yard::{Frame, Span, Yard};
 use glam::Vec3;
 
-/// Depth of a step's stones.
-const STEP_DEPTH: f32 = 1.55;
+/// Depth of the stylobate's stones, on which the columns stand.
+const STYLOBATE_DEPTH: f32 = 1.55;
+/// How far the stones of the lower steps reach below those above.
+const STEP_BEHIND: f32 = 0.30;
+/// How far the core reaches into the stones before it.
+const CORE_REACH: f32 = 0.25;
 
 /// The four outward directions, north first: it and the south side are long.
 pub const SIDES: [Vec3; 4] = [Vec3::NEG_Z, Vec3::Z, Vec3::NEG_X, Vec3::X];
 
 /// Adds the whole platform.
 pub fn build(yard: &mut Yard) {
+    let tread = |step: usize| STEP_TREAD * (2 - step) as f32;
     let mut top = 0.0;
-    courses(yard, -0.62, 0.0, STEP_TREAD * 2.0 + 0.22);
+    course(yard, (-0.62, 0.0), tread(0) + 0.22, 0.22 + STEP_BEHIND, 0.0);
     for (step, height) in STEP_HEIGHTS.into_iter().enumerate() {
-        courses(yard, top, top + height, STEP_TREAD * (2 - step) as f32);
+        let last = step == 2;
+        let (depth, sunk) = if last { (STYLOBATE_DEPTH, 0.15) } else { (STEP_TREAD + STEP_BEHIND, 0.0) };
+        course(yard, (top, top + height), tread(step), depth, sunk);
         top += height;
     }
     pavement(yard);
-    core(yard);
     cella_platform(yard);
 }
 
-/// One course of stones around the platform, its face `beyond` the stylobate's edge.
-fn courses(yard: &mut Yard, bottom: f32, top: f32, beyond: f32) {
+/// One course of stones of a depth around the platform, its face `beyond` the stylobate's edge, and the core within, its top
+/// that much `sunk`.
+fn course(yard: &mut Yard, (bottom, top): Span, beyond: f32, depth: f32, sunk: f32) {
+    let stones = depth;
     let (half_x, half_z) = (0.5 * STYLOBATE_LENGTH + beyond, 0.5 * STYLOBATE_WIDTH + beyond);
     for (side, out) in SIDES.into_iter().enumerate() {
-        let (length, depth) = if side < 2 { (half_x, half_z) } else { (half_z - STEP_DEPTH + 0.01, half_x) };
+        let (length, depth) = if side < 2 { (half_x, half_z) } else { (half_z - stones + 0.01, half_x) };
         let frame = Frame::facing(out, out * depth);
         // three stones a bay, as on the monument, so that each column stands on the middle of one
         let count = ((2.0 * length / (AXIAL_SPACING / 3.0)).round() as u32).div_ceil(yard.merge).max(1);
@@ -51,9 +59,11 @@ fn courses(yard: &mut Yard, bottom: f32, top: f32, beyond: f32) {
                 wear = Wear { breaks: 1, ..Wear::torn(yard.erosion * 0.7) };
             }
             let covered = FACE_BOTTOM | FACE_BACK | FACE_LEFT | FACE_RIGHT;
-            yard.stone(&frame, (pair[0], pair[1]), (bottom, top), (-STEP_DEPTH, 0.0), covered, look, wear);
+            yard.stone(&frame, (pair[0], pair[1]), (bottom, top), (-stones, 0.0), covered, look, wear);
         }
     }
+    let within = CORE_REACH - stones;
+    core(yard, (half_x + within, half_z + within), (bottom, top - sunk));
 }
 
 /// Slabs between two rectangles' edges: `s` and `o` ranges of a frame.
@@ -74,7 +84,7 @@ fn slabs(yard: &mut Yard, frame: &Frame, s: Span, o: Span, y: Span, size: f32) {
 }
 
 fn pavement(yard: &mut Yard) {
-    let (half_x, half_z) = (0.5 * STYLOBATE_LENGTH - STEP_DEPTH + 0.02, 0.5 * STYLOBATE_WIDTH - STEP_DEPTH + 0.02);
+    let (half_x, half_z) = (0.5 * STYLOBATE_LENGTH - STYLOBATE_DEPTH + 0.02, 0.5 * STYLOBATE_WIDTH - STYLOBATE_DEPTH + 0.02);
     let (cella_x, cella_z) = (0.5 * CELLA_LENGTH - 0.3, 0.5 * CELLA_WIDTH - 0.3);
     let frame = Frame::facing(Vec3::Z, Vec3::ZERO);
     let y = (STYLOBATE_TOP - 0.3, STYLOBATE_TOP - 0.004);
@@ -85,15 +95,18 @@ fn pavement(yard: &mut Yard) {
     }
 }
 
-/// Rubble and poros below the pavement: nothing of it is seen, all of it is dark.
-fn core(yard: &mut Yard) {
+/// Rubble and poros behind a course: nothing of it is seen, all of it is dark.
+fn core(yard: &mut Yard, (half_x, half_z): (f32, f32), y: Span) {
     let frame = Frame::facing(Vec3::Z, Vec3::ZERO);
-    let (half_x, half_z) = (0.5 * STYLOBATE_LENGTH - 0.9, 0.5 * STYLOBATE_WIDTH - 0.9);
-    let pieces = 12;
-    for i in 0..pieces {
-        let at = |i: u32| half_x * (2.0 * i as f32 / pieces as f32 - 1.0);
-        let look = yard.marble(0.0, 0.0);
-        yard.ashlar(&frame, (at(i), at(i + 1)), (-0.7, STYLOBATE_TOP - 0.15), (-half_z, half_z), 0x3F, look);
+    // in pieces, so that it follows the curvature
+    let part = |half: f32, i: u32, pieces: u32| half * (2.0 * i as f32 / pieces as f32 - 1.0);
+    for i in 0..12 {
+        for j in 0..6 {
+            let s = (part(half_x, i, 12), part(half_x, i + 1, 12));
+            let o = (part(half_z, j, 6), part(half_z, j + 1, 6));
+            let look = yard.marble(0.0, 0.0);
+            yard.ashlar(&frame, s, y, o, 0x3F, look);
+        }
     }
 }
 
@@ -103,20 +116,30 @@ fn cella_platform(yard: &mut Yard) {
     for level in 0..2 {
         let beyond = 0.36 * (1 - level) as f32;
         let (half_x, half_z) = (0.5 * CELLA_LENGTH + beyond, 0.5 * CELLA_WIDTH + beyond);
-        let y = (STYLOBATE_TOP + step * level as f32 - 0.02, STYLOBATE_TOP + step * (level + 1) as f32);
+        let stones = 1.2 + beyond;
+        // the lower step's bed lies in the pavement
+        let bed = if level == 0 { 0.22 } else { 0.0 };
+        let y = (STYLOBATE_TOP + step * level as f32 - bed, STYLOBATE_TOP + step * (level + 1) as f32);
         for (side, out) in SIDES.into_iter().enumerate() {
-            let (length, depth) = if side < 2 { (half_x, half_z) } else { (half_z - 1.19, half_x) };
+            let (length, depth) = if side < 2 { (half_x, half_z) } else { (half_z - stones + 0.01, half_x) };
             let frame = Frame::facing(out, out * depth);
             let count = ((2.0 * length / 1.8).round() as u32).div_ceil(yard.merge).max(1);
             for i in 0..count {
                 let at = |i: u32| (2.0 * i as f32 / count as f32 - 1.0) * length;
                 let look = yard.marble(0.2, 0.03);
-                yard.ashlar(&frame, (at(i), at(i + 1)), y, (-1.2, 0.0), FACE_BOTTOM | FACE_BACK | FACE_LEFT | FACE_RIGHT, look);
+                yard.ashlar(
+                    &frame,
+                    (at(i), at(i + 1)),
+                    y,
+                    (-stones, 0.0),
+                    FACE_BOTTOM | FACE_BACK | FACE_LEFT | FACE_RIGHT,
+                    look,
+                );
             }
         }
     }
     let frame = Frame::facing(Vec3::Z, Vec3::ZERO);
     let (half_x, half_z) = (0.5 * CELLA_LENGTH - 1.18, 0.5 * CELLA_WIDTH - 1.18);
     let top = STYLOBATE_TOP + CELLA_PLATFORM;
-    slabs(yard, &frame, (-half_x, half_x), (-half_z, half_z), (STYLOBATE_TOP - 0.1, top - 0.006), 2.1);
+    slabs(yard, &frame, (-half_x, half_x), (-half_z, half_z), (STYLOBATE_TOP - 0.22, top - 0.006), 2.1);
 }

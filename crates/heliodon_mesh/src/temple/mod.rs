@@ -18,6 +18,7 @@ use rayon::prelude::*;
 mod block;
 mod cella;
 mod column;
+mod contact;
 mod debris;
 mod entablature;
 mod figures;
@@ -187,6 +188,8 @@ impl Site {
             ("cella", PartRole::Scan, cella.elements),
             ("blocks", PartRole::Filling, blocks.elements),
         ];
+        let standing = stones.iter_mut().filter(|(_, role, _)| *role == PartRole::Scan);
+        contact::note_contacts(&mut standing.map(|(_, _, elements)| elements.as_mut_slice()).collect::<Vec<_>>());
         let cut = GroundCut::new(&ground, &view);
         let coarse_ground = cut.shape(&ground, &Grain { view: &view, px: 8.0, ornaments: true });
         let parts: Vec<&[Element]> = stones.iter().map(|(_, _, elements)| elements.as_slice()).collect();

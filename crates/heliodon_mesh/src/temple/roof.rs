@@ -36,7 +36,7 @@ pub fn build(yard: &mut Yard) {
         for row in 0..=rows {
             let s = half_length * (2.0 * row as f32 / rows as f32 - 1.0);
             let look = yard.marble(0.0, 0.0);
-            slab(yard, &frame, (s - 0.085, s + 0.085), (0.02, eaves + 0.08), (0.15, 0.15), 0.10, look).ornament = true;
+            slab(yard, &frame, (s - 0.085, s + 0.085), (0.02, eaves + 0.08), (0.15, 0.15), 0.20, look).ornament = true;
             let y = over(eaves) + 0.10;
             let antefix = yard.ashlar(
                 &frame,

@@ -3,6 +3,7 @@
 use super::marble::Look;
 use glam::Vec3;
 use heliodon_math::frame::unit_or;
+use std::ops::Range;
 
 /// Triangles of one closed solid. Vertices at creases are doubled, at equal positions.
 #[derive(Clone, Debug, Default)]
@@ -15,10 +16,21 @@ pub struct SolidMesh {
 
 impl SolidMesh {
     /// Fills `normals` with angle-weighted ones of the triangles (Thürmer and Wüthrich, "Computing Vertex Normals from
-    /// Polygonal Facets", 1998).
-    pub fn compute_normals(&mut self) {
+    /// Polygonal Facets", 1998). Triangles in the `covered` ranges count only where no others meet.
+    pub fn compute_normals(&mut self, covered: &[Range<usize>]) {
         let mut sums = vec![Vec3::ZERO; self.positions.len()];
-        for triangle in &self.triangles {
+        let is_covered = |t: usize| covered.iter().any(|range| range.contains(&t));
+        self.add_normals((0..self.triangles.len()).filter(|&t| !is_covered(t)), &mut sums);
+        let mut rest = vec![Vec3::ZERO; if covered.is_empty() { 0 } else { sums.len() }];
+        self.add_normals(covered.iter().cloned().flatten(), &mut rest);
+        for (sum, rest) in sums.iter_mut().zip(rest).filter(|(sum, _)| **sum == Vec3::ZERO) {
+            *sum = rest;
+        }
+        self.normals = sums.into_iter().map(|sum| unit_or(sum, Vec3::Y)).collect();
+    }
+
+    fn add_normals(&self, triangles: impl Iterator<Item = usize>, sums: &mut [Vec3]) {
+        for triangle in triangles.map(|t| self.triangles[t]) {
             let corner = triangle.map(|i| self.positions[i as usize]);
             let normal = unit_or((corner[1] - corner[0]).cross(corner[2] - corner[0]), Vec3::ZERO);
             for k in 0..3 {
@@ -27,7 +39,6 @@ impl SolidMesh {
                 sums[triangle[k] as usize] += normal * libm::acosf(a.dot(b).clamp(-1.0, 1.0));
             }
         }
-        self.normals = sums.into_iter().map(|sum| unit_or(sum, Vec3::Y)).collect();
     }
 
     /// Makes the normals of doubled vertices one where the crease is blunter than the cosine.

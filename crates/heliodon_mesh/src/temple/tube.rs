@@ -220,7 +220,7 @@ impl Tube {
     /// The closed mesh.
     pub fn mesh(&self, grain: &Grain) -> SolidMesh {
         let (mut mesh, lost, doubles) = self.shape(grain);
-        mesh.compute_normals();
+        mesh.compute_normals(&[]);
         // arrises that are worn flat, and the smooth capital above the flutes, are no creases
         mesh.soften(&doubles, 0.90);
         mesh.paint(&self.look, &lost);

@@ -30,7 +30,7 @@ impl Element {
     /// Its positions and triangles alone.
     pub fn shape(&self, grain: &Grain) -> SolidMesh {
         match self {
-            Self::Block(block) => block.shape(grain).0,
+            Self::Block(block) => block.shape(grain).mesh,
             Self::Tube(tube) => tube.shape(grain).0,
         }
     }
