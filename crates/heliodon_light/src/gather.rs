@@ -156,7 +156,8 @@ struct Unit {
 /// Only the hits of some points, for bounces whose hits were not kept.
 pub(crate) fn trace_hits(surfaces: &Surfaces, layout: &Layout, range: Range<usize>, lattice: &Lattice) -> UnitHits {
     let mut hits = UnitHits::default();
-    for_each_direction(surfaces, layout, range, lattice, |direction| direction.keep(layout, &mut hits));
+    let (origins, normals) = layout.points().run(range);
+    for_each_direction(surfaces, origins, normals, lattice.directions.iter().copied(), |at| at.keep(layout, &mut hits));
     hits
 }
 
@@ -169,7 +170,7 @@ fn gather_unit(
     lattice: &Lattice,
 ) -> Unit {
     let (first, coefficients) = (range.start, params.coefficients);
-    let normals = &layout.points().normals[range.clone()];
+    let (origins, normals) = layout.points().run(range);
     let count = normals.len();
     // sums over escaped and over stopped directions, nine coefficients each so that inner loops have a fixed length
     let mut escaped = vec![[0.0_f32; 9]; count];
@@ -178,7 +179,7 @@ fn gather_unit(
     let mut sunk = vec![0.0_f32; count];
     let mut near = Vec::new();
     let mut hits = UnitHits::default();
-    let rays = for_each_direction(surfaces, layout, range, lattice, |at| {
+    let rays = for_each_direction(surfaces, origins, normals, lattice.directions.iter().copied(), |at| {
         let basis = &lattice.basis[at.index];
         for point in bits(at.active) {
             let cos = normals[point].dot(at.direction);
@@ -224,6 +225,7 @@ fn gather_unit(
         let counted = (1.0 - sunk[point] * scale).max(LEAST_COUNTED);
         unit.back.push(back[point] * scale / counted);
     }
+    unit.rays += look_from_unmoved(surfaces, layout, first..first + count, lattice, params.offset_m, &mut unit.back);
     unit.back_cells = met_back_cells(&unit.hits, &unit.back);
     // what lies inside shows what it borrows
     near.retain(|n| unit.back[n.point as usize] <= BACK_LIMIT);
@@ -231,6 +233,43 @@ fn gather_unit(
     unit.followed = followed;
     unit.rays += rays;
     unit
+}
+
+/// Every how-maniest direction tells whether a point lies inside something.
+const LOOK_STRIDE: usize = 8;
+
+/// A vertex at the foot of a wall that reaches a little into the floor lies inside the floor, even where its origin was moved out of
+/// it: the larger `back` of both places counts. Returns the number of rays.
+fn look_from_unmoved(
+    surfaces: &Surfaces,
+    layout: &Layout,
+    range: Range<usize>,
+    lattice: &Lattice,
+    offset_m: f32,
+    back: &mut [f32],
+) -> u64 {
+    let points = layout.points();
+    let within = |end: usize| points.unmoved.partition_point(|u| (u.0 as usize) < end);
+    let unmoved = &points.unmoved[within(range.start)..within(range.end)];
+    let origins: Vec<Vec3> = unmoved.iter().map(|u| u.1).collect();
+    let normals: Vec<Vec3> = unmoved.iter().map(|u| points.normals[u.0 as usize]).collect();
+    let (mut all, mut inside) = (vec![0.0_f32; origins.len()], vec![0.0_f32; origins.len()]);
+    let directions = lattice.directions.iter().copied().skip(LOOK_STRIDE / 2).step_by(LOOK_STRIDE);
+    let rays = for_each_direction(surfaces, &origins, &normals, directions, |at| {
+        for point in bits(at.active) {
+            let (cos, hit) = (normals[point].dot(at.direction), &at.hits[point]);
+            all[point] += cos;
+            // a wall in whose very plane the place lies is met or not as rounding has it: that tells nothing
+            if hit.triangle != NO_HIT && hit.back && hit.t > offset_m {
+                inside[point] += cos;
+            }
+        }
+    });
+    for ((all, inside), (point, _)) in all.into_iter().zip(inside).zip(unmoved) {
+        let back = &mut back[*point as usize - range.start];
+        *back = back.max(if all > 0.0 { inside / all } else { 0.0 });
+    }
+    rays
 }
 
 /// Cells whose back was met by points that do not themselves lie inside something.
@@ -285,20 +324,18 @@ impl Direction<'_> {
     }
 }
 
-/// Traces a run of points in all directions; returns the number of rays.
+/// Traces some points in all directions; returns the number of rays.
 fn for_each_direction(
     surfaces: &Surfaces,
-    layout: &Layout,
-    range: Range<usize>,
-    lattice: &Lattice,
+    origins: &[Vec3],
+    normals: &[Vec3],
+    directions: impl Iterator<Item = Vec3>,
     mut then: impl FnMut(&Direction),
 ) -> u64 {
-    let points = layout.points();
-    let (origins, normals) = (&points.origins[range.clone()], &points.normals[range.clone()]);
-    let mut active = vec![0_u64; range.len().div_ceil(64)];
-    let mut hits = vec![Hit::MISS; range.len()];
+    let mut active = vec![0_u64; origins.len().div_ceil(64)];
+    let mut hits = vec![Hit::MISS; origins.len()];
     let mut rays = 0;
-    for (index, &direction) in lattice.directions.iter().enumerate() {
+    for (index, direction) in directions.enumerate() {
         let count = facing(normals, direction, &mut active);
         if count > 0 {
             surfaces.rays.closest_parallel(origins, direction, &active, &mut hits);

@@ -3,6 +3,7 @@
 use crate::Surfaces;
 use glam::Vec3;
 use heliodon_rays::beam_order;
+use std::ops::Range;
 
 /// Points with normals, already lifted off their surface, sorted so that parallel rays from a run of them form a tight beam.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -13,7 +14,13 @@ pub struct PointSet {
     pub normals: Vec<Vec3>,
     /// What each point stands for; see [`crate::Layout`].
     pub sites: Vec<u32>,
+    /// Points whose origin was moved along the surface too (see [`inward_shifts`]), ascending, and where they would start
+    /// otherwise.
+    pub(crate) unmoved: Vec<(u32, Vec3)>,
 }
+
+/// Points that are moved along the surface by less than this part of the offset count as unmoved.
+const MOVED: f32 = 0.1;
 
 impl PointSet {
     /// The vertices alone, site `i` being vertex `i`: all that sun masks need.
@@ -43,15 +50,24 @@ impl PointSet {
         self.sites.is_empty()
     }
 
+    /// Origins and normals of some points.
+    pub(crate) fn run(&self, range: Range<usize>) -> (&[Vec3], &[Vec3]) {
+        (&self.origins[range.clone()], &self.normals[range])
+    }
+
     /// Appends points, sorted among themselves.
     pub(crate) fn extend_with(&mut self, new: impl Iterator<Item = Place>, offset_m: f32) {
         let new: Vec<Place> = new.map(Place::cleaned).collect();
         let (positions, normals): (Vec<Vec3>, Vec<Vec3>) = new.iter().map(|p| (p.position, p.normal)).unzip();
         let order = beam_order(&positions, Some(&normals));
-        self.origins.extend(order.iter().map(|&i| {
+        for &i in &order {
             let Place { position, normal, inward, .. } = new[i as usize];
-            position + (normal + inward - normal * inward.dot(normal)) * offset_m
-        }));
+            let along = inward - normal * inward.dot(normal);
+            if along.length() > MOVED {
+                self.unmoved.push((self.origins.len() as u32, position + normal * offset_m));
+            }
+            self.origins.push(position + (normal + along) * offset_m);
+        }
         self.normals.extend(order.iter().map(|&i| new[i as usize].normal));
         self.sites.extend(order.iter().map(|&i| new[i as usize].site));
     }
