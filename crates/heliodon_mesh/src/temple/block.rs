@@ -78,6 +78,8 @@ pub struct Block {
     pub contacts: Contacts,
 }
 
+/// Carved faces are cut to this part of the length.
+const CARVED: f32 = 0.85;
 /// How far the worn rim of a covered face recedes into the joint at most, metres.
 const RECESS: f32 = 0.012;
 
@@ -231,10 +233,11 @@ impl Block {
                 _ => 1,
             };
         }
-        // where a stone is long, its nearer end decides
+        // where a stone is long, its nearer end decides; carving has slopes
         let nearest = self.nearest_point(grain.view.centre());
+        let carved = if self.relief.is_some() { CARVED } else { 1.0 };
         Cut {
-            seen: std::array::from_fn(|a| grain.seen_steps(nearest, axes[a], self.coarser)),
+            seen: std::array::from_fn(|a| grain.seen_steps(nearest, axes[a], self.coarser * carved)),
             back: std::array::from_fn(|a| grain.back_steps(nearest, axes[a], self.coarser)),
             quality,
             whole: self.contacts.whole,

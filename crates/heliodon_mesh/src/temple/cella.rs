@@ -143,7 +143,7 @@ pub fn build(yard: &mut Yard, state: State) {
     };
     // the west door's wall, the wall between the two rooms, the east door's wall
     let west_frame = Frame::facing(Vec3::NEG_X, Vec3::NEG_X * 22.9);
-    Wall { frame: west_frame, s: (-across, across), thickness: 1.9, height: &full, door, coarser: 1.1 }.build(yard);
+    Wall { frame: west_frame, s: (-across, across), thickness: 1.9, height: &full, door, coarser: 1.0 }.build(yard);
     let middle = Frame::facing(Vec3::NEG_X, Vec3::NEG_X * 7.6);
     Wall { frame: middle, s: (-across, across), thickness: 1.0, height: &low, door: None, coarser: 1.5 }.build(yard);
     let east_frame = Frame::facing(Vec3::X, Vec3::X * 22.9);

@@ -1,15 +1,15 @@
 //! Cuts the ground into triangles that are even on the screen from the visitor's feet to the horizon.
 //!
-//! Rings about the visitor, with as many vertices and as far apart as most of the ground at that distance asks; where rock
-//! rises towards the visitor and shows larger, edges are halved until they are short enough. Whether an edge is halved
-//! follows from its two ends alone, so both of its triangles agree and no crack opens.
+//! Rings about the visitor, with somewhat fewer vertices than most of the ground at that distance asks; then the longest
+//! edge of every triangle that shows too large is halved, again and again (Rivara, "Algorithms for refining triangular grids
+//! suitable for adaptive and multigrid techniques", 1984). Rock that rises towards the visitor gets the triangles that
+//! slopes behind it do not need. An edge is halved for both of its triangles, so no crack opens.
 
 use super::ground::{Ground, beyond_steps};
 use super::noise::smoothstep;
 use super::sizing::{FOCAL_PX, Grain, View};
 use super::solid::{RowVertex, SolidMesh, zip_rows};
 use glam::Vec3;
-use heliodon_math::frame::unit_or;
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::f32::consts::TAU;
@@ -25,12 +25,17 @@ const STEEPEST: f32 = 0.37;
 /// Entries of the tables by azimuth and by distance.
 const AZIMUTHS: usize = 720;
 const DISTANCES: usize = 220;
-/// Edges may be this much longer than asked before they are halved.
-const TOLERANCE: f32 = 1.12;
-/// Rounds of halving.
-const ROUNDS: usize = 3;
-/// So many rings are cut to estimate how many triangles the halving adds.
-const SAMPLED: usize = 48;
+/// The rings are so much coarser than asked; halving makes up for it where it shows.
+const BASE: f32 = 2.4;
+/// Sides may be this much longer than asked while the triangle's area is small enough.
+const LONGEST: f32 = 1.6;
+/// How much coarser the ground beside, behind and below the picture becomes.
+const COARSEST: f32 = 12.0;
+/// Rounds of halving, at most.
+const ROUNDS: usize = 12;
+/// So many strips of rings, each so many rings wide, are cut to estimate how many triangles the halving adds.
+const SAMPLED: usize = 20;
+const STRIP: usize = 4;
 
 /// Pixels per metre along and across the line of sight, by distance, and the share of the turn by azimuth.
 #[derive(Debug)]
@@ -48,7 +53,7 @@ type Ring = (f32, u32);
 
 /// How much coarser the ground is at an angle off the middle of the picture.
 fn aside(off_rad: f32) -> f32 {
-    1.0 + 9.0 * smoothstep(0.62, 1.0, off_rad)
+    1.0 + COARSEST * smoothstep(0.62, 1.0, off_rad)
 }
 
 /// Width and height in pixels that an edge of the ground has on the screen, the greater of the two, for the eye that sees it
@@ -98,6 +103,7 @@ impl GroundCut {
     }
 
     fn rings(&self, px: f32) -> Vec<Ring> {
+        let px = BASE * px;
         let mut rings = Vec::new();
         let mut radius = START;
         while radius < END {
@@ -121,16 +127,19 @@ impl GroundCut {
     pub fn growth(&self, ground: &Ground, grain: &Grain) -> f32 {
         let rings = self.rings(grain.px);
         let step = (rings.len() / SAMPLED).max(1);
-        let pairs: Vec<&[Ring]> = rings.windows(2).step_by(step).collect();
-        let counts: Vec<(usize, usize)> = pairs
+        let strips: Vec<&[Ring]> = rings.windows(STRIP.min(rings.len())).step_by(step).collect();
+        let counts: Vec<(usize, usize)> = strips
             .par_iter()
-            .map(|pair| {
+            .map(|strip| {
                 let mut mesh = SolidMesh::default();
-                let rows = [0, 1].map(|end: usize| {
-                    let points = self.row(ground, grain.view.centre(), end, pair[end]);
-                    row_of(&mut mesh, end, &points)
-                });
-                zip_rows(&rows[0], &rows[1], &mut mesh.triangles);
+                let mut inner: Vec<RowVertex> = Vec::new();
+                for (i, &ring) in strip.iter().enumerate() {
+                    let outer = row_of(&mut mesh, i, &self.row(ground, grain.view.centre(), i, ring));
+                    if i > 0 {
+                        zip_rows(&inner, &outer, &mut mesh.triangles);
+                    }
+                    inner = outer;
+                }
                 let before = mesh.triangles.len();
                 self.halve(ground, grain, &mut mesh);
                 (before, mesh.triangles.len())
@@ -183,46 +192,94 @@ impl GroundCut {
         mesh
     }
 
-    /// Halves edges that show longer than asked.
+    /// Halves the longest edges of triangles that show too large.
     fn halve(&self, ground: &Ground, grain: &Grain, mesh: &mut SolidMesh) {
+        let mut fresh: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
         for _ in 0..ROUNDS {
-            let too_long = |a: u32, b: u32| {
-                // the same bits from both sides
-                let (a, b) = (mesh.positions[a.min(b) as usize], mesh.positions[a.max(b) as usize]);
-                let middle = (a + b) * 0.5;
-                let to = middle - grain.view.centre();
-                let flat = Vec3::new(to.x, 0.0, to.z);
-                // what lies below the temple is not seen; the rim belongs to the skirt too
-                let on_rim =
-                    |p: Vec3| Vec3::new(p.x - grain.view.centre().x, 0.0, p.z - grain.view.centre().z).length() > END - 1.0;
-                if beyond_steps(middle.x, middle.z) < 0.0 || (on_rim(a) && on_rim(b)) {
-                    return false;
-                }
-                let cosine = unit_or(flat, grain.view.forward()).dot(grain.view.forward()).clamp(-1.0, 1.0);
-                screen_px(grain.view, middle, b - a) > TOLERANCE * grain.px * aside(libm::acosf(cosine))
-            };
-            let marks: Vec<[bool; 3]> =
-                mesh.triangles.par_iter().map(|t| [too_long(t[0], t[1]), too_long(t[1], t[2]), too_long(t[2], t[0])]).collect();
-            if !marks.iter().flatten().any(|&mark| mark) {
+            let marked: Vec<Option<(u32, u32)>> = fresh
+                .par_iter()
+                .map(|&t| {
+                    let t = mesh.triangles[t as usize];
+                    too_large(grain, t.map(|i| mesh.positions[i as usize])).map(|k| edge(t[k], t[(k + 1) % 3]))
+                })
+                .collect();
+            let mut middles: HashMap<(u32, u32), u32> = HashMap::new();
+            let mut edges = Vec::new();
+            let first = mesh.positions.len();
+            for edge in marked.into_iter().flatten() {
+                middles.entry(edge).or_insert_with(|| {
+                    edges.push(edge);
+                    (first + edges.len() - 1) as u32
+                });
+            }
+            if edges.is_empty() {
                 return;
             }
-            let mut middles: HashMap<(u32, u32), u32> = HashMap::new();
-            let mut triangles = Vec::with_capacity(mesh.triangles.len() * 5 / 4);
-            for (t, mark) in std::mem::take(&mut mesh.triangles).into_iter().zip(marks) {
+            let mut touched = vec![false; first];
+            for &(a, b) in &edges {
+                (touched[a as usize], touched[b as usize]) = (true, true);
+            }
+            let new: Vec<Vec3> = edges
+                .par_iter()
+                .map(|&(a, b)| {
+                    let p = (mesh.positions[a as usize] + mesh.positions[b as usize]) * 0.5;
+                    ground.point(p.x, p.z)
+                })
+                .collect();
+            mesh.positions.extend(new);
+            let mut triangles = Vec::with_capacity(mesh.triangles.len() + 2 * edges.len());
+            fresh.clear();
+            for t in std::mem::take(&mut mesh.triangles) {
                 let middle: [Option<u32>; 3] = std::array::from_fn(|k| {
-                    mark[k].then(|| {
-                        let (a, b) = (t[k].min(t[(k + 1) % 3]), t[k].max(t[(k + 1) % 3]));
-                        *middles.entry((a, b)).or_insert_with(|| {
-                            let p = (mesh.positions[a as usize] + mesh.positions[b as usize]) * 0.5;
-                            mesh.vertex(ground.point(p.x, p.z))
-                        })
-                    })
+                    let (a, b) = edge(t[k], t[(k + 1) % 3]);
+                    (touched[a as usize] && touched[b as usize]).then(|| middles.get(&(a, b)).copied()).flatten()
                 });
+                let before = triangles.len();
                 split(t, middle, &mesh.positions, &mut triangles);
+                if triangles.len() > before + 1 {
+                    fresh.extend(before as u32..triangles.len() as u32);
+                }
             }
             mesh.triangles = triangles;
         }
     }
+}
+
+/// An edge by its ends, the same from both sides.
+fn edge(a: u32, b: u32) -> (u32, u32) {
+    (a.min(b), a.max(b))
+}
+
+/// The edge to halve of a triangle that shows too large to some eye: edge k runs from corner k to the next.
+fn too_large(grain: &Grain, corner: [Vec3; 3]) -> Option<usize> {
+    let view = grain.view;
+    let middle = (corner[0] + corner[1] + corner[2]) / 3.0;
+    // what lies below the temple is not seen; the rim belongs to the skirt too
+    let from_centre = |p: Vec3| Vec3::new(p.x - view.centre().x, 0.0, p.z - view.centre().z);
+    if beyond_steps(middle.x, middle.z) < 0.0 || corner.iter().filter(|&&p| from_centre(p).length() > END - 1.0).count() > 1 {
+        return None;
+    }
+    let edges = [0, 1, 2].map(|k| corner[(k + 1) % 3] - corner[k]);
+    let area = 0.5 * edges[0].cross(edges[1]);
+    let mut worst = (1.0, None);
+    for eye in view.eyes() {
+        let to = *eye - middle;
+        let far = to.length().max(0.5);
+        // a triangle may be as large as half a square of the length asked
+        let facing = area.dot(to) / far;
+        if facing <= 0.0 {
+            continue;
+        }
+        let px = grain.px * (1.0 + COARSEST * smoothstep(1.06, 1.7, view.outside(-to)));
+        let per_metre = FOCAL_PX / far * view.stretch(-to) / px;
+        let lengths = edges.map(|edge| edge.cross(to).length() / far * per_metre);
+        let longest = (0..3).max_by(|&i, &j| lengths[i].total_cmp(&lengths[j])).unwrap_or(0);
+        let excess = (2.0 * facing * per_metre * per_metre).max(lengths[longest] / LONGEST);
+        if excess > worst.0 {
+            worst = (excess, Some(longest));
+        }
+    }
+    worst.1
 }
 
 /// The one to four triangles of a triangle some of whose edges have a middle vertex; edge k runs from corner k to the next.

@@ -223,9 +223,14 @@ impl Site {
         let mut px = 3.0_f32;
         let (mut power, mut last): (f32, Option<(f32, f32)>) = (1.7, None);
         let mut best = (f32::MAX, px, 0);
+        // the ground is cut to know how much halving adds; that share changes slowly
+        let mut growth: Option<(f32, f32)> = None;
         for _ in 0..FIT_ROUNDS {
             let (stones, ground) = self.counts(px);
-            let total = stones + (ground as f32 * self.cut.growth(&self.ground, &self.grain(px))) as usize;
+            let near = growth.filter(|(at, _)| (0.96..1.04).contains(&(px / at)));
+            let (at, share) = near.unwrap_or_else(|| (px, self.cut.growth(&self.ground, &self.grain(px))));
+            growth = Some((at, share));
+            let total = stones + (ground as f32 * share) as usize;
             let now = (libm::logf(px), libm::logf(total.max(1) as f32));
             if let Some(before) = last
                 && (now.0 - before.0).abs() > 1e-4
@@ -236,7 +241,7 @@ impl Site {
             if off < best.0 {
                 best = (off, px, total);
             }
-            if off < 0.003 {
+            if off < 0.006 {
                 break;
             }
             last = Some(now);

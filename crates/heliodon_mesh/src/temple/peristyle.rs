@@ -99,7 +99,7 @@ pub fn build(yard: &mut Yard, state: State) {
                 upper_diameter: PORCH_LOWER_DIAMETER * COLUMN_UPPER_DIAMETER / COLUMN_LOWER_DIAMETER,
                 height: PORCH_COLUMN_HEIGHT,
                 standing: porch_standing(state, east, i),
-                coarser: if east { 1.6 } else { 1.15 },
+                coarser: if east { 1.6 } else { 1.0 },
             };
             column.build(yard, look);
         }

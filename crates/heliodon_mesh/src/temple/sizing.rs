@@ -17,6 +17,8 @@ pub const FOCAL_PX: f32 = 823.49;
 
 /// No closer than this does a visitor's eye come to stone (metres); bounds the sizes in pixels.
 const NEAREST: f32 = 0.6;
+/// Cosine of the angle from the middle of the picture to its corners, and a little beyond.
+const LEAST_COSINE: f32 = 0.77;
 /// Sides turned away from every eye are this much coarser.
 pub const COARSER_BACK: f32 = 4.0;
 
@@ -26,6 +28,8 @@ pub struct View {
     eyes: [Vec3; 9],
     centre: Vec3,
     forward: Vec3,
+    /// The direction through the middle of the picture.
+    axis: Vec3,
 }
 
 impl View {
@@ -39,7 +43,15 @@ impl View {
             *eye = Vec3::new(pick(1, low.x, high.x), pick(2, low.y, high.y), pick(4, low.z, high.z));
         }
         let to = look_at - centre;
-        Self { eyes, centre, forward: unit_or(Vec3::new(to.x, 0.0, to.z), Vec3::X) }
+        let forward = unit_or(Vec3::new(to.x, 0.0, to.z), Vec3::X);
+        Self { eyes, centre, forward, axis: unit_or(to, forward) }
+    }
+
+    /// How much longer than in its middle an angle shows towards the picture's edges, on a plane: the root of the ratio of
+    /// areas, `1 / cos^3`.
+    pub fn stretch(&self, to: Vec3) -> f32 {
+        let cosine = (to.dot(self.axis) / to.length().max(1e-6)).max(LEAST_COSINE);
+        1.0 / (cosine * cosine.sqrt())
     }
 
     /// The corners and the middle of the room.
@@ -57,6 +69,14 @@ impl View {
         self.forward
     }
 
+    /// How far out of the picture a direction points: 1 at its edges, infinite behind.
+    pub fn outside(&self, to: Vec3) -> f32 {
+        let right = unit_or(self.axis.cross(Vec3::Y), Vec3::X);
+        let depth = to.dot(self.axis).max(1e-6) / FOCAL_PX;
+        let (x, y) = (to.dot(right).abs() / depth, to.dot(right.cross(self.axis)).abs() / depth);
+        (2.0 * x / PICTURE_WIDTH_PX).max(2.0 * y / PICTURE_HEIGHT_PX)
+    }
+
     /// The greatest length in pixels that the vector `edge` at `at` has for any eye.
     pub fn edge_px(&self, at: Vec3, edge: Vec3) -> f32 {
         self.eyes.iter().fold(0.0_f32, |worst, &eye| {
@@ -64,14 +84,14 @@ impl View {
             let distance = to.length().max(NEAREST);
             // the part of the edge across the line of sight; at grazing sight relief still shows, hence the floor
             let across = edge.cross(to).length() / distance;
-            worst.max(across.max(0.12 * edge.length()) * FOCAL_PX / distance)
+            worst.max(across.max(0.12 * edge.length()) * FOCAL_PX / distance * self.stretch(-to))
         })
     }
 
     /// Length in pixels of something `length` metres long at `at`, seen square on.
     pub fn length_px(&self, at: Vec3, length: f32) -> f32 {
-        let nearest = self.eyes.iter().map(|&eye| (eye - at).length()).fold(f32::MAX, f32::min);
-        length * FOCAL_PX / nearest.max(NEAREST)
+        let shown = |eye: &Vec3| self.stretch(at - *eye) / (*eye - at).length().max(NEAREST);
+        length * FOCAL_PX * self.eyes.iter().map(shown).fold(0.0, f32::max)
     }
 
     /// Whether any eye lies before the surface, or so little behind its plane that relief might show.
@@ -92,8 +112,8 @@ impl View {
         let to = at - self.centre;
         let flat = Vec3::new(to.x, 0.0, to.z);
         let cosine = unit_or(flat, self.forward).dot(self.forward);
-        // full sharpness to 45 degrees on either side, then wider
-        1.0 + 2.0 * super::noise::smoothstep(0.70, 0.0, cosine)
+        // full sharpness to 38 degrees on either side, then wider
+        1.0 + 2.0 * super::noise::smoothstep(0.79, 0.2, cosine)
     }
 }
 
@@ -149,6 +169,9 @@ mod tests {
         let near = view.edge_px(Vec3::new(0.0, 0.5, -21.0), Vec3::X);
         let far = view.edge_px(Vec3::new(0.0, 0.5, -41.0), Vec3::X);
         assert!((near - FOCAL_PX / 20.0).abs() < 0.5 && (far - FOCAL_PX / 40.0).abs() < 0.3);
+        // on the plane of the picture an angle is longer to the side
+        let aside = Vec3::new(-0.5, 0.0, -1.0);
+        assert!((view.stretch(aside) - libm::powf(1.25, 0.75)).abs() < 0.01);
         assert!(view.edge_px(Vec3::new(0.0, 0.5, -41.0), Vec3::Z) < 0.2 * far);
     }
 
