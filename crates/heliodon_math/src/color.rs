@@ -46,8 +46,8 @@ const RGB9E5_MAX_EXPONENT: i32 = 31;
 #[must_use]
 pub fn rgb9e5_from_linear(linear: Vec3) -> u32 {
     const LARGEST: f32 = 65_408.0;
-    // a maximum with a NaN is the other number
-    let clamped = linear.to_array().map(|x| x.max(0.0).min(LARGEST));
+    // what is not a number is black
+    let clamped = linear.to_array().map(|x| if x > 0.0 { x.min(LARGEST) } else { 0.0 });
     let largest = clamped[0].max(clamped[1]).max(clamped[2]);
     // floor(log2) of a normal number stands in its bits; what is smaller shares the smallest exponent anyway
     let floor_log2 = (largest.to_bits() >> 23) as i32 - 127;
