@@ -28,6 +28,8 @@ pub struct FrameBench {
     pub height: u32,
     /// Whether the day passes, so that every frame has its own light; otherwise it is noon.
     pub playing: bool,
+    /// Whether the eye moves in every frame, to and fro: an eye at rest is spared what it does not see.
+    pub swaying: bool,
     /// Frames that are not counted, after everything was loaded.
     pub warm_up: u32,
     /// Frames that are.
@@ -38,15 +40,21 @@ pub struct FrameBench {
 
 impl Default for FrameBench {
     fn default() -> Self {
-        Self { width: 1024, height: 768, playing: true, warm_up: 60, frames: 100, pose: None }
+        Self { width: 1024, height: 768, playing: true, swaying: false, warm_up: 60, frames: 100, pose: None }
     }
 }
+
+/// How far a swaying eye goes.
+const SWAY_M: f32 = 0.01;
 
 /// What was found.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameTimes {
     /// Mean time of a frame.
     pub mean_ms: f64,
+    /// Mean processor time of a frame over all threads: on a busy machine it says more than the clock. `None` where the system
+    /// does not tell.
+    pub processor_ms: Option<f64>,
     /// The device that drew it.
     pub device: String,
     /// Memory of the process at the end, bytes; `None` where the system does not tell.
@@ -61,8 +69,26 @@ pub fn resident_bytes() -> Option<u64> {
     line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib * 1024)
 }
 
-#[derive(Resource, Clone)]
-struct Clock(Arc<Mutex<(u32, Option<Instant>, FrameTimes)>>);
+/// Processor time of this process so far, in milliseconds.
+fn processor_ms() -> Option<f64> {
+    /// Ticks of /proc's times, 100 a second on every Linux.
+    const TICK_MS: f64 = 10.0;
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // After the name, which may hold spaces and ends with the last parenthesis, come the fields from the third on.
+    let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(11);
+    let (user, system): (f64, f64) = (fields.next()?.parse().ok()?, fields.next()?.parse().ok()?);
+    Some((user + system) * TICK_MS)
+}
+
+#[derive(Default)]
+struct Counted {
+    frames: u32,
+    begun: Option<(Instant, Option<f64>)>,
+    found: FrameTimes,
+}
+
+#[derive(Resource, Clone, Default)]
+struct Clock(Arc<Mutex<Counted>>);
 
 /// Draws the bundle in `folder`, off screen, as often as `bench` says, with Bevy's pipelined rendering as in the window.
 /// Without a folder, an empty scene, for comparison.
@@ -96,12 +122,13 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
             app.world_mut().entity_mut(camera).insert((pose.transform(), projection));
         }
     }
-    let clock = Clock(Arc::new(Mutex::new((0, None, FrameTimes::default()))));
+    let clock = Clock::default();
     app.insert_resource(clock.clone()).add_systems(
         Update,
         move |stage: Res<Stage>,
               clock: Res<Clock>,
               adapter: Option<Res<RenderAdapterInfo>>,
+              mut cameras: Query<&mut Transform, With<DaylightCamera>>,
               mut lapse: ResMut<TimeLapse>,
               mut exit: MessageWriter<AppExit>| {
             let mut clock = clock.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -109,25 +136,32 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
                 return;
             }
             let (first, last) = lapse.span_s();
-            if !bench.playing && clock.0 == 0 && last > first {
+            if !bench.playing && clock.frames == 0 && last > first {
                 lapse.scrub((first + last) * 0.5);
             }
-            clock.0 += 1;
-            if clock.0 == bench.warm_up.max(1) {
-                clock.1 = Some(Instant::now());
+            if bench.swaying {
+                let side = if clock.frames.is_multiple_of(2) { SWAY_M } else { -SWAY_M };
+                cameras.iter_mut().for_each(|mut camera| camera.translation.x += side);
             }
-            if clock.0 >= bench.warm_up.max(1) + bench.frames.max(1) {
-                let elapsed = clock.1.map_or(0.0, |start| start.elapsed().as_secs_f64());
-                clock.2 = FrameTimes {
-                    mean_ms: elapsed * 1e3 / f64::from(bench.frames.max(1)),
-                    device: adapter.map_or_else(String::new, |info| info.name.clone()),
-                    resident_bytes: resident_bytes(),
-                };
+            clock.frames += 1;
+            if clock.frames == bench.warm_up.max(1) {
+                clock.begun = Some((Instant::now(), processor_ms()));
+            }
+            if clock.frames >= bench.warm_up.max(1) + bench.frames.max(1) {
+                let frames = f64::from(bench.frames.max(1));
+                if let Some((start, before)) = clock.begun {
+                    clock.found = FrameTimes {
+                        mean_ms: start.elapsed().as_secs_f64() * 1e3 / frames,
+                        processor_ms: before.zip(processor_ms()).map(|(before, after)| (after - before) / frames),
+                        device: adapter.map_or_else(String::new, |info| info.name.clone()),
+                        resident_bytes: resident_bytes(),
+                    };
+                }
                 exit.write(AppExit::Success);
             }
         },
     );
     app.run();
-    let times = clock.0.lock().unwrap_or_else(PoisonError::into_inner).2.clone();
+    let times = clock.0.lock().unwrap_or_else(PoisonError::into_inner).found.clone();
     Ok(times)
 }

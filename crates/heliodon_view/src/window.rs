@@ -5,6 +5,7 @@ use crate::hud::HudPlugin;
 use crate::navigation::{NavigationPlugin, Visitor};
 use crate::stage::Stage;
 use crate::time_lapse::{Blend, TimeLapse};
+use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
 use bevy::render::view::Msaa;
 use bevy::window::WindowResolution;
@@ -76,11 +77,13 @@ pub fn run_window(folder: impl AsRef<Path>, options: &WindowOptions) -> Result<(
     };
     drop(bundle);
     let mut app = App::new();
-    app.add_plugins(DefaultPlugins.set(WindowPlugin { primary_window: Some(window), ..default() })).add_plugins((
-        HeliodonPlugins,
-        NavigationPlugin,
-        HudPlugin,
-    ));
+    app.add_plugins(
+        DefaultPlugins
+            .set(WindowPlugin { primary_window: Some(window), ..default() })
+            // Other people's remarks are for those who ask for them.
+            .set(LogPlugin { level: Level::ERROR, filter: String::new(), ..default() }),
+    )
+    .add_plugins((HeliodonPlugins, NavigationPlugin, HudPlugin));
     let mut lapse = app.world_mut().resource_mut::<TimeLapse>();
     (lapse.day_seconds, lapse.blend) = (options.day_seconds, options.blend);
     app.world_mut().resource_mut::<Stage>().open(folder)?;

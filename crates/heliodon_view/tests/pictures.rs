@@ -7,12 +7,14 @@ mod common;
 
 use bevy::asset::Assets;
 use bevy::prelude::{Color, Cuboid, Mesh, Mesh3d, MeshMaterial3d, StandardMaterial, Transform};
+use bevy::render::RenderApp;
+use bevy::render::renderer::RenderAdapterInfo;
 use glam::{Vec2, Vec3};
 use heliodon_bundle::moment::{Blend, Day, Moment};
 use heliodon_bundle::shade::chunk_light;
 use heliodon_bundle::site::Site;
 use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, LightLayout, LitChunk, VertexLight};
-use heliodon_image::HdrImage;
+use heliodon_image::{HdrImage, SrgbImage};
 use heliodon_math::color::linear_from_srgb;
 use heliodon_math::random::{hash3_u32, unit_f32};
 use heliodon_math::sphere::direction_from_azimuth_elevation;
@@ -102,13 +104,20 @@ fn sky_map(which: u32) -> HdrImage {
 }
 
 fn write(folder: &Path, layout: LightLayout) {
+    write_chunk(folder, layout, &wall(layout), None);
+}
+
+fn write_chunk(folder: &Path, layout: LightLayout, chunk: &LitChunk, texture: Option<&SrgbImage>) {
     let site = Site::parse(
         "[site]\nname = \"A wall\"\n[[part]]\nfile = \"wall.obj\"\n[sky]\nprobes = \"*.hdr\"\nmapping = \"lat-long\"\n",
         "wall/site.toml",
     )
     .unwrap();
     let mut writer = BundleWriter::create(folder, BundleMeta::from_site(site.file(), layout, 1e-4)).unwrap();
-    writer.push_chunk(&wall(layout)).unwrap();
+    if let Some(texture) = texture {
+        writer.add_texture("colours", &texture.to_png_bytes().unwrap()).unwrap();
+    }
+    writer.push_chunk(chunk).unwrap();
     for which in 0..4 {
         writer.add_sky_map(&format!("sky/{which}.hdr"), &sky_map(which).to_hdr_bytes()).unwrap();
     }
@@ -196,6 +205,123 @@ fn grey_light_is_the_references() {
 #[test]
 fn coloured_light_of_many_steps_is_the_references() {
     check_layout(LightLayout { sun_steps: 40, coefficients: 9, channels: 3, sun_bounce_functions: 5 });
+}
+
+/// The wall with a picture on it, white but for that, and the light of its vertices.
+fn textured_wall(folder: &Path, texture: &SrgbImage) -> (LitChunk, Vec<Vec3>) {
+    let layout = LightLayout { sun_steps: 5, coefficients: 4, channels: 1, sun_bounce_functions: 0 };
+    let plain = wall(layout);
+    let chunk = LitChunk {
+        texture: Some(0),
+        // glTF's: the picture's first row is at v = 0.
+        uvs: plain.positions.iter().map(|p| Vec2::new(1.0 + p.x, 1.0 - p.y) * 0.5).collect(),
+        albedo: vec![Vec3::ONE; plain.positions.len()],
+        ..plain
+    };
+    write_chunk(folder, layout, &chunk, Some(texture));
+    let reader = BundleReader::open(folder).unwrap();
+    let light = chunk_light(&Day::new(reader.lapse()).at(6.0 * 3600.0, Blend::Smooth), &chunk);
+    (chunk, light)
+}
+
+/// The linear picture of a wall from 1.25 before or behind it, and where on the wall its pixels are.
+fn picture_of_wall(folder: &Path, from: f32) -> (HdrImage, impl Fn(u32, u32) -> Vec2) {
+    let mut renderer = Renderer::new(folder, SIZE, SIZE, RenderOptions { samples: 1 }).unwrap();
+    let eye = Vec3::new(0.0, 0.0, 1.25 * from);
+    let shot = Shot { pose: Pose::looking(eye, Vec3::ZERO), fov_deg: 60.0, ..renderer.home_shot(6.0 * 3600.0) };
+    let half = 1.25 * 30f32.to_radians().tan();
+    let at = move |x: u32, y: u32| {
+        let screen = (Vec2::new(x as f32, y as f32) + 0.5) / SIZE as f32 * 2.0 - 1.0;
+        Vec2::new(screen.x * from, -screen.y) * half
+    };
+    (renderer.render_linear(&shot).unwrap(), at)
+}
+
+#[test]
+fn a_texture_hangs_upright_and_is_decoded() {
+    let folder = tempfile::tempdir().unwrap();
+    let bundle = folder.path().join("wall");
+    let quadrants = [[[200, 10, 10, 255], [10, 188, 10, 255]], [[10, 10, 99, 255], [188, 188, 188, 255]]];
+    let pixels = (0..64 * 64).map(|i| quadrants[i / 64 / 32][i % 64 / 32]).collect();
+    let (chunk, light) = textured_wall(&bundle, &SrgbImage { width: 64, height: 64, pixels });
+    let (picture, at) = picture_of_wall(&bundle, 1.0);
+    let mut seen = 0;
+    for (x, y) in (0..SIZE).flat_map(|y| (0..SIZE).map(move |x| (x, y))) {
+        let at = at(x, y);
+        if at.abs().min_element() < 0.06 {
+            continue;
+        }
+        let [r, g, b, _] = quadrants[usize::from(at.y < 0.0)][usize::from(at.x > 0.0)];
+        let colour = Vec3::from([r, g, b].map(|code| linear_from_srgb(f32::from(code) / 255.0)));
+        let wanted = expected(&chunk, &light, at) * colour;
+        let got = picture.pixel(x, y);
+        assert!((got - wanted).abs().max_element() <= 0.01 * wanted.max_element() + 2e-3, "{at}: {got} for {wanted}");
+        seen += usize::from(wanted.max_element() > 0.05);
+    }
+    assert!(seen > 5000, "{seen} pixels are lit");
+}
+
+#[test]
+fn a_texture_finer_than_pixels_is_averaged_in_linear_light() {
+    let folder = tempfile::tempdir().unwrap();
+    let bundle = folder.path().join("wall");
+    let side = 1024;
+    let pixels = (0..side * side).map(|i| if (i / side + i % side) % 2 == 0 { [0, 0, 0, 255] } else { [255; 4] }).collect();
+    let (chunk, light) = textured_wall(&bundle, &SrgbImage { width: side, height: side, pixels });
+    let (picture, at) = picture_of_wall(&bundle, 1.0);
+    for (x, y) in (0..SIZE).flat_map(|y| (0..SIZE).map(move |x| (x, y))) {
+        let wanted = expected(&chunk, &light, at(x, y)) * linear_from_srgb(188.0 / 255.0);
+        let got = picture.pixel(x, y);
+        assert!((got - wanted).abs().max_element() <= 0.01 * wanted.max_element() + 2e-3, "{x} {y}: {got} for {wanted}");
+    }
+}
+
+#[test]
+fn open_stone_is_seen_from_behind_in_the_same_light() {
+    let folder = tempfile::tempdir().unwrap();
+    let bundle = folder.path().join("wall");
+    let layout = LightLayout { sun_steps: 5, coefficients: 4, channels: 1, sun_bounce_functions: 0 };
+    write(&bundle, layout);
+    let reader = BundleReader::open(&bundle).unwrap();
+    let chunk = reader.read_chunk(0).unwrap();
+    let light = chunk_light(&Day::new(reader.lapse()).at(6.0 * 3600.0, Blend::Smooth), &chunk);
+    let (picture, at) = picture_of_wall(&bundle, -1.0);
+    for (x, y) in (0..SIZE).flat_map(|y| (0..SIZE).map(move |x| (x, y))) {
+        let wanted = expected(&chunk, &light, at(x, y));
+        let got = picture.pixel(x, y);
+        assert!((got - wanted).abs().max_element() <= 0.01 * wanted.max_element() + 2e-3, "{x} {y}: {got} for {wanted}");
+    }
+}
+
+#[test]
+fn an_eye_at_rest_sees_the_same_with_fewer_triangles() {
+    let folder = tempfile::tempdir().unwrap();
+    let bundle = folder.path().join("court");
+    let court = common::Court { sun_steps: 4, sky_columns: 64, ..common::Court::small() };
+    court.write(&bundle).unwrap();
+    let mut renderer = Renderer::new(&bundle, 160, 120, RenderOptions { samples: 1 }).unwrap();
+    let clocks = [7.0, 9.5, 12.0].map(|hour| hour * 3600.0);
+    let elsewhere = Shot { pose: Pose::looking(Vec3::new(9.0, 3.0, 8.0), Vec3::ZERO), ..renderer.home_shot(clocks[0]) };
+    let mut moved = Vec::new();
+    for clock_s in clocks {
+        renderer.render(&elsewhere).unwrap();
+        let shot = renderer.home_shot(clock_s);
+        moved.push(renderer.render(&shot).unwrap());
+    }
+    let all = renderer.triangles_drawn();
+    for _ in 0..4 {
+        for (clock_s, moved) in clocks.into_iter().zip(&moved) {
+            let shot = renderer.home_shot(clock_s);
+            assert!(renderer.render(&shot).unwrap() == *moved, "at {clock_s}");
+        }
+    }
+    let seen = renderer.triangles_drawn();
+    let device = renderer.app_mut().sub_app(RenderApp).world().resource::<RenderAdapterInfo>().device_type;
+    if device == wgpu::DeviceType::Cpu {
+        assert!(seen * 10 < all * 9, "{seen} of {all}");
+    } else {
+        assert_eq!(seen, all);
+    }
 }
 
 #[test]

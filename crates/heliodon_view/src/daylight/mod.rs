@@ -5,16 +5,19 @@
 //! moment, and only where it is seen; drawing then reads position, light and albedo, 24 bytes a vertex, and the
 //! fragment multiplies light by albedo. Why this split, and what it costs, is in docs/decisions/008-drawing-stone.md.
 
+mod allocator;
 pub mod chunk;
+pub mod closed;
 pub mod cluster;
 pub mod layout;
 pub mod moment;
 pub mod pages;
 mod pass;
 pub mod pipelines;
-mod prepare;
+pub(crate) mod prepare;
 #[cfg(test)]
 mod shader_tests;
+pub mod sight;
 pub mod view;
 
 use crate::stage::frame::StageFrame;
@@ -25,9 +28,10 @@ use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
 use bevy::prelude::*;
 use bevy::render::extract_component::{ExtractComponent, ExtractComponentPlugin};
 use bevy::render::extract_resource::ExtractResourcePlugin;
-use bevy::render::renderer::RenderGraph;
+use bevy::render::renderer::{RenderAdapterInfo, RenderGraph};
 use bevy::render::view::Msaa;
 use bevy::render::{Render, RenderApp, RenderSystems};
+use wgpu::DeviceType;
 
 /// A camera that sees the stage. It writes display values itself, so Bevy's tone mapping and dithering are off; multisampling
 /// is off unless you ask for it.
@@ -61,5 +65,15 @@ impl Plugin for DaylightPlugin {
             )
             .add_systems(RenderGraph, pass::light_stage.before(camera_driver))
             .add_systems(Core3d, pass::draw_stage.in_set(Core3dSystems::MainPass).before(main_opaque_pass_3d));
+    }
+
+    fn finish(&self, app: &mut App) {
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else { return };
+        let software =
+            render_app.world().get_resource::<RenderAdapterInfo>().is_some_and(|info| info.device_type == DeviceType::Cpu);
+        if software {
+            allocator::keep_freed_memory();
+            render_app.world_mut().resource_mut::<prepare::StageGpu>().software = true;
+        }
     }
 }

@@ -60,6 +60,8 @@ pub struct GpuChunk {
     pub kept: Arc<KeptChunk>,
     /// Index of the bundle's texture.
     pub texture: Option<u32>,
+    /// Whether it is part of closed bodies only: their backs are not drawn.
+    pub closed: bool,
     /// The moments, by their serial numbers, whose light the blocks have.
     pub lit_at: Vec<u64>,
 }
@@ -177,6 +179,7 @@ pub fn upload(
         first_index,
         kept: Arc::clone(kept),
         texture: chunk.texture,
+        closed: false,
         lit_at: vec![0; kept.positions.len().div_ceil(BLOCK as usize)],
     }
 }

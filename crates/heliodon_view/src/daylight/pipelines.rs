@@ -22,12 +22,36 @@ pub const VIEW_WGSL: &str = include_str!("view.wgsl");
 /// What a colour pipeline is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Subject {
-    /// Stone with vertex colours.
-    Stone,
-    /// Stone with a base colour texture.
-    TexturedStone,
+    /// Stone.
+    Stone {
+        /// With a base colour texture, or with vertex colours.
+        textured: bool,
+        /// A body whose backs are left out; otherwise a surface that is seen from both sides, as its material in the bundle says.
+        closed: bool,
+    },
     /// The dome.
     Sky,
+}
+
+/// All subjects; [`Subject::stone_index`] tells where a stone's is, the sky's is the last.
+pub const SUBJECTS: [Subject; 5] = [
+    Subject::Stone { textured: false, closed: false },
+    Subject::Stone { textured: false, closed: true },
+    Subject::Stone { textured: true, closed: false },
+    Subject::Stone { textured: true, closed: true },
+    Subject::Sky,
+];
+
+impl Subject {
+    /// Index of a stone's subject in [`SUBJECTS`].
+    #[must_use]
+    pub fn stone_index(textured: bool, closed: bool) -> usize {
+        usize::from(textured) * 2 + usize::from(closed)
+    }
+
+    fn textured(self) -> bool {
+        matches!(self, Self::Stone { textured: true, .. })
+    }
 }
 
 /// What a colour pipeline is specialised for.
@@ -50,8 +74,7 @@ impl PipelineKey {
     pub fn wgsl(self) -> String {
         let before = format!("{}{VIEW_WGSL}\n", self.display.wgsl());
         match self.subject {
-            Subject::Stone => before + &without_textured(include_str!("stone.wgsl"), false),
-            Subject::TexturedStone => before + &without_textured(include_str!("stone.wgsl"), true),
+            Subject::Stone { textured, .. } => before + &without_textured(include_str!("stone.wgsl"), textured),
             Subject::Sky => before + crate::sky::SKY_WGSL,
         }
     }
@@ -164,8 +187,8 @@ impl StagePipelines {
         let stone = key.subject != Subject::Sky;
         let mut layout = vec![self.view_layout.clone()];
         match key.subject {
-            Subject::Stone => {}
-            Subject::TexturedStone => layout.push(self.texture_layout.clone()),
+            Subject::Stone { textured: false, .. } => {}
+            Subject::Stone { textured: true, .. } => layout.push(self.texture_layout.clone()),
             Subject::Sky => layout.push(self.sky_layout.clone()),
         }
         let id = cache.queue_render_pipeline(RenderPipelineDescriptor {
@@ -174,10 +197,13 @@ impl StagePipelines {
             vertex: VertexState {
                 shader: shader.clone(),
                 entry_point: Some("vertex".into()),
-                buffers: if stone { vertex_buffers(key.subject == Subject::TexturedStone) } else { Vec::new() },
+                buffers: if stone { vertex_buffers(key.subject.textured()) } else { Vec::new() },
                 ..default()
             },
-            primitive: PrimitiveState { cull_mode: stone.then_some(Face::Back), ..default() },
+            primitive: PrimitiveState {
+                cull_mode: matches!(key.subject, Subject::Stone { closed: true, .. }).then_some(Face::Back),
+                ..default()
+            },
             depth_stencil: Some(DepthStencilState {
                 format: CORE_3D_DEPTH_FORMAT,
                 depth_write_enabled: Some(stone),

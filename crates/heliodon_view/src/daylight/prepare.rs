@@ -4,8 +4,9 @@ use super::DaylightCamera;
 use super::layout::BLOCK;
 use super::moment::MomentUniform;
 use super::pages::{GpuChunk, GpuTexture, Page, Remaining, upload};
-use super::pipelines::{PipelineKey, StagePipelines, Subject};
-use super::view::{Draw, ViewUniform, VisibleBlock, cull};
+use super::pipelines::{PipelineKey, SUBJECTS, StagePipelines};
+use super::sight::{Sight, SightKey};
+use super::view::{ClusterRef, Draw, ViewUniform, cull, draw_of, join_draws};
 use crate::sky::SkyResources;
 use crate::stage::feed::Delivery;
 use crate::stage::frame::StageFrame;
@@ -39,7 +40,11 @@ pub struct StageGpu {
     moment_serial: u64,
     moment_buffer: Option<(Buffer, BindGroup)>,
     /// What some camera sees.
-    visible: Vec<VisibleBlock>,
+    visible: Vec<ClusterRef>,
+    /// Whether a processor draws: then cameras at rest find out what they see, and textures are read with fewer samples.
+    pub software: bool,
+    /// Whether it is known which chunks are closed.
+    closed_known: bool,
     /// Blocks to be lit, per page.
     work: Vec<Vec<u32>>,
 }
@@ -61,10 +66,12 @@ impl StageGpu {
 #[derive(Component, Default)]
 pub struct StageView {
     buffer: Option<(Buffer, BindGroup)>,
-    /// Draws, near chunks first.
+    /// What is seen.
+    pub sight: Sight,
+    /// Draws, near chunks first; one a cluster in a frame that asks what is seen.
     pub draws: Vec<Draw>,
-    /// Pipelines for stone, textured stone and sky.
-    pub pipelines: Option<[CachedRenderPipelineId; 3]>,
+    /// Pipelines for all subjects.
+    pub pipelines: Option<[CachedRenderPipelineId; SUBJECTS.len()]>,
     /// The dome's maps, when there are any.
     pub sky: Option<BindGroup>,
 }
@@ -89,12 +96,12 @@ pub fn receive(
     let gpu = &mut *gpu;
     let Some(feed) = &frame.feed else {
         if gpu.serial != 0 {
-            *gpu = StageGpu::default();
+            *gpu = StageGpu { software: gpu.software, ..default() };
         }
         return;
     };
     if gpu.serial != feed.serial {
-        *gpu = StageGpu { serial: feed.serial, moment_serial: gpu.moment_serial, ..default() };
+        *gpu = StageGpu { serial: feed.serial, moment_serial: gpu.moment_serial, software: gpu.software, ..default() };
         gpu.light_pipeline = Some(pipelines.light(&mut cache, feed.layout));
     }
     let light_layout = cache.get_bind_group_layout(&pipelines.light_layout);
@@ -105,11 +112,15 @@ pub fn receive(
             Some(Delivery::Texture(image)) => {
                 bytes += image.pixels.len() * 4;
                 let view = texture::upload(&device, &queue, &image);
-                let sampler = gpu.sampler.get_or_insert_with(|| texture::sampler(&device));
+                let sampler = gpu.sampler.get_or_insert_with(|| texture::sampler(&device, !gpu.software));
                 let layout = cache.get_bind_group_layout(&pipelines.texture_layout);
                 let entries = BindGroupEntries::sequential((&view, &*sampler));
                 let bind_group = device.create_bind_group("stone_texture", &layout, &entries);
                 gpu.textures.push(GpuTexture { bind_group, view });
+            }
+            Some(Delivery::Closed(closed)) => {
+                gpu.closed_known = true;
+                gpu.chunks.iter_mut().zip(closed).for_each(|(chunk, closed)| chunk.closed = closed);
             }
             Some(Delivery::Chunk(chunk)) => {
                 bytes += chunk.baked.len() * 4 + chunk.kept.positions.len() * 16;
@@ -156,15 +167,29 @@ pub fn prepare_views(
         let eye = view.world_from_view.translation();
         let view_from_world = view.world_from_view.to_matrix().inverse();
         let clip_from_world = view.clip_from_world.unwrap_or_else(|| view.clip_from_view * view_from_world);
-        stage_view.draws.clear();
-        let mut visible = std::mem::take(&mut gpu.visible);
-        cull(&gpu.chunks, &clip_from_world, eye, &mut stage_view.draws, &mut visible);
-        gpu.visible = visible;
-
-        stage_view.pipelines = Some([Subject::Stone, Subject::TexturedStone, Subject::Sky].map(|subject| {
+        let ids = SUBJECTS.map(|subject| {
             let key = PipelineKey::new(subject, frame.curve, view.target_format, msaa.samples());
             pipelines.colour(&mut cache, key)
-        }));
+        });
+        stage_view.pipelines = Some(ids);
+        let key = SightKey {
+            clip_from_world,
+            viewport: view.viewport,
+            samples: msaa.samples(),
+            stage: (gpu.serial, gpu.chunks.len() + usize::from(gpu.closed_known)),
+        };
+        // A frame without its pipelines would find that nothing is seen.
+        let may_ask = gpu.software && ids[..4].iter().all(|&id| cache.get_render_pipeline(id).is_some());
+        let stage_view = &mut *stage_view;
+        if stage_view.sight.next(&device, key, may_ask, |seen| cull(&gpu.chunks, &clip_from_world, eye, seen)) {
+            stage_view.draws.clear();
+            let seen = &stage_view.sight.seen;
+            match stage_view.sight.question() {
+                Some(_) => stage_view.draws.extend(seen.iter().map(|&one| draw_of(&gpu.chunks, one))),
+                None => join_draws(&gpu.chunks, seen, &mut stage_view.draws),
+            }
+        }
+        gpu.visible.extend_from_slice(&stage_view.sight.seen);
 
         let height = camera.physical_viewport_size.map_or(1, |size| size.y.max(1));
         let world_from_view = Mat4::from_quat(view.world_from_view.rotation());
@@ -231,12 +256,14 @@ pub fn prepare_light(
         let layout = cache.get_bind_group_layout(&pipelines.moment_layout);
         write_uniform(&mut gpu.moment_buffer, &device, &queue, &layout, bytemuck::bytes_of(&uniform), "stone_moment");
     }
-    for &(index, block) in &gpu.visible {
-        let chunk = &mut gpu.chunks[index];
-        let lit_at = &mut chunk.lit_at[usize::from(block)];
-        if *lit_at != gpu.moment_serial {
-            *lit_at = gpu.moment_serial;
-            gpu.work[chunk.page].push(chunk.base_vertex / BLOCK + u32::from(block));
+    for one in &gpu.visible {
+        let chunk = &mut gpu.chunks[one.chunk as usize];
+        for &block in &chunk.kept.clusters[one.cluster as usize].blocks {
+            let lit_at = &mut chunk.lit_at[usize::from(block)];
+            if *lit_at != gpu.moment_serial {
+                *lit_at = gpu.moment_serial;
+                gpu.work[chunk.page].push(chunk.base_vertex / BLOCK + u32::from(block));
+            }
         }
     }
     for (page, work) in gpu.pages.iter().zip(&gpu.work) {

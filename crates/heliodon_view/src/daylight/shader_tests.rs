@@ -2,7 +2,7 @@
 
 use super::layout::VertexLayout;
 use super::moment::MOMENT_BYTES;
-use super::pipelines::{PipelineKey, Subject};
+use super::pipelines::{PipelineKey, SUBJECTS};
 use super::view::VIEW_BYTES;
 use crate::tonemap::ToneCurve;
 use bevy::render::render_resource::TextureFormat;
@@ -40,7 +40,7 @@ fn the_light_shader_is_valid_for_every_layout() {
 
 #[test]
 fn the_colour_shaders_are_valid_for_every_target() {
-    for subject in [Subject::Stone, Subject::TexturedStone, Subject::Sky] {
+    for subject in SUBJECTS {
         for curve in [ToneCurve::Clamp, ToneCurve::Filmic, ToneCurve::Linear] {
             for format in [TextureFormat::Rgba8UnormSrgb, TextureFormat::Rgba8Unorm, TextureFormat::Rgba16Float] {
                 let module = compile(&PipelineKey::new(subject, curve, format, 1).wgsl());

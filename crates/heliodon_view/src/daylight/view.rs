@@ -32,10 +32,21 @@ pub struct Draw {
     pub page: usize,
     /// Texture, if any.
     pub texture: Option<u32>,
+    /// Whether its backs are left out.
+    pub closed: bool,
     /// What is added to each index.
     pub base_vertex: u32,
     /// Range of the page's indices.
     pub indices: Range<u32>,
+}
+
+/// A cluster of a chunk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ClusterRef {
+    /// Index of the chunk.
+    pub chunk: u32,
+    /// Index of the cluster in it.
+    pub cluster: u32,
 }
 
 /// Inward planes (left, right, bottom, top, near) of a view with reversed depth, with unit normals.
@@ -52,12 +63,10 @@ pub fn frustum_planes(clip_from_world: &Mat4) -> [Vec4; 5] {
 /// Clusters that are not drawn although between two that are: fewer than these indices cost less than another draw.
 const BRIDGED_INDICES: u32 = 3 * 128;
 
-/// A block of vertices that a view meets: its chunk, and its number in it.
-pub type VisibleBlock = (usize, u16);
-
-/// The draws of all chunks that a view meets, the nearest chunk first, and the blocks of vertices that they show; a block may be
-/// told more than once. Clusters that are bridged show nothing, so that their light does not matter.
-pub fn cull(chunks: &[GpuChunk], clip_from_world: &Mat4, eye: Vec3, draws: &mut Vec<Draw>, visible: &mut Vec<VisibleBlock>) {
+/// The clusters that a view meets, in the order in which they are drawn: those that show a front, the nearest chunk first; then
+/// those that show nothing but backs, unless they are part of a closed body. Stone is seen from both sides, but most backs lie
+/// behind fronts, and there the depth test refuses them before they are shaded.
+pub fn cull(chunks: &[GpuChunk], clip_from_world: &Mat4, eye: Vec3, seen: &mut Vec<ClusterRef>) {
     let planes = frustum_planes(clip_from_world);
     let mut order: Vec<(f32, usize)> = Vec::new();
     for (index, chunk) in chunks.iter().enumerate() {
@@ -72,34 +81,51 @@ pub fn cull(chunks: &[GpuChunk], clip_from_world: &Mat4, eye: Vec3, draws: &mut 
         }
     }
     order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut backs = Vec::new();
     for (_, index) in order {
-        let chunk = &chunks[index];
-        let mut open: Option<Range<u32>> = None;
-        let mut push = |range: Range<u32>| {
-            draws.push(Draw {
-                page: chunk.page,
-                texture: chunk.texture,
-                base_vertex: chunk.base_vertex,
-                indices: chunk.first_index + range.start..chunk.first_index + range.end,
-            });
-        };
-        for cluster in &chunk.kept.clusters {
-            if cluster.faces_away(eye) || !cluster.meets(&planes) {
-                continue;
+        for (number, cluster) in chunks[index].kept.clusters.iter().enumerate() {
+            if cluster.meets(&planes) {
+                let side = match cluster.faces_away(eye) {
+                    true if chunks[index].closed => continue,
+                    true => &mut backs,
+                    false => &mut *seen,
+                };
+                side.push(ClusterRef { chunk: index as u32, cluster: number as u32 });
             }
-            visible.extend(cluster.blocks.iter().map(|&block| (index, block)));
-            open = match open.take() {
-                Some(range) if cluster.indices.start - range.end <= BRIDGED_INDICES => Some(range.start..cluster.indices.end),
-                Some(range) => {
-                    push(range);
-                    Some(cluster.indices.clone())
-                }
-                None => Some(cluster.indices.clone()),
-            };
         }
-        if let Some(range) = open {
-            push(range);
+    }
+    seen.append(&mut backs);
+}
+
+/// The draw of one cluster.
+#[must_use]
+pub fn draw_of(chunks: &[GpuChunk], one: ClusterRef) -> Draw {
+    let chunk = &chunks[one.chunk as usize];
+    let range = &chunk.kept.clusters[one.cluster as usize].indices;
+    Draw {
+        page: chunk.page,
+        texture: chunk.texture,
+        closed: chunk.closed,
+        base_vertex: chunk.base_vertex,
+        indices: chunk.first_index + range.start..chunk.first_index + range.end,
+    }
+}
+
+/// The draws of clusters, neighbours in one; what is bridged between two of them is drawn as well.
+pub fn join_draws(chunks: &[GpuChunk], seen: &[ClusterRef], draws: &mut Vec<Draw>) {
+    let mut last_chunk = None;
+    for &one in seen {
+        let next = draw_of(chunks, one);
+        match draws.last_mut() {
+            Some(last)
+                if last_chunk == Some(one.chunk)
+                    && next.indices.start.checked_sub(last.indices.end).is_some_and(|gap| gap <= BRIDGED_INDICES) =>
+            {
+                last.indices.end = next.indices.end;
+            }
+            _ => draws.push(next),
         }
+        last_chunk = Some(one.chunk);
     }
 }
 
@@ -107,7 +133,7 @@ pub fn cull(chunks: &[GpuChunk], clip_from_world: &Mat4, eye: Vec3, draws: &mut 
 mod tests {
     use super::*;
     use crate::daylight::chunk::KeptChunk;
-    use crate::daylight::cluster::cluster;
+    use crate::daylight::cluster::{Cluster, cluster};
     use std::sync::Arc;
 
     fn quad_at(center: Vec3, first_index: u32) -> GpuChunk {
@@ -125,6 +151,7 @@ mod tests {
                 clusters: made.clusters,
             }),
             texture: None,
+            closed: false,
             lit_at: vec![0],
         }
     }
@@ -138,14 +165,41 @@ mod tests {
             quad_at(Vec3::new(40.0, 0.0, -5.0), 18),
         ];
         let clip = Mat4::perspective_infinite_reverse_rh(1.0, 1.0, 0.1);
-        let (mut draws, mut visible) = (Vec::new(), Vec::new());
-        cull(&chunks, &clip, Vec3::ZERO, &mut draws, &mut visible);
-        assert_eq!(visible, [(1, 0), (0, 0)]);
+        let mut seen = Vec::new();
+        cull(&chunks, &clip, Vec3::ZERO, &mut seen);
+        assert_eq!(seen.iter().map(|one| one.chunk).collect::<Vec<_>>(), [1, 0]);
+        let mut draws = Vec::new();
+        join_draws(&chunks, &seen, &mut draws);
         assert_eq!(draws.iter().map(|draw| draw.indices.start).collect::<Vec<_>>(), [6, 0]);
-        // From behind, the quads show their backs.
-        let turned = clip * Mat4::look_at_rh(Vec3::new(0.0, 0.0, -40.0), Vec3::ZERO, Vec3::Y);
-        (draws, visible) = (Vec::new(), Vec::new());
-        cull(&chunks, &turned, Vec3::new(0.0, 0.0, -40.0), &mut draws, &mut visible);
-        assert!(draws.is_empty() && visible.is_empty());
+    }
+
+    #[test]
+    fn backs_come_last_however_near() {
+        let mut chunks = [quad_at(Vec3::new(0.0, 0.0, -5.0), 0), quad_at(Vec3::new(0.0, 0.0, -20.0), 6)];
+        let mut turned = (*chunks[0].kept).clone();
+        turned.clusters[0].cone_axis *= -1.0;
+        chunks[0].kept = Arc::new(turned);
+        let clip = Mat4::perspective_infinite_reverse_rh(1.0, 1.0, 0.1);
+        let mut seen = Vec::new();
+        cull(&chunks, &clip, Vec3::ZERO, &mut seen);
+        assert_eq!(seen.iter().map(|one| one.chunk).collect::<Vec<_>>(), [1, 0]);
+        chunks[0].closed = true;
+        seen.clear();
+        cull(&chunks, &clip, Vec3::ZERO, &mut seen);
+        assert_eq!(seen.iter().map(|one| one.chunk).collect::<Vec<_>>(), [1]);
+    }
+
+    #[test]
+    fn neighbours_are_joined_over_small_gaps_and_only_forwards() {
+        let mut chunk = quad_at(Vec3::ZERO, 100);
+        let mut kept = (*chunk.kept).clone();
+        let starts = [0, 30, 30 + BRIDGED_INDICES + 60];
+        kept.clusters = starts.map(|start| Cluster { indices: start..start + 30, ..kept.clusters[0].clone() }).into();
+        chunk.kept = Arc::new(kept);
+        let seen = [0, 1, 2, 0].map(|cluster| ClusterRef { chunk: 0, cluster });
+        let mut draws = Vec::new();
+        join_draws(&[chunk], &seen, &mut draws);
+        let ranges: Vec<Range<u32>> = draws.into_iter().map(|draw| draw.indices).collect();
+        assert_eq!(ranges, [100..160, 100 + starts[2]..130 + starts[2], 100..130]);
     }
 }

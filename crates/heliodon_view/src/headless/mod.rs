@@ -9,6 +9,7 @@ mod readback;
 
 use crate::HeliodonPlugins;
 use crate::daylight::DaylightCamera;
+use crate::daylight::prepare::StageView;
 use crate::navigation::pose::{Pose, fov_deg};
 use crate::sky::SkyMaps;
 use crate::stage::frame::StageFrame;
@@ -20,9 +21,9 @@ use bevy::app::PluginsState;
 use bevy::camera::RenderTarget;
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
-use bevy::render::RenderPlugin;
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::render_resource::{TextureFormat, TextureUsages};
+use bevy::render::{RenderApp, RenderPlugin};
 use bevy::time::TimeUpdateStrategy;
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
@@ -208,6 +209,13 @@ impl Renderer {
     /// The app, to put guests on the stage: what is added is in the next picture.
     pub fn app_mut(&mut self) -> &mut App {
         &mut self.app
+    }
+
+    /// Triangles of the stone that the last picture drew; fewer once the eye rests where a processor draws, since it then draws
+    /// what is seen.
+    pub fn triangles_drawn(&mut self) -> u64 {
+        let world = self.app.sub_app_mut(RenderApp).world_mut();
+        world.query::<&StageView>().iter(world).flat_map(|view| &view.draws).map(|draw| draw.indices.len() as u64 / 3).sum()
     }
 
     /// The shot of a visitor who just came, at a local time in seconds after midnight, as the lapse exposes it.

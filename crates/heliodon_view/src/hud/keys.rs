@@ -7,9 +7,10 @@ use crate::time_lapse::exposure::Exposure;
 use crate::time_lapse::{Blend, TimeLapse};
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, save_to_disk};
+use bevy::window::{PrimaryWindow, WindowMode};
 
 /// All keys, as the help lists them.
-pub(super) const HELP: [(&str, &str); 19] = [
+pub(super) const HELP: [(&str, &str); 20] = [
     ("Space", "let the day pass, or pause it"),
     ("Left  Right", "one step of the day back or on"),
     ("[  ]", "slower, faster"),
@@ -27,6 +28,7 @@ pub(super) const HELP: [(&str, &str); 19] = [
     ("Home", "back to the beginning"),
     ("H  F1", "this help"),
     ("Tab", "hide or show text and timeline"),
+    ("F11", "all of the screen, or a window"),
     ("F12", "save a picture beside you"),
     ("Esc", "give the mouse back; quit"),
 ];
@@ -68,6 +70,7 @@ pub(super) fn window_keys(
     lapse: Res<TimeLapse>,
     mut visibility: ResMut<HudVisibility>,
     mut mouse: ResMut<MouseLook>,
+    mut windows: Query<&mut Window, With<PrimaryWindow>>,
     mut commands: Commands,
     mut exit: MessageWriter<AppExit>,
 ) {
@@ -76,6 +79,14 @@ pub(super) fn window_keys(
     }
     if keys.just_pressed(KeyCode::Tab) {
         visibility.shown = !visibility.shown;
+    }
+    if keys.just_pressed(KeyCode::F11) {
+        windows.iter_mut().for_each(|mut window| {
+            window.mode = match window.mode {
+                WindowMode::Windowed => WindowMode::BorderlessFullscreen(MonitorSelection::Current),
+                _ => WindowMode::Windowed,
+            };
+        });
     }
     if keys.just_pressed(KeyCode::F12) {
         let path = picture_name(&super::clock_text(lapse.clock_s), |name| std::path::Path::new(name).exists());

@@ -8,6 +8,7 @@ use crate::time_lapse::exposure::Exposure;
 use crate::time_lapse::{Blend, Now, TimeLapse};
 use crate::tonemap::ToneCurve;
 use bevy::prelude::*;
+use bevy::window::PrimaryWindow;
 
 /// The hour, in large letters.
 #[derive(Component)]
@@ -21,6 +22,9 @@ pub(super) struct HudRoot;
 /// What H shows.
 #[derive(Component)]
 pub(super) struct HelpRoot;
+
+/// The smallest window that has room for text and timeline.
+const LEAST_PX: Vec2 = Vec2::new(300.0, 230.0);
 
 /// How often the frame time is told, in seconds: figures that change with every frame cannot be read.
 const TELL_EVERY_S: f32 = 0.4;
@@ -74,12 +78,15 @@ pub(super) fn spawn(mut commands: Commands) {
 
 pub(super) fn show_parts(
     visibility: Res<HudVisibility>,
+    windows: Query<&Window, With<PrimaryWindow>>,
     mut hud: Query<&mut Visibility, (With<HudRoot>, Without<HelpRoot>)>,
     mut help: Query<&mut Visibility, (With<HelpRoot>, Without<HudRoot>)>,
 ) {
+    // In a window too small for both, text and timeline would lie on each other.
+    let room = windows.iter().all(|window| window.width() >= LEAST_PX.x && window.height() >= LEAST_PX.y);
     let seen = |shown: bool| if shown { Visibility::Inherited } else { Visibility::Hidden };
     hud.iter_mut().for_each(|mut part| {
-        part.set_if_neq(seen(visibility.shown));
+        part.set_if_neq(seen(visibility.shown && room));
     });
     help.iter_mut().for_each(|mut part| {
         part.set_if_neq(seen(visibility.help));

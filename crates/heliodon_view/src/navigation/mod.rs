@@ -60,13 +60,18 @@ pub struct MouseLook {
     pub over_controls: bool,
 }
 
+/// The system that takes the mouse at a click, unless the click is for something on the screen: what takes clicks runs before.
+#[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
+pub struct CaptureMouse;
+
 /// Moves [`Visitor`]s.
 #[derive(Default)]
 pub struct NavigationPlugin;
 
 impl Plugin for NavigationPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<MouseLook>().add_systems(Update, (go_home, capture_mouse, look, travel).chain());
+        app.init_resource::<MouseLook>()
+            .add_systems(Update, (go_home, capture_mouse.in_set(CaptureMouse), look, travel).chain());
     }
 }
 

@@ -15,6 +15,8 @@ pub enum Delivery {
     Texture(SrgbImage),
     /// A chunk.
     Chunk(Box<PreparedChunk>),
+    /// After all chunks: which of them, in their order, are parts of closed bodies.
+    Closed(Vec<bool>),
 }
 
 /// The stage of one bundle, as the render world sees it. The queue is short, so that a bundle is never in memory twice.

@@ -2,7 +2,9 @@
 
 use super::feed::Delivery;
 use crate::daylight::chunk::{KeptChunk, PreparedChunk};
+use crate::daylight::closed::ClosedBodies;
 use crate::daylight::layout::VertexLayout;
+use bevy::log::debug;
 use heliodon_bundle::BundleReader;
 use heliodon_image::SrgbImage;
 use std::sync::Arc;
@@ -45,14 +47,20 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
             return Ok(());
         }
     }
+    let mut bodies = ClosedBodies::default();
     for index in 0..reader.chunk_count() {
         let chunk = reader.read_chunk(index).map_err(|error| error.to_string())?;
         let prepared = PreparedChunk::new(layout, &chunk);
         drop(chunk);
         let kept = Arc::clone(&prepared.kept);
+        bodies.push(&kept);
         if to_gpu.send(Delivery::Chunk(Box::new(prepared))).is_err() || to_stage.send(Progress::Chunk(kept)).is_err() {
             return Ok(());
         }
     }
+    // The stage may have gone to another bundle: then nobody wants to know.
+    let closed = bodies.finish();
+    debug!("{} of {} chunks are closed bodies", closed.iter().filter(|closed| **closed).count(), closed.len());
+    to_gpu.send(Delivery::Closed(closed)).ok();
     Ok(())
 }

@@ -62,9 +62,10 @@ pub fn upload(device: &RenderDevice, queue: &RenderQueue, image: &SrgbImage) -> 
     texture.create_view(&TextureViewDescriptor::default())
 }
 
-/// How base colour images are read.
+/// How base colour images are read; with `anisotropic`, sharp on floors that are seen flat, too. On software Vulkan that is not
+/// worth its time.
 #[must_use]
-pub fn sampler(device: &RenderDevice) -> Sampler {
+pub fn sampler(device: &RenderDevice, anisotropic: bool) -> Sampler {
     device.create_sampler(&SamplerDescriptor {
         label: Some("stone_base_colour"),
         address_mode_u: AddressMode::Repeat,
@@ -72,6 +73,7 @@ pub fn sampler(device: &RenderDevice) -> Sampler {
         mag_filter: FilterMode::Linear,
         min_filter: FilterMode::Linear,
         mipmap_filter: MipmapFilterMode::Linear,
+        anisotropy_clamp: if anisotropic { 8 } else { 1 },
         ..Default::default()
     })
 }

@@ -1,0 +1,26 @@
+//! The allocator under a driver that draws on the processor.
+//!
+//! Such a driver (llvmpipe) allocates and frees a scene of up to 36 MiB of triangles several times a frame. When the top of the
+//! heap happens to be free, glibc gives it back to the system each time, and every frame then takes some ten thousand page
+//! faults, in one run and not in another. docs/decisions/008-drawing-stone.md has the figures.
+
+/// Free memory at the end of a heap that is kept for the next frame: a scene, and room.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+const KEPT_BYTES: i32 = 64 << 20;
+
+/// Lets the allocator keep what is freed, where it would otherwise give it back to the system.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[expect(unsafe_code, reason = "glibc's allocator is told by a C function; all of it is in this module")]
+pub fn keep_freed_memory() {
+    for parameter in [libc::M_TRIM_THRESHOLD, libc::M_TOP_PAD] {
+        // SAFETY: mallopt takes the allocator's own lock and sets one word; it touches no memory of the program, and an
+        // allocation beside it sees the old word or the new one, both of which are right.
+        unsafe {
+            libc::mallopt(parameter, KEPT_BYTES);
+        }
+    }
+}
+
+/// Elsewhere the allocator is left as it is.
+#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+pub fn keep_freed_memory() {}
