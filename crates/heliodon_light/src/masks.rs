@@ -163,25 +163,21 @@ fn unit_masks(surfaces: &Surfaces, origins: &[Vec3], normals: &[Vec3], suns: &[V
     let words = origins.len().div_ceil(64);
     let words_per_point = suns.len().div_ceil(32);
     let mut rays = 0;
-    let mut active = vec![0_u64; words];
-    let mut occluded = vec![0_u64; words];
-    // lit bits of 32 steps: lit[step][word of 64 points]
-    let mut lit = vec![0_u64; 32 * words];
+    // bits of 32 steps: active[step][word of 64 points]
+    let mut active = vec![0_u64; 32 * words];
+    let mut occluded = vec![0_u64; 32 * words];
     for (group, suns) in suns.chunks(32).enumerate() {
-        lit.fill(0);
-        for (step, &sun) in suns.iter().enumerate() {
-            if !sun.is_finite() || facing(normals, sun, &mut active) == 0 {
-                continue;
-            }
-            rays += active.iter().map(|w| u64::from(w.count_ones())).sum::<u64>();
-            occluded.fill(0);
-            surfaces.rays.occluded_parallel(origins, sun, &active, &mut occluded);
-            for (lit, (active, occluded)) in lit[step * words..].iter_mut().zip(active.iter().zip(&occluded)) {
-                *lit = active & !occluded;
+        active.fill(0);
+        for (&sun, active) in suns.iter().zip(active.chunks_mut(words)) {
+            if sun.is_finite() {
+                rays += u64::from(facing(normals, sun, active));
             }
         }
+        let asked = ..suns.len() * words;
+        surfaces.rays.occluded_fan(origins, suns, &active[asked], &mut occluded[asked]);
+        let lit = |step: usize, word: usize| active[step * words + word] & !occluded[step * words + word];
         for block in 0..origins.len().div_ceil(32) {
-            let mut bits: [u32; 32] = std::array::from_fn(|step| (lit[step * words + block / 2] >> (32 * (block % 2))) as u32);
+            let mut bits: [u32; 32] = std::array::from_fn(|step| (lit(step, block / 2) >> (32 * (block % 2))) as u32);
             transpose32(&mut bits);
             for (point, word) in (block * 32..origins.len()).zip(bits) {
                 out[point * words_per_point + group] = word;

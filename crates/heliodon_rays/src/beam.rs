@@ -3,13 +3,14 @@
 //! A beam is four groups of sixteen neighbours. The boxes of a node's children are computed once for the beam, and compared
 //! with the region of each group that got there (eight boxes against one region: five comparisons), and the boxes that
 //! pass with each of its rays (sixteen rays against one box: the same). A packet is sheared once for the beam, and its eight
-//! triangles tested against one ray at a time.
+//! triangles tested against one ray at a time. Groups of which at most two rays are left ask with those.
 
 use glam::Vec3;
 
 use crate::build::MAX_COORDINATE;
 use crate::layout::{LEAF, Node};
-use crate::shear::Shear;
+use crate::scene::TriangleScene;
+use crate::shear::{Point, Shear};
 use crate::simd::{Engine, Vector};
 use crate::triangle::boxed;
 use crate::view::{Region, View};
@@ -17,70 +18,73 @@ use crate::view::{Region, View};
 /// Groups of a beam.
 pub(crate) const GROUPS: usize = 4;
 
+/// Rays of a group at most that are asked one by one about a node's eight boxes. More is slower on scans.
+const FEW: u32 = 2;
+
 /// Rays of one direction.
 #[repr(align(64))]
 pub(crate) struct Beam {
-    /// p, q and depth of the origins. Lanes without a ray repeat another one's.
-    pub points: [[[f32; 16]; 3]; GROUPS],
+    /// The origins, sheared. Lanes without a ray repeat another one's.
+    pub points: [[[f32; 16]; 5]; GROUPS],
     /// Bits of the rays that still ask, sixteen for each group.
     pub alive: u64,
-    /// The origin that each group begins with.
-    pub first: [usize; GROUPS],
+    /// Which origin each ray starts from.
+    pub index: [u32; 16 * GROUPS],
 }
 
-/// Calls `walk` with one beam after another. Groups are sixteen origins in the order that they come in, so that their
-/// tightness is the caller's to arrange; those in which nothing is active are left out.
+/// Calls `walk` with one beam after another: of the origins that are asked about in the order that they come in, so that
+/// their tightness is the caller's to arrange, and a few that are asked about among many fill beams as well.
 #[inline(always)]
-pub(crate) fn each_beam(origins: &[Vec3], active: &[u64], center: Vec3, shear: &Shear, mut walk: impl FnMut(&mut Beam)) {
-    let mut beam = Beam { points: [[[0.0; 16]; 3]; GROUPS], alive: 0, first: [0; GROUPS] };
+pub(crate) fn each_beam<E: Engine>(
+    engine: E,
+    scene: &TriangleScene,
+    origins: &[Vec3],
+    active: &[u64],
+    shear: &Shear,
+    mut walk: impl FnMut(&View<E>, &mut Beam),
+) {
+    let view = View::new(engine, shear);
+    let mut beam = Beam { points: [[[0.0; 16]; 5]; GROUPS], alive: 0, index: [0; 16 * GROUPS] };
+    // By group and axis, relative to the scene's centre.
+    let mut lanes = [[[0.0; 16]; 3]; GROUPS];
     let mut count = 0;
-    for (group, origins) in origins.chunks(16).enumerate() {
-        let asked = (active[group / 4] >> (16 * (group % 4))) as u16;
-        if asked == 0 {
-            continue;
-        }
-        let alive = gather(origins, asked, center, shear, &mut beam.points[count]);
-        if alive == 0 {
-            continue;
-        }
-        beam.alive |= u64::from(alive) << (16 * count);
-        beam.first[count] = 16 * group;
-        count += 1;
-        if count == GROUPS {
-            walk(&mut beam);
-            (beam.alive, count) = (0, 0);
+    for (word, (&active, origins)) in active.iter().zip(origins.chunks(64)).enumerate() {
+        let mut asked = active & u64::MAX >> (64 - origins.len());
+        while asked != 0 {
+            let bit = asked.trailing_zeros() as usize;
+            asked &= asked - 1;
+            let relative = origins[bit] - scene.center;
+            if !usable(relative) {
+                continue;
+            }
+            for (axis, value) in relative.to_array().into_iter().enumerate() {
+                lanes[count / 16][axis][count % 16] = value;
+            }
+            beam.index[count] = (64 * word + bit) as u32;
+            count += 1;
+            if count == 16 * GROUPS {
+                beam.fill(engine, &mut lanes, count, shear);
+                walk(&view, &mut beam);
+                count = 0;
+            }
         }
     }
     if count > 0 {
-        walk(&mut beam);
+        beam.fill(engine, &mut lanes, count, shear);
+        walk(&view, &mut beam);
     }
-}
-
-/// The points of one group; which of them can be asked about.
-#[inline(always)]
-fn gather(origins: &[Vec3], asked: u16, center: Vec3, shear: &Shear, points: &mut [[f32; 16]; 3]) -> u16 {
-    let mut alive = 0;
-    for (lane, &origin) in origins.iter().enumerate() {
-        let relative = origin - center;
-        let [p, q, depth] = shear.apply(relative);
-        points[0][lane] = p;
-        points[1][lane] = q;
-        points[2][lane] = depth;
-        alive |= u16::from(usable(relative)) << lane;
-    }
-    alive &= asked;
-    fill(points, alive);
-    alive
 }
 
 /// Puts the first ray of `alive` into all lanes that are not alive, so that they do not widen anything.
 #[inline(always)]
-pub(crate) fn fill(points: &mut [[f32; 16]; 3], alive: u16) {
+pub(crate) fn fill<const N: usize>(points: &mut [[f32; 16]; N], alive: u16) {
     let survivor = alive.trailing_zeros() as usize % 16;
-    for points in points {
-        let value = points[survivor];
-        for (lane, point) in points.iter_mut().enumerate() {
-            *point = if alive >> lane & 1 == 1 { *point } else { value };
+    let mut dead = !alive;
+    while dead != 0 {
+        let lane = dead.trailing_zeros() as usize % 16;
+        dead &= dead - 1;
+        for row in &mut *points {
+            row[lane] = row[survivor];
         }
     }
 }
@@ -92,6 +96,26 @@ pub(crate) fn usable(origin: Vec3) -> bool {
 }
 
 impl Beam {
+    /// Becomes the beam of the first `count` lanes.
+    #[inline(always)]
+    fn fill<E: Engine>(&mut self, engine: E, lanes: &mut [[[f32; 16]; 3]; GROUPS], count: usize, shear: &Shear) {
+        self.alive = u64::MAX >> (64 - count);
+        for (group, lanes) in lanes.iter_mut().enumerate().take(count.div_ceil(16)) {
+            fill(lanes, self.alive_in(group));
+            let [i, j, k] = shear.axes.map(|axis| E::F16::load(engine, &lanes[axis]));
+            let splat = |x: f32| E::F16::splat(engine, x);
+            let forward = if shear.forward { 1.0 } else { -1.0 };
+            self.points[group] = [
+                i - splat(shear.slope[0]) * k,
+                j - splat(shear.slope[1]) * k,
+                splat(forward) * k,
+                splat(shear.sign[0]) * i,
+                splat(shear.sign[1]) * j,
+            ]
+            .map(|row| row.store());
+        }
+    }
+
     /// Bits of a group's rays that still ask.
     #[inline(always)]
     pub fn alive_in(&self, group: usize) -> u16 {
@@ -110,11 +134,11 @@ impl Beam {
         regions
     }
 
-    /// (p, q, depth) of a ray's origin.
+    /// A ray's origin, sheared.
     #[inline(always)]
-    pub fn point(&self, ray: usize) -> [f32; 3] {
-        let [p, q, depth] = &self.points[ray / 16];
-        [p[ray % 16], q[ray % 16], depth[ray % 16]]
+    pub fn point(&self, ray: usize) -> Point {
+        let [p, q, depth, i, j] = &self.points[ray / 16];
+        [p[ray % 16], q[ray % 16], depth[ray % 16], i[ray % 16], j[ray % 16]]
     }
 }
 
@@ -164,27 +188,62 @@ pub(crate) fn push_children<E: Engine, const SORTED: bool>(
     stack: &mut Vec<Entry>,
 ) {
     let boxes = view.boxes(node);
-    let mut met = [0; GROUPS];
-    let mut union = 0;
-    for (group, met) in met.iter_mut().enumerate() {
-        if (rays >> (16 * group)) as u16 != 0 {
-            *met = view.overlap(&boxes, &regions[group]);
-            if let Some(limits) = limits {
-                *met &= view.nearer(&boxes, limits[group]);
+    // Near the leaves, most nodes are passed by one ray.
+    if rays.is_power_of_two() {
+        let ray = rays.trailing_zeros() as usize % 64;
+        let mut mask = view.overlap_point(&boxes, beam.point(ray));
+        if let Some(limits) = limits {
+            mask &= view.nearer(&boxes, limits[ray / 16]);
+        }
+        let (near, first) = (boxes.depth[0].store(), stack.len());
+        while mask != 0 {
+            let child = mask.trailing_zeros() as usize % 8;
+            mask &= mask - 1;
+            let entry = Entry { near: near[child], reference: node.child[child], rays };
+            if SORTED {
+                entry.push(stack, first);
+            } else {
+                stack.push(entry);
             }
+        }
+        return;
+    }
+    let mut met = [0; GROUPS];
+    let mut passing = [0u64; 8];
+    let (mut union, mut sparse) = (0, 0);
+    for (group, met) in met.iter_mut().enumerate() {
+        let mut few = rays & 0xffff << (16 * group);
+        if few == 0 {
+            continue;
+        }
+        let limit = limits.map_or(u32::MAX, |limits| view.nearer(&boxes, limits[group]));
+        if few.count_ones() <= FEW {
+            while few != 0 {
+                let ray = few.trailing_zeros() as usize % 64;
+                few &= few - 1;
+                let mut mask = limit & view.overlap_point(&boxes, beam.point(ray));
+                sparse |= mask;
+                while mask != 0 {
+                    passing[mask.trailing_zeros() as usize % 8] |= 1 << ray;
+                    mask &= mask - 1;
+                }
+            }
+        } else {
+            *met = limit & view.overlap(&boxes, &regions[group]);
             union |= *met;
         }
     }
-    if union == 0 {
+    if union | sparse == 0 {
         return;
     }
     let (near, spans) = (boxes.depth[0].store(), View::spans(&boxes));
     let first = stack.len();
-    while union != 0 {
-        let child = union.trailing_zeros() as usize % 8;
-        union &= union - 1;
+    let mut all = union | sparse;
+    while all != 0 {
+        let child = all.trailing_zeros() as usize % 8;
+        all &= all - 1;
         let reference = node.child[child];
-        let mut passing = 0;
+        let mut passing = passing[child];
         for (group, met) in met.iter().enumerate() {
             if met >> child & 1 == 1 {
                 let of_group = boxed(view.engine, &spans, child, &beam.points[group]);

@@ -53,16 +53,16 @@ pub fn sun_rays(scene: &TriangleScene, positions: &[Vec3], normals: &[Vec3], sun
         .zip(normals.par_chunks(BLOCK))
         .map(|(origins, normals)| {
             let words = origins.len().div_ceil(64);
-            let (mut active, mut bits) = (vec![0u64; words], vec![0u64; words]);
+            let mut active = vec![0u64; words * suns.len()];
+            let mut bits = active.clone();
             let count = |bits: &[u64]| bits.iter().map(|b| u64::from(b.count_ones())).sum::<u64>();
-            suns.iter().fold((0, 0), |(rays, occluded), &sun| {
-                active.fill(0);
+            for (sun, active) in suns.iter().zip(active.chunks_mut(words)) {
                 for (i, normal) in normals.iter().enumerate() {
-                    active[i / 64] |= u64::from(normal.dot(sun) > 0.0) << (i % 64);
+                    active[i / 64] |= u64::from(normal.dot(*sun) > 0.0) << (i % 64);
                 }
-                scene.occluded_parallel(origins, sun, &active, &mut bits);
-                (rays + count(&active), occluded + count(&bits))
-            })
+            }
+            scene.occluded_fan(origins, suns, &active, &mut bits);
+            (count(&active), count(&bits))
         })
         .reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
     SunRays { rays, occluded, elapsed: start.elapsed() }

@@ -22,12 +22,14 @@
 //! - A ray's answer is a function of the ray and the triangles alone, to the bit: not of the hierarchy, of the rays that
 //!   it is asked with, of the threads or of the processor's vectors.
 //! - No ray slips through the edge or vertex that triangles share, if they share it in position.
-//! - Both sides of a triangle count. Triangles that are seen exactly edge-on do not.
+//! - Both sides of a triangle count. Triangles that are seen exactly edge-on do not, nor do those that lie wholly behind
+//!   the origin on any axis.
 //! - Rays that are not finite, start beyond [`MAX_COORDINATE`] or have no direction meet nothing.
 
 mod beam;
 pub mod bench;
 mod build;
+mod fan;
 mod hierarchy;
 mod layout;
 mod morton;

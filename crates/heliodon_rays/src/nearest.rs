@@ -25,24 +25,22 @@ impl Work for Nearest<'_> {
 
     #[inline(always)]
     fn run<E: Engine>(self, engine: E) {
-        let view = View::new(engine, &self.shear);
-        let mut stack = Vec::with_capacity(self.scene.stack);
+        let Self { scene, origins, shear, active, hits } = self;
+        let mut stack = Vec::with_capacity(scene.stack);
         let mut found = Found { limit: [[0.0; 16]; GROUPS], group: [0.0; GROUPS], all: 0.0, hits: [[Hit::MISS; 16]; GROUPS] };
         each_beam(
-            self.origins,
-            self.active,
-            self.scene.center,
-            &self.shear,
+            engine,
+            scene,
+            origins,
+            active,
+            &shear,
             #[inline(always)]
-            |beam| {
+            |view, beam| {
                 found.reset(beam);
-                walk(self.scene, &view, &self.shear, beam, &mut found, &mut stack);
-                for group in 0..GROUPS {
-                    for (lane, hit) in found.hits[group].iter().enumerate() {
-                        if beam.alive_in(group) >> lane & 1 == 1 {
-                            self.hits[beam.first[group] + lane] = *hit;
-                        }
-                    }
+                walk(scene, view, &shear, beam, &mut found, &mut stack);
+                let asked = beam.alive.count_ones() as usize;
+                for (origin, hit) in beam.index[..asked].iter().zip(found.hits.as_flattened()) {
+                    hits[*origin as usize] = *hit;
                 }
             },
         );

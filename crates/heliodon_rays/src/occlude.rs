@@ -24,33 +24,39 @@ impl Work for Occlude<'_> {
 
     #[inline(always)]
     fn run<E: Engine>(self, engine: E) {
-        let view = View::new(engine, &self.shear);
-        let mut stack = Vec::with_capacity(self.scene.stack);
+        let Self { scene, origins, shear, active, occluded } = self;
+        let mut stack = Vec::with_capacity(scene.stack);
         each_beam(
-            self.origins,
-            self.active,
-            self.scene.center,
-            &self.shear,
+            engine,
+            scene,
+            origins,
+            active,
+            &shear,
             #[inline(always)]
-            |beam| {
-                let asked = beam.alive;
-                walk(self.scene, &view, beam, &mut stack);
-                for group in 0..GROUPS {
-                    let first = beam.first[group];
-                    let hit = (asked & !beam.alive) >> (16 * group) & 0xffff;
-                    self.occluded[first / 64] |= hit << (first % 64);
+            |view, beam| {
+                stack.clear();
+                stack.push(Entry::root(beam.alive));
+                let mut hit = walk(scene, view, beam, &mut Regions::new(beam), &mut stack);
+                while hit != 0 {
+                    let origin = beam.index[hit.trailing_zeros() as usize % 64];
+                    hit &= hit - 1;
+                    occluded[origin as usize / 64] |= 1 << (origin % 64);
                 }
             },
         );
     }
 }
 
-/// Takes the rays that meet something out of `beam.alive`.
+/// Takes the rays that meet something out of `beam.alive` and returns them; `stack` tells where to look.
 #[inline(always)]
-fn walk<E: Engine>(scene: &TriangleScene, view: &View<E>, beam: &mut Beam, stack: &mut Vec<Entry>) {
-    let mut regions = Regions::new(beam);
-    stack.clear();
-    stack.push(Entry::root(beam.alive));
+pub(crate) fn walk<E: Engine>(
+    scene: &TriangleScene,
+    view: &View<E>,
+    beam: &mut Beam,
+    regions: &mut Regions,
+    stack: &mut Vec<Entry>,
+) -> u64 {
+    let asked = beam.alive;
     while let Some(Entry { reference, rays, .. }) = stack.pop() {
         let rays = rays & beam.alive;
         if rays == 0 {
@@ -63,12 +69,13 @@ fn walk<E: Engine>(scene: &TriangleScene, view: &View<E>, beam: &mut Beam, stack
         let occluded = test(view, &scene.packets[packet], rays, beam);
         beam.alive &= !occluded;
         if beam.alive == 0 {
-            return;
+            break;
         }
         if occluded != 0 {
             regions.shrink(beam);
         }
     }
+    asked & !beam.alive
 }
 
 /// Which of the rays meet a triangle of the packet.
@@ -86,15 +93,15 @@ fn test<E: Engine>(view: &View<E>, packet: &Packet, rays: u64, beam: &Beam) -> u
 }
 
 /// Where a beam's rays are, kept up as they end.
-struct Regions {
-    group: [Region; GROUPS],
+pub(crate) struct Regions {
+    pub group: [Region; GROUPS],
     /// Rays of each group when its region was computed.
     rays: [u32; GROUPS],
 }
 
 impl Regions {
     #[inline(always)]
-    fn new(beam: &Beam) -> Self {
+    pub fn new(beam: &Beam) -> Self {
         Self { group: beam.regions(), rays: core::array::from_fn(|group| beam.alive_in(group).count_ones()) }
     }
 

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use crate::fan::Fan;
 use crate::hierarchy::Hierarchy;
 use crate::layout::{Node, Packet};
 use crate::nearest::Nearest;
@@ -87,8 +88,8 @@ impl TriangleScene {
 
     /// Rays of one direction (the sun's, a sky direction's) from many origins, without an end: sets bit i % 64 of word
     /// i / 64 where `active` has it and the ray from origin i meets anything beyond the origin, and clears the others.
-    /// Origins in the order of [`crate::beam_order`] are fastest, asked in runs of some 256 to 1024 that begin at multiples
-    /// of 16: direction after direction for one run keeps what the run sees in the cache.
+    /// Origins in the order of [`crate::beam_order`] are fastest, asked in runs of some 64 to 512: direction after direction for
+    /// one run keeps what the run sees in the cache. For many directions see [`Self::occluded_fan`].
     ///
     /// # Panics
     /// If `active` and `occluded` are not `origins.len().div_ceil(64)` words long.
@@ -98,6 +99,19 @@ impl TriangleScene {
         occluded.fill(0);
         let Some(shear) = Shear::new(direction) else { return };
         dispatch(self.instructions, Occlude { scene: self, origins, shear, active, occluded });
+    }
+
+    /// [`Self::occluded_parallel`] for many directions, best in an order in which neighbours are alike (the suns of a day): they
+    /// share the way through the top of the hierarchy. Direction d has words `d * w..(d + 1) * w` of `active` and `occluded`,
+    /// w being `origins.len().div_ceil(64)`. Origins in the order of [`crate::beam_order`] are fastest.
+    ///
+    /// # Panics
+    /// If `active` and `occluded` are not w words long for each direction.
+    pub fn occluded_fan(&self, origins: &[Vec3], directions: &[Vec3], active: &[u64], occluded: &mut [u64]) {
+        assert_eq!(active.len(), origins.len().div_ceil(64) * directions.len(), "one bit for each origin and direction");
+        assert_eq!(occluded.len(), active.len(), "one bit for each origin and direction");
+        occluded.fill(0);
+        dispatch(self.instructions, Fan { scene: self, origins, directions, active, occluded });
     }
 
     /// The nearest triangle beyond each origin in one direction, asked only where `active` has the bit; the other hits

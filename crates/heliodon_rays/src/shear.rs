@@ -16,6 +16,9 @@
 //! - **Culling without margins.** Rounding is monotone, so the sheared corners of a box bound the sheared vertices inside
 //!   it bit for bit, and the depth of a hit is clamped to its triangle's. A ray's answer is therefore a function of the ray
 //!   and the triangles alone: not of the tree, of the neighbours it was traced with or of the vectors' width.
+//! - **All three axes.** A ray does not turn back on axes i and j either. So a box or triangle whose reach along one of them, in
+//!   the direction's sense, falls short of the origin's is passed over, and as coordinates are compared as they are, this too
+//!   holds for a box if it holds for all triangles inside.
 //! - What it costs: p and q carry the rounding of the coordinates, about 1.5 units in the last place of the scene's
 //!   half extent (6e-6 m in a scene of 100 m), which positions stored as `f32` carry anyway. Coordinates are relative to
 //!   the scene's centre, so a survey a kilometre from its origin loses nothing more.
@@ -33,7 +36,12 @@ pub(crate) struct Shear {
     pub forward: bool,
     /// 1 / |d_k|: ray parameter for each unit of depth.
     pub t_per_depth: f32,
+    /// Signs of d_i and d_j, 1 or -1.
+    pub sign: [f32; 2],
 }
+
+/// p, q, depth, and how far a point lies along axes i and j in the direction's sense: see [`Shear::apply`].
+pub(crate) type Point = [f32; 5];
 
 impl Shear {
     /// `None` for directions that are zero or not finite.
@@ -55,16 +63,18 @@ impl Shear {
             slope: [d[i] / d[k], d[j] / d[k]],
             forward: d[k] > 0.0,
             t_per_depth,
+            sign: [d[i], d[j]].map(|d| if d < 0.0 { -1.0 } else { 1.0 }),
         })
     }
 
-    /// (p, q, depth) of a point.
+    /// (p, q, depth) of a point, and sign(d_i) x_i and sign(d_j) x_j: along a ray these two do not fall.
     #[inline(always)]
-    pub fn apply(&self, x: Vec3) -> [f32; 3] {
+    pub fn apply(&self, x: Vec3) -> Point {
         let x = x.to_array();
         let along = x[self.axes[2]];
         let p = x[self.axes[0]] - self.slope[0] * along;
         let q = x[self.axes[1]] - self.slope[1] * along;
-        [p, q, if self.forward { along } else { -along }]
+        let [i, j] = [self.sign[0] * x[self.axes[0]], self.sign[1] * x[self.axes[1]]];
+        [p, q, if self.forward { along } else { -along }, i, j]
     }
 }

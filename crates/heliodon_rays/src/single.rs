@@ -40,9 +40,9 @@ fn trace<E: Engine, const ANY: bool>(engine: E, scene: &TriangleScene, ray: &Ray
     }
     let view = View::new(engine, &shear);
     let point = shear.apply(origin);
-    let [p, q, depth] = point;
+    let [p, q, depth, i, j] = point;
     // Deeper than the origin, or than a bit before the least distance.
-    let region = Region { p: [p; 2], q: [q; 2], depth: depth_at(depth, ray.t_min, &shear, -1.0) };
+    let region = Region { p: [p; 2], q: [q; 2], depth: depth_at(depth, ray.t_min, &shear, -1.0), reach: [i, j] };
     let mut far = depth_at(depth, ray.t_max, &shear, 1.0);
     stack.clear();
     stack.push(Entry::root(1));

@@ -2,15 +2,17 @@
 //!
 //! With the corners a, b, c relative to the ray's point, the edge functions wa = b x c, wb = c x a, wc = a x b (in p and q)
 //! are the barycentric weights times the triangle's doubled area. A ray meets the triangle when they do not differ in sign,
-//! their sum is not zero, and the point lies in the triangle's box; the depth is interpolated from them and clamped to the
-//! triangle's own. Two of these conditions look redundant: the box matters for slivers, whose weights can all round to
-//! one sign far outside, and it and the clamp are what lets nodes be culled without margins. Products and sums stand in
+//! their sum is not zero, the point lies in the triangle's box, and the triangle reaches as far as the origin along axes i and j
+//! too; the depth is interpolated from them and clamped to the triangle's own. Three of these conditions look redundant: the box matters for slivers, whose weights can all round to
+//! one sign far outside; the reach because of rounding, which it forgives less than the rest (it compares coordinates as
+//! they are); all three are what lets nodes be culled without margins. Without the reach, rays that leave level ground
+//! towards a low sun meet the boxes of all the ground behind their origin, whose shears overlap theirs. Products and sums stand in
 //! one fixed order, in [`cross`] for one triangle and in [`met`] for eight: both give the same bits.
 
 use glam::Vec3;
 
 use crate::layout::Packet;
-use crate::shear::Shear;
+use crate::shear::{Point, Shear};
 use crate::simd::{Engine, Mask, Vector};
 use crate::view::{Boxes, Spans};
 
@@ -27,10 +29,10 @@ pub(crate) struct Crossing {
 
 /// The predicate for one triangle of a packet.
 #[inline(always)]
-pub(crate) fn cross(shear: &Shear, packet: &Packet, lane: usize, point: [f32; 3]) -> Option<Crossing> {
+pub(crate) fn cross(shear: &Shear, packet: &Packet, lane: usize, point: Point) -> Option<Crossing> {
     let corner = |[x, y, z]: &[[f32; 8]; 3]| {
-        let [p, q, depth] = shear.apply(Vec3::new(x[lane], y[lane], z[lane]));
-        [p - point[0], q - point[1], depth - point[2]]
+        let [p, q, depth, i, j] = shear.apply(Vec3::new(x[lane], y[lane], z[lane]));
+        [p - point[0], q - point[1], depth - point[2], i - point[3], j - point[4]]
     };
     let [a, b, c] = &packet.vertex;
     let [a, b, c] = [corner(a), corner(b), corner(c)];
@@ -41,7 +43,8 @@ pub(crate) fn cross(shear: &Shear, packet: &Packet, lane: usize, point: [f32; 3]
     let det = wa + wb + wc;
     let span = |x: usize| [a[x].min(b[x]).min(c[x]), a[x].max(b[x]).max(c[x])];
     let holds_zero = |[low, high]: [f32; 2]| low <= 0.0 && 0.0 <= high;
-    if !(inside && det != 0.0 && holds_zero(span(0)) && holds_zero(span(1))) {
+    let reaches = span(3)[1] >= 0.0 && span(4)[1] >= 0.0;
+    if !(inside && det != 0.0 && holds_zero(span(0)) && holds_zero(span(1)) && reaches) {
         return None;
     }
     let depth = (wa * a[2] + wb * b[2] + wc * c[2]) / det;
@@ -51,21 +54,32 @@ pub(crate) fn cross(shear: &Shear, packet: &Packet, lane: usize, point: [f32; 3]
 
 /// Which of sixteen rays pass through a triangle's box, and not wholly behind it.
 #[inline(always)]
-pub(crate) fn boxed<E: Engine>(engine: E, spans: &Spans, lane: usize, points: &[[f32; 16]; 3]) -> u16 {
+pub(crate) fn boxed<E: Engine>(engine: E, spans: &Spans, lane: usize, points: &[[f32; 16]; 5]) -> u16 {
     let [p, q] = [E::F16::load(engine, &points[0]), E::F16::load(engine, &points[1])];
     let depth = E::F16::load(engine, &points[2]);
     let [p0, p1] = [E::F16::splat(engine, spans[0][lane]), E::F16::splat(engine, spans[1][lane])];
     let [q0, q1] = [E::F16::splat(engine, spans[2][lane]), E::F16::splat(engine, spans[3][lane])];
     let far = E::F16::splat(engine, spans[4][lane]);
-    ((p0.le(p) & p.le(p1)) & (q0.le(q) & q.le(q1)) & depth.lt(far)).bits() as u16
+    let [i, j] = [E::F16::load(engine, &points[3]), E::F16::load(engine, &points[4])];
+    let reach = i.le(E::F16::splat(engine, spans[5][lane])) & j.le(E::F16::splat(engine, spans[6][lane]));
+    ((p0.le(p) & p.le(p1)) & (q0.le(q) & q.le(q1)) & depth.lt(far) & reach).bits() as u16
 }
 
 /// Which of eight triangles a ray meets beyond its origin: the predicate of [`cross`] and a positive depth.
 #[inline(always)]
-pub(crate) fn met<E: Engine>(engine: E, corners: &[[E::F8; 3]; 3], boxes: &Boxes<E>, point: [f32; 3]) -> u32 {
+pub(crate) fn met<E: Engine>(engine: E, corners: &[[E::F8; 5]; 3], boxes: &Boxes<E>, point: Point) -> u32 {
     let zero = E::F8::splat(engine, 0.0);
     let (p, q) = (E::F8::splat(engine, point[0]), E::F8::splat(engine, point[1]));
     let depth = E::F8::splat(engine, point[2]);
+    let (i, j) = (E::F8::splat(engine, point[3]), E::F8::splat(engine, point[4]));
+    let held = E::F8::meets(boxes.p, [p; 2])
+        & E::F8::meets(boxes.q, [q; 2])
+        & i.le(boxes.reach[0])
+        & j.le(boxes.reach[1])
+        & depth.lt(boxes.depth[1]);
+    if held.bits() == 0 {
+        return 0;
+    }
     let [a, b, c] = corners;
     let (ap, bp, cp) = (a[0] - p, b[0] - p, c[0] - p);
     let (aq, bq, cq) = (a[1] - q, b[1] - q, c[1] - q);
@@ -73,7 +87,7 @@ pub(crate) fn met<E: Engine>(engine: E, corners: &[[E::F8; 3]; 3], boxes: &Boxes
     let wb = cp * aq - cq * ap;
     let wc = ap * bq - aq * bp;
     let [least, greatest] = E::F8::span(wa, wb, wc);
-    let inside = (zero.le(least) | greatest.le(zero)) & E::F8::meets(boxes.p, [p; 2]) & E::F8::meets(boxes.q, [q; 2]);
+    let inside = held & (zero.le(least) | greatest.le(zero));
     let det = wa + wb + wc;
     let moment = wa * (a[2] - depth) + wb * (b[2] - depth) + wc * (c[2] - depth);
     (inside & ((zero.lt(det) & zero.lt(moment)) | (det.lt(zero) & moment.lt(zero)))).bits()

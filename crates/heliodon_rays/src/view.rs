@@ -1,7 +1,7 @@
 //! Nodes and packets as seen along one direction, eight at a time.
 
 use crate::layout::{Node, Packet};
-use crate::shear::Shear;
+use crate::shear::{Point, Shear};
 use crate::simd::{Engine, Mask, Vector};
 
 /// A [`Shear`] ready for vectors.
@@ -14,6 +14,9 @@ pub(crate) struct View<E: Engine> {
     least: [usize; 2],
     near: usize,
     sign: E::F8,
+    /// Which bounds of axes i and j a ray leaves last, and their signs.
+    last: [usize; 2],
+    signs: [E::F8; 2],
 }
 
 /// Eight boxes in (p, q, depth).
@@ -22,10 +25,12 @@ pub(crate) struct Boxes<E: Engine> {
     pub p: [E::F8; 2],
     pub q: [E::F8; 2],
     pub depth: [E::F8; 2],
+    /// How far they reach along axes i and j in the direction's sense.
+    pub reach: [E::F8; 2],
 }
 
-/// Eight boxes: least and greatest p, least and greatest q, greatest depth.
-pub(crate) type Spans = [[f32; 8]; 5];
+/// Eight boxes: least and greatest p, least and greatest q, greatest depth, reach.
+pub(crate) type Spans = [[f32; 8]; 7];
 
 /// Bounds of some rays' points in (p, q), and the least of their depths: what they can meet lies there or deeper.
 #[derive(Clone, Copy, Debug)]
@@ -33,18 +38,23 @@ pub(crate) struct Region {
     pub p: [f32; 2],
     pub q: [f32; 2],
     pub depth: f32,
+    pub reach: [f32; 2],
 }
 
 impl Region {
     /// Meets nothing.
-    pub const NOTHING: Self =
-        Self { p: [f32::INFINITY, f32::NEG_INFINITY], q: [f32::INFINITY, f32::NEG_INFINITY], depth: f32::INFINITY };
+    pub const NOTHING: Self = Self {
+        p: [f32::INFINITY, f32::NEG_INFINITY],
+        q: [f32::INFINITY, f32::NEG_INFINITY],
+        depth: f32::INFINITY,
+        reach: [f32::INFINITY; 2],
+    };
 
     /// Around 16 points.
     #[inline(always)]
-    pub fn around(points: &[[f32; 16]; 3]) -> Self {
-        let [p, q, depth] = points;
-        Self { p: [least(p), greatest(p)], q: [least(q), greatest(q)], depth: least(depth) }
+    pub fn around(points: &[[f32; 16]; 5]) -> Self {
+        let [p, q, depth, i, j] = points;
+        Self { p: [least(p), greatest(p)], q: [least(q), greatest(q)], depth: least(depth), reach: [least(i), least(j)] }
     }
 }
 
@@ -89,6 +99,8 @@ impl<E: Engine> View<E> {
             least: [usize::from(sp > 0.0), usize::from(sq > 0.0)],
             near: usize::from(!shear.forward),
             sign: E::F8::splat(engine, if shear.forward { 1.0 } else { -1.0 }),
+            last: shear.sign.map(|s| usize::from(s > 0.0)),
+            signs: shear.sign.map(|s| E::F8::splat(engine, s)),
         }
     }
 
@@ -107,6 +119,10 @@ impl<E: Engine> View<E> {
             p: [self.load(&least[i]) - sp * self.load(below_p), self.load(&most[i]) - sp * self.load(above_p)],
             q: [self.load(&least[j]) - sq * self.load(below_q), self.load(&most[j]) - sq * self.load(above_q)],
             depth: [self.sign * self.load(near), self.sign * self.load(far)],
+            reach: [
+                self.signs[0] * self.load(&node.bounds[self.last[0]][i]),
+                self.signs[1] * self.load(&node.bounds[self.last[1]][j]),
+            ],
         }
     }
 
@@ -122,27 +138,39 @@ impl<E: Engine> View<E> {
 
     /// Eight points, sheared.
     #[inline(always)]
-    fn project(&self, points: &[[f32; 8]; 3]) -> [E::F8; 3] {
+    fn project(&self, points: &[[f32; 8]; 3]) -> [E::F8; 5] {
         let [i, j, k] = self.axes;
         let along = self.load(&points[k]);
-        let p = self.load(&points[i]) - self.slope[0] * along;
-        let q = self.load(&points[j]) - self.slope[1] * along;
-        [p, q, self.sign * along]
+        let (pi, pj) = (self.load(&points[i]), self.load(&points[j]));
+        let (p, q) = (pi - self.slope[0] * along, pj - self.slope[1] * along);
+        [p, q, self.sign * along, self.signs[0] * pi, self.signs[1] * pj]
     }
 
     /// Corners of a packet's triangles, and their boxes.
     #[inline(always)]
-    pub fn corners(&self, packet: &Packet) -> ([[E::F8; 3]; 3], Boxes<E>) {
+    pub fn corners(&self, packet: &Packet) -> ([[E::F8; 5]; 3], Boxes<E>) {
         let [a, b, c] = [self.project(&packet.vertex[0]), self.project(&packet.vertex[1]), self.project(&packet.vertex[2])];
-        let boxes =
-            Boxes { p: E::F8::span(a[0], b[0], c[0]), q: E::F8::span(a[1], b[1], c[1]), depth: E::F8::span(a[2], b[2], c[2]) };
+        let boxes = Boxes {
+            p: E::F8::span(a[0], b[0], c[0]),
+            q: E::F8::span(a[1], b[1], c[1]),
+            depth: E::F8::span(a[2], b[2], c[2]),
+            reach: [a[3].max(b[3]).max(c[3]), a[4].max(b[4]).max(c[4])],
+        };
         ([a, b, c], boxes)
     }
 
     /// Boxes as numbers.
     #[inline(always)]
     pub fn spans(boxes: &Boxes<E>) -> Spans {
-        [boxes.p[0].store(), boxes.p[1].store(), boxes.q[0].store(), boxes.q[1].store(), boxes.depth[1].store()]
+        [
+            boxes.p[0].store(),
+            boxes.p[1].store(),
+            boxes.q[0].store(),
+            boxes.q[1].store(),
+            boxes.depth[1].store(),
+            boxes.reach[0].store(),
+            boxes.reach[1].store(),
+        ]
     }
 
     /// Which of eight boxes rays of a region can meet.
@@ -150,7 +178,14 @@ impl<E: Engine> View<E> {
     pub fn overlap(&self, boxes: &Boxes<E>, region: &Region) -> u32 {
         let p = E::F8::meets(boxes.p, [self.splat(region.p[0]), self.splat(region.p[1])]);
         let q = E::F8::meets(boxes.q, [self.splat(region.q[0]), self.splat(region.q[1])]);
-        (p & q & self.splat(region.depth).lt(boxes.depth[1])).bits()
+        let reach = self.splat(region.reach[0]).le(boxes.reach[0]) & self.splat(region.reach[1]).le(boxes.reach[1]);
+        (p & q & reach & self.splat(region.depth).lt(boxes.depth[1])).bits()
+    }
+
+    /// Which of eight boxes a ray passes through.
+    #[inline(always)]
+    pub fn overlap_point(&self, boxes: &Boxes<E>, [p, q, depth, i, j]: Point) -> u32 {
+        self.overlap(boxes, &Region { p: [p; 2], q: [q; 2], depth, reach: [i, j] })
     }
 
     /// Which of eight boxes begin no deeper than this.

@@ -63,6 +63,63 @@ fn every_instruction_set_and_partition_and_tree_gives_the_same_bits() {
     }
 }
 
+/// Suns of a day and what no day has: equal, turned, lower than the horizon, along the axes, none.
+fn fan(rng: &mut Pcg32) -> Vec<Vec3> {
+    let mut fan = bench::equinox_suns(40);
+    fan.extend([Vec3::Y; 9]);
+    fan.extend(bench::equinox_suns(5).into_iter().map(|s| -s));
+    fan.extend([Vec3::NAN, Vec3::ZERO, Vec3::X, -Vec3::Z, Vec3::new(1.0, 1.0, 0.0), Vec3::new(1.0, -1.0, 1e-30)]);
+    fan.extend((0..30).map(|_| direction(rng)));
+    // A grazing arc, steps of a hundredth of a degree, and none at all.
+    fan.extend((0..20).map(|i| Vec3::new(1.0, 1e-7 * i as f32, 0.3)));
+    fan
+}
+
+#[test]
+fn a_fan_is_the_same_as_ray_by_ray() {
+    for (seed, (soup, away)) in
+        [(soup(400, 21), Vec3::ZERO), (sheet(60, 22), Vec3::ZERO), (sheet(40, 23), Vec3::new(700.0, -30.0, 9000.0))]
+            .into_iter()
+            .enumerate()
+    {
+        let mut rng = Pcg32::new(seed as u64, 9);
+        let soup = (soup.0.iter().map(|p| *p + away).collect::<Vec<_>>(), soup.1);
+        let mut scene = build(&soup);
+        // Runs of neighbours on the surface; in its very plane; inside; far out; nowhere.
+        let mut origins: Vec<Vec3> = soup.0.iter().take(900).map(|p| *p + Vec3::Y * scene.start_offset()).collect();
+        origins.extend(soup.0.iter().take(70).copied());
+        origins.extend((0..100).map(|_| away + point(&mut rng) * 2.0));
+        origins.extend([Vec3::NAN, Vec3::splat(f32::INFINITY), Vec3::splat(1e7), away - Vec3::Y * 1e4]);
+        let directions = fan(&mut rng);
+        let words = origins.len().div_ceil(64);
+        let active: Vec<u64> = (0..words * directions.len())
+            .map(|i| match i % 5 {
+                0 => u64::MAX,
+                1 => 1 << (i % 64),
+                2 => 0,
+                _ => u64::from(rng.next_u32()) * 0x1_0000_0003,
+            })
+            .collect();
+        let mut expected = vec![0; active.len()];
+        for (d, expected) in directions.iter().zip(expected.chunks_mut(words)) {
+            let rays: Vec<Ray> =
+                origins.iter().map(|&origin| Ray { origin, direction: *d, t_min: 0.0, t_max: f32::INFINITY }).collect();
+            scene.occluded(&rays, expected);
+        }
+        for (expected, active) in expected.iter_mut().zip(&active) {
+            *expected &= active;
+        }
+        assert!(expected.iter().any(|w| *w != 0) && expected.iter().zip(&active).any(|(e, a)| e != a));
+        for instructions in Instructions::available() {
+            scene = scene.with_instructions(instructions);
+            let mut occluded = vec![u64::MAX; active.len()];
+            scene.occluded_fan(&origins, &directions, &active, &mut occluded);
+            assert!(occluded == expected, "{instructions:?}, scene {seed}");
+        }
+    }
+    build(&(vec![], vec![])).occluded_fan(&[], &[Vec3::Y], &[], &mut []);
+}
+
 #[test]
 fn the_number_of_threads_changes_nothing() {
     let soup = sheet(60, 13);
