@@ -7,7 +7,7 @@
 //! Both sides of a cell reflect. The back is lit by points of its own (the same places, normals turned about), which are made
 //! only where rays have met a back: closed stones have none, the underside of an open sheet gets all it needs.
 
-use crate::gather::counted;
+use crate::gather::{counted, sees_only_backs};
 use crate::points::{Place, inward_shifts};
 use crate::{GatherBlock, LightError, LightParams, PointSet, Surfaces, median_edge_m};
 use glam::Vec3;
@@ -156,7 +156,7 @@ impl Layout {
             }
         }
         let sites: Vec<u32> = (0..layout.site_count() as u32).collect();
-        layout.add_points(surfaces, &sites, params.offset_m);
+        layout.points = layout.points_at(surfaces, &sites, params.offset_m);
         layout.point_of_site = vec![NONE; layout.site_count()];
         for (point, &site) in layout.points.sites.iter().enumerate() {
             layout.point_of_site[site as usize] = point as u32;
@@ -210,9 +210,17 @@ impl Layout {
         sites.sort_unstable();
         sites.dedup();
         sites.retain(|&site| self.back_point(site).is_none());
-        let sites: Vec<u32> = sites.into_iter().map(|site| site | BACK).collect();
+        let mut sites: Vec<u32> = sites.into_iter().map(|site| site | BACK).collect();
+        // the insides of closed stones stay dark without points
+        let probes = self.points_at(surfaces, &sites, params.offset_m);
+        let closed = sees_only_backs(surfaces, &probes, params);
+        let mut closed: Vec<u32> =
+            probes.sites.iter().zip(closed).filter(|(_, closed)| *closed).map(|(&site, _)| site).collect();
+        closed.sort_unstable();
+        sites.retain(|site| closed.binary_search(site).is_err());
         self.back_cells = cells;
-        self.add_points(surfaces, &sites, params.offset_m);
+        let more = self.points_at(surfaces, &sites, params.offset_m);
+        self.points.append(more);
         self.back_points.extend((first..self.points.len()).map(|p| (self.points.sites[p] & !BACK, p as u32)));
         self.back_points.sort_unstable();
         first..self.points.len()
@@ -286,7 +294,7 @@ impl Layout {
         self.back_points.binary_search_by_key(&site, |p| p.0).ok().map(|i| self.back_points[i].1)
     }
 
-    fn add_points(&mut self, surfaces: &Surfaces, sites: &[u32], offset_m: f32) {
+    fn points_at(&self, surfaces: &Surfaces, sites: &[u32], offset_m: f32) -> PointSet {
         let (vertices, sub_cells) = (self.vertex_count, &self.sub_cells);
         let inward = inward_shifts(surfaces);
         let place = |&site: &u32| {
@@ -304,7 +312,7 @@ impl Layout {
                 }
             }
         };
-        self.points.extend_with(sites.iter().map(place), offset_m);
+        PointSet::new(sites.iter().map(place), offset_m)
     }
 }
 

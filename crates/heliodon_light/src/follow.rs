@@ -21,7 +21,7 @@ use heliodon_rays::{Hit, NO_HIT, Ray};
 use std::f32::consts::FRAC_1_PI;
 
 /// How often a path is followed before its cell's light is taken all the same.
-pub(crate) const MAX_FOLLOWED: usize = 3;
+pub(crate) const MAX_FOLLOWED: usize = 8;
 
 /// Rays to suns from the first place of a path; half as many from each further one.
 const SUN_RAYS: usize = 4;

@@ -12,7 +12,7 @@ use crate::cells::BACK;
 use crate::directions::gather_directions;
 use crate::follow::{Followed, LiveSuns, Near, follow};
 use crate::masks::{check_sun_count, facing};
-use crate::{Layout, LightError, LightParams, Surfaces};
+use crate::{Layout, LightError, LightParams, PointSet, Surfaces};
 use glam::Vec3;
 use heliodon_math::sh::{basis9, open_transfer9};
 use heliodon_rays::{Hit, NO_HIT};
@@ -270,6 +270,25 @@ fn look_from_unmoved(
         *back = back.max(if all > 0.0 { inside / all } else { 0.0 });
     }
     rays
+}
+
+/// Every how-maniest direction tells whether a back lies in a closed inside.
+const PROBE_STRIDE: usize = 4;
+
+/// For each point whether all that it sees is backs: what lies so lies within a closed stone, and gets no light.
+pub(crate) fn sees_only_backs(surfaces: &Surfaces, points: &PointSet, params: &LightParams) -> Vec<bool> {
+    let directions = gather_directions(params.directions(), params.seed);
+    let look = |range: Range<usize>| {
+        let mut closed = vec![true; range.len()];
+        let (origins, normals) = points.run(range);
+        for_each_direction(surfaces, origins, normals, directions.iter().copied().step_by(PROBE_STRIDE), |at| {
+            for point in bits(at.active) {
+                closed[point] &= at.hits[point].triangle != NO_HIT && at.hits[point].back;
+            }
+        });
+        closed
+    };
+    unit_ranges(&(0..points.len())).into_par_iter().flat_map_iter(look).collect()
 }
 
 /// Cells whose back was met by points that do not themselves lie inside something.

@@ -33,9 +33,7 @@ impl PointSet {
             inward: inward[v as usize],
             site: v,
         };
-        let mut points = Self::default();
-        points.extend_with((0..surfaces.positions.len() as u32).map(place), offset_m);
-        points
+        Self::new((0..surfaces.positions.len() as u32).map(place), offset_m)
     }
 
     /// How many points there are.
@@ -55,21 +53,32 @@ impl PointSet {
         (&self.origins[range.clone()], &self.normals[range])
     }
 
-    /// Appends points, sorted among themselves.
-    pub(crate) fn extend_with(&mut self, new: impl Iterator<Item = Place>, offset_m: f32) {
-        let new: Vec<Place> = new.map(Place::cleaned).collect();
+    /// Points at places, sorted.
+    pub(crate) fn new(places: impl Iterator<Item = Place>, offset_m: f32) -> Self {
+        let new: Vec<Place> = places.map(Place::cleaned).collect();
+        let mut set = Self::default();
         let (positions, normals): (Vec<Vec3>, Vec<Vec3>) = new.iter().map(|p| (p.position, p.normal)).unzip();
         let order = beam_order(&positions, Some(&normals));
         for &i in &order {
             let Place { position, normal, inward, .. } = new[i as usize];
             let along = inward - normal * inward.dot(normal);
             if along.length() > MOVED {
-                self.unmoved.push((self.origins.len() as u32, position + normal * offset_m));
+                set.unmoved.push((set.origins.len() as u32, position + normal * offset_m));
             }
-            self.origins.push(position + (normal + along) * offset_m);
+            set.origins.push(position + (normal + along) * offset_m);
         }
-        self.normals.extend(order.iter().map(|&i| new[i as usize].normal));
-        self.sites.extend(order.iter().map(|&i| new[i as usize].site));
+        set.normals = order.iter().map(|&i| new[i as usize].normal).collect();
+        set.sites = order.iter().map(|&i| new[i as usize].site).collect();
+        set
+    }
+
+    /// Adds points behind the others.
+    pub(crate) fn append(&mut self, mut more: Self) {
+        let first = self.len() as u32;
+        self.unmoved.extend(more.unmoved.into_iter().map(|(point, origin)| (first + point, origin)));
+        self.origins.append(&mut more.origins);
+        self.normals.append(&mut more.normals);
+        self.sites.append(&mut more.sites);
     }
 }
 
@@ -133,8 +142,7 @@ mod tests {
     fn neighbours_in_the_order_are_neighbours_in_space() {
         let side = 32_u32;
         let points = (0..side * side).map(|i| place(Vec3::new((i % side) as f32, 0.0, (i / side) as f32), Vec3::Y, i));
-        let mut set = PointSet::default();
-        set.extend_with(points, 0.0);
+        let set = PointSet::new(points, 0.0);
         // 64 consecutive points of a square grid fill a square of 8 x 8
         for run in set.origins.chunks(64) {
             let low = run.iter().copied().reduce(Vec3::min).unwrap();
@@ -148,9 +156,8 @@ mod tests {
 
     #[test]
     fn points_that_are_nowhere_have_no_normal() {
-        let mut set = PointSet::default();
         let places = [place(Vec3::NAN, Vec3::Y, 0), place(Vec3::ONE, Vec3::NAN, 1), place(Vec3::ONE, Vec3::Y * 2.0, 2)];
-        set.extend_with(places.into_iter(), 0.5);
+        let set = PointSet::new(places.into_iter(), 0.5);
         for (site, normal) in set.sites.iter().zip(&set.normals) {
             assert_eq!(*normal, if *site == 2 { Vec3::Y } else { Vec3::ZERO });
         }

@@ -155,3 +155,49 @@ fn pictures_are_the_same_for_any_number_of_threads() {
     });
     assert!(one == many);
 }
+
+/// Two blocks a centimetre apart, whose triangles reach from the lit rim of the joint into its dark; one block is meshed too coarsely
+/// to have a vertex within. Were the light of a triangle's corners believed, daylight would reach the joint's depth.
+#[test]
+fn a_narrow_joint_of_coarse_triangles_stays_dark() {
+    for (parts, other, wanted) in [(2, 2, 1), (4, 4, 4), (4, 1, 4)] {
+        let left = cuboid(Vec3::new(-0.405, 0.0, -0.2), Vec3::new(-0.005, 0.4, 0.2), parts);
+        let right = cuboid(Vec3::new(0.005, 0.0, -0.2), Vec3::new(0.405, 0.4, 0.2), other);
+        let lit = Lit::new(ground(3.0, 30).and(left).and(right), 0.7);
+        let deep: Vec<usize> = (0..lit.scene.positions.len())
+            .filter(|&v| (lit.scene.positions[v].x + 0.005).abs() < 1e-5 && lit.scene.normals[v].x > 0.99)
+            .filter(|&v| {
+                let place = (lit.scene.positions[v] - Vec3::Y * 0.2).abs();
+                // the middle, or halfway to the rim off the diagonals, where the coarse triangles meet
+                match parts {
+                    2 => place.y < 0.01 && place.z < 0.01,
+                    _ => (place.y < 0.01 && (place.z - 0.1).abs() < 0.01) || (place.z < 0.01 && (place.y - 0.1).abs() < 0.01),
+                }
+            })
+            .collect();
+        assert_eq!(deep.len(), wanted);
+        // one sun shines into the joint, on the face across from the places, the other shines on its rim
+        let suns = [Vec3::new(-0.02, 0.6, 0.8).normalize(), Vec3::new(0.8, 0.6, 0.0)];
+        let params = LightParams { cell_size_m: Some(10.0), ..params(2048, 4) };
+        let light = bake(&lit.surfaces(), &suns, true, &params).unwrap().light;
+        let count = light.vertex_count();
+        let sky = [Vec3::splat(UNIFORM_SKY), Vec3::ZERO, Vec3::ZERO, Vec3::ZERO];
+        let mean_sky = (0..count).map(|v| light.sky_light(v, &sky).x).sum::<f32>() / count as f32;
+        let reference = ReferenceParams { samples: 16_384, max_bounces: 4, offset_m: 1e-4, ..ReferenceParams::default() };
+        let traced = at_vertices(&lit, &deep, &ConstantSky(Vec3::ONE), None, &reference);
+        for (&v, traced) in deep.iter().zip(&traced) {
+            let (baked, limit) = (light.sky_light(v, &sky).x, 0.15 * traced.x.max(0.05 * mean_sky));
+            assert!((baked - traced.x).abs() < limit, "{parts}, {other}: {baked} against {}, {limit} allowed", traced.x);
+        }
+        for (step, &direction) in suns.iter().enumerate() {
+            let sun = DirectSun { direction, irradiance: Vec3::ONE };
+            let traced = at_vertices(&lit, &deep, &ConstantSky(Vec3::ZERO), Some(sun), &reference);
+            for (&v, traced) in deep.iter().zip(&traced) {
+                // neither sun reaches these places itself
+                let baked = light.bounced_sun(v, step).x;
+                let limit = 0.15 * traced.x.max(0.05 * direction.y * FRAC_1_PI);
+                assert!((baked - traced.x).abs() < limit, "sun {step}, {parts}, {other}: {baked} against {}", traced.x);
+            }
+        }
+    }
+}
