@@ -132,7 +132,7 @@ mod tests {
     #[test]
     fn a_body_is_closed_over_chunks() {
         let whole = cube(Vec3::new(0.5, 7.0, -3.0));
-        assert_eq!(closed(&[whole.clone()]), [true]);
+        assert_eq!(closed(std::slice::from_ref(&whole)), [true]);
         assert_eq!(closed(&[whole[..5].to_vec(), whole[5..].to_vec()]), [true, true]);
     }
 
@@ -145,7 +145,7 @@ mod tests {
     #[test]
     fn inside_out_is_open() {
         let turned: Vec<[Vec3; 3]> = cube(Vec3::ONE).into_iter().map(|[a, b, c]| [a, c, b]).collect();
-        assert_eq!(closed(&[turned.clone()]), [false]);
+        assert_eq!(closed(std::slice::from_ref(&turned)), [false]);
         assert_eq!(closed(&[[cube(Vec3::ONE * 9.0), turned].concat()]), [false]);
         // One triangle turned round.
         let mut one = cube(Vec3::ONE);
