@@ -9,6 +9,7 @@
 
 use crate::gather::{counted, sees_only_backs};
 use crate::points::{Place, inward_shifts};
+use crate::refine::parts_by_sight;
 use crate::{GatherBlock, LightError, LightParams, PointSet, Surfaces, median_edge_m};
 use glam::Vec3;
 use heliodon_rays::Hit;
@@ -86,6 +87,8 @@ const FINEST_CELLS_PER_DIAGONAL: f32 = 512.0;
 /// of its inside to few rays (a third of the bunny's vertices would be gathered for 200 at the rims of its holes), an open sheet
 /// is met by hundreds.
 const SAMPLES_PER_BACK_HIT: u32 = 32;
+/// Cells of triangles that are seen much are at least this many median edges long.
+const FINEST_CELLS_PER_EDGE: f32 = 2.0;
 /// The growth of the cell size where there would be too many cells.
 const CELL_GROWTH: f32 = 1.25;
 /// Hits nearer than this part of their cell's longest edge are followed: beyond, the vertices' mean stands for what is seen.
@@ -136,8 +139,10 @@ impl Layout {
             cell_size_m,
             rounds: 0,
         };
-        for (triangle, &l) in longest.iter().enumerate() {
-            let parts = parts(l, cell_size_m);
+        let finest_m = FINEST_CELLS_PER_EDGE * median_edge_m(surfaces.positions, surfaces.triangles);
+        let by_sight = parts_by_sight(surfaces, &longest, finest_m, params);
+        for (triangle, (&l, by_sight)) in longest.iter().zip(by_sight).enumerate() {
+            let parts = parts(l, cell_size_m).max(by_sight);
             layout.near_m.push(NEAR_PER_CELL * l / parts as f32);
             if parts > 1 {
                 let split = Split { triangle: triangle as u32, parts, first: layout.sub_cells.len() as u32 };

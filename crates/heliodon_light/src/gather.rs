@@ -320,11 +320,11 @@ pub(crate) fn counted(mut cells: Vec<[u32; 2]>) -> Vec<[u32; 2]> {
 }
 
 /// The rays of a run of points in one direction.
-struct Direction<'a> {
-    index: usize,
-    direction: Vec3,
-    active: &'a [u64],
-    hits: &'a [Hit],
+pub(crate) struct Direction<'a> {
+    pub index: usize,
+    pub direction: Vec3,
+    pub active: &'a [u64],
+    pub hits: &'a [Hit],
 }
 
 impl Direction<'_> {
@@ -344,7 +344,7 @@ impl Direction<'_> {
 }
 
 /// Traces some points in all directions; returns the number of rays.
-fn for_each_direction(
+pub(crate) fn for_each_direction(
     surfaces: &Surfaces,
     origins: &[Vec3],
     normals: &[Vec3],

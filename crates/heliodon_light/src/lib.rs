@@ -28,6 +28,7 @@ mod masks;
 mod params;
 mod points;
 pub mod reference;
+mod refine;
 mod solve;
 mod sun_basis;
 mod surfaces;

@@ -74,7 +74,7 @@ impl Default for LightParams {
             max_sub_cells: 500_000,
             hit_budget_bytes: 4 << 30,
             back_side_rounds: 1,
-            sun_functions: 8,
+            sun_functions: 16,
             sun_error: 0.01,
             seed: 0,
         }

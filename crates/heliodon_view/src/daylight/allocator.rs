@@ -12,15 +12,27 @@ const KEPT_BYTES: i32 = 64 << 20;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 #[expect(unsafe_code, reason = "glibc's allocator is told by a C function; all of it is in this module")]
 pub fn keep_freed_memory() {
-    for parameter in [libc::M_TRIM_THRESHOLD, libc::M_TOP_PAD] {
-        // SAFETY: mallopt takes the allocator's own lock and sets one word; it touches no memory of the program, and an
-        // allocation beside it sees the old word or the new one, both of which are right.
-        unsafe {
-            libc::mallopt(parameter, KEPT_BYTES);
-        }
+    // SAFETY: mallopt takes the allocator's own lock and sets one word; it touches no memory of the program, and an allocation
+    // beside it sees the old word or the new one, both of which are right.
+    unsafe {
+        libc::mallopt(libc::M_TRIM_THRESHOLD, KEPT_BYTES);
+    }
+}
+
+/// Gives back what is free now: much, after a bundle was read.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[expect(unsafe_code, reason = "as above")]
+pub fn give_back_freed_memory() {
+    // SAFETY: malloc_trim takes the allocator's own locks and returns only pages that hold no allocation.
+    unsafe {
+        libc::malloc_trim(0);
     }
 }
 
 /// Elsewhere the allocator is left as it is.
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
 pub fn keep_freed_memory() {}
+
+/// Elsewhere the allocator is left as it is.
+#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+pub fn give_back_freed_memory() {}

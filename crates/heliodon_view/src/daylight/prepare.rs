@@ -1,12 +1,12 @@
 //! Before the GPU's work of a frame: what was loaded goes up, each camera's draws are found, the stale light is listed.
 
-use super::DaylightCamera;
 use super::layout::BLOCK;
 use super::moment::MomentUniform;
 use super::pages::{GpuChunk, GpuTexture, Page, Remaining, upload};
 use super::pipelines::{PipelineKey, SUBJECTS, StagePipelines};
 use super::sight::{Sight, SightKey};
 use super::view::{ClusterRef, Draw, ViewUniform, cull, draw_of, join_draws};
+use super::{DaylightCamera, allocator};
 use crate::sky::SkyResources;
 use crate::stage::feed::Delivery;
 use crate::stage::frame::StageFrame;
@@ -45,6 +45,8 @@ pub struct StageGpu {
     pub software: bool,
     /// Whether it is known which chunks are closed.
     closed_known: bool,
+    /// Frames since the last of the bundle was taken.
+    settled_frames: u32,
     /// Blocks to be lit, per page.
     work: Vec<Vec<u32>>,
 }
@@ -137,7 +139,16 @@ pub fn receive(
             }
         }
     }
+    if feed.is_uploaded() {
+        gpu.settled_frames = gpu.settled_frames.saturating_add(1);
+        if gpu.software && gpu.settled_frames == SETTLED_FRAMES {
+            allocator::give_back_freed_memory();
+        }
+    }
 }
+
+/// Frames after which what uploads have used is free.
+const SETTLED_FRAMES: u32 = 8;
 
 /// What is needed of a camera.
 type SeenCamera = (Entity, &'static ExtractedCamera, &'static ExtractedView, &'static Msaa, Option<&'static mut StageView>);
