@@ -18,6 +18,7 @@ use heliodon_math::random::{hash3_u32, unit_f32};
 use heliodon_math::sh::basis9;
 use heliodon_math::sphere::sample_cosine_hemisphere;
 use heliodon_rays::{Hit, NO_HIT, Ray};
+use rayon::prelude::*;
 use std::f32::consts::FRAC_1_PI;
 
 /// How often a path is followed before its cell's light is taken all the same.
@@ -29,7 +30,7 @@ const SUN_RAYS: usize = 4;
 /// What followed paths bring to a run of points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Followed {
-    /// Which point, and at which bounce, the sky's light of `sky` arrives; sorted. See [`Arrival`] for the bits.
+    /// Which point, and at which bounce, the sky's light of `sky` arrives. See [`Arrival`] for the bits.
     pub sky_keys: Vec<u32>,
     /// `C * channels` sums for each of `sky_keys`, coefficient-major.
     pub sky: Vec<f32>,
@@ -129,28 +130,26 @@ pub(crate) fn follow(
 ) -> (Followed, u64) {
     // rays of one point together: they start near each other
     near.sort_by_key(|n| n.point);
-    let mut run =
-        Run { surfaces, layout, suns, params, sky: vec![None; MAX_FOLLOWED * UNIT], out: Followed::default(), rays: 0 };
-    let (mut paths, mut last, mut index) = (Vec::with_capacity(near.len()), u32::MAX, 0);
-    for n in near {
-        index = if n.point == last { index + 1 } else { 0 };
-        last = n.point;
-        paths.extend(run.reflected(n.point, index, Vec3::splat(n.cos), n.direction, &n.hit));
+    // some points see nothing but what is near, so that runs differ by a hundred times in what there is to follow
+    let groups: Vec<&[Near]> = near.chunk_by(|a, b| a.point / GROUP == b.point / GROUP).collect();
+    let follow_group = |near: &[Near]| {
+        let sky = vec![None; MAX_FOLLOWED * GROUP as usize];
+        Run { surfaces, layout, suns, params, first, sky, out: Followed::default(), rays: 0 }.follow(near)
+    };
+    let done: Vec<(Followed, u64)> = groups.into_par_iter().map(follow_group).collect();
+    let (mut followed, mut rays) = (Followed::default(), 0);
+    for (part, more) in done {
+        followed.sky_keys.extend(part.sky_keys);
+        followed.sky.extend(part.sky);
+        followed.sun.extend(part.sun);
+        followed.ends.extend(part.ends);
+        rays += more;
     }
-    let most = MAX_FOLLOWED.min(params.bounces as usize);
-    for bounce in 1..=most {
-        run.add_suns(bounce, &paths, first);
-        paths = run.go_on(bounce, most, paths, first);
-    }
-    let width = params.coefficients * params.channels.count();
-    for (slot, sums) in run.sky.iter().enumerate() {
-        if let Some(sums) = sums {
-            run.out.sky_keys.push(Arrival { point: slot % UNIT, bounce: slot / UNIT + 1, step: 0 }.key());
-            run.out.sky.extend_from_slice(&sums.as_flattened()[..width]);
-        }
-    }
-    (run.out, run.rays)
+    (followed, rays)
 }
+
+/// Points whose paths are followed together.
+const GROUP: u32 = 32;
 
 /// Nine coefficients of up to three channels; with one channel, the first nine numbers.
 type SkySums = [[f32; 9]; 3];
@@ -160,13 +159,40 @@ struct Run<'a> {
     layout: &'a Layout,
     suns: &'a LiveSuns,
     params: &'a LightParams,
-    /// By bounce and point.
+    /// The layout's point that the first of the points is.
+    first: usize,
+    /// By bounce and point of the group.
     sky: Vec<Option<Box<SkySums>>>,
     out: Followed,
     rays: u64,
 }
 
 impl Run<'_> {
+    /// Follows the hits of a group of points.
+    fn follow(mut self, near: &[Near]) -> (Followed, u64) {
+        let (mut paths, mut last, mut index) = (Vec::with_capacity(near.len()), u32::MAX, 0);
+        for n in near {
+            index = if n.point == last { index + 1 } else { 0 };
+            last = n.point;
+            paths.extend(self.reflected(n.point, index, Vec3::splat(n.cos), n.direction, &n.hit));
+        }
+        let most = MAX_FOLLOWED.min(self.params.bounces as usize);
+        for bounce in 1..=most {
+            self.add_suns(bounce, &paths);
+            paths = self.go_on(bounce, most, paths);
+        }
+        let width = self.params.coefficients * self.params.channels.count();
+        let group = near.first().map_or(0, |n| n.point / GROUP * GROUP) as usize;
+        for (slot, sums) in self.sky.iter().enumerate() {
+            if let Some(sums) = sums {
+                let (point, bounce) = (group + slot % GROUP as usize, slot / GROUP as usize + 1);
+                self.out.sky_keys.push(Arrival { point, bounce, step: 0 }.key());
+                self.out.sky.extend_from_slice(&sums.as_flattened()[..width]);
+            }
+        }
+        (self.out, self.rays)
+    }
+
     /// The path that goes on from a hit, unless the surface reflects nothing.
     fn reflected(&self, point: u32, index: u32, share: Vec3, direction: Vec3, hit: &Hit) -> Option<Path> {
         let albedo = self.surfaces.reflected_at(hit);
@@ -176,7 +202,7 @@ impl Run<'_> {
     }
 
     /// Direct sunlight at the places: few suns from each, all of them in turn from those that a point sees.
-    fn add_suns(&mut self, bounce: usize, paths: &[Path], first: usize) {
+    fn add_suns(&mut self, bounce: usize, paths: &[Path]) {
         let count = self.suns.suns.len();
         let each = (SUN_RAYS >> (bounce - 1)).max(1).min(count);
         if count == 0 {
@@ -184,7 +210,7 @@ impl Run<'_> {
         }
         let (mut rays, mut carried) = (Vec::new(), Vec::new());
         for path in paths {
-            let start = hash3_u32(self.params.seed, first as u32 + path.point, bounce as u32) as usize;
+            let start = hash3_u32(self.params.seed, self.first as u32 + path.point, bounce as u32) as usize;
             for k in 0..each {
                 let (step, sun) = self.suns.pick(start % count + path.index as usize * each + k);
                 let cos = path.normal.dot(sun);
@@ -206,11 +232,11 @@ impl Run<'_> {
     }
 
     /// One further direction of every path; returns those that are followed again.
-    fn go_on(&mut self, bounce: usize, most: usize, paths: Vec<Path>, first: usize) -> Vec<Path> {
+    fn go_on(&mut self, bounce: usize, most: usize, paths: Vec<Path>) -> Vec<Path> {
         let directions: Vec<Vec3> = paths
             .iter()
             .map(|path| {
-                let turn = hash3_u32(self.params.seed ^ 0x5EED, first as u32 + path.point, bounce as u32);
+                let turn = hash3_u32(self.params.seed ^ 0x5EED, self.first as u32 + path.point, bounce as u32);
                 sample_cosine_hemisphere(path.normal, numbers(turn, path.index))
             })
             .collect();
@@ -237,7 +263,7 @@ impl Run<'_> {
     }
 
     fn add_sky(&mut self, bounce: usize, path: &Path, direction: Vec3) {
-        let sums = self.sky[(bounce - 1) * UNIT + path.point as usize].get_or_insert_with(Box::default);
+        let sums = self.sky[(bounce - 1) * GROUP as usize + (path.point % GROUP) as usize].get_or_insert_with(Box::default);
         let channels = self.params.channels.count();
         let basis = basis9(direction);
         for (i, y) in basis[..self.params.coefficients].iter().enumerate() {
