@@ -5,8 +5,9 @@ use crate::report::Reporter;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Rays that a block should have: a tenth of a second on two cores, so that hardly more is lost by a kill.
-const RAYS_PER_BLOCK: u64 = 1 << 20;
+/// Rays that a block should have: a kill costs about a second's work of two cores. With a sixteenth of it, a block of points with 1,024
+/// rays each was a single granule, and one core did it.
+const RAYS_PER_BLOCK: u64 = 1 << 24;
 
 /// Threads that share a block; with more, several blocks are done at once.
 const THREADS_PER_BLOCK: usize = 4;
