@@ -135,7 +135,7 @@ fn reckon(plan: &Plan, scene: &Scene, rays: &TriangleScene, layout: &Layout, par
     let bounce_seconds = timed.hits * passes * seconds_per_ray / BOUNCED_HITS_PER_RAY;
     let light_bytes = 4 * (light.mask_words() + lanes) as u64;
     let hit_bytes = (all(timed.hits) * HIT_BYTES) as u64;
-    let kept = if heliodon_light::hit_bytes_limit(layout, params) <= params.hit_budget_bytes { hit_bytes } else { 0 };
+    let kept = hit_bytes.min(params.hit_budget_bytes);
     Estimate {
         vertices,
         triangles,

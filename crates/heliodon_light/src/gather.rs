@@ -44,7 +44,7 @@ pub struct GatherBlock {
     pub back: Vec<f32>,
     /// Cells whose back was met by points that do not lie inside something themselves, and how often; sorted.
     pub back_cells: Vec<[u32; 2]>,
-    /// The kept hits of each run of points; empty where they are traced again for each bounce.
+    /// The hits of each run of points; empty ones where they were too many to keep and are traced again for each bounce.
     pub hits: Vec<UnitHits>,
     /// What followed hits bring to each run of points.
     pub followed: Vec<Followed>,
@@ -61,6 +61,12 @@ pub struct UnitHits {
     pub cells: Vec<u32>,
 }
 
+impl UnitHits {
+    fn bytes(&self) -> usize {
+        self.met.len() * 8 + self.cells.len() * 4
+    }
+}
+
 /// The gather's fixed directions with what is the same for all points.
 pub(crate) struct Lattice {
     pub directions: Vec<Vec3>,
@@ -73,13 +79,6 @@ impl Lattice {
         let basis = directions.iter().map(|&d| basis9(d)).collect();
         Self { directions, basis }
     }
-}
-
-/// The most bytes that the kept hits of all points can take: every ray a hit.
-#[must_use]
-pub fn hit_bytes_limit(layout: &Layout, params: &LightParams) -> u64 {
-    let directions = u64::from(params.directions());
-    layout.points().len() as u64 * (directions / 2 * 4 + directions / 8)
 }
 
 /// Gathers the points in `range`; `suns` are the unit directions whose bounced light will be solved, none where it will not (one
@@ -102,12 +101,13 @@ pub fn gather(
     }
     let lattice = Lattice::new(params);
     let suns = LiveSuns::new(suns);
-    let keep = hit_bytes_limit(layout, params) <= params.hit_budget_bytes;
+    // every point has its part of the budget, whatever the others need: results do not depend on what is kept
+    let budget_per_point = params.hit_budget_bytes as f64 / layout.points().len().max(1) as f64;
     let units: Vec<Unit> = unit_ranges(&range)
         .into_par_iter()
         .map(|unit| {
             let mut unit = gather_unit(surfaces, layout, &suns, unit, params, &lattice);
-            if !keep {
+            if unit.hits.bytes() as f64 > budget_per_point * unit.scale.len() as f64 {
                 unit.hits = UnitHits::default();
             }
             unit
@@ -130,9 +130,7 @@ pub fn gather(
         block.back_cells.extend(unit.back_cells);
         block.followed.push(unit.followed);
         block.rays += unit.rays;
-        if keep {
-            block.hits.push(unit.hits);
-        }
+        block.hits.push(unit.hits);
     }
     block.back_cells = counted(block.back_cells);
     Ok(block)
@@ -408,13 +406,10 @@ impl GatherBlock {
         for (followed, unit) in self.followed.iter().zip(&units) {
             followed.validate(unit.len(), cells, suns, params)?;
         }
-        if self.hits.is_empty() {
-            return Ok(());
-        }
         if self.hits.len() != units.len() {
             return wrong("hits of another number of points");
         }
-        for (hits, unit) in self.hits.iter().zip(units) {
+        for (hits, unit) in self.hits.iter().zip(units).filter(|(hits, _)| **hits != UnitHits::default()) {
             if hits.met.len() != params.directions() as usize * unit.len().div_ceil(64) {
                 return wrong("hits of another number of directions");
             }
@@ -431,7 +426,6 @@ impl GatherBlock {
     /// Bytes of the kept hits and of what was followed.
     #[must_use]
     pub fn hit_bytes(&self) -> usize {
-        let kept = self.hits.iter().map(|h| h.met.len() * 8 + h.cells.len() * 4).sum::<usize>();
-        kept + self.followed.iter().map(Followed::bytes).sum::<usize>()
+        self.hits.iter().map(UnitHits::bytes).sum::<usize>() + self.followed.iter().map(Followed::bytes).sum::<usize>()
     }
 }

@@ -38,7 +38,7 @@ pub use cells::{Layout, default_cell_size_m};
 pub use directions::gather_directions;
 pub use error::LightError;
 pub use follow::Followed;
-pub use gather::{BACK_LIMIT, GatherBlock, UnitHits, gather, hit_bytes_limit};
+pub use gather::{BACK_LIMIT, GatherBlock, UnitHits, gather};
 pub use masks::{MaskParams, SunMasks, bake_sun_masks};
 pub use params::{Channels, LightParams, MAX_SUN_STEPS};
 pub use points::PointSet;
