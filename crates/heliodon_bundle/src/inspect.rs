@@ -81,6 +81,22 @@ fn thousands(number: u64) -> String {
     out
 }
 
+/// `1 file`, `2 files`.
+fn counted(number: u64, what: &str) -> String {
+    format!("{} {what}{}", thousands(number), if number == 1 { "" } else { "s" })
+}
+
+/// `1 sky entry`, `2 sky entries`.
+fn entries(number: u64) -> String {
+    format!("{} sky {}", thousands(number), if number == 1 { "entry" } else { "entries" })
+}
+
+/// A number above 0 with three digits that count.
+fn rounded(number: f64) -> String {
+    let digits = (2.0 - libm::floor(libm::log10(number.abs().max(1e-12)))).clamp(0.0, 12.0);
+    format!("{number:.*}", digits as usize)
+}
+
 fn role_name(role: Role) -> &'static str {
     match role {
         Role::Scan => "scan",
@@ -112,16 +128,19 @@ impl fmt::Display for BundleSummary {
         let channels = if self.light.channels == 1 { "mono" } else { "rgb" };
         writeln!(
             f,
-            "  light: {} sun steps, {} sky coefficients ({channels}), {} functions of bounced sun, rays start {} m off",
-            self.light.sun_steps, self.light.coefficients, self.light.sun_bounce_functions, self.offset_m,
+            "  light: {}, {} sky coefficients ({channels}), {} of bounced sun, rays start {} mm off",
+            counted(u64::from(self.light.sun_steps), "sun step"),
+            self.light.coefficients,
+            counted(u64::from(self.light.sun_bounce_functions), "function"),
+            rounded(self.offset_m * 1e3),
         )?;
         let [first, last] = &self.day;
-        writeln!(f, "  day: {first} to {last}, {} sky entries, {} with a sun", self.sky_steps, self.sky_steps_with_sun)?;
+        writeln!(f, "  day: {first} to {last}, {}, {} with a sun", entries(self.sky_steps as u64), self.sky_steps_with_sun)?;
         for room in &self.rooms {
             writeln!(f, "  room {room}")?;
         }
-        let (files, textures) = (self.geometry_files.join(", "), self.textures);
-        write!(f, "  {:.1} MB in all; geometry in {files}, {textures} textures", self.bytes as f64 / 1e6)
+        let (files, textures) = (self.geometry_files.join(", "), counted(self.textures as u64, "texture"));
+        write!(f, "  {:.1} MB in all; geometry in {files}, {textures}", self.bytes as f64 / 1e6)
     }
 }
 
@@ -149,6 +168,8 @@ pub struct SiteSummary {
 /// A part of a site.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PartSummary {
+    /// Its name.
+    pub name: String,
     /// Its file pattern.
     pub pattern: String,
     /// What it is.
@@ -171,6 +192,7 @@ impl SiteSummary {
         let part = |(i, part): (usize, &crate::site::Part)| {
             let own = || inputs.iter().filter(move |f| f.kind == InputKind::Geometry(i));
             PartSummary {
+                name: part.display_name(),
                 pattern: part.file.clone(),
                 role: part.role,
                 albedo: match &part.albedo {
@@ -186,24 +208,25 @@ impl SiteSummary {
         let probes: Vec<String> = inputs.iter().filter(|f| f.kind == InputKind::Probe).map(|f| f.name.clone()).collect();
         let from = match (sky.model, sky.date) {
             (Some(model), Some(date)) => format!("{} of {date}", word(model)),
-            _ => format!("{} probes, {}", probes.len(), sky.mapping.map_or(String::new(), word)),
+            _ => format!("{}, {}", counted(probes.len() as u64, "probe"), sky.mapping.map_or(String::new(), word)),
         };
         let bounces = if bake.sun_bounce { "sky and sun" } else { "the sky" };
         Ok(Self {
             name: site.site.name.clone(),
             parts: site.parts.iter().enumerate().map(part).collect(),
             sky: from,
-            probes,
-            sun_steps: bake.sun_steps,
-            sky_steps: bake.effective_sky_steps(),
+            // one probe stands for all times
+            sun_steps: if probes.len() == 1 { 1 } else { bake.sun_steps },
+            sky_steps: if probes.len() == 1 { 1 } else { bake.effective_sky_steps() },
             bake: format!(
-                "{} coefficients ({}), {} samples, {} bounces of {bounces}",
+                "{} coefficients ({}), {} rays of each point, {} of {bounces}",
                 bake.coefficients(),
                 word(bake.transfer),
                 bake.samples,
-                bake.bounces,
+                counted(u64::from(bake.bounces), "bounce"),
             ),
             rooms: site.rooms.iter().map(|r| r.name.clone()).collect(),
+            probes,
         })
     }
 }
@@ -220,11 +243,15 @@ impl fmt::Display for SiteSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}: a site", self.name)?;
         for part in &self.parts {
-            let (role, files, mb) = (role_name(part.role), part.files.len(), part.bytes as f64 / 1e6);
-            writeln!(f, "  part {} ({role}): {files} files, {mb:.1} MB, albedo {}", part.pattern, part.albedo)?;
+            let (role, files) = (role_name(part.role), counted(part.files.len() as u64, "file"));
+            let size = part.bytes as f64 / 1e6;
+            let size = if size < 0.1 { format!("{:.1} kB", size * 1e3) } else { format!("{size:.1} MB") };
+            let (name, pattern, albedo) = (&part.name, &part.pattern, &part.albedo);
+            writeln!(f, "  part {name} ({role}): {files} ({pattern}), {size}, albedo {albedo}")?;
         }
         writeln!(f, "  sky: {}", self.sky)?;
-        writeln!(f, "  bake: {} sun steps, {} sky entries, {}", self.sun_steps, self.sky_steps, self.bake)?;
+        let sun_steps = counted(u64::from(self.sun_steps), "sun step");
+        writeln!(f, "  bake: {sun_steps}, {}, {}", entries(u64::from(self.sky_steps)), self.bake)?;
         write!(f, "  rooms: {}", if self.rooms.is_empty() { "none".to_owned() } else { self.rooms.join(", ") })
     }
 }

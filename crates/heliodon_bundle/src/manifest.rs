@@ -46,10 +46,7 @@ impl BundleMeta {
     /// pattern's name without its ending.
     #[must_use]
     pub fn from_site(site: &SiteFile, light: LightLayout, offset_m: f64) -> Self {
-        let parts = site
-            .parts
-            .iter()
-            .map(|part| PartMeta { name: part.name.clone().unwrap_or_else(|| default_part_name(&part.file)), role: part.role });
+        let parts = site.parts.iter().map(|part| PartMeta { name: part.display_name(), role: part.role });
         Self {
             tool: concat!("heliodon ", env!("CARGO_PKG_VERSION")).to_owned(),
             site: site.site.clone(),
@@ -63,12 +60,6 @@ impl BundleMeta {
             measures: BTreeMap::new(),
         }
     }
-}
-
-fn default_part_name(file: &str) -> String {
-    let name = file.rsplit('/').next().unwrap_or(file);
-    let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
-    if stem.trim_matches(['*', '?']).is_empty() { file.to_owned() } else { stem.to_owned() }
 }
 
 /// A part's name and role.

@@ -63,13 +63,25 @@ fn explain(error: &io::Error) -> String {
         io::ErrorKind::StorageFull => "the disk is full; make room and run again".to_owned(),
         io::ErrorKind::QuotaExceeded => "the disk quota is used up; make room and run again".to_owned(),
         io::ErrorKind::FileTooLarge => "the file grew beyond what the system allows here; raise the limit".to_owned(),
+        io::ErrorKind::NotFound => "there is no such folder; make it, or name another place".to_owned(),
+        io::ErrorKind::AlreadyExists | io::ErrorKind::NotADirectory => {
+            "a file stands where a folder is needed; choose another place".to_owned()
+        }
+        io::ErrorKind::ReadOnlyFilesystem => "the file system can only be read; choose another place".to_owned(),
         io::ErrorKind::PermissionDenied => "writing is not permitted there; choose another place".to_owned(),
         _ => error.to_string(),
     }
 }
 
 pub(crate) fn io_fault(path: &Path) -> impl FnOnce(io::Error) -> WriteFault + '_ {
-    move |source| WriteFault::Io { path: path.to_owned(), source }
+    move |source| WriteFault::Io { path: target_of(path), source }
+}
+
+/// The file that a temporary one beside it (`.NAME.part`, `.NAME.spool`) is to become: what people have asked for.
+fn target_of(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let target = name.strip_prefix('.').and_then(|name| name.strip_suffix(".part").or_else(|| name.strip_suffix(".spool")));
+    target.map_or_else(|| path.to_owned(), |target| path.with_file_name(target))
 }
 
 /// A new file that is hashed as it grows.

@@ -85,3 +85,17 @@ fn a_time_without_light_is_told() {
     assert_eq!(error.to_string(), "03:00 is outside of the bundle's day; give a time from 06:57 to 08:27");
     assert!(!out.exists());
 }
+
+#[test]
+fn a_folder_that_is_not_there_is_told_with_the_file_that_was_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let target = folder.path().join("bundle");
+    common::write(&target, common::MONO, true, WriterOptions::default());
+    let reader = BundleReader::open(&target).unwrap();
+    let out = folder.path().join("nowhere/lit.glb");
+    let told = export_lit(&reader, "07:00".parse().unwrap(), &ExportOptions::default(), &out).unwrap_err().to_string();
+    assert!(told.contains("nowhere/lit.glb: there is no such folder") && !told.contains("spool"), "{told}");
+    std::fs::write(folder.path().join("file"), "x").unwrap();
+    let told = heliodon_bundle::arrays::write_arrays(&reader, &folder.path().join("file"), false).unwrap_err().to_string();
+    assert!(told.contains("a file stands where a folder is needed"), "{told}");
+}

@@ -49,8 +49,8 @@ role = "ground"
 model = "atmosphere"
 date = "-0437-08-01"
 turbidity = 2.5
-turn_deg = 10
-below_horizon = "mirror"
+
+# how its light is computed
 
 [bake]
 sun_steps = 46
@@ -121,6 +121,46 @@ fn refused(text: &str, from: &str, to: &str, place: (usize, usize), words: &[&st
     }
     assert!(message.starts_with(&format!("somewhere/site.toml:{}:{}: ", place.0, place.1)), "{message}");
     assert!(!error.remedy.is_empty(), "no remedy: {message}");
+}
+
+#[test]
+fn what_belongs_to_probes_is_no_part_of_a_model_s_sky() {
+    for key in [
+        "turn_deg = 10",
+        "below_horizon = \"mirror\"",
+        "times = [\"10:00\"]",
+        "sun_irradiance = [1, 1, 1]",
+        "between = \"nearest\"",
+    ] {
+        let error = parse(&FULL.replacen("turbidity = 2.5", key, 1)).expect_err(key).to_string();
+        assert!(error.contains("belongs to probes"), "{error}");
+    }
+    let error = parse(&SMALLEST.replacen("[bake]", "opening_deg = 170\n[bake]", 1)).unwrap_err().to_string();
+    assert!(error.contains("fisheye"), "{error}");
+}
+
+#[test]
+fn messages_speak_of_numbers_and_not_of_types() {
+    for wrong in ["-1", "2.5"] {
+        let error = parse(&SMALLEST.replacen("bounces = 4", &format!("bounces = {wrong}"), 1)).unwrap_err().to_string();
+        assert!(error.contains("whole number from 0 up") && !error.contains("u32"), "{error}");
+    }
+}
+
+#[test]
+fn a_part_without_a_name_is_called_by_its_file() {
+    for (file, name) in [
+        ("bunny.obj", "bunny"),
+        ("scans/west front.ply", "west front"),
+        ("/data/a/temple.v2.ply", "temple.v2"),
+        ("scans/*.ply", "scans"),
+        ("scans/**/*.ply", "scans"),
+        ("*.ply", "*.ply"),
+        ("blocks_*.ply", "blocks_*"),
+    ] {
+        let site = parse(&SMALLEST.replacen("bunny.obj", file, 1)).unwrap();
+        assert_eq!(site.parts[0].display_name(), name);
+    }
 }
 
 #[test]
@@ -240,6 +280,7 @@ fn the_template_says_what_it_was_given() {
     let mut series = sites[0].clone();
     series.sky.times = ProbeTimes::List(vec!["06:57".parse().unwrap(), "07:04:30".parse().unwrap()]);
     series.sky.between = Between::Nearest;
+    series.sky.mapping = Some(Mapping::Fisheye);
     series.sky.opening_deg = 190.0;
     series.sky.sun_irradiance = Some([1.0, 2.0, 3.5]);
     series.site.name = "with \"quotes\" and a \\".to_owned();

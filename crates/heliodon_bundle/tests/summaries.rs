@@ -21,7 +21,7 @@ fn bundles_and_sites_are_summarised() {
         "300 sun steps, 9 sky coefficients (rgb), 3 functions",
         "day: 06:57 to 10:47, 24 sky entries, 22 with a sun",
         "room in front",
-        "geometry in site.glb, 1 textures",
+        "geometry in site.glb, 1 texture",
     ] {
         assert!(text.contains(words), "`{words}` is not in\n{text}");
     }
@@ -36,5 +36,10 @@ fn bundles_and_sites_are_summarised() {
     std::fs::write(root.join("site.toml"), common::site().to_toml_string()).unwrap();
     let summary = SiteSummary::of(&Site::read(&root).unwrap()).unwrap();
     let text = summary.to_string();
-    assert!(text.contains("sky: 1 probes, lat-long") && text.contains("4 coefficients (mono), 1024 samples"), "{text}");
+    assert!(
+        text.contains("sky: 1 probe, lat-long") && text.contains("4 coefficients (mono), 1024 rays of each point"),
+        "{text}"
+    );
+    assert!(text.contains("1 sun step, 1 sky entry"), "one probe stands for all times: {text}");
+    assert!(text.contains("1 file (column.ply), 0.0 kB"), "{text}");
 }

@@ -1,6 +1,6 @@
 //! What makes a `site.toml` that parses a sensible one.
 
-use super::types::{Albedo, MAX_SKY_STEPS, MAX_SUN_STEPS, Part, Room, SiteFile, Sky};
+use super::types::{Albedo, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part, Room, SiteFile, Sky};
 use super::values::ProbeTimes;
 
 /// A fault with the path of the key that has it.
@@ -129,6 +129,10 @@ fn check_sky(site: &SiteFile, sky: &Sky) -> Checked {
                 let remedy = "add mapping = \"lat-long\", \"angular\", \"mirror-ball\", \"cube-cross\" or \"fisheye\"";
                 return fault(&["sky", "probes"], "the probes have no mapping", remedy);
             }
+            if sky.opening_deg != Sky::default().opening_deg && sky.mapping != Some(Mapping::Fisheye) {
+                let remedy = "take it out, or write mapping = \"fisheye\"";
+                return fault(&["sky", "opening_deg"], "opening_deg belongs to the mapping \"fisheye\"", remedy);
+            }
             for key in ["date", "turbidity"] {
                 let given = if key == "date" { sky.date.is_some() } else { sky.turbidity.is_some() };
                 if given {
@@ -147,8 +151,19 @@ fn check_sky(site: &SiteFile, sky: &Sky) -> Checked {
             if let Some(turbidity) = sky.turbidity {
                 within(&["sky", "turbidity"], turbidity, 1.0, 10.0)?;
             }
-            if sky.mapping.is_some() {
-                return fault(&["sky", "mapping"], "mapping belongs to probes, not to a sky model", "take it out");
+            let default = Sky::default();
+            for (key, given) in [
+                ("mapping", sky.mapping.is_some()),
+                ("times", sky.times != default.times),
+                ("between", sky.between != default.between),
+                ("opening_deg", sky.opening_deg != default.opening_deg),
+                ("turn_deg", sky.turn_deg != default.turn_deg),
+                ("below_horizon", sky.below_horizon != default.below_horizon),
+                ("sun_irradiance", sky.sun_irradiance.is_some()),
+            ] {
+                if given {
+                    return fault(&["sky", key], format!("{key} belongs to probes, not to a sky model"), "take it out");
+                }
             }
         }
     }

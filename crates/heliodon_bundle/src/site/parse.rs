@@ -70,7 +70,14 @@ fn lookup<'a, 'i>(table: &'a DeTable<'i>, key: &str) -> Option<(usize, &'a DeVal
 
 /// A parser's message with the remedy that follows from it.
 fn explain(message: &str) -> (String, String) {
+    // names of Rust's types say nothing to people who write a site
     let message = message.trim().replace('\n', ", ");
+    let kinds = [
+        ("expected u32", "expected a whole number from 0 up"),
+        ("expected u64", "expected a whole number from 0 up"),
+        ("expected f64", "expected a number"),
+    ];
+    let message = kinds.iter().fold(message, |text, (kind, words)| text.replace(kind, words));
     for kind in ["unknown field", "unknown variant"] {
         let Some(rest) = message.strip_prefix(kind) else { continue };
         let mut quoted = rest.split('`').skip(1).step_by(2);

@@ -87,7 +87,7 @@ fn write_part(w: &mut Writer, part: &Part) {
     w.set("file", &part.file, "ply, obj, gltf, glb or stl; globs name several");
     w.absent("name", part.name.as_ref(), "\"temple\"", "default: from the file's name");
     w.set("role", part.role, "scan, ground, filling or prop");
-    w.absent::<Albedo>("albedo", part.albedo.as_ref(), "[0.5, 0.5, 0.5]", "where the file has no colours; or an image");
+    w.absent::<Albedo>("albedo", part.albedo.as_ref(), "[0.5, 0.5, 0.5]", "in place of the file's own colours; or an image");
     w.optional("unit", &part.unit, &super::Unit::M, "mm, cm, dm, m, km, in or ft");
     w.optional("up", &part.up, &super::UpAxis::Y, "y or z");
     w.optional("scale", &part.scale, &1.0, "first");
@@ -111,9 +111,9 @@ fn write_sky(w: &mut Writer, sky: &Sky) {
         w.optional("between", &sky.between, &default.between, "nearest or interpolate");
         w.optional("opening_deg", &sky.opening_deg, &default.opening_deg, "of a fisheye");
         w.absent("sun_irradiance", sky.sun_irradiance.as_ref(), "[1.0, 1.0, 1.0]", "where the probes' sun is clipped");
+        w.optional("turn_deg", &sky.turn_deg, &0.0, "clockwise seen from above");
+        w.optional("below_horizon", &sky.below_horizon, &default.below_horizon, "keep, black or mirror");
     }
-    w.optional("turn_deg", &sky.turn_deg, &0.0, "clockwise seen from above");
-    w.optional("below_horizon", &sky.below_horizon, &default.below_horizon, "keep, black or mirror");
 }
 
 fn write_bake(w: &mut Writer, bake: &Bake) {
@@ -125,7 +125,7 @@ fn write_bake(w: &mut Writer, bake: &Bake) {
     w.absent("last", bake.last.as_ref(), "\"17:34\"", "default: the probes' last, or sunset");
     w.optional("order", &bake.order, &default.order, "1: 4 coefficients, 2: 9");
     w.optional("bounces", &bake.bounces, &default.bounces, "");
-    w.optional("samples", &bake.samples, &default.samples, "directions that each vertex gathers from");
+    w.optional("samples", &bake.samples, &default.samples, "rays of each point");
     w.optional("seed", &bake.seed, &default.seed, "");
     w.absent("offset_m", bake.offset_m.as_ref(), "0.001", "how far off the surface rays start; default: from the scene");
     w.optional("transfer", &bake.transfer, &default.transfer, "mono or rgb");

@@ -68,14 +68,14 @@ pub struct SiteInfo {
 pub struct Part {
     /// A PLY, OBJ, glTF, GLB or STL file relative to the site's folder; globs (`*`, `?`, `[a-z]`, `**`) name several.
     pub file: String,
-    /// The part's name, for people and in site.glb. Default: the first file's name without its ending.
+    /// The part's name, for people and in site.glb. Default: the file's name without its ending; of "scans/*.ply" the folder's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// What the geometry is.
     #[serde(default)]
     pub role: Role,
-    /// Albedo where the files have no colours of their own: linear [r, g, b] in [0, 1], or an image for the files' texture
-    /// coordinates. Default: the files' own colours, and 0.5 without any.
+    /// Albedo in place of whatever colours the files have: linear [r, g, b] in [0, 1], or an image (PNG, JPEG) for the files'
+    /// texture coordinates. Default: the files' own colours, and 0.5 without any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub albedo: Option<Albedo>,
     /// The length that the file's numbers count.
@@ -96,6 +96,22 @@ pub struct Part {
     /// Where light is stored.
     #[serde(default)]
     pub light: LightStorage,
+}
+
+impl Part {
+    /// The part's name: as given, else of its file, without folders and ending; of a pattern that names nothing but an ending
+    /// (`scans/*.ply`) its folder.
+    #[must_use]
+    pub fn display_name(&self) -> String {
+        if let Some(name) = &self.name {
+            return name.clone();
+        }
+        let names = |part: &&str| !part.trim_matches(['*', '?', '.']).is_empty();
+        let mut folders = self.file.rsplit('/');
+        let file = folders.next().unwrap_or_default();
+        let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
+        [stem].into_iter().chain(folders).find(names).unwrap_or(&self.file).to_owned()
+    }
 }
 
 fn one() -> f64 {
@@ -207,7 +223,7 @@ pub struct Sky {
     #[serde(skip_serializing_if = "is_half_turn")]
     #[schemars(range(max = 360), extend("exclusiveMinimum" = 0))]
     pub opening_deg: f64,
-    /// Turns the sky clockwise seen from above, degrees; added to what the mapping says.
+    /// Turns the probes clockwise seen from above, degrees; added to what the mapping says.
     pub turn_deg: f64,
     /// What of the probes below the horizon gives light.
     pub below_horizon: BelowHorizon,
@@ -322,7 +338,7 @@ pub struct Bake {
     /// Times that light is reflected between surfaces; 0 keeps only what comes straight from sky and sun.
     #[schemars(range(max = 64))]
     pub bounces: u32,
-    /// Directions over the whole sphere that a vertex gathers from; noise falls and time rises in proportion.
+    /// Rays of each point, spread over the hemisphere that its surface sees; more cost time in proportion and leave less noise.
     #[schemars(range(min = 16, max = 1048576))]
     pub samples: u32,
     /// Seed of whatever is random.
