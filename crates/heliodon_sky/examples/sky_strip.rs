@@ -10,7 +10,7 @@ use heliodon_sky::model::{ModelKind, ModelParams, ModelSky};
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut args = std::env::args().skip(1);
     let out = args.next().unwrap_or_else(|| "sky_strip.png".into());
-    let turbidity = args.next().and_then(|t| t.parse().ok()).unwrap_or(2.5);
+    let turbidity = args.next().and_then(|t| t.parse().ok()).unwrap_or(2.0);
     let kind = ModelKind::from_name(&args.next().unwrap_or_else(|| "atmosphere".into()))?;
     let start = std::time::Instant::now();
     let sky = ModelSky::new(&ModelParams { kind, turbidity, ..ModelParams::default() })?;

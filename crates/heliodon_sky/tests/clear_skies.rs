@@ -2,7 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 use heliodon_image::HdrImage;
 use heliodon_math::color::luminance;
 use heliodon_math::sphere::direction_from_azimuth_elevation;
@@ -93,6 +93,64 @@ fn skies_are_blue_above_warm_at_the_sunset_and_without_steps() {
             let [a, b, c] = [x - 1, x, x + 1].map(|x| luminance(map.pixel(x, y)));
             assert!((a - 2.0 * b + c).abs() < 0.002 * b, "({x}, {y}): {a} {b} {c}");
         }
+    }
+}
+
+/// CIE 1931 chromaticity of a linear Rec. 709 colour.
+fn chromaticity(color: Vec3) -> (f32, f32) {
+    let xyz = Mat3::from_cols_array(&[0.4124, 0.2126, 0.0193, 0.3576, 0.7152, 0.1192, 0.1805, 0.0722, 0.9505]) * color;
+    (xyz.x / xyz.element_sum(), xyz.y / xyz.element_sum())
+}
+
+/// A place on the sun's meridian, by the angle from the horizon beneath the sun over the zenith.
+fn on_meridian(map: &HdrImage, over_deg: f32) -> Vec3 {
+    let azimuth = if over_deg > 90.0 { 1.0 - std::f32::consts::PI } else { 1.0 };
+    let elevation = over_deg.min(180.0 - over_deg);
+    let x = (azimuth / std::f32::consts::TAU + 0.5) * map.width as f32;
+    map.pixel(x as u32, ((90.0 - elevation) / 180.0 * map.height as f32) as u32)
+}
+
+#[test]
+fn the_blue_is_that_of_published_skies() {
+    // Preetham, Shirley and Smits, "A Practical Analytic Model for Daylight" (1999), appendix A.2, zenith at turbidity 2: (0.238, 0.242) with the sun at 30
+    // degrees, (0.244, 0.251) at 20, (0.258, 0.271) at 10; Hosek and Wilkie (2012): (0.234, 0.244), (0.235, 0.248), (0.241, 0.260)
+    for (elevation, x, y) in [(30.0, 0.236, 0.243), (20.0, 0.240, 0.250), (10.0, 0.250, 0.266)] {
+        let zenith = chromaticity(on_meridian(&CLEAR.map(sun_at(elevation), 256, 128), 89.0));
+        println!("sun {elevation}: zenith {zenith:.4?}");
+        assert!((zenith.0 - x).abs() < 0.018 && (zenith.1 - y).abs() < 0.018, "{elevation}: {zenith:?}");
+    }
+    // high sun, 80 degrees from it: deep blue, and no more violet than daylight is. The CIE daylight locus has y = -3 x^2 + 2.87 x - 0.275; measured clear
+    // skies lie close to it (Hernandez-Andres, Romero and Lee, JOSA A 18(2), 2001).
+    for elevation in [30.0, 45.0, 60.0] {
+        let map = CLEAR.map(sun_at(elevation), 256, 128);
+        for from_sun in [60.0, 80.0] {
+            let (x, y) = chromaticity(on_meridian(&map, elevation as f32 + from_sun));
+            let locus = -3.0 * x * x + 2.87 * x - 0.275;
+            println!("sun {elevation}, {from_sun} from it: {x:.4} {y:.4}, {:+.4} from the daylight locus", y - locus);
+            assert!((0.235..0.26).contains(&x), "{elevation}: {x} {y}");
+            assert!(y > locus - 0.002 && y < locus + 0.015, "{elevation}: {x} {y}, locus {locus}");
+        }
+    }
+}
+
+#[test]
+fn the_glow_about_the_sun_falls_as_the_cie_s_clear_sky() {
+    // ISO 15469:2004 (CIE S 011), type 12, clear sky of low turbidity: 1 + 10 (exp(-3 g) - exp(-3 pi / 2)) + 0.45 cos^2 g along the sun's parallel
+    let cie = |deg: f64| {
+        let g = deg.to_radians();
+        1.0 + 10.0 * ((-3.0 * g).exp() - (-1.5 * std::f64::consts::PI).exp()) + 0.45 * g.cos() * g.cos()
+    };
+    let elevation = 30.0_f64;
+    let map = CLEAR.map(sun_at(elevation), 1024, 512);
+    let parallel = |from_sun: f64| {
+        let apart = 2.0 * ((0.5 * from_sun).to_radians().sin() / elevation.to_radians().cos()).asin();
+        let x = ((1.0 + apart) / std::f64::consts::TAU + 0.5) * 1024.0;
+        luminance(map.pixel(x as u32 % 1024, ((90.0 - elevation) / 180.0 * 512.0) as u32))
+    };
+    for (from_sun, most) in [(5.0, 1.6), (10.0, 1.3), (20.0, 1.15), (40.0, 1.1), (60.0, 1.1)] {
+        let ratio = f64::from(parallel(from_sun) / parallel(90.0)) / (cie(from_sun) / cie(90.0));
+        println!("{from_sun} degrees from the sun: {ratio:.3} of the CIE's");
+        assert!((0.85..most).contains(&ratio), "{from_sun}: {ratio}");
     }
 }
 

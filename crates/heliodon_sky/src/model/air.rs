@@ -11,17 +11,26 @@ pub(crate) const GROUND_KM: f32 = 6360.0;
 pub(crate) const TOP_KM: f32 = 6460.0;
 
 const RAYLEIGH_HEIGHT_KM: f32 = 8.0;
-const MIE_HEIGHT_KM: f32 = 1.2;
-/// What aerosols scatter of the light that they take away.
-const MIE_SCATTERED: f32 = 0.9;
-/// How aerosols' extinction falls with the wavelength (Angstrom's exponent; Preetham et al. 1999 take the same).
-const ANGSTROM: f64 = 1.3;
+const AEROSOL_HEIGHT_KM: f32 = 1.2;
+const AEROSOL_SCATTERED: f32 = 0.9;
+
+/// Asymmetry of the light that fine and that coarse aerosols scatter. One lobe of the usual 0.8 spreads the aureole into a disc twenty degrees wide; measured
+/// phase functions have a narrow peak over a broad base (Dubovik et al., "Variability of Absorption and Optical Properties of Key Aerosol Types", 2002), and
+/// the base is the fine particles' and bluer than the peak.
+pub(crate) const ASYMMETRY: [f32; 2] = [0.58, 0.86];
+/// The fine particles' share of the aerosols' extinction at 550 nm, and how it falls with the wavelength (Angstrom's exponent); that of the coarse
+/// ones is even. Together they have an exponent of 1.33 between 440 and 870 nm (Preetham et al. 1999 take 1.3 for all).
+const FINE: (f64, f64) = (0.8, 1.9);
 
 /// Scattering and extinction at sea level, per km.
 #[derive(Clone, Debug)]
 pub(crate) struct Air {
     rayleigh: Spectrum,
-    mie_extinction: Spectrum,
+    /// Extinction by aerosols of each mode: haze and smoke, and dust.
+    fine: Spectrum,
+    coarse: Spectrum,
+    /// What aerosols of each mode scatter of the light that they take away.
+    scattered: [f32; 2],
     /// Where ozone is densest.
     ozone: Spectrum,
     through: Vec<Spectrum>,
@@ -30,8 +39,28 @@ pub(crate) struct Air {
 /// What a point of the air does to light, per km.
 pub(crate) struct Local {
     pub rayleigh: Spectrum,
-    pub mie: Spectrum,
+    pub fine: Spectrum,
+    pub coarse: Spectrum,
     pub extinction: Spectrum,
+}
+
+impl Local {
+    /// What of it spreads evenly (see [`Air::even`]).
+    pub(crate) fn even_scattering(&self, k: usize) -> f32 {
+        self.rayleigh[k] + self.fine[k] * (1.0 - ASYMMETRY[0]) + self.coarse[k] * (1.0 - ASYMMETRY[1])
+    }
+
+    /// By air and aerosols together.
+    pub(crate) fn scattering(&self, k: usize) -> f32 {
+        self.rayleigh[k] + self.fine[k] + self.coarse[k]
+    }
+}
+
+/// The optical depth of the whole air without aerosols, at sea level: Bodhaine et al., "On Rayleigh Optical Depth Calculations", Journal of Atmospheric and
+/// Oceanic Technology 16, 1999, equation 30. 0.097 at 550 nm; the 0.108 that much of graphics uses makes skies too pale.
+fn rayleigh_depth(nm: f64) -> f64 {
+    let um2 = (nm / 1000.0) * (nm / 1000.0);
+    0.002_152 * (1.045_599_6 - 341.290_61 / um2 - 0.902_308_50 * um2) / (1.0 + 0.002_705_988_9 / um2 - 85.968_563 * um2)
 }
 
 const THROUGH_ANGLES: usize = 192;
@@ -40,39 +69,59 @@ const THROUGH_HEIGHTS: usize = 48;
 impl Air {
     /// Air of a turbidity: the optical depth of air with aerosols over that of air alone, at 550 nm.
     pub(crate) fn new(turbidity: f32) -> Self {
-        let rayleigh_per_km = |nm: f64| 1.240_62e-3 / libm::pow(nm / 1000.0, 4.0);
-        let depth_550 = rayleigh_per_km(550.0) * f64::from(RAYLEIGH_HEIGHT_KM);
-        let mie_550 = (f64::from(turbidity) - 1.0).max(0.0) * depth_550 / f64::from(MIE_HEIGHT_KM);
+        let aerosol_550 = (f64::from(turbidity) - 1.0).max(0.0) * rayleigh_depth(550.0) / f64::from(AEROSOL_HEIGHT_KM);
+        let (fine_share, exponent) = FINE;
         // 300 Dobson units of 2.687e20 molecules/m2 in a layer whose profile integrates to 15 km
         let ozone_density = 300.0 * 2.687e20 / 15_000.0;
-        let mut air = Self {
-            rayleigh: WAVELENGTHS_NM.map(|nm| rayleigh_per_km(nm) as f32),
-            mie_extinction: WAVELENGTHS_NM.map(|nm| (mie_550 * libm::pow(nm / 550.0, -ANGSTROM)) as f32),
+        Self {
+            rayleigh: WAVELENGTHS_NM.map(|nm| rayleigh_depth(nm) as f32 / RAYLEIGH_HEIGHT_KM),
+            fine: WAVELENGTHS_NM.map(|nm| (aerosol_550 * fine_share * libm::pow(nm / 550.0, -exponent)) as f32),
+            coarse: [(aerosol_550 * (1.0 - fine_share)) as f32; COUNT],
+            scattered: [AEROSOL_SCATTERED; 2],
             ozone: WAVELENGTHS_NM.map(|nm| (ozone_m2(nm) * ozone_density * 1000.0) as f32),
             through: Vec::new(),
-        };
-        air.through = (0..THROUGH_HEIGHTS * THROUGH_ANGLES)
+        }
+        .tabulated()
+    }
+
+    /// The air that scatters evenly in all directions and spreads light as far as this one does: what aerosols send on nearly straight counts as
+    /// not scattered (the similarity relation of van de Hulst, "Multiple Light Scattering", 1980). Higher orders are reckoned in it; with
+    /// the aerosols' whole scattering taken as even, much of the sun's and the ground's light would be turned back, and the sky go pale and violet.
+    pub(crate) fn even(&self) -> Self {
+        let mut even = self.clone();
+        for (mode, asymmetry) in ASYMMETRY.into_iter().enumerate() {
+            let kept = 1.0 - self.scattered[mode] * asymmetry;
+            let extinction = if mode == 0 { &mut even.fine } else { &mut even.coarse };
+            extinction.iter_mut().for_each(|e| *e *= kept);
+            even.scattered[mode] *= (1.0 - asymmetry) / kept;
+        }
+        even.tabulated()
+    }
+
+    fn tabulated(mut self) -> Self {
+        self.through = (0..THROUGH_HEIGHTS * THROUGH_ANGLES)
             .map(|i| {
                 let (row, column) = (i / THROUGH_ANGLES, i % THROUGH_ANGLES);
                 let (r, mu) =
                     Self::unmap(row as f32 / (THROUGH_HEIGHTS - 1) as f32, column as f32 / (THROUGH_ANGLES - 1) as f32);
-                air.integrate_to_top(r, mu)
+                self.integrate_to_top(r, mu)
             })
             .collect();
-        air
+        self
     }
 
     /// The air at a height above the ground.
     pub(crate) fn at(&self, height_km: f32) -> Local {
         let height = height_km.max(0.0);
         let r = libm::expf(-height / RAYLEIGH_HEIGHT_KM);
-        let m = libm::expf(-height / MIE_HEIGHT_KM);
+        let a = libm::expf(-height / AEROSOL_HEIGHT_KM);
         let o = (1.0 - (height - 25.0).abs() / 15.0).max(0.0);
-        let mut local = Local { rayleigh: [0.0; COUNT], mie: [0.0; COUNT], extinction: [0.0; COUNT] };
+        let mut local = Local { rayleigh: [0.0; COUNT], fine: [0.0; COUNT], coarse: [0.0; COUNT], extinction: [0.0; COUNT] };
         for k in 0..COUNT {
             local.rayleigh[k] = self.rayleigh[k] * r;
-            local.mie[k] = self.mie_extinction[k] * (MIE_SCATTERED * m);
-            local.extinction[k] = local.rayleigh[k] + self.mie_extinction[k] * m + self.ozone[k] * o;
+            local.fine[k] = self.fine[k] * (self.scattered[0] * a);
+            local.coarse[k] = self.coarse[k] * (self.scattered[1] * a);
+            local.extinction[k] = local.rayleigh[k] + (self.fine[k] + self.coarse[k]) * a + self.ozone[k] * o;
         }
         local
     }

@@ -1,6 +1,6 @@
 //! A clear sky from the physics of the air, from night to noon.
 
-use super::air::{Air, GROUND_KM};
+use super::air::{ASYMMETRY, Air, GROUND_KM};
 use super::scatter::{Along, Many, march};
 use super::spectrum::{self, COUNT, Spectrum};
 use glam::Vec3;
@@ -15,10 +15,6 @@ const AZIMUTHS: usize = 33;
 const ABOVE: usize = 64;
 const BELOW: usize = 24;
 
-/// Two lobes make the aerosols' phase function: asymmetry and share. One lobe of the usual 0.8 spreads the aureole into a disc twenty degrees wide; measured ones
-/// have a narrow peak over a broad base (Dubovik et al., "Variability of Absorption and Optical Properties of Key Aerosol Types", 2002).
-const MIE_LOBES: [(f32, f32); 2] = [(0.66, 0.82), (0.94, 0.18)];
-
 /// Light of the night sky, in kcd/m2: airglow, starlight, zodiacal light (about 2e-4 cd/m2), a little blue.
 const NIGHT: Vec3 = Vec3::new(1.6e-7, 1.9e-7, 2.6e-7);
 
@@ -31,11 +27,12 @@ pub(crate) struct Atmosphere {
     colors: [Vec3; COUNT],
 }
 
-/// The three terms of a direction's light, as colours.
+/// The four terms of a direction's light, as colours.
 #[derive(Clone, Copy, Default)]
 struct Terms {
     rayleigh: Vec3,
-    mie: Vec3,
+    fine: Vec3,
+    coarse: Vec3,
     even: Vec3,
 }
 
@@ -44,7 +41,8 @@ impl Terms {
         let mut sum = Self::default();
         for (terms, weight) in nodes {
             sum.rayleigh += terms.rayleigh * weight;
-            sum.mie += terms.mie * weight;
+            sum.fine += terms.fine * weight;
+            sum.coarse += terms.coarse * weight;
             sum.even += terms.even * weight;
         }
         sum
@@ -63,13 +61,15 @@ fn rayleigh_phase(cosine: f32) -> f32 {
 }
 
 /// Cornette and Shanks, "Physically reasonable analytic expression for the single-scattering phase function", Applied Optics 31, 1992.
-fn mie_phase(cosine: f32) -> f32 {
-    let lobe = |g: f32| {
-        let g2 = g * g;
-        let base = (1.0 + g2 - 2.0 * g * cosine).max(1e-6);
-        3.0 / (8.0 * PI) * (1.0 - g2) * (1.0 + cosine * cosine) / ((2.0 + g2) * base * base.sqrt())
-    };
-    MIE_LOBES.iter().map(|&(g, share)| share * lobe(g)).sum()
+fn aerosol_phase(g: f32, cosine: f32) -> f32 {
+    let g2 = g * g;
+    let base = (1.0 + g2 - 2.0 * g * cosine).max(1e-6);
+    3.0 / (8.0 * PI) * (1.0 - g2) * (1.0 + cosine * cosine) / ((2.0 + g2) * base * base.sqrt())
+}
+
+/// What air, fine and coarse aerosols send to a direction whose angle from the sun has this cosine.
+fn phases(cosine: f32) -> [f32; 3] {
+    [rayleigh_phase(cosine), aerosol_phase(ASYMMETRY[0], cosine), aerosol_phase(ASYMMETRY[1], cosine)]
 }
 
 impl Atmosphere {
@@ -144,10 +144,10 @@ impl Atmosphere {
             let below = dome.row(false, elevation.min(dome.horizon_rad));
             for &(sin_azimuth, cos_azimuth, apart) in &columns {
                 let cosine = Vec3::new(c * sin_azimuth, s, -c * cos_azimuth).dot(sun);
-                let (rayleigh, mie) = (rayleigh_phase(cosine), mie_phase(cosine));
+                let [rayleigh, fine, coarse] = phases(cosine);
                 let shade = |row: &[Terms]| {
                     let terms = across(row, apart);
-                    terms.rayleigh * rayleigh + terms.mie * mie + terms.even
+                    terms.rayleigh * rayleigh + terms.fine * fine + terms.coarse * coarse + terms.even
                 };
                 let mut color = Vec3::ZERO;
                 if sky > 0.0 {
@@ -175,6 +175,12 @@ impl Atmosphere {
         let sky_light = Self::irradiance(&above, horizon_rad, sun);
         let sun_light = self.air.through(GROUND_KM, sun.y);
         let color = |s: &Spectrum| spectrum::to_color(s, &self.colors);
+        let terms = |along: &Along, even: &Spectrum, night: Vec3| Terms {
+            rayleigh: color(&along.rayleigh),
+            fine: color(&along.fine),
+            coarse: color(&along.coarse),
+            even: color(even) + night,
+        };
         let below = (0..BELOW * AZIMUTHS)
             .map(|i| {
                 let along = node(false, i / AZIMUTHS, i % AZIMUTHS);
@@ -184,11 +190,10 @@ impl Atmosphere {
                 });
                 // the ground also shows the night sky's light
                 let night = NIGHT * color(&self.ground_albedo) / color(&[1.0; COUNT]);
-                Terms { rayleigh: color(&along.rayleigh), mie: color(&along.mie), even: color(&lit) + night }
+                terms(&along, &lit, night)
             })
             .collect();
-        let above =
-            above.iter().map(|a| Terms { rayleigh: color(&a.rayleigh), mie: color(&a.mie), even: color(&a.many) }).collect();
+        let above = above.iter().map(|a| terms(a, &a.many, Vec3::ZERO)).collect();
         Dome { above, below, horizon_rad }
     }
 
@@ -208,10 +213,11 @@ impl Atmosphere {
                 let weight = band * share * PI / (AZIMUTHS - 1) as f32;
                 let azimuth = f64::from(column as u32) / (AZIMUTHS - 1) as f64 * std::f64::consts::PI;
                 let cosine = direction_from_azimuth_elevation(azimuth, f64::from(elevation)).dot(sun);
-                let (rayleigh, mie) = (rayleigh_phase(cosine), mie_phase(cosine));
+                let [rayleigh, fine, coarse] = phases(cosine);
                 let along = &above[row * AZIMUTHS + column];
                 for (k, sum) in sum.iter_mut().enumerate() {
-                    *sum += weight * (along.rayleigh[k] * rayleigh + along.mie[k] * mie + along.many[k]);
+                    let once = along.rayleigh[k] * rayleigh + along.fine[k] * fine + along.coarse[k] * coarse;
+                    *sum += weight * (once + along.many[k]);
                 }
             }
         }

@@ -59,7 +59,7 @@ pub struct ModelParams {
 impl Default for ModelParams {
     fn default() -> Self {
         // dry grass, earth and rock
-        Self { kind: ModelKind::Atmosphere, turbidity: 2.5, ground_albedo: Vec3::new(0.27, 0.23, 0.17) }
+        Self { kind: ModelKind::Atmosphere, turbidity: 2.0, ground_albedo: Vec3::new(0.20, 0.18, 0.13) }
     }
 }
 

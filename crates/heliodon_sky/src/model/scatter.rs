@@ -19,7 +19,9 @@ const DIRECTIONS: u32 = 64;
 #[derive(Clone, Copy)]
 pub(crate) struct Along {
     pub rayleigh: Spectrum,
-    pub mie: Spectrum,
+    /// By fine and by coarse aerosols.
+    pub fine: Spectrum,
+    pub coarse: Spectrum,
     /// Higher orders, which have none.
     pub many: Spectrum,
     /// How much comes through from the ray's end.
@@ -52,8 +54,14 @@ pub(crate) fn march(air: &Air, many: Option<&Many>, r: f32, direction: Vec3, sun
     let mu = direction.y;
     let ground = if mu < 0.0 { distance_to(r, mu, GROUND_KM, true) } else { None };
     let length = ground.or_else(|| distance_to(r, mu, TOP_KM, false)).unwrap_or(0.0);
-    let mut along =
-        Along { rayleigh: [0.0; COUNT], mie: [0.0; COUNT], many: [0.0; COUNT], through: [1.0; COUNT], ground: None };
+    let mut along = Along {
+        rayleigh: [0.0; COUNT],
+        fine: [0.0; COUNT],
+        coarse: [0.0; COUNT],
+        many: [0.0; COUNT],
+        through: [1.0; COUNT],
+        ground: None,
+    };
     let mut before = 0.0_f32;
     let start = Vec3::Y * r;
     for i in 0..steps {
@@ -72,8 +80,9 @@ pub(crate) fn march(air: &Air, many: Option<&Many>, r: f32, direction: Vec3, sun
             // the integral of transmittance over the step
             let weight = along.through[k] * (1.0 - passed) / local.extinction[k].max(1e-12);
             along.rayleigh[k] += weight * local.rayleigh[k] * lit[k];
-            along.mie[k] += weight * local.mie[k] * lit[k];
-            along.many[k] += weight * (local.rayleigh[k] + local.mie[k]) * higher[k];
+            along.fine[k] += weight * local.fine[k] * lit[k];
+            along.coarse[k] += weight * local.coarse[k] * lit[k];
+            along.many[k] += weight * local.even_scattering(k) * higher[k];
             along.through[k] *= passed;
         }
     }
@@ -86,6 +95,7 @@ pub(crate) fn march(air: &Air, many: Option<&Many>, r: f32, direction: Vec3, sun
 
 impl Many {
     pub(crate) fn new(air: &Air, ground_albedo: &Spectrum) -> Self {
+        let air = &air.even();
         let directions = fibonacci_sphere(DIRECTIONS);
         let radius = |row: usize| {
             let u = row as f32 / (HEIGHTS - 1) as f32;
@@ -113,8 +123,8 @@ impl Many {
             let along = march(air, None, r, direction, sun, 24);
             let ground = along.ground.map(|mu| (mu, air.through(GROUND_KM, mu)));
             for k in 0..COUNT {
-                // the phase of both is taken as even: 1 / (4 pi)
-                second[k] += (along.rayleigh[k] + along.mie[k]) / (4.0 * PI);
+                // all of it is even: 1 / (4 pi)
+                second[k] += (along.rayleigh[k] + along.fine[k] + along.coarse[k]) / (4.0 * PI);
                 if let Some((mu, lit)) = &ground {
                     second[k] += along.through[k] * ground_albedo[k] / PI * lit[k] * mu.max(0.0);
                 }
@@ -166,7 +176,7 @@ fn even_light(air: &Air, r: f32, direction: Vec3) -> (Spectrum, Spectrum) {
         let local = air.at((Vec3::Y * r + direction * middle).length() - GROUND_KM);
         for k in 0..COUNT {
             let passed = libm::expf(-local.extinction[k] * step);
-            sum[k] += through[k] * (1.0 - passed) / local.extinction[k].max(1e-12) * (local.rayleigh[k] + local.mie[k]);
+            sum[k] += through[k] * (1.0 - passed) / local.extinction[k].max(1e-12) * local.scattering(k);
             through[k] *= passed;
         }
     }
