@@ -79,6 +79,11 @@ pub fn count(number: u64) -> String {
     text
 }
 
+/// A count with what is counted: `1 sky`, `2 skies`.
+pub fn counted(number: u64, one: &str, many: &str) -> String {
+    format!("{} {}", count(number), if number == 1 { one } else { many })
+}
+
 /// Bytes in the unit that suits them.
 pub fn bytes(number: u64) -> String {
     match number {
@@ -110,6 +115,7 @@ mod tests {
             (count(0), count(999), count(1_000), count(12_345_678)),
             ("0".into(), "999".into(), "1,000".into(), "12,345,678".into())
         );
+        assert_eq!((counted(1, "sky", "skies"), counted(1000, "sky", "skies")), ("1 sky".into(), "1,000 skies".into()));
         assert_eq!((bytes(12), bytes(1_500), bytes(2_500_000_000)), ("12 B".into(), "1.5 kB".into(), "2.50 GB".into()));
         assert_eq!(
             (duration(1.25), duration(75.0), duration(125.0), duration(7260.0)),

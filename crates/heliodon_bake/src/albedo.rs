@@ -22,12 +22,39 @@ impl<'a> SceneAlbedo<'a> {
     }
 }
 
+/// The most that a surface reflects: what reflects all would keep light for ever, and the solver wants less than 1. White
+/// paint and fresh snow, the whitest that sites hold, are just below.
+const WHITEST: f32 = 0.99;
+
+/// An albedo as the solver takes it: each component in [0, 1), whatever images and files say.
+fn solvable(albedo: Vec3) -> Vec3 {
+    albedo.clamp(Vec3::ZERO, Vec3::splat(WHITEST))
+}
+
 impl SurfaceAlbedo for SceneAlbedo<'_> {
     fn albedo(&self, triangle: u32, u: f32, v: f32) -> Vec3 {
-        self.0.albedo(triangle, u, v)
+        solvable(self.0.albedo(triangle, u, v))
     }
 
     fn mean(&self, triangle: u32) -> Vec3 {
-        self.0.mean(triangle)
+        solvable(self.0.mean(triangle))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn white_reflects_less_than_all() {
+        let mesh = Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            triangles: vec![[0, 1, 2]],
+            colors_linear: vec![Vec3::ONE; 3],
+            ..Mesh::default()
+        };
+        let albedo = SceneAlbedo::new(&mesh, 0.0);
+        assert_eq!((albedo.albedo(0, 0.2, 0.2), albedo.mean(0)), (Vec3::splat(WHITEST), Vec3::splat(WHITEST)));
+        assert_eq!(albedo.vertices(), [Vec3::ONE; 3], "what is drawn stays white");
     }
 }

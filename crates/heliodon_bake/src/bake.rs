@@ -4,6 +4,7 @@ use crate::albedo::SceneAlbedo;
 use crate::cache::Cache;
 use crate::chunks::ChunkMaker;
 use crate::error::BakeError;
+use crate::key::told_name;
 use crate::light::{BakedLight, LightInput, bake_light};
 use crate::memory::peak_resident_bytes;
 use crate::plan::Plan;
@@ -19,7 +20,7 @@ use heliodon_rays::{BuildParams, TriangleScene};
 use heliodon_sky::lapse::SunBounceBasis;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -64,12 +65,40 @@ pub fn bake(plan: &Plan, reporter: &dyn Reporter) -> Result<BakeReport, BakeErro
     clock.lap("sky");
     let sky_steps = sky.lapse.steps.len();
     let light = scene_light(plan, &scene, &sky.suns(), &cache, reporter, &mut clock)?;
+    warn_of_darkness(plan, &scene, &light, reporter);
     let manifest = write_bundle(plan, &scene, sky, &light, &cache, reporter)?;
     clock.lap("writing");
     if !plan.options.keep_cache {
         cache.remove(&plan.options.bundle);
     }
     Ok(BakeReport { seconds: clock.laps, sky_steps, ..report_of(plan, &manifest, false) })
+}
+
+/// Tells of vertices that lie inside something and have no lit one to borrow from: they are black, with all that they span.
+fn warn_of_darkness(plan: &Plan, scene: &Scene, light: &BakedLight, reporter: &dyn Reporter) {
+    let validity = &light.light.validity;
+    for (part, range) in plan.site.parts.iter().zip(&scene.parts) {
+        let mut dark: Vec<u32> = scene.mesh.triangles[range.triangles.clone()]
+            .iter()
+            .flatten()
+            .copied()
+            .filter(|&vertex| validity.valid[validity.source[vertex as usize] as usize] == 0)
+            .collect();
+        dark.sort_unstable();
+        dark.dedup();
+        if !dark.is_empty() {
+            let at = scene.mesh.positions[dark[0] as usize];
+            reporter.warning(&format!(
+                "part {}: {} vertices lie inside something and no vertex near them is outside (the first at {:.2}, {:.2}, {:.2} m): \
+                 their surfaces stay black; give large polygons that run into others more vertices",
+                part.display_name(),
+                dark.len(),
+                at.x,
+                at.y,
+                at.z
+            ));
+        }
+    }
 }
 
 #[derive(Debug)]
@@ -146,7 +175,7 @@ fn write_bundle(
         for piece in maker.pieces(part) {
             let material = piece.textured_material.and_then(|material| mesh.materials.get(usize::from(material)));
             let texture = match material.and_then(|material| material.texture.as_ref()) {
-                Some(texture) => Some(textures.number(texture, &mut writer)?),
+                Some(texture) => Some(textures.number(texture, plan.site.folder(), &mut writer)?),
                 None => None,
             };
             writer.push_chunk(&maker.make(part, &piece, texture))?;
@@ -172,12 +201,13 @@ struct Textures {
 }
 
 impl Textures {
-    fn number(&mut self, texture: &Arc<Texture>, writer: &mut BundleWriter) -> Result<u32, BakeError> {
+    fn number(&mut self, texture: &Arc<Texture>, site: &Path, writer: &mut BundleWriter) -> Result<u32, BakeError> {
         let key = Arc::as_ptr(texture);
         if let Some(&(_, number)) = self.numbers.iter().find(|(known, _)| *known == key) {
             return Ok(number);
         }
-        let number = writer.add_texture(&texture.source, &texture.image.to_png_bytes()?)?;
+        let name = told_name(site, Path::new(&texture.source));
+        let number = writer.add_texture(&name, &texture.image.to_png_bytes()?)?;
         self.numbers.push((key, number));
         Ok(number)
     }

@@ -80,19 +80,31 @@ const FAR_M: f32 = 10_000.0;
 pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeError> {
     refuse_texels(site)?;
     let files = site.input_files()?;
-    let mut warnings = Vec::new();
     let scene = scene::read(site, &files, reporter)?;
+    let mut warnings = Vec::new();
     let parts: Vec<CheckedPart> = scene.parts.iter().enumerate().map(|(index, _)| checked_part(site, &scene, index)).collect();
-    parts.iter().for_each(|part| warn_of_part(part, &mut warnings));
+    for (index, part) in parts.iter().enumerate() {
+        warn_of_part(part, &mut warnings);
+        if part.role == Role::Ground && looks_down(&scene, index) {
+            warnings.push(format!(
+                "part {}: a ground whose faces look down: it will be lit from below; turn its faces round (flip or recalculate its normals)",
+                part.name
+            ));
+        }
+    }
 
     let params = LapseParams { map_width: CHECK_MAP_WIDTH, ..lapse_params(site, &files)? };
     reporter.stage("sky", 0);
     let built = day::build(&params, &mut |_| Ok(()))?;
     reporter.finished();
     warnings.extend(built.notes.iter().map(ToString::to_string));
+    if let (Some(date), 0) = (site.sky.date, built.suns.iter().flatten().count()) {
+        warnings.push(format!("the sun does not rise at this place on {date}: no step of the day has one"));
+    }
     for warning in &warnings {
         reporter.warning(warning);
     }
+    let warnings = scene.warnings.iter().cloned().chain(warnings).collect();
     Ok(CheckReport {
         name: site.site.name.clone(),
         vertices: scene.mesh.positions.len() as u64,
@@ -117,7 +129,7 @@ fn checked_part(site: &Site, scene: &scene::Scene, index: usize) -> CheckedPart 
     let low = positions.iter().copied().fold(glam::Vec3::INFINITY, glam::Vec3::min);
     let high = positions.iter().copied().fold(glam::Vec3::NEG_INFINITY, glam::Vec3::max);
     CheckedPart {
-        name: part.name.clone().unwrap_or_else(|| part.file.clone()),
+        name: part.display_name(),
         role: part.role,
         files: range.files,
         vertices: positions.len() as u64,
@@ -128,9 +140,26 @@ fn checked_part(site: &Site, scene: &scene::Scene, index: usize) -> CheckedPart 
     }
 }
 
+/// Whether most of a part's area, seen from above or below, has its front below.
+fn looks_down(scene: &scene::Scene, part: usize) -> bool {
+    let mesh = &scene.mesh;
+    let up: f64 = mesh.triangles[scene.parts[part].triangles.clone()]
+        .iter()
+        .map(|triangle| {
+            let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
+            let area = (b - a).cross(c - a);
+            // normals that the file has decide what is lit; they may contradict the order of the corners
+            let normal: glam::Vec3 = triangle.iter().map(|&vertex| mesh.normals[vertex as usize]).sum();
+            f64::from(area.y.abs().copysign(normal.y))
+        })
+        .sum();
+    up < 0.0
+}
+
 fn warn_of_part(part: &CheckedPart, warnings: &mut Vec<String>) {
     let extent = (0..3).map(|axis| part.max[axis] - part.min[axis]).fold(0.0, f32::max);
     if !LIKELY_EXTENT_M.contains(&extent) {
+        let extent = if extent < 0.001 { format!("{extent:.1e}") } else { format!("{extent:.3}") };
         warnings.push(format!("part {}: {extent} m across; is its unit right (unit = \"mm\", \"cm\", \"m\" ...)?", part.name));
     }
     let farthest = part.min.iter().chain(&part.max).fold(0.0_f32, |far, coordinate| far.max(coordinate.abs()));

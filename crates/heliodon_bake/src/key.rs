@@ -5,7 +5,7 @@ use crate::referenced::referenced_files;
 use crate::scene::Scene;
 use heliodon_bundle::StoredFile;
 use heliodon_bundle::site::{InputFile, InputKind, SITE_FILE_NAME, Site};
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
 /// Raised when blocks of work change their meaning without a change of the program's version.
 const CACHE_VERSION: u32 = 1;
@@ -19,24 +19,36 @@ pub fn hash_inputs(site: &Site, files: &[InputFile]) -> Result<Vec<StoredFile>, 
         StoredFile::hash(path, name).map_err(|source| BakeError::Read { path: path.to_owned(), source })
     };
     let mut inputs = vec![hash(site.path(), SITE_FILE_NAME)?];
-    let mut add = |path: &Path, name: &str| {
-        if inputs.iter().all(|input| input.path != name) {
-            inputs.push(hash(path, name)?);
+    let mut known: Vec<PathBuf> = vec![site.path().to_owned()];
+    let mut add = |path: &Path| {
+        if known.iter().all(|known| known != path) {
+            // two files of one name, both outside of the site, are two inputs
+            inputs.push(hash(path, &told_name(site.folder(), path))?);
+            known.push(path.to_owned());
         }
         Ok::<(), BakeError>(())
     };
     for file in files {
-        add(&file.path, &file.name)?;
+        add(&file.path)?;
         if matches!(file.kind, InputKind::Geometry(_)) {
-            for path in referenced_files(&file.path) {
-                // outside of the site only the name: manifests tell nothing of the machine
-                let name = path.file_name().map_or(path.as_path(), Path::new);
-                let relative = path.strip_prefix(site.folder()).unwrap_or(name);
-                add(&path, &relative.to_string_lossy().replace('\\', "/"))?;
-            }
+            referenced_files(&file.path).iter().try_for_each(|path| add(path))?;
         }
     }
     Ok(inputs)
+}
+
+/// What manifests call a file: its path from the site's folder with `/` between folders; outside of the site only its name,
+/// for manifests tell nothing of the machine.
+#[must_use]
+pub fn told_name(site: &Path, path: &Path) -> String {
+    let relative = path.strip_prefix(site).ok().filter(|relative| relative.is_relative());
+    let name = || path.file_name().map_or(path, Path::new);
+    let told = relative.unwrap_or_else(name);
+    // `../scans/a.ply` of a site in `.` is outside of it as well
+    let inside = told.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    let told = if inside { told } else { name() };
+    let parts: Vec<_> = told.components().map(|part| part.as_os_str().to_string_lossy()).collect();
+    parts.join("/")
 }
 
 /// The key of a bake: program, parameters, geometry and albedo as they were read, and the probes.
@@ -81,4 +93,18 @@ pub fn bake_key(site: &Site, scene: &Scene, probes: &[&StoredFile]) -> String {
         run(bytemuck::cast_slice(&[part.triangles.start as u64, part.triangles.end as u64]));
     }
     hasher.finalize().to_hex()[..32].to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn manifests_name_no_folder_outside_of_the_site() {
+        let told = |path: &str| told_name(Path::new("sites/temple"), Path::new(path));
+        assert_eq!(told("sites/temple/scans/west.ply"), "scans/west.ply");
+        assert_eq!(told("/home/someone/west.ply"), "west.ply");
+        assert_eq!(told("sites/temple/../secret/west.ply"), "west.ply");
+        assert_eq!(told_name(Path::new("."), Path::new("./scans/west.ply")), "scans/west.ply");
+    }
 }

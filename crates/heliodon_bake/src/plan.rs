@@ -2,7 +2,7 @@
 
 use crate::CACHE_FOLDER;
 use crate::error::BakeError;
-use crate::key::{bake_key, hash_inputs};
+use crate::key::{bake_key, hash_inputs, told_name};
 use crate::light::channels;
 use crate::report::Reporter;
 use crate::scene::{self, Scene};
@@ -94,12 +94,9 @@ impl Plan {
     /// The hash under which this bake's finished work is kept.
     #[must_use]
     pub fn key(&self, scene: &Scene) -> String {
-        let probes: Vec<&StoredFile> = self
-            .files
-            .iter()
-            .filter(|file| file.kind == InputKind::Probe)
-            .filter_map(|file| self.inputs.iter().find(|input| input.path == file.name))
-            .collect();
+        let probes = self.files.iter().filter(|file| file.kind == InputKind::Probe);
+        let names: Vec<String> = probes.map(|file| told_name(self.site.folder(), &file.path)).collect();
+        let probes: Vec<&StoredFile> = self.inputs.iter().filter(|input| names.contains(&input.path)).collect();
         bake_key(&self.site, scene, &probes)
     }
 

@@ -17,6 +17,8 @@ pub struct Scene {
     pub mesh: Mesh,
     /// Which of them belong to each part of the site.
     pub parts: Vec<PartRange>,
+    /// What was left out or looked odd in the files.
+    pub warnings: Vec<String>,
 }
 
 /// Where a part lies in a [`Scene`].
@@ -30,7 +32,7 @@ pub struct PartRange {
     pub files: usize,
 }
 
-/// Reads and places every part of a site; what was left out of the files is told as warnings.
+/// Reads and places every part of a site; what was left out of the files is told as warnings once all are read.
 ///
 /// # Errors
 /// Files that cannot be read, and an albedo image without texture coordinates to lay it on.
@@ -39,7 +41,7 @@ pub fn read(site: &Site, files: &[InputFile], reporter: &dyn Reporter) -> Result
     let count = files.iter().filter(|file| matches!(file.kind, InputKind::Geometry(_))).count();
     reporter.stage("reading", count as u64);
     reporter.progress(0);
-    let mut scene = Scene { mesh: Mesh::default(), parts: Vec::new() };
+    let mut scene = Scene { mesh: Mesh::default(), parts: Vec::new(), warnings: Vec::new() };
     let mut report = ImportReport::default();
     let mut done = 0;
     for (index, part) in site.parts.iter().enumerate() {
@@ -65,10 +67,9 @@ pub fn read(site: &Site, files: &[InputFile], reporter: &dyn Reporter) -> Result
             files: geometry(index).count(),
         });
     }
-    for warning in &report.warnings {
-        reporter.warning(warning);
-    }
     reporter.finished();
+    report.warnings.iter().for_each(|warning| reporter.warning(warning));
+    scene.warnings = report.warnings;
     Ok(scene)
 }
 
@@ -106,7 +107,11 @@ fn part_albedo(site: &Site, part: usize, files: &[InputFile]) -> Result<Option<M
         Some(Albedo::Image(name)) => {
             let file = files.iter().find(|file| file.kind == InputKind::Albedo(part));
             let path = file.map_or_else(|| site.folder().join(name), |file| file.path.clone());
-            let texture = Texture { source: name.clone(), image: SrgbImage::read(&path)?, wrap: [Wrap::Repeat; 2] };
+            let image = SrgbImage::read(&path).map_err(|error| {
+                let remedy = "an albedo is a PNG or JPEG image, or [r, g, b]";
+                site.error_at(&["part", &part.to_string(), "albedo"], error.to_string(), remedy)
+            })?;
+            let texture = Texture { source: name.clone(), image, wrap: [Wrap::Repeat; 2] };
             Some(Material { name: name.clone(), base_color_linear: glam::Vec3::ONE, texture: Some(Arc::new(texture)) })
         }
     })

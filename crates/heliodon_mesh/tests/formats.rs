@@ -351,3 +351,25 @@ fn what_is_written_is_read_back() {
         "the good file is still there"
     );
 }
+
+#[test]
+fn a_texture_that_is_seen_through_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut image = heliodon_image::SrgbImage { width: 2, height: 1, pixels: vec![[9, 9, 9, 255]; 2] };
+    std::fs::write(folder.path().join("leaf.mtl"), "newmtl leaf\nmap_Kd leaf.png\n").unwrap();
+    let obj = "mtllib leaf.mtl\nusemtl leaf\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n";
+    std::fs::write(folder.path().join("leaf.obj"), obj).unwrap();
+    for (alpha, told) in [(255, 0), (200, 0), (0, 1)] {
+        image.pixels[1][3] = alpha;
+        image.write_png(folder.path().join("leaf.png")).unwrap();
+        let mut report = heliodon_mesh::import::ImportReport::default();
+        let options = heliodon_mesh::import::ImportOptions::default();
+        heliodon_mesh::import::read_reporting(&folder.path().join("leaf.obj"), &options, &mut report).unwrap();
+        assert_eq!(
+            report.warnings.iter().filter(|w| w.contains("transparent in places")).count(),
+            told,
+            "{:?}",
+            report.warnings
+        );
+    }
+}

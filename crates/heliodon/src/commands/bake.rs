@@ -1,7 +1,7 @@
 //! `heliodon bake`: a site's light.
 
 use crate::App;
-use crate::output::{bytes, count, duration};
+use crate::output::{bytes, count, counted, duration};
 use anyhow::Result;
 use heliodon_bake::bake::{BakeReport, bake};
 use heliodon_bake::estimate::{Estimate, estimate};
@@ -68,12 +68,12 @@ pub fn describe(report: &BakeReport) -> String {
     let counts = &report.counts;
     let seconds: f64 = report.seconds.iter().map(|(_, seconds)| seconds).sum();
     let mut text = format!(
-        "{name}: {} triangles, {} vertices ({} inside something), {} sun steps, {} skies in {}",
+        "{name}: {} triangles, {} vertices ({} inside something), {}, {} in {}",
         count(counts.triangles),
         count(counts.vertices),
         count(counts.invalid_vertices),
-        report.sun_steps,
-        report.sky_steps,
+        counted(u64::from(report.sun_steps), "sun step", "sun steps"),
+        counted(report.sky_steps as u64, "sky", "skies"),
         duration(seconds)
     );
     if let Some(peak) = report.peak_memory_bytes {

@@ -1,7 +1,7 @@
 //! `heliodon check`: whether a site can be baked.
 
 use crate::App;
-use crate::output::{count, table};
+use crate::output::{count, counted, table};
 use anyhow::Result;
 use heliodon_bake::check::{CheckReport, check};
 use heliodon_bundle::site::Site;
@@ -44,8 +44,12 @@ fn describe(report: &CheckReport) -> String {
         probes => format!("from {probes} images"),
     };
     text += &format!(
-        "\nday {} to {}: {} skies {sky}, {} sun steps, {} of them with a sun\n",
-        day.first, day.last, day.sky_steps, day.sun_steps, day.suns
+        "\nday {} to {}: {} {sky}, {}, {} with a sun\n",
+        day.first,
+        day.last,
+        counted(day.sky_steps as u64, "sky", "skies"),
+        counted(u64::from(day.sun_steps), "sun step", "sun steps"),
+        day.suns
     );
     text += match report.warnings.len() {
         0 => "\nNothing is wrong.\n",

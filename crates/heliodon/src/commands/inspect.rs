@@ -1,7 +1,7 @@
 //! `heliodon inspect`: what is in a file.
 
 use crate::App;
-use crate::output::count;
+use crate::output::{count, counted};
 use anyhow::{Result, bail};
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::inspect::{BundleSummary, SiteSummary};
@@ -174,10 +174,10 @@ fn describe_mesh(mesh: &MeshSummary) -> String {
     );
     let has = |there: bool, what: &str| if there { format!("with {what}") } else { format!("without {what}") };
     text += &format!(
-        "{}, {}; {} materials, {} with an image\n",
+        "{}, {}; {}, {} with an image\n",
         has(mesh.vertex_colours, "vertex colours"),
         has(mesh.texture_coordinates, "texture coordinates"),
-        mesh.materials,
+        counted(mesh.materials as u64, "material", "materials"),
         mesh.textures
     );
     for warning in &mesh.warnings {

@@ -120,6 +120,8 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         samples: args.samples.unwrap_or_else(|| usual_samples(work)),
         ..Look::new(args.size.width, args.size.height)
     };
+    files::check_place(&args.output)?;
+    args.coverage.as_deref().map_or(Ok(()), files::check_place)?;
     let begun = Instant::now();
     app.progress.stage("loading", 0);
     let studio = Studio::open(&args.bundle, look, args.reference);

@@ -73,6 +73,7 @@ enum MappingName {
 /// Runs it.
 pub fn run(app: &App, args: &Args) -> Result<()> {
     let params = params(args)?;
+    args.picture.as_deref().map_or(Ok(()), files::check_place)?;
     app.progress.stage("sky", u64::from(params.sky_steps));
     app.progress.progress(0);
     let maps = args.output.as_deref().map(maps_folder);
@@ -88,7 +89,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         let path = folder.join(map.name);
         let parent = path.parent().unwrap_or(folder);
         fs::create_dir_all(parent).map_err(|error| format!("cannot make the folder {}: {error}", parent.display()))?;
-        map.image.write_hdr(&path).map_err(|error| error.to_string())
+        files::replace(&path, |beside| Ok(map.image.write_hdr(beside)?)).map_err(|error| format!("{error:#}"))
     });
     app.progress.finished();
     let built = built?;

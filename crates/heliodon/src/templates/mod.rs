@@ -3,6 +3,8 @@
 mod sundial;
 mod temple;
 
+use crate::failure::wrong_arguments;
+use crate::output::count;
 use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
 use heliodon_bundle::site::{
@@ -20,6 +22,16 @@ pub enum Template {
     Sundial,
     /// The same pillar under one grey sky image: the smallest site
     Grey,
+}
+
+impl Template {
+    /// The fewest and the most triangles that it can have.
+    fn triangles(self) -> (u64, u64) {
+        match self {
+            Self::Temple => (50_000, 50_000_000),
+            Self::Sundial | Self::Grey => (1_000, 20_000_000),
+        }
+    }
 }
 
 /// How it is made.
@@ -49,7 +61,17 @@ pub struct NewSite {
 /// # Errors
 /// A folder that holds something already, triangle counts that the template cannot have, files that cannot be written.
 pub fn make(folder: &Path, params: &TemplateParams) -> Result<NewSite> {
+    let (least, most) = params.template.triangles();
+    if let Some(triangles) = params.triangles.filter(|triangles| !(least..=most).contains(triangles)) {
+        wrong_arguments!(
+            "this template has {} to {} triangles, not {}; give --triangles N in that range",
+            count(least),
+            count(most),
+            count(triangles)
+        );
+    }
     if folder.exists() {
+        ensure!(folder.is_dir(), "{} is a file; name a new folder", folder.display());
         let mut entries = fs::read_dir(folder).with_context(|| format!("cannot look into {}", folder.display()))?;
         ensure!(
             entries.next().is_none(),

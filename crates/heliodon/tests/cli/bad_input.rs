@@ -134,3 +134,18 @@ fn a_damaged_bundle_is_told() {
     assert_eq!(crate::json(&[&"bake", &site.folder()])["up_to_date"], false);
     assert_eq!(std::fs::read(&glb).unwrap(), good);
 }
+
+#[test]
+fn a_template_that_cannot_be_made_leaves_no_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = run(&[&"new", &folder.path().join("site"), &"--triangles", &"10"]);
+    assert_eq!(ran.code, 2, "{}", ran.err);
+    assert!(ran.err.contains("1,000 to 20,000,000") && !folder.path().join("site").exists(), "{}", ran.err);
+}
+
+#[test]
+fn an_albedo_image_of_another_kind_is_told_at_its_key() {
+    let site = TestSite::smallest(&plane(2));
+    site.edit("[0.5, 0.5, 0.5]", "\"grey.hdr\"");
+    refused(&site, &["site.toml:6:", "grey.hdr", "PNG or JPEG"]);
+}

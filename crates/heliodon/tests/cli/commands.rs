@@ -134,3 +134,61 @@ fn an_output_that_takes_nothing_is_told() {
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"));
 }
+
+#[test]
+fn check_says_what_is_odd_in_the_files_too() {
+    let site = TestSite::smallest(&format!("mtllib stone.mtl\nusemtl wall\n{}", plane(2)));
+    site.write("stone.mtl", "newmtl wall\nmap_Kd gone.png\n");
+    site.edit("albedo = [0.5, 0.5, 0.5]\n", "");
+    let warnings = json(&[&"check", &site.folder()])["warnings"].to_string();
+    assert!(warnings.contains("gone.png"), "{warnings}");
+    let ran = done(&[&"check", &site.folder()]);
+    assert!(!ran.out.contains("Nothing is wrong"), "{}", ran.out);
+    assert_eq!(ran.err.matches("gone.png").count(), 1, "told once: {}", ran.err);
+
+    site.edit("role = \"scan\"", "role = \"ground\"\nrotate_deg = [180, 0, 0]");
+    let warnings = json(&[&"check", &site.folder()])["warnings"].to_string();
+    assert!(warnings.contains("look down"), "{warnings}");
+}
+
+#[test]
+fn a_model_s_night_without_a_sunrise_is_told() {
+    let site = TestSite::smallest(&plane(2));
+    site.edit("[site]", "[site]\nlatitude_deg = 80\nlongitude_deg = 20");
+    site.edit("probes = \"grey.hdr\"\nmapping = \"lat-long\"", "model = \"atmosphere\"\ndate = \"2006-12-21\"");
+    site.edit("[bake]", "[bake]\nsun_steps = 2");
+    let warnings = json(&[&"check", &site.folder()])["warnings"].to_string();
+    assert!(warnings.contains("does not rise"), "{warnings}");
+}
+
+#[test]
+fn polygons_that_only_have_corners_inside_others_are_told_of() {
+    // a closed block, and a wall of one square whose corners all lie in two such blocks
+    let block = |x: f32, first: usize| {
+        let mut text = String::new();
+        for i in 0..8 {
+            let [dx, dy, dz] = [i & 1, i >> 1 & 1, i >> 2 & 1].map(|bit| bit as f32);
+            text += &format!("v {} {} {}\n", x + dx, 4.0 * dy - 1.0, dz - 0.5);
+        }
+        for [a, b, c, d] in [[1, 3, 4, 2], [5, 6, 8, 7], [1, 2, 6, 5], [3, 7, 8, 4], [1, 5, 7, 3], [2, 4, 8, 6]] {
+            text += &format!("f {} {} {} {}\n", first + a, first + b, first + c, first + d);
+        }
+        text
+    };
+    let wall = "v 0.5 0 0\nv 5.5 0 0\nv 5.5 2 0\nv 0.5 2 0\nf 17 18 19 20\n";
+    let site = TestSite::smallest(&format!("{}{}{wall}", block(0.0, 0), block(5.0, 8)));
+    let ran = done(&[&"bake", &site.folder()]);
+    assert!(ran.err.contains("4 vertices lie inside something"), "{}", ran.err);
+}
+
+#[test]
+fn a_bundle_names_no_folder_outside_of_its_site() {
+    let elsewhere = TestSite::smallest(&plane(2));
+    let site = TestSite::smallest(&plane(2));
+    let outside = elsewhere.path("mesh.obj");
+    site.edit("mesh.obj", &outside.display().to_string());
+    done(&[&"bake", &site.folder()]);
+    let manifest = std::fs::read_to_string(site.path("bundle/manifest.json")).unwrap();
+    assert!(!manifest.contains(&elsewhere.folder().display().to_string()), "{manifest}");
+    assert!(json(&[&"bake", &site.folder()])["up_to_date"] == true);
+}

@@ -11,6 +11,9 @@ use std::sync::Arc;
 
 pub(crate) use crate::measure::UNSAID_ALBEDO;
 
+/// The alpha below which a texel is meant to be seen through rather than smoothed at an edge.
+const HALF_OPAQUE: u8 = 128;
+
 /// Finds and decodes each texture file once.
 pub(crate) struct Textures<'a> {
     folder: Option<&'a Path>,
@@ -48,6 +51,10 @@ impl<'a> Textures<'a> {
             return None;
         };
         match SrgbImage::read(&path) {
+            Ok(image) if image.pixels.iter().any(|pixel| pixel[3] < HALF_OPAQUE) => {
+                assembly.warn(format_args!("its texture \"{name}\" is transparent in places, and is taken as opaque"));
+                Some(Arc::new(Texture { source: path.display().to_string(), image, wrap }))
+            }
             Ok(image) => Some(Arc::new(Texture { source: path.display().to_string(), image, wrap })),
             Err(error) => {
                 assembly.warn(format_args!("its texture cannot be read, the surface takes its constant colour: {error}"));
