@@ -3,7 +3,7 @@
 use super::SUN_RADIUS_DEG;
 use crate::mapping::Geometry;
 use crate::probe::Probe;
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 /// Looks into a pixel are this many across: pixels of a mirror ball's rim or of a lat-long map's pole are long.
 const LOOKS: u32 = 4;
@@ -21,6 +21,16 @@ pub(crate) struct Element {
     pub looks: [DVec3; (LOOKS * LOOKS) as usize],
     /// Their mean, a unit vector.
     pub middle: DVec3,
+}
+
+impl Element {
+    /// The longer side: pixels of a mirror ball's rim and of a lat-long map's pole are long and narrow.
+    fn long_side(&self) -> DVec3 {
+        let last = LOOKS as usize - 1;
+        let across = self.looks[last] - self.looks[0];
+        let down = self.looks[last * LOOKS as usize] - self.looks[0];
+        (if across.length() > down.length() { across } else { down }) * (f64::from(LOOKS) / f64::from(LOOKS - 1))
+    }
 }
 
 /// The surroundings of the brightest pixel.
@@ -110,7 +120,7 @@ impl Patch {
             return None;
         }
         // half a pixel more: what the sun grazes belongs to it, and would spoil the fit of the sky behind
-        let pixel = bright().map(|e| e.solid_angle).fold(0.0, f64::max).sqrt();
+        let pixel = bright().map(|e| e.long_side().length()).fold(0.0, f64::max).min(1.5_f64.to_radians());
         let radius = core.max(SUN_RADIUS_DEG.to_radians()) + 0.5 * pixel + 0.03_f64.to_radians();
         let mut result = None;
         for _ in 0..6 {
@@ -185,7 +195,31 @@ impl Patch {
                 _ => step *= 0.5,
             }
         }
-        if best < 0.02 * whole { at(x, y) } else { direction }
+        if best >= 0.02 * whole {
+            return direction;
+        }
+        // Where one pixel holds all of the disc (pixels of a mirror ball's rim are degrees long), many places along it explain it as well: the
+        // middle of them errs least.
+        let brightest = self.elements.iter().filter(touches).max_by(|a, b| a.luminance.total_cmp(&b.luminance));
+        let Some(long) = brightest.and_then(|e| DVec2::new(e.long_side().dot(right), e.long_side().dot(up)).try_normalize())
+        else {
+            return at(x, y);
+        };
+        let step = 0.005_f64.to_radians();
+        for axis in [long, long.perp(), long] {
+            let reach = |sign: f64| {
+                let as_good =
+                    |k: f64| misfit(x + sign * k * step * axis.x, y + sign * k * step * axis.y) <= best + 2e-5 * whole;
+                let mut steps = 0.0;
+                while steps * step < radius && as_good(steps + 1.0) {
+                    steps += 1.0;
+                }
+                steps
+            };
+            let middle = 0.5 * (reach(1.0) - reach(-1.0)) * step;
+            (x, y) = (x + axis.x * middle, y + axis.y * middle);
+        }
+        at(x, y)
     }
 
     fn median_luminance(&self, about: DVec3, from: f64, to: f64) -> f64 {
@@ -212,10 +246,11 @@ struct Spot {
 
 impl Spot {
     fn new(e: &Element, geometry: &Geometry, behind: &Behind, sun: DVec3) -> Self {
-        const FINE: u32 = 12;
+        // a look every 0.03 degrees along the pixel's longer side, as far as that is many
+        let fine = ((e.long_side().length().to_degrees() / 0.03) as u32).clamp(12, 32);
         let (x, y) = (f64::from(e.index % geometry.width()), f64::from(e.index / geometry.width()));
-        let at = |k: u32| (f64::from(k) + 0.5) / f64::from(FINE);
-        let looks = (0..FINE * FINE).map(|k| geometry.direction_drawn_in(x + at(k % FINE), y + at(k / FINE))).collect();
+        let at = |k: u32| (f64::from(k) + 0.5) / f64::from(fine);
+        let looks = (0..fine * fine).map(|k| geometry.direction_drawn_in(x + at(k % fine), y + at(k / fine))).collect();
         Self { value: e.luminance - luminance(behind.at(angle(e.middle, sun))), looks }
     }
 

@@ -8,7 +8,9 @@
 //! 3. the sky behind it: per colour, the logarithm of radiance in a ring about the aperture fitted by a straight line over the
 //!    angle from the sun, which is carried on inward (the aureole grows towards the sun, so a ring's mean would be too dark);
 //! 4. direction: the centroid of solid angle times (radiance - sky behind); irradiance: its sum. This repeats.
-//! 5. a sharp disc of the sun's size is fitted to the aperture's pixels, which finds its middle within a pixel that is larger than it.
+//! 5. a sharp disc of the sun's size is fitted to the aperture's pixels, which finds its middle within a pixel that is larger than it. Where a pixel
+//!    holds all of the disc, the middle of the places that it may have. A mirror ball 768 pixels wide has pixels longer than 0.73 degrees within 48 degrees of
+//!    the point behind it; there a direction may err by more than 0.1 degree.
 //!
 //! It is a sun where the core is small, stands far out of the ring, and nothing else in the image is as bright: not a window, a lamp
 //! among lamps, or a cloud.
