@@ -1,6 +1,5 @@
 //! The bake: from a plan to a bundle, step by step, each of which survives a kill.
 
-use crate::albedo::SceneAlbedo;
 use crate::cache::Cache;
 use crate::chunks::ChunkMaker;
 use crate::error::BakeError;
@@ -9,14 +8,12 @@ use crate::light::{BakedLight, LightInput, bake_light};
 use crate::memory::peak_resident_bytes;
 use crate::plan::Plan;
 use crate::report::Reporter;
-use crate::scene::Scene;
+use crate::scene::{Scene, Traceable};
 use crate::sky::{BakedSky, bake_sky};
 use glam::Vec3;
 use heliodon_bundle::manifest::Counts;
 use heliodon_bundle::{BundleReader, BundleWriter, Manifest};
-use heliodon_light::{Surfaces, median_edge_m};
 use heliodon_mesh::Texture;
-use heliodon_rays::{BuildParams, TriangleScene};
 use heliodon_sky::lapse::SunBounceBasis;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -131,19 +128,11 @@ fn scene_light(
 ) -> Result<BakedLight, BakeError> {
     let mesh = &scene.mesh;
     reporter.stage("rays", 0);
-    let rays = TriangleScene::build(&mesh.positions, &mesh.triangles, &BuildParams::default())?;
+    let traceable = Traceable::new(mesh)?;
     reporter.finished();
     clock.lap("rays");
-    let albedo = SceneAlbedo::new(mesh, median_edge_m(&mesh.positions, &mesh.triangles));
-    let surfaces = Surfaces {
-        rays: &rays,
-        positions: &mesh.positions,
-        normals: &mesh.normals,
-        triangles: &mesh.triangles,
-        albedo: &albedo,
-    };
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
-    let input = LightInput { surfaces, suns, sun_bounce: plan.site.bake.sun_bounce, params: &params };
+    let input = LightInput { surfaces: traceable.surfaces(), suns, sun_bounce: plan.site.bake.sun_bounce, params: &params };
     let light = bake_light(&input, Some(cache), reporter)?;
     clock.lap("light");
     Ok(light)

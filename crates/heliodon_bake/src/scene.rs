@@ -1,12 +1,15 @@
 //! The geometry of a site: all parts in one mesh, so that everything occludes everything.
 
+use crate::albedo::SceneAlbedo;
 use crate::error::BakeError;
 use crate::report::Reporter;
 use heliodon_bundle::site::{Albedo, InputFile, InputKind, Part, Site, UpAxis};
 use heliodon_image::SrgbImage;
+use heliodon_light::{Surfaces, median_edge_m};
 use heliodon_mesh::import::{ImportOptions, ImportReport, read_reporting};
 use heliodon_mesh::place::{Placement, Unit, Up};
 use heliodon_mesh::{Material, Mesh, Texture, Wrap};
+use heliodon_rays::{BuildParams, TriangleScene};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -19,6 +22,38 @@ pub struct Scene {
     pub parts: Vec<PartRange>,
     /// What was left out or looked odd in the files.
     pub warnings: Vec<String>,
+}
+
+/// A scene made ready to be asked for light: what a bake and its estimate both begin with.
+pub struct Traceable<'a> {
+    mesh: &'a Mesh,
+    /// Its triangles, ready for rays.
+    pub rays: TriangleScene,
+    albedo: SceneAlbedo<'a>,
+}
+
+impl<'a> Traceable<'a> {
+    /// Builds what rays need.
+    ///
+    /// # Errors
+    /// More geometry than the ray engine holds.
+    pub fn new(mesh: &'a Mesh) -> Result<Self, BakeError> {
+        let rays = TriangleScene::build(&mesh.positions, &mesh.triangles, &BuildParams::default())?;
+        let albedo = SceneAlbedo::new(mesh, median_edge_m(&mesh.positions, &mesh.triangles));
+        Ok(Self { mesh, rays, albedo })
+    }
+
+    /// As the solver takes it.
+    #[must_use]
+    pub fn surfaces(&self) -> Surfaces<'_> {
+        Surfaces {
+            rays: &self.rays,
+            positions: &self.mesh.positions,
+            normals: &self.mesh.normals,
+            triangles: &self.mesh.triangles,
+            albedo: &self.albedo,
+        }
+    }
 }
 
 /// Where a part lies in a [`Scene`].
