@@ -79,7 +79,7 @@ fn warn_of_darkness(plan: &Plan, scene: &Scene, light: &BakedLight, reporter: &d
             .iter()
             .flatten()
             .copied()
-            .filter(|&vertex| validity.valid[validity.source[vertex as usize] as usize] == 0)
+            .filter(|&vertex| validity.is_lost(vertex))
             .collect();
         dark.sort_unstable();
         dark.dedup();

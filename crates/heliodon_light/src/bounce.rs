@@ -306,9 +306,27 @@ fn front_points(layout: &Layout, validity: &Validity, vertices: [u32; 3]) -> [u3
     })
 }
 
-/// Which vertices see the open: those with a direction to look in, and no more than half their view filled by insides.
-pub(crate) fn valid_vertices(layout: &Layout, blocks: &[GatherBlock]) -> Vec<u8> {
-    let mut valid = vec![0; layout.vertex_count()];
+/// Which vertices see the open, those with a direction to look in and no more than half their view filled by insides; and what light
+/// the others show.
+pub(crate) fn find_validity(surfaces: &Surfaces, layout: &Layout, blocks: &[GatherBlock]) -> Validity {
+    let sites = valid_sites(layout, blocks);
+    let valid = sites[..layout.vertex_count()].to_vec();
+    let mut validity = Validity::new(valid, surfaces.positions, surfaces.normals, surfaces.triangles);
+    let lost: Vec<(u32, u32, f32)> = layout
+        .divided()
+        .flat_map(|(triangle, cells)| {
+            let corners = surfaces.triangles[triangle as usize].into_iter().filter(|&v| validity.is_lost(v));
+            corners.flat_map(move |v| cells.clone().map(move |cell| (v, cell)))
+        })
+        .filter(|&(_, cell)| sites[cell as usize] != 0)
+        .map(|(v, cell)| (v, cell, layout.origin_of(cell).distance_squared(surfaces.positions[v as usize])))
+        .collect();
+    validity.borrow_from_cells(lost.into_iter());
+    validity
+}
+
+fn valid_sites(layout: &Layout, blocks: &[GatherBlock]) -> Vec<u8> {
+    let mut valid = vec![0; layout.site_count()];
     for block in blocks {
         for (i, point) in block.range.clone().enumerate() {
             if let Some(valid) = valid.get_mut(layout.points().sites[point] as usize) {

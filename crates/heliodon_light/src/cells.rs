@@ -193,10 +193,10 @@ impl Layout {
         self.cell_size_m
     }
 
-    /// The point on the front of a vertex.
+    /// The point on the front of a vertex, or of a cell as [`crate::Validity::source`] names it.
     #[must_use]
-    pub fn point_of_vertex(&self, vertex: u32) -> u32 {
-        self.point_of_site[vertex as usize]
+    pub fn front_point(&self, site: u32) -> u32 {
+        self.point_of_site[site as usize]
     }
 
     /// Gives points to the back sides that the rays of valid points have met, and returns the range of the new points; an
@@ -229,6 +229,17 @@ impl Layout {
         self.back_points.extend((first..self.points.len()).map(|p| (self.points.sites[p] & !BACK, p as u32)));
         self.back_points.sort_unstable();
         first..self.points.len()
+    }
+
+    /// Divided triangles and the sites of their cells.
+    pub(crate) fn divided(&self) -> impl Iterator<Item = (u32, Range<u32>)> {
+        let first = self.vertex_count;
+        self.splits.iter().map(move |s| (s.triangle, first + s.first..first + s.first + s.parts * s.parts))
+    }
+
+    /// Where the rays of a site start.
+    pub(crate) fn origin_of(&self, site: u32) -> Vec3 {
+        self.points.origins[self.point_of_site[site as usize] as usize]
     }
 
     /// Vertices and sub-cells.
@@ -288,11 +299,6 @@ impl Layout {
             Some(sub) => [self.vertex_count + sub; 3],
             None => surfaces.triangles[cell as usize],
         }
-    }
-
-    #[inline]
-    pub(crate) fn front_point(&self, site: u32) -> u32 {
-        self.point_of_site[site as usize]
     }
 
     pub(crate) fn back_point(&self, site: u32) -> Option<u32> {

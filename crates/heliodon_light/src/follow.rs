@@ -25,7 +25,7 @@ use std::f32::consts::FRAC_1_PI;
 pub(crate) const MAX_FOLLOWED: usize = 8;
 
 /// Rays to suns from the first place of a path; half as many from each further one.
-const SUN_RAYS: usize = 4;
+const SUN_RAYS: usize = 2;
 
 /// What followed paths bring to a run of points.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -21,7 +21,7 @@ const UNIT_WEIGHT: f32 = 16.0;
 /// The most that one hit weighs.
 const MAX_WEIGHT: f32 = 64.0;
 /// Cells made so are at most this part of the vertices.
-const CELLS_PER_VERTEX: f32 = 0.25;
+const CELLS_PER_VERTEX: f32 = 0.125;
 
 /// Into how many parts each edge of each triangle is divided; `longest` are the lengths of their longest edges, 0 for what is not
 /// to be divided, and `finest_m` is the least length of a part.

@@ -1,6 +1,6 @@
 //! From gathered blocks to the light of vertices.
 
-use crate::bounce::{Lanes, Transport, valid_vertices};
+use crate::bounce::{Lanes, Transport, find_validity};
 use crate::follow::{Arrival, unpacked};
 use crate::gather::{Lattice, bits};
 use crate::params::MAX_SUN_STEPS;
@@ -71,7 +71,7 @@ pub fn solve(
     if let Some(sun) = sun {
         check_masks(layout, &sun)?;
     }
-    let validity = Validity::new(valid_vertices(layout, blocks), surfaces.positions, surfaces.normals, surfaces.triangles);
+    let validity = find_validity(surfaces, layout, blocks);
     let lattice = Lattice::new(params);
     let transport = Transport::new(surfaces, layout, blocks, &validity, &lattice, params.channels);
 
@@ -96,7 +96,7 @@ pub fn solve(
     });
 
     let lanes = lanes.count();
-    let of_vertex = |v: usize| layout.point_of_vertex(validity.source[v]) as usize;
+    let of_vertex = |v: usize| layout.front_point(validity.source[v]) as usize;
     let sky_transfer = (0..layout.vertex_count())
         .flat_map(|v| {
             let p = of_vertex(v);
@@ -118,7 +118,7 @@ pub fn solve(
 /// Masks of the vertices in their own order from those of the layout's points; invalid vertices take what they borrow.
 #[must_use]
 pub fn vertex_masks(layout: &Layout, masks: &SunMasks, validity: &Validity) -> SunMasks {
-    masks.pick(validity.source.iter().map(|&v| layout.point_of_vertex(v)))
+    masks.pick(validity.source.iter().map(|&v| layout.front_point(v)))
 }
 
 /// `suns`: how many there are, where their light bounces.
@@ -312,9 +312,6 @@ impl VertexLight {
         let finite = |numbers: &[f32]| numbers.iter().all(|x| x.is_finite());
         if self.sky_transfer.len() != n * self.coefficients * self.channels.count() || self.validity.source.len() != n {
             return wrong("transfer and vertices do not agree");
-        }
-        if self.validity.source.iter().any(|&s| s as usize >= n) {
-            return wrong("light borrowed from a vertex that is not there");
         }
         if !finite(&self.sky_transfer) {
             return wrong("transfer that is not finite");

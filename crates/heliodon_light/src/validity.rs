@@ -11,7 +11,8 @@ use std::collections::HashMap;
 pub struct Validity {
     /// 1 where a vertex sees the open, 0 where it lies inside something.
     pub valid: Vec<u8>,
-    /// The vertex whose light is shown: the vertex itself where it is valid, or where no valid one can be reached.
+    /// The vertex whose light is shown: the vertex itself where it is valid, or where no valid one can be reached. Numbers from N on
+    /// are cells of divided triangles, in their order: large faces may have all their corners inside their neighbours.
     pub source: Vec<u32>,
 }
 
@@ -53,6 +54,29 @@ impl Validity {
             }
         }
         Self { valid, source }
+    }
+}
+
+impl Validity {
+    /// Whether a vertex neither is valid nor could borrow from anything that is.
+    #[must_use]
+    pub fn is_lost(&self, vertex: u32) -> bool {
+        self.valid.get(self.source[vertex as usize] as usize) == Some(&0)
+    }
+
+    /// Lets lost vertices borrow from cells: of the offers (vertex, cell's number as in `source`, squared distance) each takes the
+    /// nearest, then the first.
+    pub(crate) fn borrow_from_cells(&mut self, offers: impl Iterator<Item = (u32, u32, f32)>) {
+        let mut best: HashMap<u32, (f32, u32)> = HashMap::new();
+        for (vertex, cell, distance) in offers {
+            let kept = best.entry(vertex).or_insert((distance, cell));
+            if distance.total_cmp(&kept.0).then(cell.cmp(&kept.1)).is_lt() {
+                *kept = (distance, cell);
+            }
+        }
+        for (vertex, (_, cell)) in best {
+            self.source[vertex as usize] = cell;
+        }
     }
 }
 

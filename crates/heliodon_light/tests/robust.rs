@@ -106,6 +106,26 @@ fn vertices_inside_a_stone_borrow_from_outside() {
 }
 
 #[test]
+fn a_shaft_whose_corners_all_lie_inside_others_is_lit_by_its_middle() {
+    // as a column of long faces whose rings stand in its base and its capital
+    let base = cuboid(Vec3::new(-0.3, -0.2, -0.3), Vec3::new(0.3, 0.0, 0.3), 8);
+    let capital = cuboid(Vec3::new(-0.3, 1.0, -0.3), Vec3::new(0.3, 1.2, 0.3), 8);
+    let shaft = cuboid(Vec3::new(-0.1, -0.05, -0.1), Vec3::new(0.1, 1.05, 0.1), 1);
+    let first = base.positions.len() + capital.positions.len();
+    let lit = Lit::new(base.and(capital).and(shaft), 0.5);
+    let params = LightParams { cell_size_m: Some(0.1), ..params(128, 2) };
+    let light = bake(&lit.surfaces(), &suns(), true, &params).unwrap().light;
+    light.validate().unwrap();
+    let sides: Vec<usize> = (first..light.vertex_count()).filter(|&v| lit.scene.normals[v].y == 0.0).collect();
+    assert_eq!(sides.len(), 16);
+    for v in sides {
+        assert_eq!(light.validity.valid[v], 0);
+        let open = light.sky_transfer[v * 4] * common::UNIFORM_SKY;
+        assert!((0.2..1.0).contains(&open), "light {open} at {}", lit.scene.positions[v]);
+    }
+}
+
+#[test]
 fn hostile_meshes_do_no_harm() {
     for hostile in hostile::meshes() {
         let Ok(rays) = heliodon_rays::TriangleScene::build(
