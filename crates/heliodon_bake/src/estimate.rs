@@ -43,7 +43,8 @@ const TIMED_RUNS: usize = 8;
 const HIT_BYTES: f64 = 4.0;
 /// Hits that one bounce handles a second in sixteen lanes, over what the gather traces rays a second. Measured from the stages
 /// that `heliodon bake` prints, on two busy cores: 9.5 on a garden of 72,000 triangles with trees at 64 rays a point, 18 at 256,
-/// 22 on two temples of 11,000 triangles. The choice of the day's functions is part of it; the lower end keeps estimates safe.
+/// 22 on two temples of 11,000 triangles (and 2 on a scene so small that its fixed costs showed). The choice of the day's functions is
+/// part of it. A figure near the lower end keeps estimates safe.
 const BOUNCED_HITS_PER_RAY: f64 = 12.0;
 /// Lanes that bounce together.
 const LANES: usize = 16;

@@ -30,7 +30,8 @@ const SUN_RAYS: usize = 2;
 /// What followed paths bring to a run of points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Followed {
-    /// Which point, and at which bounce, the sky's light of `sky` arrives. See [`Arrival`] for the bits.
+    /// Which point, and at which bounce, the sky's light of `sky` arrives: the point in
+    /// its run in the lowest 10 bits, the sun's step in the next 10, the bounces made above.
     pub sky_keys: Vec<u32>,
     /// `C * channels` sums for each of `sky_keys`, coefficient-major.
     pub sky: Vec<f32>,

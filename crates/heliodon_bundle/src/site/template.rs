@@ -102,7 +102,7 @@ fn write_sky(w: &mut Writer, sky: &Sky) {
     if let Some(model) = sky.model {
         w.set("model", model, "atmosphere or hosek-wilkie; or probes = \"sky/*.hdr\" with mapping = \"lat-long\"");
         w.absent("date", sky.date.as_ref(), "\"2006-05-03\"", "years before 1 CE as -0437");
-        w.absent("turbidity", sky.turbidity.as_ref(), "3.0", "2 very clear, 6 hazy");
+        w.absent("turbidity", sky.turbidity.as_ref(), "2.0", "2 very clear, 6 hazy");
     }
     if let Some(probes) = &sky.probes {
         w.set("probes", probes, "hdr or exr; globs name a series; or model = \"atmosphere\" with date");

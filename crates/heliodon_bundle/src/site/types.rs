@@ -236,7 +236,7 @@ pub struct Sky {
     /// The model's day, ISO 8601, proleptic Gregorian; years before 1 CE as -0437.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub date: Option<Date>,
-    /// The model's turbidity: 2 is very clear, 3 clear, 6 hazy. Default 3.
+    /// The model's turbidity: 2 is very clear, 3 clear, 6 hazy. Default 2.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 10))]
     pub turbidity: Option<f64>,
