@@ -6,12 +6,12 @@
 //! sky and sun once they have made their k bounces, and, where they end in a cell, its light of k bounces before.
 
 use crate::cells::{BACK, Layout, NONE};
-use crate::follow::{Arrival, MAX_FOLLOWED, unpacked};
+use crate::follow::{Arrival, MAX_FOLLOWED};
 use crate::gather::{BACK_LIMIT, GatherBlock, Lattice, UnitHits, bits, trace_hits, unit_ranges};
 use crate::surfaces::reflected;
 use crate::{Channels, Followed, Surfaces, Validity};
 use glam::Vec3;
-use heliodon_math::color::luminance;
+use heliodon_math::color::{linear_from_rgb9e5, luminance};
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::VecDeque;
@@ -234,7 +234,7 @@ impl<'a> Transport<'a> {
         for &[key, share, cell] in &unit.followed().ends {
             let Arrival { point, bounce, .. } = Arrival::of(key);
             let (Some(cells), Some(cell)) = (reflected.get(bounce), self.cell_index(cell)) else { continue };
-            let share = unpacked(share);
+            let share = linear_from_rgb9e5(share);
             for (l, (sum, x)) in sums[point].iter_mut().zip(&cells[cell]).enumerate() {
                 *sum += share[(phase + l) % channels] * x;
             }
@@ -283,7 +283,7 @@ fn arrivals<const W: usize>(unit: &UnitOf, lanes: Lanes, first: usize) -> Vec<Ar
     let of_functions = sky_lanes.saturating_sub(first)..(lanes.count() - first).min(W);
     if !of_functions.is_empty() {
         for &[key, light] in &followed.sun {
-            let (step, light) = (Arrival::of(key).step, unpacked(light));
+            let (step, light) = (Arrival::of(key).step, linear_from_rgb9e5(light));
             let sums = slots[slot(key)].get_or_insert_with(|| Box::new([0.0; W]));
             for l in of_functions.clone() {
                 let lane = first + l - sky_lanes;

@@ -13,7 +13,7 @@ use crate::gather::UNIT;
 use crate::params::{Channels, MAX_SUN_STEPS};
 use crate::{Layout, LightError, LightParams, Surfaces};
 use glam::Vec3;
-use heliodon_math::color::{linear_from_rgb9e5, luminance, rgb9e5_from_linear};
+use heliodon_math::color::{luminance, rgb9e5_from_linear};
 use heliodon_math::random::{hash3_u32, unit_f32};
 use heliodon_math::sh::basis9;
 use heliodon_math::sphere::sample_cosine_hemisphere;
@@ -281,11 +281,6 @@ fn numbers(turn: u32, index: u32) -> [f32; 2] {
     // 2^32 over the plastic number and its square; whole numbers wrap where fractions would
     const STEPS: [u32; 2] = [3_242_174_889, 2_447_445_414];
     [0, 1].map(|k| unit_f32(turn.rotate_left(16 * k).wrapping_add(index.wrapping_mul(STEPS[k as usize]))))
-}
-
-/// The colour of a packed number.
-pub(crate) fn unpacked(colour: u32) -> Vec3 {
-    linear_from_rgb9e5(colour)
 }
 
 impl Followed {

@@ -98,7 +98,7 @@ impl LightParams {
             channels: Channels::Rgb,
             max_sub_cells: 4_000_000,
             back_side_rounds: 3,
-            sun_functions: 16,
+            sun_functions: 32,
             sun_error: 0.002,
             ..Self::default()
         }

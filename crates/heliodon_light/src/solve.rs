@@ -1,7 +1,7 @@
 //! From gathered blocks to the light of vertices.
 
 use crate::bounce::{Lanes, Transport, find_validity};
-use crate::follow::{Arrival, unpacked};
+use crate::follow::Arrival;
 use crate::gather::{Lattice, bits};
 use crate::params::MAX_SUN_STEPS;
 use crate::sun_basis::{DayFunctions, day_functions};
@@ -9,7 +9,7 @@ use crate::{
     Channels, GatherBlock, Layout, LightError, LightParams, MaskParams, SunMasks, Surfaces, Validity, bake_sun_masks, gather,
 };
 use glam::Vec3;
-use heliodon_math::color::luminance;
+use heliodon_math::color::{linear_from_rgb9e5, luminance};
 use rayon::prelude::*;
 use std::f32::consts::FRAC_1_PI;
 
@@ -209,7 +209,7 @@ fn day_functions_of(transport: &Transport, sun: &SunInput, params: &LightParams)
                 if bounce == 1
                     && let Some(slot) = slot(point)
                 {
-                    curves[slot * steps + step] += luminance(unpacked(light)) * unit.block.scale[offset + point];
+                    curves[slot * steps + step] += luminance(linear_from_rgb9e5(light)) * unit.block.scale[offset + point];
                 }
             }
             curves
