@@ -5,9 +5,10 @@ use crate::error::BakeError;
 use crate::plan::Plan;
 use crate::report::Reporter;
 use glam::Vec3;
-use heliodon_bundle::site::{self, InputFile, InputKind, ProbeTimes, Site};
+use heliodon_bundle::site::{self, InputFile, InputKind, ProbeTimes, Role, Site};
 use heliodon_sky::civil;
 use heliodon_sky::day::{self, Between, BuiltLapse, LapseParams, ModelDay, ProbeFile, ProbeSeries, SkySource};
+use heliodon_sky::fit::Surroundings;
 use heliodon_sky::lapse::Lapse;
 use heliodon_sky::mapping::{BelowHorizon, Mapping};
 use heliodon_sky::model::{ModelKind, ModelParams};
@@ -27,7 +28,8 @@ pub struct BakedSky {
 }
 
 const MAP_STAGE: &str = "sky-map";
-const LAPSE_STAGE: &str = "lapse";
+/// Lapses of each of the surroundings, by their index: a part's role is no other part of a bake's key.
+const LAPSE_STAGE: &str = "fitted-lapse";
 
 impl BakedSky {
     /// The bytes of a map.
@@ -54,12 +56,13 @@ impl BakedSky {
 /// # Errors
 /// A sky that cannot be made, or a cache that cannot be written.
 pub fn bake_sky(plan: &Plan, cache: &Cache, reporter: &dyn Reporter) -> Result<BakedSky, BakeError> {
-    let kept = cache.load(LAPSE_STAGE, 0).and_then(|bytes| serde_json::from_slice::<BakedSky>(&bytes).ok());
+    let params = lapse_params(&plan.site, &plan.files)?;
+    let stage_index = usize::from(params.surroundings == Surroundings::Ground);
+    let kept = cache.load(LAPSE_STAGE, stage_index).and_then(|bytes| serde_json::from_slice::<BakedSky>(&bytes).ok());
     if let Some(sky) = kept.filter(|sky| (0..sky.map_paths.len()).all(|index| cache.load(MAP_STAGE, index).is_some())) {
         reporter.note("going on: the sky is done");
         return Ok(told(sky, reporter));
     }
-    let params = lapse_params(&plan.site, &plan.files)?;
     reporter.stage("sky", u64::from(params.sky_steps));
     reporter.progress(0);
     let mut map_paths = Vec::new();
@@ -84,7 +87,7 @@ pub fn bake_sky(plan: &Plan, cache: &Cache, reporter: &dyn Reporter) -> Result<B
     let sky = BakedSky { lapse, sun_steps, map_paths, notes: notes.iter().map(ToString::to_string).collect() };
     let bytes = serde_json::to_vec(&sky).map_err(std::io::Error::other);
     let bytes = bytes.map_err(|source| BakeError::Read { path: cache.folder().to_owned(), source })?;
-    cache.store(LAPSE_STAGE, 0, &bytes)?;
+    cache.store(LAPSE_STAGE, stage_index, &bytes)?;
     Ok(told(sky, reporter))
 }
 
@@ -111,8 +114,14 @@ pub fn lapse_params(site: &Site, files: &[InputFile]) -> Result<LapseParams, Bak
         first: bake.first.map(time),
         last: bake.last.map(time),
         coefficients: bake.coefficients(),
+        surroundings: surroundings(site),
         ..LapseParams::new(source)
     })
+}
+
+/// A site with ground of its own hides what its sky shows below the horizon.
+fn surroundings(site: &Site) -> Surroundings {
+    if site.parts.iter().any(|part| part.role == Role::Ground) { Surroundings::Ground } else { Surroundings::Open }
 }
 
 fn model_day(site: &Site, model: site::SkyModel) -> ModelDay {

@@ -40,6 +40,17 @@ pub fn check_lapse(lapse: &Lapse, layout: LightLayout) -> Result<(), String> {
                 return Err(format!("step {i}: the sun's irradiance is negative or not finite"));
             }
         }
+        if let Some(fitted) = &step.fitted {
+            if fitted.sky.len() != step.sky.len() || !fitted.sky.as_flattened().iter().all(|c| c.is_finite()) {
+                return Err(format!("step {i}: the fitted sky must hold {} coefficients, all finite", step.sky.len()));
+            }
+            if !fitted.glow.iter().all(|c| c.is_finite() && *c >= 0.0) {
+                return Err(format!("step {i}: the glow is negative or not finite"));
+            }
+            if step.sun.is_none() && fitted.glow != [0.0; 3] {
+                return Err(format!("step {i} has a glow but no sun from whose direction it could come"));
+            }
+        }
     }
     let Some(basis) = &lapse.sun_bounce_basis else {
         return match layout.sun_bounce_functions {

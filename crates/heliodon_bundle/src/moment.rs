@@ -4,7 +4,7 @@
 //! does, the sky with every entry (Callieri, Debevec, Pair, Scopigno: "A realtime immersive application with realistic
 //! lighting: The Parthenon", Computers & Graphics 30, 2006, section 6). With [`Blend::Smooth`] all of it moves in between:
 //!
-//! - Sky coefficients and exposure are interpolated between the two entries around the moment.
+//! - Sky coefficients, glow and exposure are interpolated between the two entries around the moment.
 //! - Sun steps stand at the times of the first entries that name their mask bits. Between two of them, direction (on the
 //!   great circle) and irradiance of the sun are interpolated, each vertex's two mask bits are weighted, and so are the
 //!   functions of the bounced sunlight. Where only one of the two steps has a sun, its direction, bit and functions hold and
@@ -45,12 +45,23 @@ pub struct Moment {
     pub sun_direction: Vec3,
     /// The sun's irradiance at normal incidence; zero where there is none.
     pub sun_irradiance: Vec3,
-    /// Sky coefficients.
+    /// Sky coefficients: the projection of the sky's radiance.
     pub sky: Vec<Vec3>,
+    /// What vertices are shaded with.
+    pub shading: Shading,
     /// The value of each function of the bounced sunlight.
     pub bounce: Vec<f32>,
     /// The exposure that suits the moment, in stops.
     pub exposure_stops: f32,
+}
+
+/// Sun and sky as vertices are shaded with them: as the lapse has fitted them to receivers, or else the sun and the projected sky.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shading {
+    /// Irradiance from the sun's direction, cut by its mask: the sun's and the sky's glow.
+    pub sun_irradiance: Vec3,
+    /// Sky coefficients without that glow.
+    pub sky: Vec<Vec3>,
 }
 
 /// A lapse with its times and sun steps worked out, from which moments are made.
@@ -121,19 +132,25 @@ impl<'a> Day<'a> {
             sun_direction: Vec3::Y,
             sun_irradiance: Vec3::ZERO,
             sky: Vec::new(),
+            shading: Shading::default(),
             bounce: Vec::new(),
             exposure_stops: 0.0,
         };
         if let [Some(a), Some(b)] = entries.pair.map(|i| steps.get(i)) {
             let f = entries.fraction;
-            let mixed = a.sky.iter().zip(&b.sky);
-            moment.sky = mixed.map(|(&a, &b)| Vec3::from_array(a).lerp(Vec3::from_array(b), f)).collect();
+            let mixed = |a: &[[f32; 3]], b: &[[f32; 3]]| -> Vec<Vec3> {
+                a.iter().zip(b).map(|(&a, &b)| Vec3::from_array(a).lerp(Vec3::from_array(b), f)).collect()
+            };
+            moment.sky = mixed(&a.sky, &b.sky);
+            let ((glow_a, sky_a), (glow_b, sky_b)) = (shaded(a), shaded(b));
+            moment.shading = Shading { sun_irradiance: glow_a.lerp(glow_b, f), sky: mixed(sky_a, sky_b) };
             moment.exposure_stops = a.exposure_stops + (b.exposure_stops - a.exposure_stops) * f;
         }
         let sun_steps = suns.pair.map(|i| self.sun_entries.get(i).map(|&entry| &steps[entry]));
         if let [Some(a), Some(b)] = sun_steps {
             self.set_sun(&mut moment, a, b, suns.fraction);
         }
+        moment.shading.sun_irradiance += moment.sun_irradiance;
         moment
     }
 
@@ -164,6 +181,11 @@ impl<'a> Day<'a> {
             moment.bounce = functions.map(|f| w0 * value(f, a.mask_bit) + w1 * value(f, b.mask_bit)).collect();
         }
     }
+}
+
+/// Glow and coefficients that a step is shaded with.
+fn shaded(step: &LapseStep) -> (Vec3, &[[f32; 3]]) {
+    step.fitted.as_ref().map_or((Vec3::ZERO, &step.sky), |fitted| (Vec3::from_array(fitted.glow), &fitted.sky))
 }
 
 impl Between {

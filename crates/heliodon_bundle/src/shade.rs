@@ -4,7 +4,7 @@
 //! light = (w0 bit_t0 + w1 bit_t1) max(n.l, 0) E / pi  +  max(0, sum_i T_i S_i)  +  E max(0, sum_r b_r f_r)
 //! ```
 //!
-//! Light is irradiance / pi; the radiance that leaves a surface is `albedo * light`, what is shown of it
+//! with `S` and `E` of [`crate::moment::Shading`]. Light is irradiance / pi; the radiance that leaves a surface is `albedo * light`, what is shown of it
 //! `albedo * light * 2^exposure_stops`.
 
 use crate::chunk::{LitChunk, VertexLight};
@@ -40,15 +40,15 @@ pub fn vertex_light(moment: &Moment, light: &VertexLight, vertex: usize, normal:
     let layout = light.layout();
     let [b0, b1] = moment.mask_bits.map(|bit| f32::from(u8::from(light.sun_reaches(vertex, bit))));
     let reached = moment.mask_weights[0] * b0 + moment.mask_weights[1] * b1;
-    let sun = moment.sun_irradiance * (reached * normal.dot(moment.sun_direction).max(0.0) * FRAC_1_PI);
+    let sun = moment.shading.sun_irradiance * (reached * normal.dot(moment.sun_direction).max(0.0) * FRAC_1_PI);
 
     let channels = layout.channels as usize;
     let own = |count: usize| vertex * count..(vertex + 1) * count;
     let transfer = &light.sky_transfer[own(layout.transfer_floats())];
-    let sky = weighted(transfer, channels, moment.sky.iter().copied()).max(Vec3::ZERO);
+    let sky = weighted(transfer, channels, moment.shading.sky.iter().copied()).max(Vec3::ZERO);
     let functions = &light.sun_bounce[own(layout.bounce_floats())];
     let bounced = weighted(functions, channels, moment.bounce.iter().map(|&f| Vec3::splat(f))).max(Vec3::ZERO);
-    Light { sun, sky, bounce: moment.sun_irradiance * bounced }
+    Light { sun, sky, bounce: moment.shading.sun_irradiance * bounced }
 }
 
 /// `sum_i values_i * weights_i`, per channel; grey values count for all three.

@@ -21,6 +21,9 @@ pub struct LapseStep {
     pub sun: Option<Sun>,
     /// Sky radiance in spherical harmonics, 4 or 9 coefficients of linear RGB, without the sun.
     pub sky: Vec<[f32; 3]>,
+    /// The sky's light as viewers shade with it, where `sky` alone is a poor account of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fitted: Option<Fitted>,
     /// The exposure that suits the step, in stops.
     pub exposure_stops: f32,
     /// The step's sky image, relative to the bundle.
@@ -41,6 +44,19 @@ pub struct Sun {
     pub irradiance: [f32; 3],
     /// Whether the probe's brightest pixels were clipped, so that `irradiance` is a lower bound.
     pub clipped: bool,
+}
+
+/// A sky's light fitted to what surfaces receive of it (see [`crate::fit`]), in place of [`LapseStep::sky`]: light at a vertex is
+/// `max(0, sum_i T_i sky_i)`, with the sun's irradiance (and its bounced light's) raised by `glow`.
+///
+/// [`LapseStep::sky`] and [`Sun::irradiance`] hold all light without it, each once, and so do `sky` and `glow` here with the sun.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Fitted {
+    /// The part of the sky's light that is shaded as coming from the sun's direction and cut by its mask: irradiance at normal incidence, not
+    /// negative; zero where the step has no sun.
+    pub glow: [f32; 3],
+    /// Coefficients of the rest, as many as the step's.
+    pub sky: Vec<[f32; 3]>,
 }
 
 /// The functions over the day by which bounced sunlight is stored.

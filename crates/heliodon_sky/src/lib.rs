@@ -6,6 +6,7 @@
 pub mod civil;
 pub mod day;
 pub mod error;
+pub mod fit;
 pub mod lapse;
 pub mod mapping;
 pub mod model;

@@ -69,6 +69,7 @@ mod tests {
             time: "12:00".into(),
             sun: Some(Sun { direction, irradiance: [1.0; 3], clipped: false }),
             sky,
+            fitted: None,
             exposure_stops: 0.0,
             sky_map: String::new(),
             mask_bit: 0,

@@ -18,7 +18,7 @@ use heliodon_image::{HdrImage, SrgbImage};
 use heliodon_math::color::linear_from_srgb;
 use heliodon_math::random::{hash3_u32, unit_f32};
 use heliodon_math::sphere::direction_from_azimuth_elevation;
-use heliodon_sky::lapse::{Lapse, LapseStep, Sun, SunBounceBasis};
+use heliodon_sky::lapse::{Fitted, Lapse, LapseStep, Sun, SunBounceBasis};
 use heliodon_view::headless::{RenderOptions, Renderer, Shot, ShotExposure};
 use heliodon_view::{Pose, ToneCurve};
 use std::path::Path;
@@ -72,15 +72,20 @@ fn lapse(layout: LightLayout) -> Lapse {
     let steps = (0..2 * layout.sun_steps).map(|entry| {
         let azimuth = f64::from(entry) * 0.1 + 2.2;
         let direction = direction_from_azimuth_elevation(azimuth, 0.5).to_array();
-        let sky = (0..layout.coefficients).map(|i| [0, 1, 2].map(|c| random(entry, i, c) - if i == 0 { 0.0 } else { 0.5 }));
+        let coefficients = |seed: u32| -> Vec<[f32; 3]> {
+            let one = |i: u32| [0, 1, 2].map(|c| random(seed, i, c) - if i == 0 { 0.0 } else { 0.5 });
+            (0..layout.coefficients).map(one).collect()
+        };
+        let has_sun = entry / 2 != 2;
         LapseStep {
             time: format!("{:02}:{:02}", 6 + entry / 6, entry % 6 * 10),
-            sun: (entry / 2 != 2).then_some(Sun {
-                direction,
-                irradiance: [3.0, 2.5, 1.5 + 0.1 * entry as f32],
-                clipped: false,
+            sun: has_sun.then_some(Sun { direction, irradiance: [3.0, 2.5, 1.5 + 0.1 * entry as f32], clipped: false }),
+            sky: coefficients(entry),
+            // some fitted, some not, with suns and without
+            fitted: (entry % 3 != 1).then(|| Fitted {
+                glow: if has_sun { [0.5, 0.25, 0.1 * (entry % 7) as f32] } else { [0.0; 3] },
+                sky: coefficients(entry + 1000),
             }),
-            sky: sky.collect(),
             exposure_stops: -1.0 + 0.1 * entry as f32,
             sky_map: format!("sky/{}.hdr", entry % 4),
             mask_bit: entry / 2,

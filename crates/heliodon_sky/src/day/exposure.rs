@@ -59,7 +59,7 @@ mod tests {
     fn entry(radiance: f32) -> Entry {
         let mut sky = vec![Vec3::ZERO; 4];
         sky[0] = Vec3::splat(radiance * (4.0 * PI).sqrt());
-        Entry { time: TimeOfDay::NOON, sun: None, sky, map: String::new(), sun_in_map: false }
+        Entry { time: TimeOfDay::NOON, sun: None, sky, fitted: None, map: String::new(), sun_in_map: false }
     }
 
     #[test]

@@ -25,7 +25,8 @@ pub use table::table;
 
 use crate::civil::TimeOfDay;
 use crate::error::SkyError;
-use crate::lapse::{Lapse, LapseStep, Sun};
+use crate::fit::Surroundings;
+use crate::lapse::{Fitted, Lapse, LapseStep, Sun};
 use glam::Vec3;
 use heliodon_image::{HdrImage, PixelRepairs};
 use std::fmt;
@@ -47,6 +48,8 @@ pub struct LapseParams {
     pub coefficients: u32,
     /// The widest sky map, in pixels (half as high); models make theirs 512 wide at most.
     pub map_width: u32,
+    /// What surfaces see below the horizon, for which the light that viewers shade with is fitted.
+    pub surroundings: Surroundings,
     /// Where the sky comes from.
     pub source: SkySource,
 }
@@ -63,6 +66,7 @@ impl LapseParams {
             last: None,
             coefficients: 4,
             map_width: 1024,
+            surroundings: Surroundings::Open,
             source,
         }
     }
@@ -166,6 +170,8 @@ struct Entry {
     /// Its own sun; the lapse repeats the sun step's.
     sun: Option<Sun>,
     sky: Vec<Vec3>,
+    /// Fitted with its own sun.
+    fitted: Option<Fitted>,
     map: String,
     sun_in_map: bool,
 }
@@ -195,10 +201,16 @@ pub fn build(params: &LapseParams, sink: Sink<'_>) -> Result<BuiltLapse, SkyErro
         if suns.len() <= mask_bit as usize {
             suns.push(entry.sun);
         }
+        let sun = suns[mask_bit as usize];
+        let fitted = match (entry.fitted, entry.sun) {
+            (Some(fitted), Some(own)) if sun.is_none() => Some(fitted.without_glow(Vec3::from_array(own.direction))),
+            (fitted, _) => fitted,
+        };
         lapse_steps.push(LapseStep {
             time: entry.time.to_string(),
-            sun: suns[mask_bit as usize],
+            sun,
             sky: entry.sky.iter().map(Vec3::to_array).collect(),
+            fitted,
             exposure_stops,
             sky_map: entry.map,
             mask_bit,

@@ -3,6 +3,7 @@
 use super::{Entry, LapseParams, Sink, SkyMap, steps};
 use crate::civil::{Date, TimeOfDay};
 use crate::error::SkyError;
+use crate::fit::ReceiverFit;
 use crate::lapse::Sun;
 use crate::mapping::{BelowHorizon, Mapping, ProbeGrid};
 use crate::model::{ModelParams, ModelSky};
@@ -55,10 +56,11 @@ pub(super) fn build(params: &LapseParams, day: &ModelDay, sink: Sink<'_>) -> Res
     let sky = ModelSky::new(&day.model)?;
     let width = params.map_width.min(WIDEST_MAP);
     let grid = Arc::new(ProbeGrid::new(Mapping::LatLong, width, width / 2, 0.0)?);
+    let receivers = ReceiverFit::new(params.coefficients as usize, params.surroundings);
+    let made_of = Made { params, place, date: day.date, sky, grid, receivers };
     let mut entries = Vec::with_capacity(times.len());
     for (block, some) in times.chunks(AT_ONCE).enumerate() {
-        let made: Vec<Result<(Entry, HdrImage), SkyError>> =
-            some.par_iter().map(|&time| entry(params, &place, day.date, time, &sky, &grid)).collect();
+        let made: Vec<Result<(Entry, HdrImage), SkyError>> = some.par_iter().map(|&time| made_of.entry(time)).collect();
         for (i, made) in made.into_iter().enumerate() {
             let (mut entry, image) = made?;
             let index = block * AT_ONCE + i;
@@ -71,25 +73,31 @@ pub(super) fn build(params: &LapseParams, day: &ModelDay, sink: Sink<'_>) -> Res
     Ok(entries)
 }
 
-fn entry(
-    params: &LapseParams,
-    place: &Place,
+/// What all entries are made of.
+struct Made<'a> {
+    params: &'a LapseParams,
+    place: Place,
     date: Date,
-    time: TimeOfDay,
-    sky: &ModelSky,
-    grid: &Arc<ProbeGrid>,
-) -> Result<(Entry, HdrImage), SkyError> {
-    let position = sun_position(place, date, f64::from(time.seconds))?;
-    let middle = position.direction(place.north_deg);
-    let sun = sky.sun(middle).filter(|(irradiance, _)| luminance(*irradiance) > FAINTEST_KLX);
-    let sun = sun.map(|(irradiance, direction): (Vec3, Vec3)| Sun {
-        direction: direction.to_array(),
-        irradiance: irradiance.to_array(),
-        clipped: false,
-    });
-    let geometry = grid.geometry();
-    let image = sky.map(middle, geometry.width(), geometry.height());
-    let probe = Probe::with_grid(image, grid.clone())?;
-    let coefficients = probe.coefficients(params.coefficients as usize, BelowHorizon::Keep);
-    Ok((Entry { time, sun, sky: coefficients, map: String::new(), sun_in_map: false }, probe.into_image()))
+    sky: ModelSky,
+    grid: Arc<ProbeGrid>,
+    receivers: ReceiverFit,
+}
+
+impl Made<'_> {
+    fn entry(&self, time: TimeOfDay) -> Result<(Entry, HdrImage), SkyError> {
+        let position = sun_position(&self.place, self.date, f64::from(time.seconds))?;
+        let middle = position.direction(self.place.north_deg);
+        let sun = self.sky.sun(middle).filter(|(irradiance, _)| luminance(*irradiance) > FAINTEST_KLX);
+        let sun = sun.map(|(irradiance, direction): (Vec3, Vec3)| Sun {
+            direction: direction.to_array(),
+            irradiance: irradiance.to_array(),
+            clipped: false,
+        });
+        let geometry = self.grid.geometry();
+        let image = self.sky.map(middle, geometry.width(), geometry.height());
+        let probe = Probe::with_grid(image, self.grid.clone())?;
+        let sky = probe.coefficients(self.params.coefficients as usize, BelowHorizon::Keep);
+        let fitted = self.receivers.fit(&probe, BelowHorizon::Keep, &sky, sun.as_ref());
+        Ok((Entry { time, sun, sky, fitted, map: String::new(), sun_in_map: false }, probe.into_image()))
+    }
 }

@@ -3,7 +3,8 @@
 use super::{Entry, LapseNote, LapseParams, Sink, SkyMap, steps};
 use crate::civil::TimeOfDay;
 use crate::error::SkyError;
-use crate::lapse::Sun;
+use crate::fit::ReceiverFit;
+use crate::lapse::{Fitted, Sun};
 use crate::mapping::{BelowHorizon, Mapping, ProbeGrid};
 use crate::probe::Probe;
 use crate::sun::{SunParams, find_sun};
@@ -74,6 +75,7 @@ const GAP: f64 = 1.9;
 struct Taken {
     sun: Option<Sun>,
     sky: Vec<Vec3>,
+    fitted: Option<Fitted>,
 }
 
 /// Which probes an entry is made of.
@@ -117,10 +119,11 @@ pub(super) fn build(
 
     let mut taken: Vec<Option<Taken>> = vec![None; probes.len()];
     let mut names = vec![String::new(); probes.len()];
+    let receivers = ReceiverFit::new(params.coefficients as usize, params.surroundings);
     let mut grid: Option<Arc<ProbeGrid>> = None;
     let mut index = 0;
     for &k in &used {
-        let (probe, record) = take(params, series, &probes[k].0, &mut grid, &mut notes)?;
+        let (probe, record) = take(params, series, &receivers, &probes[k].0, &mut grid, &mut notes)?;
         if is_shown(k) {
             names[k] = format!("sky/{:04}.hdr", index + 1);
             let image = drawn_map(params, series, &probe.0, &probe.1)?;
@@ -131,8 +134,8 @@ pub(super) fn build(
         taken[k] = Some(record);
     }
     let entries = times.iter().zip(&mixes).filter_map(|(&time, mix)| {
-        let record = mixed(mix, &taken)?;
-        Some(Entry { time, sun: record.sun, sky: record.sky, map: names[mix.nearest()].clone(), sun_in_map: true })
+        let Taken { sun, sky, fitted } = mixed(mix, &taken)?;
+        Some(Entry { time, sun, sky, fitted, map: names[mix.nearest()].clone(), sun_in_map: true })
     });
     Ok((entries.collect(), sun_steps, notes))
 }
@@ -205,6 +208,7 @@ fn tell_gaps(probes: &[(PathBuf, TimeOfDay)], times: &[TimeOfDay], notes: &mut V
 fn take(
     params: &LapseParams,
     series: &ProbeSeries,
+    receivers: &ReceiverFit,
     path: &std::path::Path,
     grid: &mut Option<Arc<ProbeGrid>>,
     notes: &mut Vec<LapseNote>,
@@ -241,7 +245,8 @@ fn take(
         sun
     });
     let sky = sunless.coefficients(params.coefficients as usize, series.below_horizon);
-    Ok(((probe, sunless), Taken { sun, sky }))
+    let fitted = receivers.fit(&sunless, series.below_horizon, &sky, sun.as_ref());
+    Ok(((probe, sunless), Taken { sun, sky, fitted }))
 }
 
 /// The lat-long map that is drawn: the probe with its sun.
@@ -278,5 +283,27 @@ fn mixed(mix: &Mix, taken: &[Option<Taken>]) -> Option<Taken> {
         // only one shows the sun: a cloud came or went
         _ => near.sun,
     };
-    Some(Taken { sun, sky })
+    let fitted = match (&a.fitted, &b.fitted) {
+        (None, None) => None,
+        _ => Some(mixed_fit(&a.shaded(), &b.shaded(), t)),
+    };
+    // a glow goes with a sun
+    let fitted = match (fitted, sun, a.sun.or(b.sun)) {
+        (Some(fitted), None, Some(gone)) => Some(fitted.without_glow(Vec3::from_array(gone.direction))),
+        (fitted, ..) => fitted,
+    };
+    Some(Taken { sun, sky, fitted })
+}
+
+impl Taken {
+    /// What it is shaded with: fitted or not.
+    fn shaded(&self) -> Fitted {
+        let projected = || Fitted { glow: [0.0; 3], sky: self.sky.iter().map(Vec3::to_array).collect() };
+        self.fitted.clone().unwrap_or_else(projected)
+    }
+}
+
+fn mixed_fit(a: &Fitted, b: &Fitted, t: f32) -> Fitted {
+    let between = |a: [f32; 3], b: [f32; 3]| Vec3::from_array(a).lerp(Vec3::from_array(b), t).to_array();
+    Fitted { glow: between(a.glow, b.glow), sky: a.sky.iter().zip(&b.sky).map(|(&a, &b)| between(a, b)).collect() }
 }

@@ -317,6 +317,7 @@ pub fn step_defaults() -> LapseStep {
         time: String::new(),
         sun: None,
         sky: Vec::new(),
+        fitted: None,
         exposure_stops: 0.0,
         sky_map: String::new(),
         mask_bit: 0,

@@ -39,14 +39,15 @@ impl MomentUniform {
     #[must_use]
     pub fn new(layout: VertexLayout, moment: &Moment, exposure: f32) -> Self {
         let mut uniform = Self::zeroed();
-        let sun = moment.sun_irradiance * exposure;
+        let sun = moment.shading.sun_irradiance * exposure;
         uniform.sun_direction = moment.sun_direction.extend(0.0);
         uniform.sun_over_pi = (sun * std::f32::consts::FRAC_1_PI).extend(0.0);
         uniform.sun = sun.extend(0.0);
         uniform.mask_weights = Vec4::new(moment.mask_weights[0], moment.mask_weights[1], 0.0, 0.0);
         let [a, b] = moment.mask_bits.map(|bit| bit.min(layout.0.sun_steps - 1));
         uniform.mask = [a / 32, a % 32, b / 32, b % 32];
-        for (slot, &coefficient) in uniform.sky.iter_mut().zip(moment.sky.iter().take(layout.0.coefficients as usize)) {
+        let sky = moment.shading.sky.iter().take(layout.0.coefficients as usize);
+        for (slot, &coefficient) in uniform.sky.iter_mut().zip(sky) {
             *slot = (coefficient * exposure).extend(0.0);
         }
         for (slot, &value) in uniform.bounce.iter_mut().zip(&moment.bounce) {
