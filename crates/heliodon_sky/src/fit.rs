@@ -7,7 +7,7 @@
 //! So the same number of coefficients, and a directional part, the **glow**, are found anew by least squares over receivers: surfaces of all
 //! orientations that see the whole sphere ([`Surroundings::Open`]), or that stand on ground which hides all below the horizon
 //! ([`Surroundings::Ground`]). What is minimised is the error of their light, so energy is kept where it arrives; a level surface
-//! keeps its light but for a thousandth. The glow shines from the sun's direction and through its mask. It is never negative, at most half of the sun's own
+//! keeps its light within a hundredth. The glow shines from the sun's direction and through its mask. It is never negative, at most half of the sun's own
 //! light, so that it sets with the sun, and at most what the sky within 45 degrees of the sun is brighter than elsewhere. The coefficients lean towards
 //! the projection where receivers leave them free.
 //!
