@@ -6,7 +6,7 @@ use crate::plan::Plan;
 use crate::report::Reporter;
 use crate::scene::{Scene, Traceable};
 use heliodon_bundle::LightLayout;
-use heliodon_light::{GatherBlock, Layout, LightParams, MaskParams, Surfaces, bake_sun_masks, gather};
+use heliodon_light::{BouncedSun, GatherBlock, Layout, LightParams, MaskParams, Surfaces, bake_sun_masks, gather};
 use heliodon_math::sphere::fibonacci_sphere;
 use heliodon_rays::TriangleScene;
 use serde::Serialize;
@@ -39,6 +39,9 @@ pub struct Estimate {
 
 /// Timed runs of points, spread over the scene.
 const TIMED_RUNS: usize = 8;
+
+/// Every how-maniest sun is timed where all surfaces are asked.
+const TIMED_SUNS: usize = 8;
 /// Bytes of a kept hit.
 const HIT_BYTES: f64 = 4.0;
 /// Hits that one bounce handles a second in sixteen lanes, over what the gather traces rays a second. Measured from the stages
@@ -78,6 +81,9 @@ struct Timed {
     hits: f64,
     mask_rays: f64,
     mask_seconds: f64,
+    /// Of all surfaces that the sun bounces off.
+    sun_rays: u64,
+    sun_seconds: f64,
     /// Points on back sides, over all.
     back_sides: f64,
 }
@@ -88,15 +94,18 @@ impl Timed {
         let points = runs.iter().map(Range::len).sum::<usize>().max(1) as f64;
         // suns stand in the upper half; where exactly matters little to the time
         let suns: Vec<_> = fibonacci_sphere(2 * plan.site.bake.sun_steps).into_iter().filter(|sun| sun.y > 0.0).collect();
-        let bouncing = if plan.site.bake.sun_bounce { &suns[..] } else { &[] };
+        let begun = Instant::now();
+        let few: Vec<_> = suns.iter().copied().step_by(TIMED_SUNS).collect();
+        let sun = if plan.site.bake.sun_bounce { BouncedSun::new(surfaces, layout, &few, params)? } else { None };
+        let sun_seconds = begun.elapsed().as_secs_f64() * TIMED_SUNS as f64;
         let begun = Instant::now();
         let blocks: Vec<GatherBlock> =
-            runs.iter().map(|run| gather(surfaces, layout, bouncing, run.clone(), params)).collect::<Result<_, _>>()?;
+            runs.iter().map(|run| gather(surfaces, layout, sun.as_ref(), run.clone(), params)).collect::<Result<_, _>>()?;
         let gather_seconds = begun.elapsed().as_secs_f64() / points;
         // a run that is a part of the points meets each back side as often as it is a part
         let share = points / layout.points().len().max(1) as f64;
-        let few = LightParams { samples: ((f64::from(params.samples) * share) as u32).max(1), ..params.clone() };
-        let back_sides = layout.clone().add_back_sides(surfaces, &blocks, &few).len() as f64 / share;
+        let sparse = LightParams { samples: ((f64::from(params.samples) * share) as u32).max(1), ..params.clone() };
+        let back_sides = layout.clone().add_back_sides(surfaces, &blocks, &sparse).len() as f64 / share;
         let begun = Instant::now();
         let mut mask_rays = 0;
         for run in &runs {
@@ -108,6 +117,8 @@ impl Timed {
             hits: blocks.iter().map(|block| block.hit_bytes() as f64 / HIT_BYTES).sum::<f64>() / points,
             mask_rays: mask_rays as f64 / points,
             mask_seconds: begun.elapsed().as_secs_f64() / points,
+            sun_rays: sun.map_or(0, |sun| sun.rays()) * TIMED_SUNS as u64,
+            sun_seconds,
             back_sides: back_sides.min(layout.points().len() as f64),
         })
     }
@@ -143,12 +154,12 @@ fn reckon(plan: &Plan, scene: &Scene, rays: &TriangleScene, layout: &Layout, par
         triangles,
         points,
         gather_rays: all(timed.gather_rays) as u64,
-        mask_rays: all(timed.mask_rays) as u64,
-        seconds: all(timed.gather_seconds + timed.mask_seconds + bounce_seconds),
-        // geometry, rays, points, hits, and light twice: of the points and of the vertices
+        mask_rays: all(timed.mask_rays) as u64 + timed.sun_rays,
+        seconds: all(timed.gather_seconds + timed.mask_seconds + bounce_seconds) + timed.sun_seconds,
+        // geometry, rays, points, hits, and light: of the points twice, gathered and solved, and of the vertices
         memory_bytes: (scene.mesh.memory_bytes() + rays.memory_bytes()) as u64
             + kept
-            + points * (size_of::<[f32; 6]>() as u64 + 8 + light_bytes)
+            + points * (size_of::<[f32; 6]>() as u64 + 8 + 2 * light_bytes)
             + vertices * light_bytes,
         cache_bytes: kept + points * (light_bytes + 16) + vertices * light_bytes,
         bundle_bytes: vertices * (BUNDLE_VERTEX_BYTES + light_bytes) + triangles * BUNDLE_TRIANGLE_BYTES,

@@ -7,7 +7,7 @@ use crate::error::BakeError;
 use crate::report::Reporter;
 use glam::Vec3;
 use heliodon_light::{
-    Channels, GatherBlock, Layout, LightParams, MaskParams, SunBounce, SunInput, SunMasks, Surfaces, Validity, VertexLight,
+    BouncedSun, Channels, GatherBlock, Layout, LightParams, MaskParams, SunBounce, SunMasks, Surfaces, Validity, VertexLight,
     bake_sun_masks, gather, solve, vertex_masks,
 };
 
@@ -34,7 +34,7 @@ pub struct BakedLight {
     pub points: u64,
     /// Rays of the gather.
     pub gather_rays: u64,
-    /// Rays to the suns.
+    /// Rays to the suns: from the vertices, and from the patches of the surfaces that they bounce off.
     pub mask_rays: u64,
 }
 
@@ -49,12 +49,16 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
         reporter.note("going on: the light is solved, the bundle remains to be written");
         return Ok(done);
     }
-    let blocks = gather_all(input, &mut layout, cache, reporter)?;
+    let sun = if input.sun_bounce {
+        reporter.stage("sun on surfaces", 0);
+        BouncedSun::new(surfaces, &layout, input.suns, params)?
+    } else {
+        None
+    };
+    let blocks = gather_all(input, sun.as_ref(), &mut layout, cache, reporter)?;
     let masks = all_masks(input, &layout, cache, reporter)?;
     reporter.stage("bounces", 0);
-    let sun =
-        (input.sun_bounce && masks.words.iter().any(|word| *word != 0)).then_some(SunInput { suns: input.suns, masks: &masks });
-    let light = solve(surfaces, &layout, &blocks, sun, params)?;
+    let light = solve(surfaces, &layout, &blocks, sun.as_ref(), params)?;
     light.validate()?;
     let of_vertices = vertex_masks(&layout, &masks, &light.validity);
     of_vertices.validate()?;
@@ -62,7 +66,7 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
         light,
         points: layout.points().len() as u64,
         gather_rays: blocks.iter().map(|block| block.rays).sum(),
-        mask_rays: masks.rays,
+        mask_rays: masks.rays + sun.map_or(0, |sun| sun.rays()),
         masks: of_vertices,
     };
     if let Some(cache) = cache {
@@ -74,12 +78,13 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
 
 fn gather_all(
     input: &LightInput,
+    sun: Option<&BouncedSun>,
     layout: &mut Layout,
     cache: Option<&Cache>,
     reporter: &dyn Reporter,
 ) -> Result<Vec<GatherBlock>, BakeError> {
     let per_block = points_per_block(u64::from(input.params.samples));
-    let suns = if input.sun_bounce { input.suns } else { &[] };
+    let functions = sun.map_or(0, BouncedSun::function_count);
     let mut blocks: Vec<GatherBlock> = Vec::new();
     let mut points = 0..layout.points().len();
     while !points.is_empty() {
@@ -91,9 +96,9 @@ fn gather_all(
             blocks.len(),
             |bytes, range| {
                 let block = GatherBlock::from_bytes(bytes).ok()?;
-                (block.range == *range && block.validate(layout, suns.len(), input.params).is_ok()).then_some(block)
+                (block.range == *range && block.validate(layout, functions, input.params).is_ok()).then_some(block)
             },
-            |range| gather(&input.surfaces, layout, suns, range, input.params).map_err(BakeError::from),
+            |range| gather(&input.surfaces, layout, sun, range, input.params).map_err(BakeError::from),
             GatherBlock::to_bytes,
         )?);
         points = layout.add_back_sides(&input.surfaces, &blocks, input.params);
@@ -111,7 +116,7 @@ fn all_masks(
     let steps = input.suns.len() as u64;
     // half of the suns stand behind a surface, on average
     let per_block = points_per_block(steps.div_ceil(2));
-    let ranges: Vec<_> = block_ranges(0..layout.points().len(), per_block).collect();
+    let ranges: Vec<_> = block_ranges(0..layout.front_count(), per_block).collect();
     let parts = stage.run(
         &ranges,
         0,

@@ -6,18 +6,18 @@
 use crate::{Followed, GatherBlock, LightError, UnitHits};
 
 /// Eight bytes that name the format and its version.
-const MAGIC: [u8; 8] = *b"HELGATH2";
+const MAGIC: [u8; 8] = *b"HELGATH3";
 
 impl GatherBlock {
     /// The block as bytes.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut out = Vec::with_capacity(64 + self.hit_bytes() + 4 * (self.sky.len() + 2 * self.scale.len()));
+        let mut out = Vec::with_capacity(64 + self.hit_bytes() + 4 * (self.sky.len() + self.sun.len() + 2 * self.scale.len()));
         out.extend(MAGIC);
         for number in [self.range.start as u64, self.range.end as u64, self.rays] {
             out.extend(number.to_le_bytes());
         }
-        for list in [&self.sky, &self.scale, &self.back] {
+        for list in [&self.sky, &self.sun, &self.scale, &self.back] {
             put_list(&mut out, list, |x| x.to_le_bytes());
         }
         put_list(&mut out, self.back_cells.as_flattened(), |x| x.to_le_bytes());
@@ -28,8 +28,8 @@ impl GatherBlock {
         }
         out.extend((self.followed.len() as u64).to_le_bytes());
         for followed in &self.followed {
-            put_list(&mut out, &followed.sky, |x| x.to_le_bytes());
-            for list in [&followed.sky_keys[..], followed.sun.as_flattened(), followed.ends.as_flattened()] {
+            put_list(&mut out, &followed.light, |x| x.to_le_bytes());
+            for list in [&followed.keys[..], followed.ends.as_flattened()] {
                 put_list(&mut out, list, |x| x.to_le_bytes());
             }
         }
@@ -48,7 +48,7 @@ impl GatherBlock {
         let [start, end, rays] = [number(&mut rest)?, number(&mut rest)?, number(&mut rest)?];
         let range = usize::try_from(start).ok().zip(usize::try_from(end).ok()).filter(|(start, end)| start <= end);
         let (start, end) = range.ok_or(LightError::Block("a range that is none"))?;
-        let [sky, scale, back] = [(); 3].map(|()| take_list(&mut rest, f32::from_le_bytes));
+        let [sky, sun, scale, back] = [(); 4].map(|()| take_list(&mut rest, f32::from_le_bytes));
         let back_cells = take_groups(&mut rest)?;
         let units = number(&mut rest)?;
         let mut hits = Vec::new();
@@ -59,14 +59,14 @@ impl GatherBlock {
         let units = number(&mut rest)?;
         let mut followed = Vec::new();
         for _ in 0..units {
-            let sky = take_list(&mut rest, f32::from_le_bytes)?;
-            let sky_keys = take_list(&mut rest, u32::from_le_bytes)?;
-            followed.push(Followed { sky_keys, sky, sun: take_groups(&mut rest)?, ends: take_groups(&mut rest)? });
+            let light = take_list(&mut rest, f32::from_le_bytes)?;
+            let keys = take_list(&mut rest, u32::from_le_bytes)?;
+            followed.push(Followed { keys, light, ends: take_groups(&mut rest)? });
         }
         if !rest.is_empty() {
             return Err(LightError::Block("more bytes than it should have"));
         }
-        Ok(Self { range: start..end, sky: sky?, scale: scale?, back: back?, back_cells, hits, followed, rays })
+        Ok(Self { range: start..end, sky: sky?, sun: sun?, scale: scale?, back: back?, back_cells, hits, followed, rays })
     }
 }
 
@@ -109,11 +109,12 @@ mod tests {
         GatherBlock {
             range: 5..7,
             sky: vec![0.1, -0.2, 0.3, 0.4],
+            sun: vec![0.5, 0.25],
             scale: vec![1.0, 2.0],
             back: vec![0.0, 0.75],
             back_cells: vec![[3, 1], [9, 2]],
             hits: vec![UnitHits { met: vec![1, 2, 3], cells: vec![8, 1 << 31, 2, 7] }],
-            followed: vec![Followed { sky_keys: vec![1], sky: vec![0.5; 4], sun: vec![[2, 3]], ends: vec![[4, 5, 6]] }],
+            followed: vec![Followed { keys: vec![1], light: vec![0.5; 4], ends: vec![[4, 5, 6]] }],
             rays: 1 << 40,
         }
     }

@@ -1,9 +1,10 @@
 //! Bounces: light from cell to point to cell over the kept hits.
 //!
-//! With the gather `G` (a point's light from the cells it sees) and the albedo `rho`, light that has bounced up to B times is
-//! `z_B`, from `z_0 = 0` and `z_{b+1} = G rho (s + z_b)`, where `s` arrives directly. Sky coefficients, functions of the sun and
-//! colour channels are lanes of one such sum: a hit is read once for up to sixteen of them. Followed paths add what they bring from
-//! sky and sun once they have made their k bounces, and, where they end in a cell, its light of k bounces before.
+//! With the gather `G` (a point's light from the cells it sees) and the albedo `rho`, sky light that has bounced up to B times is
+//! `z_B`, from `z_0 = 0` and `z_{b+1} = G rho (s + z_b)`, where `s` arrives directly. Sunlight's first bounce `f` was summed when its
+//! rays were traced: `z_{b+1} = f + G rho z_b`. Sky coefficients, functions of the sun and colour channels are lanes of one such sum: a
+//! hit is read once for up to sixteen of them. Followed paths add what they bring from sky and sun once they have made their k bounces,
+//! and, where they end in a cell, its light of k bounces before.
 
 use crate::cells::{BACK, Layout, NONE};
 use crate::follow::{Arrival, MAX_FOLLOWED};
@@ -11,7 +12,7 @@ use crate::gather::{BACK_LIMIT, GatherBlock, Lattice, UnitHits, bits, trace_hits
 use crate::surfaces::reflected;
 use crate::{Channels, Followed, Surfaces, Validity};
 use glam::Vec3;
-use heliodon_math::color::{linear_from_rgb9e5, luminance};
+use heliodon_math::color::linear_from_rgb9e5;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::VecDeque;
@@ -34,20 +35,24 @@ pub(crate) struct Transport<'a> {
 
 /// What bounces together: sky coefficients first, then functions of the sun, each with its colour channels.
 #[derive(Clone, Copy)]
-pub(crate) struct Lanes<'a> {
+pub(crate) struct Lanes {
     pub coefficients: usize,
-    /// R functions of the day.
-    pub functions: &'a [Vec<f32>],
+    /// Functions of the day, R.
+    pub functions: usize,
     pub channels: Channels,
 }
 
-impl Lanes<'_> {
+impl Lanes {
     pub fn sky(&self) -> usize {
         self.coefficients * self.channels.count()
     }
 
+    pub fn sun(&self) -> usize {
+        self.functions * self.channels.count()
+    }
+
     pub fn count(&self) -> usize {
-        self.sky() + self.functions.len() * self.channels.count()
+        self.sky() + self.sun()
     }
 }
 
@@ -73,8 +78,7 @@ impl<'a> Transport<'a> {
                 (triangle, None) => surfaces.albedo.mean(triangle),
                 (triangle, Some((u, v))) => surfaces.albedo.albedo(triangle, u, v),
             };
-            let albedo = reflected(albedo);
-            if channels == Channels::Mono { Vec3::splat(luminance(albedo)) } else { albedo }
+            reflected(albedo, channels)
         };
         let cells = (0..fronts as u32).into_par_iter().map(|cell| (cell, false));
         let backs = layout.back_cells().par_iter().map(|&cell| (cell, true));
@@ -97,7 +101,7 @@ impl<'a> Transport<'a> {
 
     /// The number of a cell that a hit names, or `None` for a back that nothing lights.
     #[inline]
-    pub fn cell_index(&self, cell: u32) -> Option<usize> {
+    fn cell_index(&self, cell: u32) -> Option<usize> {
         if cell & BACK == 0 {
             return Some(cell as usize);
         }
@@ -106,27 +110,26 @@ impl<'a> Transport<'a> {
     }
 
     /// The points that light a cell, and its albedo in the channels solved.
-    pub fn cell(&self, index: usize) -> (impl Iterator<Item = usize>, Vec3) {
+    fn cell(&self, index: usize) -> (impl Iterator<Item = usize>, Vec3) {
         (self.lit_by[index].into_iter().filter(|&p| p != NONE).map(|p| p as usize), self.albedo[index])
     }
 
-    pub fn units(&self) -> Vec<UnitOf<'a>> {
+    fn units(&self) -> Vec<UnitOf<'a>> {
         let of_block = |block: &'a GatherBlock| {
             unit_ranges(&block.range).into_iter().enumerate().map(move |(index, range)| UnitOf { block, index, range })
         };
         self.blocks.iter().flat_map(of_block).collect()
     }
 
-    pub fn hits_of(&self, unit: &UnitOf<'a>) -> Cow<'a, UnitHits> {
+    fn hits_of(&self, unit: &UnitOf<'a>) -> Cow<'a, UnitHits> {
         match &unit.block.hits[unit.index] {
             hits if *hits != UnitHits::default() => Cow::Borrowed(hits),
             _ => Cow::Owned(trace_hits(self.surfaces, self.layout, unit.range.clone(), self.lattice)),
         }
     }
 
-    /// Light that has bounced up to `bounces` times, a number for each lane of each point, from `source`, which writes the light that
-    /// arrives directly at a point in the lanes from the given one on.
-    pub fn bounced(&self, lanes: Lanes, bounces: u32, source: impl Fn(usize, usize, &mut [f32]) + Sync) -> Vec<f32> {
+    /// Light that has bounced up to `bounces` times, a number for each lane of each point.
+    pub fn bounced(&self, lanes: Lanes, bounces: u32) -> Vec<f32> {
         let count = lanes.count();
         let mut all = vec![0.0; self.layout.points().len() * count];
         for first in (0..count).step_by(LANES) {
@@ -136,24 +139,17 @@ impl<'a> Transport<'a> {
                     to[first..first + width].copy_from_slice(&from[..width]);
                 }
             };
-            let source = |point: usize, out: &mut [f32]| source(point, first, &mut out[..width]);
             match width {
-                0..=4 => put(self.bounced_lanes::<4>(lanes, first, bounces, source).as_flattened(), 4),
-                5..=8 => put(self.bounced_lanes::<8>(lanes, first, bounces, source).as_flattened(), 8),
-                9..=12 => put(self.bounced_lanes::<12>(lanes, first, bounces, source).as_flattened(), 12),
-                _ => put(self.bounced_lanes::<16>(lanes, first, bounces, source).as_flattened(), 16),
+                0..=4 => put(self.bounced_lanes::<4>(lanes, first, bounces).as_flattened(), 4),
+                5..=8 => put(self.bounced_lanes::<8>(lanes, first, bounces).as_flattened(), 8),
+                9..=12 => put(self.bounced_lanes::<12>(lanes, first, bounces).as_flattened(), 12),
+                _ => put(self.bounced_lanes::<16>(lanes, first, bounces).as_flattened(), 16),
             }
         }
         all
     }
 
-    fn bounced_lanes<const W: usize>(
-        &self,
-        lanes: Lanes,
-        first: usize,
-        bounces: u32,
-        source: impl Fn(usize, &mut [f32]) + Sync,
-    ) -> Vec<[f32; W]> {
+    fn bounced_lanes<const W: usize>(&self, lanes: Lanes, first: usize, bounces: u32) -> Vec<[f32; W]> {
         let points = self.layout.points().len();
         let channels = lanes.channels.count();
         let mut bounced = vec![[0.0_f32; W]; points];
@@ -166,13 +162,16 @@ impl<'a> Transport<'a> {
             let oldest = if paths_end { MAX_FOLLOWED } else { 0 };
             let spare = if reflected.len() > oldest { reflected.pop_back() } else { None };
             let mut cells = spare.unwrap_or_else(|| vec![[0.0_f32; W]; self.albedo.len()]);
-            let light: Vec<[f32; W]> = bounced
+            let light: Vec<[f32; W]> = units
                 .par_iter()
-                .enumerate()
-                .map(|(point, z)| {
-                    let mut s = [0.0; W];
-                    source(point, &mut s);
-                    std::array::from_fn(|l| s[l] + z[l])
+                .flat_map_iter(|unit| {
+                    let sky = &unit.block.sky[unit.offset() * lanes.coefficients..];
+                    let bounced = &bounced[unit.range.clone()];
+                    bounced.iter().zip(sky.chunks_exact(lanes.coefficients)).map(|(z, sky)| {
+                        // what arrives directly from the sky; the sun's first bounce has been summed
+                        let direct = |l: usize| if first + l < lanes.sky() { sky[(first + l) / channels] } else { 0.0 };
+                        std::array::from_fn(|l| direct(l) + z[l])
+                    })
                 })
                 .collect();
             cells.par_iter_mut().enumerate().for_each(|(index, out)| {
@@ -194,7 +193,7 @@ impl<'a> Transport<'a> {
                 .map(|(unit, arrivals)| {
                     // sorted by bounce
                     let arrived = arrivals.partition_point(|a| a.bounce <= bounce + 1);
-                    self.gathered(unit, &reflected, &arrivals[..arrived], first % channels, channels)
+                    self.gathered(unit, &reflected, &arrivals[..arrived], lanes, first)
                 })
                 .collect();
             for (unit, light) in units.iter().zip(gathered) {
@@ -204,18 +203,24 @@ impl<'a> Transport<'a> {
         bounced
     }
 
-    /// One unit's light from the cells it sees and from followed paths: cosine-weighted means. `phase` is the first lane's channel.
+    /// One unit's light in the lanes from `first` on: the sun's first bounce, from the cells that it sees and from followed paths;
+    /// cosine-weighted means.
     fn gathered<const W: usize>(
         &self,
         unit: &UnitOf<'a>,
         reflected: &VecDeque<Vec<[f32; W]>>,
         arrived: &[Arrived<W>],
-        phase: usize,
-        channels: usize,
+        lanes: Lanes,
+        first: usize,
     ) -> Vec<[f32; W]> {
+        let (channels, sky_lanes, sun_lanes) = (lanes.channels.count(), lanes.sky(), lanes.sun());
         let normals = &self.layout.points().normals[unit.range.clone()];
         let hits = self.hits_of(unit);
-        let mut sums = vec![[0.0_f32; W]; normals.len()];
+        let first_bounce = |point: usize| {
+            let sun = &unit.block.sun[(unit.offset() + point) * sun_lanes..(unit.offset() + point + 1) * sun_lanes];
+            std::array::from_fn(|l| (first + l).checked_sub(sky_lanes).and_then(|lane| sun.get(lane)).copied().unwrap_or(0.0))
+        };
+        let mut sums: Vec<[f32; W]> = (0..normals.len()).map(first_bounce).collect();
         let mut next = hits.cells.iter();
         for (met, &direction) in hits.met.chunks_exact(normals.len().div_ceil(64)).zip(&self.lattice.directions) {
             for (point, &cell) in bits(met).zip(&mut next) {
@@ -232,15 +237,14 @@ impl<'a> Transport<'a> {
             }
         }
         for &[key, share, cell] in &unit.followed().ends {
-            let Arrival { point, bounce, .. } = Arrival::of(key);
+            let Arrival { point, bounce } = Arrival::of(key);
             let (Some(cells), Some(cell)) = (reflected.get(bounce), self.cell_index(cell)) else { continue };
             let share = linear_from_rgb9e5(share);
             for (l, (sum, x)) in sums[point].iter_mut().zip(&cells[cell]).enumerate() {
-                *sum += share[(phase + l) % channels] * x;
+                *sum += share[(first + l) % channels] * x;
             }
         }
-        let first = unit.range.start - unit.block.range.start;
-        for (sum, scale) in sums.iter_mut().zip(&unit.block.scale[first..]) {
+        for (sum, scale) in sums.iter_mut().zip(&unit.block.scale[unit.offset()..]) {
             for x in sum {
                 *x *= scale;
             }
@@ -250,8 +254,13 @@ impl<'a> Transport<'a> {
 }
 
 impl<'a> UnitOf<'a> {
-    pub fn followed(&self) -> &'a Followed {
+    fn followed(&self) -> &'a Followed {
         &self.block.followed[self.index]
+    }
+
+    /// Its first point in its block.
+    fn offset(&self) -> usize {
+        self.range.start - self.block.range.start
     }
 }
 
@@ -262,39 +271,16 @@ struct Arrived<const W: usize> {
     light: [f32; W],
 }
 
-/// What arrives at the points of a unit in the lanes from `first` on, sorted by bounce and point.
+/// What arrives at the points of a unit in the lanes from `first` on, sorted by bounce.
 fn arrivals<const W: usize>(unit: &UnitOf, lanes: Lanes, first: usize) -> Vec<Arrived<W>> {
-    let (channels, sky_lanes, followed) = (lanes.channels.count(), lanes.sky(), unit.followed());
-    let count = unit.range.len();
-    let mut slots: Vec<Option<Box<[f32; W]>>> = vec![None; MAX_FOLLOWED * count];
-    let slot = |key: u32| {
-        let Arrival { point, bounce, .. } = Arrival::of(key);
-        (bounce - 1) * count + point
+    let followed = unit.followed();
+    let arrived = |(&key, light): (&u32, &[f32])| {
+        let Arrival { point, bounce } = Arrival::of(key);
+        Arrived { point, bounce, light: std::array::from_fn(|l| light.get(first + l).copied().unwrap_or(0.0)) }
     };
-    if first < sky_lanes {
-        for (&key, sky) in followed.sky_keys.iter().zip(followed.sky.chunks_exact(sky_lanes)) {
-            let sums = slots[slot(key)].get_or_insert_with(|| Box::new([0.0; W]));
-            for (sum, x) in sums.iter_mut().zip(&sky[first..]) {
-                *sum += x;
-            }
-        }
-    }
-    // the lanes of this pass that hold functions
-    let of_functions = sky_lanes.saturating_sub(first)..(lanes.count() - first).min(W);
-    if !of_functions.is_empty() {
-        for &[key, light] in &followed.sun {
-            let (step, light) = (Arrival::of(key).step, linear_from_rgb9e5(light));
-            let sums = slots[slot(key)].get_or_insert_with(|| Box::new([0.0; W]));
-            for l in of_functions.clone() {
-                let lane = first + l - sky_lanes;
-                sums[l] += light[lane % channels] * lanes.functions[lane / channels][step];
-            }
-        }
-    }
-    let arrived = |(slot, light): (usize, Option<Box<[f32; W]>>)| {
-        Some(Arrived { point: slot % count, bounce: slot / count + 1, light: *light? })
-    };
-    slots.into_iter().enumerate().filter_map(arrived).collect()
+    let mut arrived: Vec<_> = followed.keys.iter().zip(followed.light.chunks_exact(lanes.count())).map(arrived).collect();
+    arrived.sort_by_key(|a| a.bounce);
+    arrived
 }
 
 /// The points of a triangle's valid vertices; of those they borrow from where none is valid.

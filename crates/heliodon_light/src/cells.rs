@@ -9,10 +9,11 @@
 
 use crate::gather::{counted, sees_only_backs};
 use crate::points::{Place, inward_shifts};
-use crate::refine::parts_by_sight;
+use crate::refine::{cells_by_sight, sight};
 use crate::{GatherBlock, LightError, LightParams, PointSet, Surfaces, median_edge_m};
 use glam::Vec3;
 use heliodon_rays::Hit;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// The bit that marks the back of a cell, or a point on the back of its site.
@@ -33,7 +34,7 @@ pub(crate) struct Split {
 
 impl Split {
     /// The sub-cell that holds a place, counted from the first.
-    fn sub_cell(self, u: f32, v: f32) -> u32 {
+    pub fn sub_cell(self, u: f32, v: f32) -> u32 {
         let m = self.parts;
         let (x, y) = ((u * m as f32).max(0.0), (v * m as f32).max(0.0));
         let i = (x as u32).min(m - 1);
@@ -43,7 +44,7 @@ impl Split {
     }
 
     /// The barycentric weights of all sub-cells' centres, in order.
-    fn centres(self) -> impl Iterator<Item = (f32, f32)> {
+    pub fn centres(self) -> impl Iterator<Item = (f32, f32)> {
         let m = self.parts;
         let place = move |i: u32, j: u32, third: f32| ((i as f32 + third) / m as f32, (j as f32 + third) / m as f32);
         (0..m).flat_map(move |i| {
@@ -73,6 +74,8 @@ pub struct Layout {
     back_cells: Vec<u32>,
     /// The distance below which a hit of a triangle is followed; empty where nothing bounces.
     near_m: Vec<f32>,
+    /// What each triangle fills of the views of some points; empty where it was not asked.
+    seen: Vec<u32>,
     cell_size_m: f32,
     rounds: u32,
 }
@@ -136,11 +139,13 @@ impl Layout {
             back_points: Vec::new(),
             back_cells: Vec::new(),
             near_m: Vec::new(),
+            seen: Vec::new(),
             cell_size_m,
             rounds: 0,
         };
         let finest_m = FINEST_CELLS_PER_EDGE * median_edge_m(surfaces.positions, surfaces.triangles);
-        let by_sight = parts_by_sight(surfaces, &longest, finest_m, params);
+        let (by_sight, seen) = cells_by_sight(surfaces, &longest, finest_m, params);
+        layout.seen = seen;
         for (triangle, (&l, by_sight)) in longest.iter().zip(by_sight).enumerate() {
             let parts = parts(l, cell_size_m).max(by_sight);
             layout.near_m.push(NEAR_PER_CELL * l / parts as f32);
@@ -173,6 +178,12 @@ impl Layout {
     #[must_use]
     pub fn points(&self) -> &PointSet {
         &self.points
+    }
+
+    /// The first so many points lie on fronts, all that vertices may show; the others are back sides.
+    #[must_use]
+    pub fn front_count(&self) -> usize {
+        self.site_count()
     }
 
     /// Vertices of the surfaces.
@@ -279,6 +290,15 @@ impl Layout {
     #[inline]
     pub(crate) fn is_near(&self, hit: &Hit) -> bool {
         self.near_m.get(hit.triangle as usize).is_some_and(|&near| hit.t < near)
+    }
+
+    /// What each triangle fills of the views of some points; nothing where nothing bounces.
+    pub(crate) fn seen(&self, surfaces: &Surfaces, params: &LightParams) -> Cow<'_, [u32]> {
+        if !self.seen.is_empty() || self.near_m.is_empty() {
+            return Cow::Borrowed(&self.seen);
+        }
+        let longest: Vec<f32> = (0..self.triangle_count).map(|t| longest_edge(surfaces, t)).collect();
+        Cow::Owned(sight(surfaces, &longest, params))
     }
 
     /// The triangle of a cell, and the centre of a sub-cell.

@@ -2,7 +2,8 @@
 //!
 //! Light that escapes to the sky is summed at once into the transfer coefficients
 //! `T_i = 1/pi integral V(w) max(n.w, 0) y_i(w) dw`; of what meets a surface, the cell is kept (four bytes a hit), for the same
-//! hits serve every bounce of sky and sun: bounces are linear in the light of the cells.
+//! hits serve every bounce of sky and sun: bounces are linear in the light of the cells. The sun's first bounce is summed at once too,
+//! step by step of the day, from the very places that are met.
 //!
 //! The lattice's sum over all directions differs a little from the integral. Its known part is taken out: with the exact
 //! coefficients `O_i` of an open surface, the sums `E_i` over escaped and `A_i` over all directions, and the visible part
@@ -10,9 +11,9 @@
 
 use crate::cells::BACK;
 use crate::directions::gather_directions;
-use crate::follow::{Followed, LiveSuns, Near, follow};
-use crate::masks::{check_sun_count, facing};
-use crate::{Layout, LightError, LightParams, PointSet, Surfaces};
+use crate::follow::{Arrival, Followed, Near, follow};
+use crate::masks::facing;
+use crate::{BouncedSun, Layout, LightError, LightParams, PointSet, Surfaces};
 use glam::Vec3;
 use heliodon_math::sh::{basis9, open_transfer9};
 use heliodon_rays::{Hit, NO_HIT};
@@ -35,6 +36,8 @@ pub struct GatherBlock {
     pub range: Range<usize>,
     /// C transfer coefficients of the sky's own light for each point.
     pub sky: Vec<f32>,
+    /// R functions of the day of the sun's first bounce for each point, function-major, then channel; sums that `scale` makes means.
+    pub sun: Vec<f32>,
     /// What each point's cosines must be multiplied with so that those of all its directions sum to one; 0 where a point has
     /// no direction.
     pub scale: Vec<f32>,
@@ -81,32 +84,29 @@ impl Lattice {
     }
 }
 
-/// Gathers the points in `range`; `suns` are the unit directions whose bounced light will be solved, none where it will not (one
-/// that is zero or not finite lights nothing). Ranges may be computed apart, in any order: every number is the same however the
-/// points are divided. Multiples of 1,024 points are fastest.
+/// Gathers the points in `range`; `sun` is what the suns shine on where their light bounces. Ranges may be computed apart, in any
+/// order: every number is the same however the points are divided. Multiples of 1,024 points are fastest.
 ///
 /// # Errors
-/// Invalid parameters, too many suns, or a range beyond the points.
+/// Invalid parameters or a range beyond the points.
 pub fn gather(
     surfaces: &Surfaces,
     layout: &Layout,
-    suns: &[Vec3],
+    sun: Option<&BouncedSun>,
     range: Range<usize>,
     params: &LightParams,
 ) -> Result<GatherBlock, LightError> {
     params.validate()?;
-    check_sun_count(suns.len())?;
     if range.start > range.end || range.end > layout.points().len() {
         return Err(LightError::Mismatch(format!("points {range:?} of {}", layout.points().len())));
     }
     let lattice = Lattice::new(params);
-    let suns = LiveSuns::new(suns);
     // every point has its part of the budget, whatever the others need: results do not depend on what is kept
     let budget_per_point = params.hit_budget_bytes as f64 / layout.points().len().max(1) as f64;
     let units: Vec<Unit> = unit_ranges(&range)
         .into_par_iter()
         .map(|unit| {
-            let mut unit = gather_unit(surfaces, layout, &suns, unit, params, &lattice);
+            let mut unit = gather_unit(surfaces, layout, sun, unit, params, &lattice);
             if unit.hits.bytes() as f64 > budget_per_point * unit.scale.len() as f64 {
                 unit.hits = UnitHits::default();
             }
@@ -116,6 +116,7 @@ pub fn gather(
     let mut block = GatherBlock {
         range,
         sky: Vec::new(),
+        sun: Vec::new(),
         scale: Vec::new(),
         back: Vec::new(),
         back_cells: Vec::new(),
@@ -125,6 +126,7 @@ pub fn gather(
     };
     for unit in units {
         block.sky.extend(unit.sky);
+        block.sun.extend(unit.sun);
         block.scale.extend(unit.scale);
         block.back.extend(unit.back);
         block.back_cells.extend(unit.back_cells);
@@ -141,14 +143,31 @@ pub(crate) fn unit_ranges(range: &Range<usize>) -> Vec<Range<usize>> {
     range.clone().step_by(UNIT).map(|first| first..(first + UNIT).min(range.end)).collect()
 }
 
-struct Unit {
+/// [`GatherBlock`] of a run of points.
+pub(crate) struct Unit {
     sky: Vec<f32>,
-    scale: Vec<f32>,
-    back: Vec<f32>,
+    sun: Vec<f32>,
+    pub scale: Vec<f32>,
+    pub back: Vec<f32>,
     back_cells: Vec<[u32; 2]>,
     hits: UnitHits,
     followed: Followed,
     rays: u64,
+}
+
+impl Unit {
+    /// The sun's first bounce, that of followed hits with it: `sun_lanes` numbers a point.
+    pub fn first_bounce(&self, sky_lanes: usize, sun_lanes: usize) -> Vec<f32> {
+        let mut sums = self.sun.clone();
+        for (&key, light) in self.followed.keys.iter().zip(self.followed.light.chunks_exact(sky_lanes + sun_lanes)) {
+            let Arrival { point, bounce } = Arrival::of(key);
+            if bounce == 1 {
+                let sums = &mut sums[point * sun_lanes..(point + 1) * sun_lanes];
+                sums.iter_mut().zip(&light[sky_lanes..]).for_each(|(sum, x)| *sum += x);
+            }
+        }
+        sums
+    }
 }
 
 /// Only the hits of some points, for bounces whose hits were not kept.
@@ -159,10 +178,11 @@ pub(crate) fn trace_hits(surfaces: &Surfaces, layout: &Layout, range: Range<usiz
     hits
 }
 
-fn gather_unit(
+/// Gathers a run of at most [`UNIT`] points.
+pub(crate) fn gather_unit(
     surfaces: &Surfaces,
     layout: &Layout,
-    suns: &LiveSuns,
+    sun: Option<&BouncedSun>,
     range: Range<usize>,
     params: &LightParams,
     lattice: &Lattice,
@@ -176,6 +196,8 @@ fn gather_unit(
     let mut back = vec![0.0_f32; count];
     let mut sunk = vec![0.0_f32; count];
     let mut near = Vec::new();
+    let curve_len = sun.map_or(0, |sun| sun.patches.curve_len());
+    let mut curves = vec![0.0_f32; count * curve_len];
     let mut hits = UnitHits::default();
     let rays = for_each_direction(surfaces, origins, normals, lattice.directions.iter().copied(), |at| {
         let basis = &lattice.basis[at.index];
@@ -191,8 +213,14 @@ fn gather_unit(
             } else if hit.triangle != NO_HIT && hit.back {
                 back[point] += cos;
             }
-            if hit.triangle != NO_HIT && layout.is_near(hit) {
+            if hit.triangle == NO_HIT {
+                continue;
+            }
+            if layout.is_near(hit) {
                 near.push(Near { point: point as u32, cos, direction: at.direction, hit: *hit });
+            } else if let Some(sun) = sun {
+                let curves = &mut curves[point * curve_len..(point + 1) * curve_len];
+                sun.patches.add_reflected(surfaces, hit, Vec3::splat(cos), curves);
             }
         }
         at.keep(layout, &mut hits);
@@ -201,6 +229,7 @@ fn gather_unit(
     let y0 = basis9(Vec3::Y)[0];
     let mut unit = Unit {
         sky: Vec::with_capacity(count * coefficients),
+        sun: Vec::new(),
         scale: Vec::with_capacity(count),
         back: Vec::with_capacity(count),
         back_cells: Vec::new(),
@@ -227,7 +256,10 @@ fn gather_unit(
     unit.back_cells = met_back_cells(&unit.hits, &unit.back);
     // what lies inside shows what it borrows
     near.retain(|n| unit.back[n.point as usize] <= BACK_LIMIT);
-    let (followed, rays) = follow(surfaces, layout, suns, params, first, near);
+    if let Some(sun) = sun {
+        curves.chunks_exact(curve_len).for_each(|curves| sun.project(curves, &mut unit.sun));
+    }
+    let (followed, rays) = follow(surfaces, layout, sun, params, first, near);
     unit.followed = followed;
     unit.rays += rays;
     unit
@@ -379,20 +411,21 @@ pub(crate) fn bits(words: &[u64]) -> impl Iterator<Item = usize> {
 }
 
 impl GatherBlock {
-    /// Whether lengths, bits and cells agree with a layout, parameters and the number of suns that it was gathered with.
+    /// Whether lengths, bits and cells agree with a layout, parameters and the number of the day's functions that bounce.
     ///
     /// # Errors
     /// What is wrong.
-    pub fn validate(&self, layout: &Layout, suns: usize, params: &LightParams) -> Result<(), LightError> {
+    pub fn validate(&self, layout: &Layout, functions: usize, params: &LightParams) -> Result<(), LightError> {
         let wrong = |what| Err(LightError::Block(what));
-        let count = self.range.len();
+        let (count, channels) = (self.range.len(), params.channels.count());
         if self.range.end > layout.points().len() {
             return wrong("points that the layout has not");
         }
-        if self.sky.len() != count * params.coefficients || self.scale.len() != count || self.back.len() != count {
+        let right = [(&self.sky, params.coefficients), (&self.sun, functions * channels), (&self.scale, 1), (&self.back, 1)];
+        if right.iter().any(|(list, of_point)| list.len() != count * of_point) {
             return wrong("numbers and points do not agree");
         }
-        if !self.sky.iter().chain(&self.scale).chain(&self.back).all(|x| x.is_finite()) {
+        if !right.iter().all(|(list, _)| list.iter().all(|x| x.is_finite())) {
             return wrong("numbers that are not finite");
         }
         let cells = layout.front_cell_count();
@@ -404,7 +437,7 @@ impl GatherBlock {
             return wrong("paths of another number of points");
         }
         for (followed, unit) in self.followed.iter().zip(&units) {
-            followed.validate(unit.len(), cells, suns, params)?;
+            followed.validate(unit.len(), cells, (params.coefficients + functions) * channels)?;
         }
         if self.hits.len() != units.len() {
             return wrong("hits of another number of points");

@@ -10,15 +10,17 @@
 //! The way of a bake, in pieces that can be saved between ([`bake`] does all of it at once):
 //!
 //! 1. [`Layout::new`]: the points to solve (vertices, and centres of the cells of large triangles) in spatial order;
-//! 2. [`gather`] for ranges of points: what each sees in a fixed set of directions;
-//! 3. [`Layout::add_back_sides`], and its new points gathered, until it adds none;
-//! 4. [`bake_sun_masks`] for ranges of [`Layout::points`];
-//! 5. [`solve`]: validity, bounces, the functions of the day; and [`vertex_masks`].
+//! 2. [`BouncedSun::new`]: where the suns shine, and the functions of the day;
+//! 3. [`gather`] for ranges of points: what each sees in a fixed set of directions;
+//! 4. [`Layout::add_back_sides`], and its new points gathered, until it adds none;
+//! 5. [`bake_sun_masks`] for ranges of [`Layout::points`];
+//! 6. [`solve`]: validity and bounces; and [`vertex_masks`].
 //!
 //! Everything is the same bit for bit for any number of threads and any division into ranges. Rayon's current pool is used.
 
 mod block_bytes;
 mod bounce;
+mod bounced_sun;
 mod cells;
 mod directions;
 mod error;
@@ -26,6 +28,7 @@ mod follow;
 mod gather;
 mod masks;
 mod params;
+mod patches;
 mod points;
 pub mod reference;
 mod refine;
@@ -34,6 +37,7 @@ mod sun_basis;
 mod surfaces;
 mod validity;
 
+pub use bounced_sun::BouncedSun;
 pub use cells::{Layout, default_cell_size_m};
 pub use directions::gather_directions;
 pub use error::LightError;
@@ -42,7 +46,7 @@ pub use gather::{BACK_LIMIT, GatherBlock, UnitHits, gather};
 pub use masks::{MaskParams, SunMasks, bake_sun_masks};
 pub use params::{Channels, LightParams, MAX_SUN_STEPS};
 pub use points::PointSet;
-pub use solve::{Baked, SunBounce, SunInput, VertexLight, bake, solve, vertex_masks};
+pub use solve::{Baked, SunBounce, VertexLight, bake, solve, vertex_masks};
 pub use sun_basis::{DayFunctions, day_functions};
 pub use surfaces::{ConstantAlbedo, SurfaceAlbedo, Surfaces, default_offset_m, median_edge_m};
 pub use validity::Validity;

@@ -2,7 +2,8 @@
 //!
 //! A floor of a few large triangles may have no vertex in the patch of sunlight that lights the colonnade above it. A look around from
 //! some of the points finds the triangles that fill their views, each hit weighed by how large the triangle shows from there,
-//! and these are divided first, as long as the number of cells allows.
+//! and these are divided first, as long as the number of cells allows: into few cells with points of their own, and into many
+//! patches that only the sun is asked for.
 
 use crate::gather::{bits, for_each_direction};
 use crate::{LightParams, PointSet, Surfaces, gather_directions};
@@ -22,26 +23,53 @@ const UNIT_WEIGHT: f32 = 16.0;
 const MAX_WEIGHT: f32 = 64.0;
 /// Cells made so are at most this part of the vertices.
 const CELLS_PER_VERTEX: f32 = 0.125;
+/// The most parts of an edge.
+const MAX_PARTS: u32 = 64;
+/// Patches on which sunlight is told apart: at most one for this many rays of a vertex,
+const SAMPLES_PER_PATCH: f32 = 64.0;
+/// and never more for a vertex than this,
+const PATCHES_PER_VERTEX: f32 = 16.0;
+/// but as if there were at least so many vertices, for rooms of few triangles.
+const LEAST_VERTICES: f32 = 16_384.0;
 
-/// Into how many parts each edge of each triangle is divided; `longest` are the lengths of their longest edges, 0 for what is not
-/// to be divided, and `finest_m` is the least length of a part.
-pub(crate) fn parts_by_sight(surfaces: &Surfaces, longest: &[f32], finest_m: f32, params: &LightParams) -> Vec<u32> {
-    let most: Vec<u32> = longest.iter().map(|&l| ((l / finest_m) as u32).clamp(1, 64)).collect();
-    if most.iter().all(|&m| m == 1) {
-        return most;
+/// Into how many parts each edge of each triangle is divided to make cells, and what each fills of the views (see [`sight`]), empty
+/// where no triangle is long enough to be divided; `longest` are the lengths of their longest edges, 0 for what is not to be divided,
+/// and `finest_m` is the least length of a part.
+pub(crate) fn cells_by_sight(
+    surfaces: &Surfaces,
+    longest: &[f32],
+    finest_m: f32,
+    params: &LightParams,
+) -> (Vec<u32>, Vec<u32>) {
+    let most = |&l: &f32| ((l / finest_m) as u32).clamp(1, MAX_PARTS);
+    if longest.iter().all(|l| most(l) == 1) {
+        return (vec![1; longest.len()], Vec::new());
     }
     let weights = sight(surfaces, longest, params);
-    let parts = |per_cell: u64| {
-        let of = move |(&w, &most): (&u32, &u32)| (u64::from(w) / per_cell).isqrt().clamp(1, u64::from(most)) as u32;
-        weights.iter().zip(&most).map(of)
-    };
-    let cells = |per_cell: u64| parts(per_cell).filter(|&m| m > 1).map(|m| u64::from(m).pow(2)).sum::<u64>();
     let limit = ((surfaces.positions.len() as f32 * CELLS_PER_VERTEX) as u64).min(params.max_sub_cells as u64);
-    // the least weight of a cell that keeps within the limit; all weights together are a bound
+    // a triangle that stays whole is a cell as it is
+    let cells = parts(&weights, longest.iter().map(most), limit, |m| if m > 1 { m * m } else { 0 });
+    (cells, weights)
+}
+
+/// The same for the patches on which sunlight is told apart, by the `weights` of [`sight`].
+pub(crate) fn patches_by_sight(surfaces: &Surfaces, weights: &[u32], params: &LightParams) -> Vec<u32> {
+    let per_vertex = (params.samples as f32 / SAMPLES_PER_PATCH).min(PATCHES_PER_VERTEX);
+    let limit = ((surfaces.positions.len() as f32).max(LEAST_VERTICES) * per_vertex) as u64;
+    parts(weights, weights.iter().map(|_| MAX_PARTS), limit, |m| m * m)
+}
+
+/// The finest division in proportion to `weights` of which no more than `limit` pieces come, if any does; `pieces` of so many parts.
+fn parts(weights: &[u32], most: impl Iterator<Item = u32> + Clone, limit: u64, pieces: impl Fn(u64) -> u64) -> Vec<u32> {
+    let parts = |per_piece: u64| {
+        let of = move |(&w, most): (&u32, u32)| (u64::from(w) / per_piece).isqrt().clamp(1, u64::from(most)) as u32;
+        weights.iter().zip(most.clone()).map(of)
+    };
+    // the least weight of a piece that keeps within the limit; all weights together are a bound
     let (mut low, mut high) = (1, weights.iter().map(|&w| u64::from(w)).sum::<u64>() + 1);
     while low < high {
         let middle = low + (high - low) / 2;
-        if cells(middle) <= limit {
+        if parts(middle).map(|m| pieces(u64::from(m))).sum::<u64>() <= limit {
             high = middle;
         } else {
             low = middle + 1;
@@ -51,7 +79,7 @@ pub(crate) fn parts_by_sight(surfaces: &Surfaces, longest: &[f32], finest_m: f32
 }
 
 /// How much of the views of some points each triangle fills.
-fn sight(surfaces: &Surfaces, longest: &[f32], params: &LightParams) -> Vec<u32> {
+pub(crate) fn sight(surfaces: &Surfaces, longest: &[f32], params: &LightParams) -> Vec<u32> {
     let points = PointSet::at_vertices(surfaces, params.offset_m);
     let directions = gather_directions(DIRECTIONS, params.seed);
     // sums of whole numbers are the same in any order

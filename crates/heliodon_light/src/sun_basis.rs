@@ -15,7 +15,7 @@ use heliodon_math::random::Pcg32;
 pub struct DayFunctions {
     /// R orthonormal functions of T values.
     pub functions: Vec<Vec<f32>>,
-    /// Relative error of the sample's curves, median: root mean square over the day of what is left out, divided by that of
+    /// Relative error of the sample's curves that are not dark all day, median: root mean square over the day of what is left out, divided by that of
     /// the curve or by 5 % of the mean curve's, whichever is larger.
     pub median_error: f32,
     /// The same, 95th percentile.
@@ -55,7 +55,9 @@ pub fn day_functions(curves: &[f32], steps: usize, most: usize, error: f32) -> D
             let dot: f64 = vector.iter().zip(curve).map(|(v, &x)| v * f64::from(x)).sum();
             *left = (*left - dot * dot).max(0.0);
         }
-        let mut relative: Vec<f64> = left.iter().zip(&size).map(|(l, s)| (l / s).sqrt()).collect();
+        // points that nothing bounces to need no function
+        let bounced = left.iter().zip(&size).zip(&energy).filter(|(_, energy)| **energy > 0.0);
+        let mut relative: Vec<f64> = bounced.map(|((l, s), _)| (l / s).sqrt()).collect();
         relative.sort_unstable_by(f64::total_cmp);
         let at = |part: f64| relative[((relative.len() - 1) as f64 * part) as usize] as f32;
         found.functions.push(vector.iter().map(|&x| x as f32).collect());

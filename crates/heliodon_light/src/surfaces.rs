@@ -1,7 +1,8 @@
 //! The surfaces that light falls on.
 
-use crate::LightError;
+use crate::{Channels, LightError};
 use glam::Vec3;
+use heliodon_math::color::luminance;
 use heliodon_rays::{Hit, TriangleScene};
 
 /// Triangles with normals, albedo and the structure that answers rays among them.
@@ -88,11 +89,10 @@ impl Surfaces<'_> {
         (a * (1.0 - u - v) + b * u + c * v).try_normalize().unwrap_or_else(|| self.face_normal(triangle))
     }
 
-    /// What a surface reflects where it was met: no more than all of the light; what is not a number must not spread over the
-    /// scene.
+    /// What a surface reflects where it was met; see [`reflected`].
     #[must_use]
-    pub(crate) fn reflected_at(&self, hit: &Hit) -> Vec3 {
-        reflected(self.albedo.albedo(hit.triangle, hit.u, hit.v))
+    pub(crate) fn reflected_at(&self, hit: &Hit, channels: Channels) -> Vec3 {
+        reflected(self.albedo.albedo(hit.triangle, hit.u, hit.v), channels)
     }
 
     /// Where a path goes on from what it met: `offset_m` off the plane of the triangle on the side it came from, with the shading
@@ -115,9 +115,10 @@ impl Surfaces<'_> {
     }
 }
 
-/// An albedo that can be relied on; see [`Surfaces::reflected_at`].
-pub(crate) fn reflected(albedo: Vec3) -> Vec3 {
-    if albedo.is_finite() { albedo.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ZERO }
+/// An albedo in the channels that are solved: no more than all of the light; what is not a number must not spread over the scene.
+pub(crate) fn reflected(albedo: Vec3, channels: Channels) -> Vec3 {
+    let albedo = if albedo.is_finite() { albedo.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ZERO };
+    if channels == Channels::Mono { Vec3::splat(luminance(albedo)) } else { albedo }
 }
 
 /// Edge lengths of at most this many triangles, evenly picked, decide the median edge.

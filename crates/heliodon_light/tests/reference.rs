@@ -144,6 +144,31 @@ fn the_solver_agrees_with_the_path_tracer() {
 }
 
 #[test]
+fn a_streak_of_sun_between_the_corners_of_a_floor_lights_the_ceiling() {
+    // two slabs with a slot between them over a floor of fifty triangles; of those below the slot no corner sees the sun
+    let slab = |from: f32, to: f32| cuboid(Vec3::new(-2.0, 1.0, from), Vec3::new(2.0, 1.2, to), 10);
+    let lit = Lit::new(ground(4.0, 5).and(slab(-2.0, -0.15)).and(slab(0.15, 2.0)), 0.6);
+    let suns = [Vec3::new(0.2, 1.0, 0.1), Vec3::new(-0.1, 1.0, -0.4)].map(Vec3::normalize_or_zero);
+    let p = LightParams { offset_m: 1e-3, max_sub_cells: 0, ..params(1024, 1) };
+    let baked = bake(&lit.surfaces(), &suns, true, &p).unwrap();
+    let above = |v: usize| lit.scene.positions[v].y == 1.0 && lit.scene.normals[v].y < -0.9;
+    let within = |v: usize| lit.scene.positions[v].abs().max_element() < 1.7;
+    let vertices: Vec<usize> = (0..lit.scene.positions.len()).filter(|&v| above(v) && within(v)).collect();
+    for (step, &direction) in suns.iter().enumerate() {
+        let sun = Some(DirectSun { direction, irradiance: Vec3::ONE });
+        let reference = ReferenceParams { samples: 8192, max_bounces: 1, offset_m: 1e-3, seed: 1 };
+        let traced = at_vertices(&lit, &vertices, &ConstantSky(Vec3::ZERO), sun, &reference);
+        let mean = traced.iter().map(|l| l.x).sum::<f32>() / traced.len() as f32;
+        assert!(mean > 0.005, "the streak is seen: {mean}");
+        let error = |(&v, exact): (&usize, &Vec3)| (baked.light.bounced_sun(v, step).x - exact.x).abs() / exact.x.max(mean);
+        let mut errors: Vec<f32> = vertices.iter().zip(&traced).map(error).collect();
+        errors.sort_unstable_by(f32::total_cmp);
+        let (median, worst) = (errors[errors.len() / 2], errors[errors.len() - 1]);
+        assert!(median < 0.05 && worst < 0.4, "step {step}: median {median}, worst {worst}");
+    }
+}
+
+#[test]
 fn pictures_are_the_same_for_any_number_of_threads() {
     let lit = Lit::new(ground(4.0, 4).and(ball(0.5, 12)), 0.5);
     let camera = Camera::look_at(Vec3::new(2.0, 1.0, 2.0), Vec3::ZERO, Vec3::Y, 0.9, 33, 21);

@@ -7,7 +7,8 @@ mod common;
 use common::{Lit, params};
 use glam::Vec3;
 use heliodon_light::{
-    Baked, GatherBlock, Layout, LightParams, MaskParams, SunInput, SunMasks, bake, bake_sun_masks, gather, solve, vertex_masks,
+    Baked, BouncedSun, GatherBlock, Layout, LightParams, MaskParams, SunMasks, bake, bake_sun_masks, gather, solve,
+    vertex_masks,
 };
 use heliodon_testkit::hostile;
 use heliodon_testkit::scenes::{ball, cuboid, ground, rectangle};
@@ -31,23 +32,24 @@ fn threads(count: usize) -> rayon::ThreadPool {
 fn bake_in_blocks(lit: &Lit, params: &LightParams, block: usize) -> Baked {
     let (surfaces, suns) = (lit.surfaces(), suns());
     let mut layout = Layout::new(&surfaces, params).unwrap();
+    let sun = BouncedSun::new(&surfaces, &layout, &suns, params).unwrap();
     let mut blocks: Vec<GatherBlock> = Vec::new();
     let mut round = 0..layout.points().len();
     while !round.is_empty() {
         for first in round.clone().step_by(block) {
-            let done = gather(&surfaces, &layout, &suns, first..(first + block).min(round.end), params).unwrap();
+            let done = gather(&surfaces, &layout, sun.as_ref(), first..(first + block).min(round.end), params).unwrap();
             blocks.push(GatherBlock::from_bytes(&done.to_bytes()).unwrap());
         }
         round = layout.add_back_sides(&surfaces, &blocks, params);
     }
     let mut masks = SunMasks::default();
-    for first in (0..layout.points().len()).step_by(block) {
-        let range = first..(first + block).min(layout.points().len());
+    for first in (0..layout.front_count()).step_by(block) {
+        let range = first..(first + block).min(layout.front_count());
         let mask_params = MaskParams { points_at_once: 64 };
         masks.append(&bake_sun_masks(&surfaces, layout.points(), &suns, range, &mask_params).unwrap()).unwrap();
     }
     masks.validate().unwrap();
-    let light = solve(&surfaces, &layout, &blocks, Some(SunInput { suns: &suns, masks: &masks }), params).unwrap();
+    let light = solve(&surfaces, &layout, &blocks, sun.as_ref(), params).unwrap();
     let masks = vertex_masks(&layout, &masks, &light.validity);
     Baked { light, masks, gather_rays: blocks.iter().map(|b| b.rays).sum() }
 }
@@ -176,13 +178,12 @@ fn wrong_input_is_told_not_suffered() {
     let beyond = heliodon_light::Surfaces { triangles: &triangles, ..surfaces };
     assert!(bake(&beyond, &[], false, &params(8, 1)).is_err());
     let layout = Layout::new(&surfaces, &params(8, 1)).unwrap();
-    let all = gather(&surfaces, &layout, &[], 0..layout.points().len(), &params(8, 1)).unwrap();
+    let all = gather(&surfaces, &layout, None, 0..layout.points().len(), &params(8, 1)).unwrap();
     assert!(solve(&surfaces, &layout, &[], None, &params(8, 1)).is_err());
     assert!(solve(&surfaces, &layout, &[all.clone(), all.clone()], None, &params(8, 1)).is_err());
     assert!(solve(&surfaces, &layout, std::slice::from_ref(&all), None, &params(16, 1)).is_err());
-    let masks = SunMasks::default();
-    let sun = SunInput { suns: &[Vec3::Y], masks: &masks };
-    assert!(solve(&surfaces, &layout, &[all], Some(sun), &params(8, 1)).is_err());
+    let sun = BouncedSun::new(&surfaces, &layout, &[Vec3::Y], &params(8, 1)).unwrap();
+    assert!(solve(&surfaces, &layout, &[all], sun.as_ref(), &params(8, 1)).is_err(), "gathered without that sun");
 }
 
 proptest! {

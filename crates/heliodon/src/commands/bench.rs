@@ -272,13 +272,13 @@ fn bench_transfer(args: &Args, surfaces: &Surfaces, params: &LightParams, figure
     for _ in 0..args.runs {
         let begun = Instant::now();
         let mut layout = Layout::new(surfaces, &params)?;
-        let mut blocks: Vec<GatherBlock> = vec![gather(surfaces, &layout, &[], 0..layout.points().len(), &params)?];
+        let mut blocks: Vec<GatherBlock> = vec![gather(surfaces, &layout, None, 0..layout.points().len(), &params)?];
         loop {
             let more = layout.add_back_sides(surfaces, &blocks, &params);
             if more.is_empty() {
                 break;
             }
-            blocks.push(gather(surfaces, &layout, &[], more, &params)?);
+            blocks.push(gather(surfaces, &layout, None, more, &params)?);
         }
         let gathered = begun.elapsed().as_secs_f64();
         let light = solve(surfaces, &layout, &blocks, None, &params)?;

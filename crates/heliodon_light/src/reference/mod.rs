@@ -15,7 +15,7 @@ mod sampler;
 pub use camera::Camera;
 pub use environment::{ConstantSky, Environment, HarmonicSky, LatLongSky};
 
-use crate::{LightError, Surfaces};
+use crate::{Channels, LightError, Surfaces};
 use glam::Vec3;
 use path::{Start, light_at};
 use rayon::prelude::*;
@@ -179,7 +179,7 @@ fn render_pixels(stage: Stage, camera: &Camera, first: usize, radiance: &mut [Ve
             } else {
                 met[i % pixels] += 1;
                 let (origin, normal) = stage.surfaces.leave(ray.direction, hit, stage.params.offset_m);
-                let albedo = stage.surfaces.reflected_at(hit);
+                let albedo = stage.surfaces.reflected_at(hit, Channels::Rgb);
                 starts.push((Start { origin, normal, sampler: samplers[i].clone() }, albedo, i % pixels));
             }
         }

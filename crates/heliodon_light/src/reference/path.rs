@@ -1,5 +1,6 @@
 //! Paths, a batch at a time: every step of all of them is one question to the ray engine.
 
+use crate::Channels;
 use crate::reference::sampler::PathSampler;
 use crate::reference::{Stage, finite};
 use glam::Vec3;
@@ -98,7 +99,7 @@ fn go_on(stage: Stage, depth: u32, paths: Vec<Path>, light: &mut [Vec3]) -> Vec<
                 light[path.index] += path.throughput * finite(stage.sky.radiance(direction)) * weight;
             }
         } else if depth < stage.params.max_bounces {
-            path.throughput *= stage.surfaces.reflected_at(hit);
+            path.throughput *= stage.surfaces.reflected_at(hit, Channels::Rgb);
             (path.at.origin, path.at.normal) = stage.surfaces.leave(direction, hit, stage.params.offset_m);
             if path.throughput != Vec3::ZERO {
                 next.push(path);

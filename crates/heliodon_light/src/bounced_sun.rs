@@ -1,0 +1,93 @@
+//! What the gather needs to know of the suns whose light bounces.
+
+use crate::gather::{BACK_LIMIT, Lattice, gather_unit};
+use crate::masks::check_sun_count;
+use crate::patches::SunPatches;
+use crate::sun_basis::{DayFunctions, day_functions};
+use crate::{Layout, LightError, LightParams, Surfaces};
+use glam::Vec3;
+use heliodon_math::color::luminance;
+use rayon::prelude::*;
+
+/// Points whose curves over the day decide the functions of bounced sunlight,
+const CURVES: usize = 4096;
+
+/// neighbours in runs of so many, which makes beams of their rays.
+const RUN: usize = 8;
+
+/// The suns whose light bounces: where they shine, and the functions of the day that bounced sunlight is told by.
+pub struct BouncedSun {
+    pub(crate) suns: Vec<Vec3>,
+    pub(crate) patches: SunPatches,
+    pub(crate) day: DayFunctions,
+}
+
+impl BouncedSun {
+    /// Finds out where the suns (unit directions) shine, and from the first bounce at a sample of the points the functions of the day.
+    /// `None` where no direction is finite and other than zero.
+    ///
+    /// # Errors
+    /// Invalid parameters or too many suns.
+    pub fn new(surfaces: &Surfaces, layout: &Layout, suns: &[Vec3], params: &LightParams) -> Result<Option<Self>, LightError> {
+        params.validate()?;
+        check_sun_count(suns.len())?;
+        if !suns.iter().any(|s| s.is_finite() && *s != Vec3::ZERO) {
+            return Ok(None);
+        }
+        // each step a function of its own, until the curves are known
+        let steps = suns.len();
+        let functions = (0..steps).map(|t| (0..steps).map(|i| f32::from(u8::from(i == t))).collect()).collect();
+        let every = DayFunctions { functions, median_error: 0.0, p95_error: 0.0 };
+        let mut sun = Self { suns: suns.to_vec(), patches: SunPatches::new(surfaces, layout, suns, params), day: every };
+        let curves = sun.curves(surfaces, layout, params);
+        sun.day = day_functions(&curves, steps, params.sun_functions, params.sun_error);
+        Ok(Some(sun))
+    }
+
+    /// Functions of the day, R.
+    #[must_use]
+    pub fn function_count(&self) -> usize {
+        self.day.functions.len()
+    }
+
+    /// Rays that found out where the suns shine.
+    #[must_use]
+    pub fn rays(&self) -> u64 {
+        self.patches.rays
+    }
+
+    /// The first bounce at every step, at some of the points that do not lie inside something.
+    fn curves(&self, surfaces: &Surfaces, layout: &Layout, params: &LightParams) -> Vec<f32> {
+        let (count, channels, steps) = (layout.front_count(), params.channels.count(), self.suns.len());
+        let lattice = Lattice::new(params);
+        let stride = (count / (CURVES / RUN)).max(RUN);
+        let runs: Vec<usize> = (0..count).step_by(stride).collect();
+        let curves: Vec<Vec<f32>> = runs
+            .into_par_iter()
+            .map(|first| {
+                let range = first..(first + RUN).min(count);
+                let unit = gather_unit(surfaces, layout, Some(self), range, params, &lattice);
+                let first = unit.first_bounce(params.coefficients * channels, steps * channels);
+                let level = |light: &[f32]| luminance(Vec3::from_array(std::array::from_fn(|c| light[c.min(channels - 1)])));
+                let mut curves = Vec::new();
+                for (i, light) in first.chunks_exact(steps * channels).enumerate() {
+                    if unit.scale[i] > 0.0 && unit.back[i] <= BACK_LIMIT {
+                        curves.extend(light.chunks_exact(channels).map(|light| level(light) * unit.scale[i]));
+                    }
+                }
+                curves
+            })
+            .collect();
+        curves.concat()
+    }
+
+    /// Appends what the curves of all channels are in the functions, function-major, then channel.
+    pub(crate) fn project(&self, curves: &[f32], out: &mut Vec<f32>) {
+        let of_channel = curves.len() / self.patches.channels();
+        for function in &self.day.functions {
+            for curve in curves.chunks_exact(of_channel) {
+                out.push(function.iter().zip(curve).map(|(f, c)| f * c).sum());
+            }
+        }
+    }
+}
