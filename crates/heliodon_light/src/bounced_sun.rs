@@ -59,14 +59,14 @@ impl BouncedSun {
     /// The first bounce at every step, at some of the points that do not lie inside something.
     fn curves(&self, surfaces: &Surfaces, layout: &Layout, params: &LightParams) -> Vec<f32> {
         let (count, channels, steps) = (layout.front_count(), params.channels.count(), self.suns.len());
-        let lattice = Lattice::new(params);
+        let lattices = [Lattice::new(params)];
         let stride = (count / (CURVES / RUN)).max(RUN);
         let runs: Vec<usize> = (0..count).step_by(stride).collect();
         let curves: Vec<Vec<f32>> = runs
             .into_par_iter()
             .map(|first| {
                 let range = first..(first + RUN).min(count);
-                let unit = gather_unit(surfaces, layout, Some(self), range, params, &lattice);
+                let unit = gather_unit(surfaces, layout, Some(self), range, params, &lattices);
                 let first = unit.first_bounce(params.coefficients * channels, steps * channels);
                 let level = |light: &[f32]| luminance(Vec3::from_array(std::array::from_fn(|c| light[c.min(channels - 1)])));
                 let mut curves = Vec::new();

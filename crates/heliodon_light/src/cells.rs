@@ -347,6 +347,7 @@ impl Layout {
     }
 }
 
+/// The length of the longest edge of a triangle, 0 of one that is never met.
 fn longest_edge(surfaces: &Surfaces, triangle: u32) -> f32 {
     let [a, b, c] = surfaces.corners(triangle);
     let longest: Vec3 = Vec3::new(a.distance(b), b.distance(c), c.distance(a));

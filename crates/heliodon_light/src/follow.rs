@@ -6,11 +6,10 @@
 //! cell from far enough, or has been followed [`MAX_FOLLOWED`] times. (Renderers that gather from a cache of light do the same
 //! where the cache is too coarse: H. W. Jensen, "Realistic Image Synthesis Using Photon Mapping", 2001, section 8.5.)
 //!
-//! All suns of the day are asked from each place; what paths bring is kept for the bounces as the hits are: with each contribution goes the bounce at which it arrives, so that
+//! What paths bring is kept for the bounces as the hits are: with each contribution goes the bounce at which it arrives, so that
 //! light that has bounced at most B times is the same sum as without paths.
 
 use crate::gather::UNIT;
-use crate::masks::sorted_masks;
 use crate::{BouncedSun, Layout, LightError, LightParams, Surfaces};
 use glam::Vec3;
 use heliodon_math::color::rgb9e5_from_linear;
@@ -32,7 +31,7 @@ pub struct Followed {
     /// For each of `keys` the sums of all lanes: C coefficients of the sky with their channels, then R functions of the sun with theirs.
     pub light: Vec<f32>,
     /// Paths that end in a cell: key, packed share of the cell's light (RGB9E5), cell (the highest bit tells the back). What the sun
-    /// itself lights there is in `light`.
+    /// itself lights there, and at all places on the way, is in `light` and in the gather's own sums.
     pub ends: Vec<[u32; 3]>,
 }
 
@@ -138,11 +137,10 @@ impl Run<'_> {
         for n in near {
             index = if n.point == last { index + 1 } else { 0 };
             last = n.point;
-            paths.extend(self.reflected(n.point, index, Vec3::splat(n.cos), n.direction, &n.hit));
+            paths.extend(self.reflected((n.point, index), Vec3::splat(n.cos), n.direction, &n.hit));
         }
         let most = MAX_FOLLOWED.min(self.params.bounces as usize);
         for bounce in 1..=most {
-            self.add_suns(bounce, &paths);
             paths = self.go_on(bounce, most, paths);
         }
         let sky_lanes = self.params.coefficients * self.params.channels.count();
@@ -162,7 +160,7 @@ impl Run<'_> {
     }
 
     /// The path that goes on from a hit, unless the surface reflects nothing.
-    fn reflected(&self, point: u32, index: u32, share: Vec3, direction: Vec3, hit: &Hit) -> Option<Path> {
+    fn reflected(&self, (point, index): (u32, u32), share: Vec3, direction: Vec3, hit: &Hit) -> Option<Path> {
         let share = share * self.surfaces.reflected_at(hit, self.params.channels);
         let (origin, normal) = self.surfaces.leave(direction, hit, self.params.offset_m);
         (share != Vec3::ZERO).then_some(Path { point, index, share, origin, normal })
@@ -173,20 +171,6 @@ impl Run<'_> {
         let curves = self.sun.map_or(0, |sun| sun.patches.curve_len());
         let empty = || Box::new(Sums { sky: [0.0; 27], sun: vec![0.0; curves] });
         self.sums[(bounce - 1) * GROUP as usize + (point % GROUP) as usize].get_or_insert_with(empty)
-    }
-
-    /// Direct sunlight at the places.
-    fn add_suns(&mut self, bounce: usize, paths: &[Path]) {
-        let Some(sun) = self.sun else { return };
-        let (origins, normals): (Vec<Vec3>, Vec<Vec3>) = paths.iter().map(|p| (p.origin, p.normal)).unzip();
-        let masks = sorted_masks(self.surfaces, &origins, &normals, &sun.suns);
-        self.rays += masks.rays;
-        for (i, path) in paths.iter().enumerate() {
-            let words = masks.of_point(i);
-            if words.iter().any(|word| *word != 0) {
-                sun.patches.add_direct(words, path.normal, path.share, &mut self.sums(bounce, path.point).sun);
-            }
-        }
     }
 
     /// One further direction of every path; returns those that are followed again.
@@ -211,15 +195,16 @@ impl Run<'_> {
         for ((path, direction), hit) in paths.into_iter().zip(directions).zip(&hits) {
             if hit.triangle == NO_HIT {
                 self.add_sky(bounce, &path, direction);
-            } else if bounce < most && self.layout.is_near(hit) {
-                next.extend(self.reflected(path.point, path.index, path.share, direction, hit));
+                continue;
+            }
+            if let Some(sun) = self.sun {
+                sun.patches.add_reflected(surfaces, hit, path.share, &mut self.sums(bounce + 1, path.point).sun);
+            }
+            if bounce < most && self.layout.is_near(hit) {
+                next.extend(self.reflected((path.point, path.index), path.share, direction, hit));
             } else {
                 let key = Arrival { point: path.point as usize, bounce }.key();
                 self.ends.push([key, rgb9e5_from_linear(path.share), self.layout.cell_of_hit(hit)]);
-                if let Some(sun) = self.sun {
-                    let sums = self.sums(bounce + 1, path.point);
-                    sun.patches.add_reflected(surfaces, hit, path.share, &mut sums.sun);
-                }
             }
         }
         next

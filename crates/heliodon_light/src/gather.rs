@@ -11,7 +11,8 @@
 
 use crate::cells::BACK;
 use crate::directions::gather_directions;
-use crate::follow::{Arrival, Followed, Near, follow};
+use crate::follow::{Arrival, Followed, follow};
+use crate::look::Look;
 use crate::masks::facing;
 use crate::{BouncedSun, Layout, LightError, LightParams, PointSet, Surfaces};
 use glam::Vec3;
@@ -25,6 +26,9 @@ pub(crate) const UNIT: usize = 1024;
 
 /// A point of whose rays more than this part meets back faces lies inside something; see [`GatherBlock::back`].
 pub const BACK_LIMIT: f32 = 0.5;
+
+/// A point whose likely error is larger than this over the number of samples looks around in further lattices.
+const ERROR_PER_SAMPLE: f32 = 20.0;
 
 /// Rays that escape below the horizon do not speak for the open, but never count for nothing by more than this part of all.
 const LEAST_COUNTED: f32 = 0.5;
@@ -73,12 +77,18 @@ impl UnitHits {
 /// The gather's fixed directions with what is the same for all points.
 pub(crate) struct Lattice {
     pub directions: Vec<Vec3>,
-    basis: Vec<[f32; 9]>,
+    pub basis: Vec<[f32; 9]>,
 }
 
 impl Lattice {
+    /// The lattice whose hits are kept.
     pub fn new(params: &LightParams) -> Self {
-        let directions = gather_directions(params.directions(), params.seed);
+        Self::turned(params, 0)
+    }
+
+    /// That one, or others that are looked in where it errs.
+    fn turned(params: &LightParams, number: u32) -> Self {
+        let directions = gather_directions(params.directions(), params.seed ^ (number << 16));
         let basis = directions.iter().map(|&d| basis9(d)).collect();
         Self { directions, basis }
     }
@@ -100,13 +110,13 @@ pub fn gather(
     if range.start > range.end || range.end > layout.points().len() {
         return Err(LightError::Mismatch(format!("points {range:?} of {}", layout.points().len())));
     }
-    let lattice = Lattice::new(params);
+    let lattices: Vec<Lattice> = (0..=params.further_lattices).map(|k| Lattice::turned(params, k)).collect();
     // every point has its part of the budget, whatever the others need: results do not depend on what is kept
     let budget_per_point = params.hit_budget_bytes as f64 / layout.points().len().max(1) as f64;
     let units: Vec<Unit> = unit_ranges(&range)
         .into_par_iter()
         .map(|unit| {
-            let mut unit = gather_unit(surfaces, layout, sun, unit, params, &lattice);
+            let mut unit = gather_unit(surfaces, layout, sun, unit, params, &lattices);
             if unit.hits.bytes() as f64 > budget_per_point * unit.scale.len() as f64 {
                 unit.hits = UnitHits::default();
             }
@@ -178,90 +188,73 @@ pub(crate) fn trace_hits(surfaces: &Surfaces, layout: &Layout, range: Range<usiz
     hits
 }
 
-/// Gathers a run of at most [`UNIT`] points.
+/// Gathers a run of at most [`UNIT`] points; the first of the lattices is looked in by all, the others by points that err.
 pub(crate) fn gather_unit(
     surfaces: &Surfaces,
     layout: &Layout,
     sun: Option<&BouncedSun>,
     range: Range<usize>,
     params: &LightParams,
-    lattice: &Lattice,
+    lattices: &[Lattice],
 ) -> Unit {
-    let (first, coefficients) = (range.start, params.coefficients);
+    let (first, coefficients, lattice) = (range.start, params.coefficients, &lattices[0]);
     let (origins, normals) = layout.points().run(range);
     let count = normals.len();
-    // sums over escaped and over stopped directions, nine coefficients each so that inner loops have a fixed length
-    let mut escaped = vec![[0.0_f32; 9]; count];
-    let mut stopped = vec![[0.0_f32; 9]; count];
-    let mut back = vec![0.0_f32; count];
-    let mut sunk = vec![0.0_f32; count];
-    let mut near = Vec::new();
-    let curve_len = sun.map_or(0, |sun| sun.patches.curve_len());
-    let mut curves = vec![0.0_f32; count * curve_len];
     let mut hits = UnitHits::default();
-    let rays = for_each_direction(surfaces, origins, normals, lattice.directions.iter().copied(), |at| {
-        let basis = &lattice.basis[at.index];
-        for point in bits(at.active) {
-            let cos = normals[point].dot(at.direction);
-            let hit = &at.hits[point];
-            let sums = if hit.triangle == NO_HIT { &mut escaped[point] } else { &mut stopped[point] };
-            for (sum, y) in sums.iter_mut().zip(basis) {
-                *sum += cos * y;
-            }
-            if hit.triangle == NO_HIT && at.direction.y < 0.0 {
-                sunk[point] += cos;
-            } else if hit.triangle != NO_HIT && hit.back {
-                back[point] += cos;
-            }
-            if hit.triangle == NO_HIT {
-                continue;
-            }
-            if layout.is_near(hit) {
-                near.push(Near { point: point as u32, cos, direction: at.direction, hit: *hit });
-            } else if let Some(sun) = sun {
-                let curves = &mut curves[point * curve_len..(point + 1) * curve_len];
-                sun.patches.add_reflected(surfaces, hit, Vec3::splat(cos), curves);
-            }
-        }
-        at.keep(layout, &mut hits);
-    });
+    let mut look = Look::around(surfaces, layout, sun, (origins, normals), lattice, Some(&mut hits));
 
     let y0 = basis9(Vec3::Y)[0];
+    let over = |sum: f32, x: f32| if sum > 0.0 { x / sum } else { 0.0 };
+    let scale: Vec<f32> = (0..count).map(|point| over(look.all(point), y0)).collect();
+    let counted = |point: usize| (1.0 - look.sunk[point] * scale[point]).max(LEAST_COUNTED);
+    let mut back: Vec<f32> = (0..count).map(|point| look.back[point] * scale[point] / counted(point)).collect();
+    look.rays += look_from_unmoved(surfaces, layout, first..first + count, lattice, params.offset_m, &mut back);
+
+    // what lies inside shows what it borrows
+    let limit = ERROR_PER_SAMPLE / params.samples as f32;
+    let errs = |&point: &u32| back[point as usize] <= BACK_LIMIT && look.likely_error(point as usize) > limit;
+    let erring: Vec<u32> = if lattices.len() > 1 { (0..count as u32).filter(errs).collect() } else { Vec::new() };
+    let of_erring = |all: &[Vec3]| erring.iter().map(|&point| all[point as usize]).collect::<Vec<_>>();
+    let (origins, erring_normals) = (of_erring(origins), of_erring(normals));
+    let once: Vec<f32> = (0..count).map(|point| look.all(point)).collect();
+    for lattice in lattices[1..].iter().filter(|_| !erring.is_empty()) {
+        look.add(&erring, Look::around(surfaces, layout, sun, (&origins, &erring_normals), lattice, None));
+    }
+    // what the points that looked several times saw counts as if they had once
+    let share: Vec<f32> = (0..count).map(|point| over(look.all(point), once[point])).collect();
+
     let mut unit = Unit {
         sky: Vec::with_capacity(count * coefficients),
         sun: Vec::new(),
-        scale: Vec::with_capacity(count),
-        back: Vec::with_capacity(count),
+        scale,
+        back,
         back_cells: Vec::new(),
         hits,
         followed: Followed::default(),
-        rays,
+        rays: 0,
     };
     for point in 0..count {
-        let all = escaped[point][0] + stopped[point][0];
-        let visible = if all > 0.0 { escaped[point][0] / all } else { 0.0 };
-        let scale = if all > 0.0 { y0 / all } else { 0.0 };
+        let (escaped, stopped) = (look.escaped(point), look.stopped(point));
+        let visible = over(look.all(point), escaped[0]);
         // 4 pi / count, divided by pi
-        let weight = 4.0 / lattice.directions.len() as f32;
+        let weight = 4.0 / lattice.directions.len() as f32 * share[point];
         let open = open_transfer9(normals[point]);
         unit.sky.extend((0..coefficients).map(|i| {
-            let (escaped, stopped) = (escaped[point][i] * weight, stopped[point][i] * weight);
+            let (escaped, stopped) = (escaped[i] * weight, stopped[i] * weight);
             if visible >= 1.0 { open[i] } else { escaped + visible * (open[i] - (escaped + stopped)) }
         }));
-        unit.scale.push(scale);
-        let counted = (1.0 - sunk[point] * scale).max(LEAST_COUNTED);
-        unit.back.push(back[point] * scale / counted);
+        if let Some(sun) = sun {
+            let (even, odd) = look.curves(point);
+            let curves: Vec<f32> = even.iter().zip(odd).map(|(e, o)| (e + o) * share[point]).collect();
+            sun.project(&curves, &mut unit.sun);
+        }
     }
-    unit.rays += look_from_unmoved(surfaces, layout, first..first + count, lattice, params.offset_m, &mut unit.back);
     unit.back_cells = met_back_cells(&unit.hits, &unit.back);
-    // what lies inside shows what it borrows
+    let mut near = look.near;
     near.retain(|n| unit.back[n.point as usize] <= BACK_LIMIT);
-    if let Some(sun) = sun {
-        curves.chunks_exact(curve_len).for_each(|curves| sun.project(curves, &mut unit.sun));
-    }
     let (followed, rays) = follow(surfaces, layout, sun, params, first, near);
     unit.followed = followed;
-    unit.rays += rays;
+    unit.rays = look.rays + rays;
     unit
 }
 
@@ -358,7 +351,7 @@ pub(crate) struct Direction<'a> {
 }
 
 impl Direction<'_> {
-    fn keep(&self, layout: &Layout, kept: &mut UnitHits) {
+    pub fn keep(&self, layout: &Layout, kept: &mut UnitHits) {
         for (word, &active) in self.active.iter().enumerate() {
             let mut met = 0;
             for bit in bits(&[active]) {

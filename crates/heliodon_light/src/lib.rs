@@ -26,6 +26,7 @@ mod directions;
 mod error;
 mod follow;
 mod gather;
+mod look;
 mod masks;
 mod params;
 mod patches;

@@ -6,7 +6,6 @@
 use crate::params::MAX_SUN_STEPS;
 use crate::{LightError, PointSet, Surfaces};
 use glam::Vec3;
-use heliodon_rays::beam_order;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -167,20 +166,6 @@ pub(crate) fn run_masks(surfaces: &Surfaces, origins: &[Vec3], normals: &[Vec3],
     let width = suns.len().div_ceil(32);
     let runs = origins.chunks(TOGETHER).zip(normals.chunks(TOGETHER)).zip(out.chunks_mut((TOGETHER * width).max(1)));
     runs.map(|((origins, normals), out)| unit_masks(surfaces, origins, normals, suns, out)).sum()
-}
-
-/// The masks of some points in any order, on one thread.
-pub(crate) fn sorted_masks(surfaces: &Surfaces, origins: &[Vec3], normals: &[Vec3], suns: &[Vec3]) -> SunMasks {
-    let order = beam_order(origins, Some(normals));
-    let sorted = |list: &[Vec3]| order.iter().map(|&i| list[i as usize]).collect::<Vec<_>>();
-    let width = suns.len().div_ceil(32);
-    let mut words = vec![0; origins.len() * width];
-    let rays = run_masks(surfaces, &sorted(origins), &sorted(normals), suns, &mut words);
-    let mut masks = SunMasks { steps: suns.len() as u32, words: vec![0; words.len()], rays };
-    for (words, &i) in words.chunks_exact(width.max(1)).zip(&order) {
-        masks.words[i as usize * width..(i as usize + 1) * width].copy_from_slice(words);
-    }
-    masks
 }
 
 /// The masks of points that are asked for together; returns the number of rays.

@@ -32,6 +32,9 @@ pub struct LightParams {
     /// points, and a point uses those above its surface. Time and memory grow in proportion; the error falls with about the
     /// power -3/4, for the directions are a lattice. 4 to 65,536.
     pub samples: u32,
+    /// Points at which a lattice of directions likely errs by more than `20 / samples` of their light (a streak of sun in deep shade) look
+    /// around in so many further ones.
+    pub further_lattices: u32,
     /// Further diffuse bounces after the light's first arrival. Each costs one pass over the kept hits, no new rays; what the
     /// next one would add is at most albedo to the power `bounces + 1` of the light.
     pub bounces: u32,
@@ -66,6 +69,7 @@ impl Default for LightParams {
     fn default() -> Self {
         Self {
             samples: 256,
+            further_lattices: 3,
             bounces: 4,
             coefficients: 4,
             channels: Channels::Mono,
@@ -74,8 +78,8 @@ impl Default for LightParams {
             max_sub_cells: 500_000,
             hit_budget_bytes: 4 << 30,
             back_side_rounds: 1,
-            sun_functions: 16,
-            sun_error: 0.01,
+            sun_functions: 28,
+            sun_error: 0.005,
             seed: 0,
         }
     }
@@ -85,7 +89,7 @@ impl LightParams {
     /// A quick look: a quarter of the rays, two bounces.
     #[must_use]
     pub fn preview() -> Self {
-        Self { samples: 64, bounces: 2, max_sub_cells: 50_000, sun_functions: 4, ..Self::default() }
+        Self { samples: 64, further_lattices: 0, bounces: 2, max_sub_cells: 50_000, sun_functions: 4, ..Self::default() }
     }
 
     /// To keep: sixteen times the rays of the default, colour, nine coefficients, eight bounces.
@@ -98,7 +102,7 @@ impl LightParams {
             channels: Channels::Rgb,
             max_sub_cells: 4_000_000,
             back_side_rounds: 3,
-            sun_functions: 32,
+            sun_functions: 48,
             sun_error: 0.002,
             ..Self::default()
         }
@@ -112,6 +116,9 @@ impl LightParams {
         let bad = |name, value: String, allowed| Err(LightError::Parameter { name, value, allowed });
         if !(4..=65_536).contains(&self.samples) {
             return bad("samples", self.samples.to_string(), "between 4 and 65536");
+        }
+        if self.further_lattices > 64 {
+            return bad("further_lattices", self.further_lattices.to_string(), "at most 64");
         }
         if self.bounces > 1000 {
             return bad("bounces", self.bounces.to_string(), "at most 1000");

@@ -86,12 +86,7 @@ impl SunPatches {
         }
         let normal = surfaces.normal_at(hit.triangle, hit.u, hit.v);
         let normal = if hit.back { -normal } else { normal };
-        self.add_direct(words, normal, share * linear_from_rgb9e5(albedo), curves);
-    }
-
-    /// Adds to the curves of all channels the direct light of the suns of `words` on a surface, times `share`.
-    pub fn add_direct(&self, words: &[u32], normal: Vec3, share: Vec3, curves: &mut [f32]) {
-        let share = share * FRAC_1_PI;
+        let share = share * linear_from_rgb9e5(albedo) * FRAC_1_PI;
         let of_channel = self.suns.len() * WORD;
         for (group, (&word, [x, y, z])) in words.iter().zip(&self.suns).enumerate().filter(|(_, (word, _))| **word != 0) {
             let light: [f32; WORD] = std::array::from_fn(|i| {

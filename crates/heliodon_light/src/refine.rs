@@ -26,7 +26,7 @@ const CELLS_PER_VERTEX: f32 = 0.125;
 /// The most parts of an edge.
 const MAX_PARTS: u32 = 64;
 /// Patches on which sunlight is told apart: at most one for this many rays of a vertex,
-const SAMPLES_PER_PATCH: f32 = 64.0;
+const SAMPLES_PER_PATCH: f32 = 32.0;
 /// and never more for a vertex than this,
 const PATCHES_PER_VERTEX: f32 = 16.0;
 /// but as if there were at least so many vertices, for rooms of few triangles.

@@ -1,0 +1,148 @@
+//! A look around from some points, and how much the lattice may err.
+//!
+//! Every direction counts to one of two halves of the lattice, the even or the odd ones. Where they disagree, some small bright thing
+//! fills few directions (a streak of sun in the shade of a colonnade), and the point looks again in other lattices.
+
+use crate::follow::Near;
+use crate::gather::{Lattice, UnitHits, bits, for_each_direction};
+use crate::{BouncedSun, Layout, Surfaces};
+use glam::Vec3;
+use heliodon_rays::NO_HIT;
+
+/// Light (irradiance / pi, of suns of unit irradiance or of a sky of unit radiance) below which errors do not count: a twentieth of
+/// about the mean of a sunny scene, and as much of a sky.
+const SUN_FLOOR: f32 = 0.0075;
+const SKY_FLOOR: f32 = 0.05;
+
+/// What some points see; two sums for each, of even and of odd directions.
+pub(crate) struct Look {
+    /// Cosine-weighted sums of the sky's basis over directions that escape, and
+    pub escaped: Vec<[[f32; 9]; 2]>,
+    /// over those that do not; nine coefficients, so that inner loops have a fixed length.
+    pub stopped: Vec<[[f32; 9]; 2]>,
+    /// Curves over the day of the sun's first bounce.
+    pub curves: Vec<f32>,
+    /// Cosines of the directions that meet backs, and
+    pub back: Vec<f32>,
+    /// of those that escape below the horizon.
+    pub sunk: Vec<f32>,
+    /// What is met from near, where it is asked for.
+    pub near: Vec<Near>,
+    /// Rays that were traced.
+    pub rays: u64,
+}
+
+impl Look {
+    /// Looks in all directions of a lattice; `keep` takes the hits that are not near, and has the near ones listed.
+    pub fn around(
+        surfaces: &Surfaces,
+        layout: &Layout,
+        sun: Option<&BouncedSun>,
+        (origins, normals): (&[Vec3], &[Vec3]),
+        lattice: &Lattice,
+        mut keep: Option<&mut UnitHits>,
+    ) -> Self {
+        let count = normals.len();
+        let len = sun.map_or(0, |sun| sun.patches.curve_len());
+        let mut look = Self {
+            escaped: vec![[[0.0; 9]; 2]; count],
+            stopped: vec![[[0.0; 9]; 2]; count],
+            curves: vec![0.0; 2 * count * len],
+            back: vec![0.0; count],
+            sunk: vec![0.0; count],
+            near: Vec::new(),
+            rays: 0,
+        };
+        look.rays = for_each_direction(surfaces, origins, normals, lattice.directions.iter().copied(), |at| {
+            let (basis, half) = (&lattice.basis[at.index], at.index % 2);
+            for point in bits(at.active) {
+                let cos = normals[point].dot(at.direction);
+                let hit = &at.hits[point];
+                let escapes = hit.triangle == NO_HIT;
+                let sums = if escapes { &mut look.escaped[point] } else { &mut look.stopped[point] };
+                for (sum, y) in sums[half].iter_mut().zip(basis) {
+                    *sum += cos * y;
+                }
+                if escapes {
+                    look.sunk[point] += if at.direction.y < 0.0 { cos } else { 0.0 };
+                    continue;
+                }
+                look.back[point] += if hit.back { cos } else { 0.0 };
+                if let Some(sun) = sun {
+                    let curves = &mut look.curves[(2 * point + half) * len..(2 * point + half + 1) * len];
+                    sun.patches.add_reflected(surfaces, hit, Vec3::splat(cos), curves);
+                }
+                if keep.is_some() && layout.is_near(hit) {
+                    look.near.push(Near { point: point as u32, cos, direction: at.direction, hit: *hit });
+                }
+            }
+            if let Some(hits) = &mut keep {
+                at.keep(layout, hits);
+            }
+        });
+        look
+    }
+
+    /// The sum of the basis function 0 over all directions of a point, or over those that escape.
+    pub fn all(&self, point: usize) -> f32 {
+        self.escaped(point)[0] + self.stopped(point)[0]
+    }
+
+    /// The sums over both halves.
+    pub fn escaped(&self, point: usize) -> [f32; 9] {
+        let [even, odd] = &self.escaped[point];
+        std::array::from_fn(|i| even[i] + odd[i])
+    }
+
+    /// The sums over both halves.
+    pub fn stopped(&self, point: usize) -> [f32; 9] {
+        let [even, odd] = &self.stopped[point];
+        std::array::from_fn(|i| even[i] + odd[i])
+    }
+
+    /// The curves of both halves of a point, one after the other.
+    pub fn curves(&self, point: usize) -> (&[f32], &[f32]) {
+        let of_point = self.curves.len() / self.escaped.len().max(1);
+        self.curves[point * of_point..(point + 1) * of_point].split_at(of_point / 2)
+    }
+
+    /// By how much the light of a point may be wrong, of the sky or (root mean square over the day) of the sun, as a part of itself.
+    pub fn likely_error(&self, point: usize) -> f32 {
+        let halves: [f32; 2] = [0, 1].map(|half| self.escaped[point][half][0] + self.stopped[point][half][0]);
+        if halves.iter().any(|all| *all <= 0.0) {
+            return 0.0;
+        }
+        let [even, odd] = [0, 1].map(|half| self.escaped[point][half][0] / halves[half]);
+        let sky = (even - odd).abs() / ((even + odd) / 2.0).max(SKY_FLOOR);
+        // cosines sum to what the constant function's sums are, divided by its value
+        let y0 = heliodon_math::sh::basis9(Vec3::Y)[0];
+        let (even, odd) = self.curves(point);
+        let mut squares = 0.0;
+        for (e, o) in even.iter().zip(odd) {
+            let (e, o) = (e * y0 / halves[0], o * y0 / halves[1]);
+            let relative = (e - o) / ((e + o) / 2.0).max(SUN_FLOOR);
+            squares += relative * relative;
+        }
+        let sun = (squares / even.len().max(1) as f32).sqrt();
+        HALF_OF_DIFFERENCE * sky.max(sun)
+    }
+
+    /// Adds what the points `points` saw in a further look; what is near is followed from the first alone.
+    pub fn add(&mut self, points: &[u32], more: Self) {
+        let len = self.curves.len() / self.escaped.len().max(1);
+        for (i, &point) in points.iter().enumerate() {
+            let point = point as usize;
+            let sums = [(&mut self.escaped[point], &more.escaped[i]), (&mut self.stopped[point], &more.stopped[i])];
+            for (sums, more) in sums {
+                sums.as_flattened_mut().iter_mut().zip(more.as_flattened()).for_each(|(sum, x)| *sum += x);
+            }
+            let curves = self.curves[point * len..(point + 1) * len].iter_mut();
+            curves.zip(&more.curves[i * len..(i + 1) * len]).for_each(|(sum, x)| *sum += x);
+        }
+        self.rays += more.rays;
+    }
+}
+
+/// The error of a whole lattice over the difference of its halves: with an error that falls with the power -3/4 of the count, halves
+/// err by 2^(3/4), their difference by the square root of 2 times that.
+const HALF_OF_DIFFERENCE: f32 = 0.42;
