@@ -52,7 +52,7 @@ const BOUNCED_HITS_PER_RAY: f64 = 12.0;
 /// Lanes that bounce together.
 const LANES: usize = 16;
 /// Functions of bounced sunlight to reckon with before the solver has chosen: its most, which open scenes take.
-const USUAL_FUNCTIONS: u32 = 16;
+const USUAL_FUNCTIONS: u32 = 44;
 /// Bytes of a triangle's indices and of a vertex's position, normal, albedo and flag in the bundle.
 const BUNDLE_TRIANGLE_BYTES: u64 = 6;
 const BUNDLE_VERTEX_BYTES: u64 = 36;
@@ -143,7 +143,8 @@ fn reckon(plan: &Plan, scene: &Scene, rays: &TriangleScene, layout: &Layout, par
     let functions = if plan.site.bake.sun_bounce { USUAL_FUNCTIONS.min(plan.site.bake.sun_steps) } else { 0 };
     let light: LightLayout = plan.layout(plan.site.bake.sun_steps, functions);
     let lanes = light.transfer_floats() + light.bounce_floats();
-    let passes = f64::from(params.bounces) * lanes.div_ceil(LANES) as f64;
+    let going_on = light.transfer_floats() + params.functions_going_on(functions as usize) * params.channels.count();
+    let passes = f64::from(params.bounces) * going_on.div_ceil(LANES) as f64;
     let seconds_per_ray = timed.gather_seconds / timed.gather_rays.max(1.0);
     let bounce_seconds = timed.hits * passes * seconds_per_ray / BOUNCED_HITS_PER_RAY;
     let light_bytes = 4 * (light.mask_words() + lanes) as u64;

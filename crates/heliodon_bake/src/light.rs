@@ -51,7 +51,9 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
     }
     let sun = if input.sun_bounce {
         reporter.stage("sun on surfaces", 0);
-        BouncedSun::new(surfaces, &layout, input.suns, params)?
+        let sun = BouncedSun::new(surfaces, &layout, input.suns, params)?;
+        reporter.finished();
+        sun
     } else {
         None
     };

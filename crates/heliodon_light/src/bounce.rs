@@ -2,7 +2,7 @@
 //!
 //! With the gather `G` (a point's light from the cells it sees) and the albedo `rho`, sky light that has bounced up to B times is
 //! `z_B`, from `z_0 = 0` and `z_{b+1} = G rho (s + z_b)`, where `s` arrives directly. Sunlight's first bounce `f` was summed when its
-//! rays were traced: `z_{b+1} = f + G rho z_b`. Sky coefficients, functions of the sun and colour channels are lanes of one such sum: a
+//! rays were traced: `z_{b+1} = f + G rho z_b`, and only its first functions go on. Sky coefficients, functions of the sun and colour channels are lanes of one such sum: a
 //! hit is read once for up to sixteen of them. Followed paths add what they bring from sky and sun once they have made their k bounces,
 //! and, where they end in a cell, its light of k bounces before.
 
@@ -10,7 +10,7 @@ use crate::cells::{BACK, Layout, NONE};
 use crate::follow::{Arrival, MAX_FOLLOWED};
 use crate::gather::{BACK_LIMIT, GatherBlock, Lattice, UnitHits, bits, trace_hits, unit_ranges};
 use crate::surfaces::reflected;
-use crate::{Channels, Followed, Surfaces, Validity};
+use crate::{Channels, Followed, LightParams, Surfaces, Validity};
 use glam::Vec3;
 use heliodon_math::color::linear_from_rgb9e5;
 use rayon::prelude::*;
@@ -39,16 +39,28 @@ pub(crate) struct Lanes {
     pub coefficients: usize,
     /// Functions of the day, R.
     pub functions: usize,
+    /// Those of them that go on after the first bounce.
+    going_on: usize,
     pub channels: Channels,
 }
 
 impl Lanes {
+    pub fn new(params: &LightParams, functions: usize) -> Self {
+        let going_on = params.functions_going_on(functions);
+        Self { coefficients: params.coefficients, functions, going_on, channels: params.channels }
+    }
+
     pub fn sky(&self) -> usize {
         self.coefficients * self.channels.count()
     }
 
     pub fn sun(&self) -> usize {
         self.functions * self.channels.count()
+    }
+
+    /// Those that go on after the first bounce.
+    fn going_on(&self) -> usize {
+        self.sky() + self.going_on * self.channels.count()
     }
 
     pub fn count(&self) -> usize {
@@ -130,10 +142,10 @@ impl<'a> Transport<'a> {
 
     /// Light that has bounced up to `bounces` times, a number for each lane of each point.
     pub fn bounced(&self, lanes: Lanes, bounces: u32) -> Vec<f32> {
-        let count = lanes.count();
+        let (count, going_on) = (lanes.count(), lanes.going_on());
         let mut all = vec![0.0; self.layout.points().len() * count];
-        for first in (0..count).step_by(LANES) {
-            let width = (count - first).min(LANES);
+        for first in (0..going_on).step_by(LANES) {
+            let width = (going_on - first).min(LANES);
             let mut put = |light: &[f32], padded: usize| {
                 for (to, from) in all.chunks_exact_mut(count).zip(light.chunks_exact(padded)) {
                     to[first..first + width].copy_from_slice(&from[..width]);
@@ -144,6 +156,12 @@ impl<'a> Transport<'a> {
                 5..=8 => put(self.bounced_lanes::<8>(lanes, first, bounces).as_flattened(), 8),
                 9..=12 => put(self.bounced_lanes::<12>(lanes, first, bounces).as_flattened(), 12),
                 _ => put(self.bounced_lanes::<16>(lanes, first, bounces).as_flattened(), 16),
+            }
+        }
+        if going_on < count && bounces > 0 {
+            for unit in self.units() {
+                let points = &mut all[unit.range.start * count..unit.range.end * count];
+                unit.add_first_bounce(lanes, bounces as usize, points);
             }
         }
         all
@@ -256,6 +274,27 @@ impl<'a> Transport<'a> {
 impl<'a> UnitOf<'a> {
     fn followed(&self) -> &'a Followed {
         &self.block.followed[self.index]
+    }
+
+    /// Adds, in the lanes that do not go on, the sun's first bounce and what followed paths bring to the numbers of the unit's points.
+    fn add_first_bounce(&self, lanes: Lanes, bounces: usize, points: &mut [f32]) {
+        let (count, sky_lanes, sun_lanes) = (lanes.count(), lanes.sky(), lanes.sun());
+        let mut add = |point: usize, sun: &[f32]| {
+            let scale = self.block.scale[self.offset() + point];
+            let sums =
+                points[point * count..(point + 1) * count].iter_mut().zip(std::iter::repeat_n(&0.0, sky_lanes).chain(sun));
+            sums.skip(lanes.going_on()).for_each(|(sum, x)| *sum += x * scale);
+        };
+        for point in 0..self.range.len() {
+            add(point, &self.block.sun[(self.offset() + point) * sun_lanes..(self.offset() + point + 1) * sun_lanes]);
+        }
+        let followed = self.followed();
+        for (&key, light) in followed.keys.iter().zip(followed.light.chunks_exact(count)) {
+            let Arrival { point, bounce } = Arrival::of(key);
+            if bounce <= bounces {
+                add(point, &light[sky_lanes..]);
+            }
+        }
     }
 
     /// Its first point in its block.

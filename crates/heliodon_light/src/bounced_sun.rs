@@ -17,9 +17,11 @@ const RUN: usize = 8;
 
 /// The suns whose light bounces: where they shine, and the functions of the day that bounced sunlight is told by.
 pub struct BouncedSun {
-    pub(crate) suns: Vec<Vec3>,
+    steps: usize,
     pub(crate) patches: SunPatches,
     pub(crate) day: DayFunctions,
+    /// The functions' values, step by step.
+    by_step: Vec<f32>,
 }
 
 impl BouncedSun {
@@ -38,9 +40,11 @@ impl BouncedSun {
         let steps = suns.len();
         let functions = (0..steps).map(|t| (0..steps).map(|i| f32::from(u8::from(i == t))).collect()).collect();
         let every = DayFunctions { functions, median_error: 0.0, p95_error: 0.0 };
-        let mut sun = Self { suns: suns.to_vec(), patches: SunPatches::new(surfaces, layout, suns, params), day: every };
+        let patches = SunPatches::new(surfaces, layout, suns, params);
+        let mut sun = Self { steps, patches, by_step: by_step(&every, steps), day: every };
         let curves = sun.curves(surfaces, layout, params);
-        sun.day = day_functions(&curves, steps, params.sun_functions, params.sun_error);
+        sun.day = day_functions(&curves, steps, params.sun_functions, params.function_error());
+        sun.by_step = by_step(&sun.day, steps);
         Ok(Some(sun))
     }
 
@@ -58,7 +62,7 @@ impl BouncedSun {
 
     /// The first bounce at every step, at some of the points that do not lie inside something.
     fn curves(&self, surfaces: &Surfaces, layout: &Layout, params: &LightParams) -> Vec<f32> {
-        let (count, channels, steps) = (layout.front_count(), params.channels.count(), self.suns.len());
+        let (count, channels, steps) = (layout.front_count(), params.channels.count(), self.steps);
         let lattices = [Lattice::new(params)];
         let stride = (count / (CURVES / RUN)).max(RUN);
         let runs: Vec<usize> = (0..count).step_by(stride).collect();
@@ -83,11 +87,40 @@ impl BouncedSun {
 
     /// Appends what the curves of all channels are in the functions, function-major, then channel.
     pub(crate) fn project(&self, curves: &[f32], out: &mut Vec<f32>) {
-        let of_channel = curves.len() / self.patches.channels();
-        for function in &self.day.functions {
-            for curve in curves.chunks_exact(of_channel) {
-                out.push(function.iter().zip(curve).map(|(f, c)| f * c).sum());
+        let channels = self.patches.channels();
+        let first = out.len();
+        out.resize(first + self.function_count() * channels, 0.0);
+        let of_channel = curves.len() / channels;
+        let mut sums = vec![0.0; self.function_count()];
+        for (channel, curve) in curves.chunks_exact(of_channel).enumerate() {
+            self.patches.arch.dispatch(Project { by_step: &self.by_step, curve, sums: &mut sums });
+            out[first..].iter_mut().skip(channel).step_by(channels).zip(&sums).for_each(|(out, sum)| *out = *sum);
+        }
+    }
+}
+
+/// Sums over the steps of a curve in all functions at once.
+struct Project<'a> {
+    by_step: &'a [f32],
+    curve: &'a [f32],
+    sums: &'a mut [f32],
+}
+
+impl pulp::NullaryFnOnce for Project<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.sums.fill(0.0);
+        for (functions, &light) in self.by_step.chunks_exact(self.sums.len()).zip(self.curve) {
+            for (sum, function) in self.sums.iter_mut().zip(functions) {
+                *sum += function * light;
             }
         }
     }
+}
+
+/// The functions' values, step by step.
+fn by_step(day: &DayFunctions, steps: usize) -> Vec<f32> {
+    (0..steps).flat_map(|t| day.functions.iter().map(move |function| function[t])).collect()
 }

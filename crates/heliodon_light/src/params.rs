@@ -5,6 +5,15 @@ use crate::LightError;
 /// The most sun steps that a mask can hold (the bundle format's limit).
 pub const MAX_SUN_STEPS: usize = 1024;
 
+/// Functions of the sun that go on after its first bounce, and where so few samples are taken that they err more than that: with four
+/// coefficients and one channel, one pass.
+const GOING_ON: usize = 28;
+const FEW_GOING_ON: usize = 12;
+const FEW_SAMPLES: u32 = 256;
+
+/// An error of the functions of the day that is no more than that of the sampling, over the number of samples.
+const FUNCTION_ERROR_PER_SAMPLE: f32 = 5.0;
+
 /// Whether light takes on the colour of what it bounces off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channels {
@@ -58,7 +67,8 @@ pub struct LightParams {
     pub back_side_rounds: u32,
     /// The most functions that bounced sunlight is stored by over the day; each is a float per vertex and channel.
     pub sun_functions: usize,
-    /// The relative error (root mean square over the day, of the median point) at which fewer functions are enough.
+    /// The relative error (root mean square over the day, of the median point) at which fewer functions are enough; five in `samples` where
+    /// that is more.
     pub sun_error: f32,
     /// Turns the set of directions.
     pub seed: u32,
@@ -78,8 +88,8 @@ impl Default for LightParams {
             max_sub_cells: 500_000,
             hit_budget_bytes: 4 << 30,
             back_side_rounds: 1,
-            sun_functions: 28,
-            sun_error: 0.005,
+            sun_functions: 44,
+            sun_error: 0.002,
             seed: 0,
         }
     }
@@ -102,8 +112,8 @@ impl LightParams {
             channels: Channels::Rgb,
             max_sub_cells: 4_000_000,
             back_side_rounds: 3,
-            sun_functions: 48,
-            sun_error: 0.002,
+            sun_functions: 64,
+            sun_error: 0.001,
             ..Self::default()
         }
     }
@@ -141,6 +151,17 @@ impl LightParams {
             return bad("sun_error", self.sun_error.to_string(), "a finite number, not negative");
         }
         Ok(())
+    }
+
+    /// The relative error at which fewer functions of the day are enough: no finer than sampling errs.
+    pub(crate) fn function_error(&self) -> f32 {
+        self.sun_error.max(FUNCTION_ERROR_PER_SAMPLE / self.samples as f32)
+    }
+
+    /// Of so many functions of the day, those that go on after the sun's first bounce: what has bounced twice changes slowly over the day.
+    #[must_use]
+    pub fn functions_going_on(&self, functions: usize) -> usize {
+        functions.min(if self.samples < FEW_SAMPLES { FEW_GOING_ON } else { GOING_ON })
     }
 
     /// Directions over the whole sphere.

@@ -32,6 +32,8 @@ pub(crate) struct SunPatches {
     /// A sun lights one side of a triangle only, the one that it stands before: its bit is that side's.
     records: Vec<u32>,
     channels: usize,
+    /// The instructions that there are.
+    pub arch: pulp::Arch,
     /// Rays that were traced.
     pub rays: u64,
 }
@@ -59,7 +61,7 @@ impl SunPatches {
         };
         let (records, rays): (Vec<Vec<u32>>, Vec<u64>) = order.par_chunks(TOGETHER).map(of_some).unzip();
         let (records, rays) = (records.concat(), rays.into_iter().sum());
-        Self { suns: suns_by_word, records, splits, channels: params.channels.count(), rays }
+        Self { suns: suns_by_word, records, splits, channels: params.channels.count(), arch: pulp::Arch::new(), rays }
     }
 
     /// Colour channels that bounce.
@@ -87,14 +89,38 @@ impl SunPatches {
         let normal = surfaces.normal_at(hit.triangle, hit.u, hit.v);
         let normal = if hit.back { -normal } else { normal };
         let share = share * linear_from_rgb9e5(albedo) * FRAC_1_PI;
-        let of_channel = self.suns.len() * WORD;
-        for (group, (&word, [x, y, z])) in words.iter().zip(&self.suns).enumerate().filter(|(_, (word, _))| **word != 0) {
-            let light: [f32; WORD] = std::array::from_fn(|i| {
+        self.arch.dispatch(AddDirect { suns: &self.suns, words, normal, share, curves });
+    }
+}
+
+/// Adds to curves of channels the direct light of the suns of `words`; compiled for the instructions that there are.
+struct AddDirect<'a> {
+    suns: &'a [[[f32; WORD]; 3]],
+    words: &'a [u32],
+    normal: Vec3,
+    share: Vec3,
+    curves: &'a mut [f32],
+}
+
+impl pulp::NullaryFnOnce for AddDirect<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { suns, words, normal, share, curves } = self;
+        let of_channel = suns.len() * WORD;
+        for (group, (&word, [x, y, z])) in words.iter().zip(suns).enumerate() {
+            if word == 0 {
+                continue;
+            }
+            let mut light = [0.0_f32; WORD];
+            for (i, light) in light.iter_mut().enumerate() {
                 let cos = normal.x * x[i] + normal.y * y[i] + normal.z * z[i];
-                if word & 1 << i != 0 && cos > 0.0 { cos } else { 0.0 }
-            });
+                *light = if word & 1 << i != 0 && cos > 0.0 { cos } else { 0.0 };
+            }
             for (channel, curve) in curves.chunks_exact_mut(of_channel).enumerate() {
-                for (sum, light) in curve[group * WORD..(group + 1) * WORD].iter_mut().zip(light) {
+                let Some((curve, _)) = curve[group * WORD..].split_first_chunk_mut::<WORD>() else { continue };
+                for (sum, light) in curve.iter_mut().zip(light) {
                     *sum += share[channel] * light;
                 }
             }

@@ -58,7 +58,7 @@ pub fn solve(
 
     let channels = params.channels.count();
     let sky = point_sky(layout, blocks, params.coefficients);
-    let lanes = Lanes { coefficients: params.coefficients, functions, channels: params.channels };
+    let lanes = Lanes::new(params, functions);
     let sky_lanes = lanes.sky();
     let bounced = transport.bounced(lanes, params.bounces);
 
