@@ -10,7 +10,7 @@ use heliodon_math::color::luminance;
 use rayon::prelude::*;
 
 /// Points whose curves over the day decide the functions of bounced sunlight,
-const CURVES: usize = 4096;
+const CURVES: usize = 8192;
 
 /// neighbours in runs of so many, which makes beams of their rays.
 const RUN: usize = 8;
@@ -63,7 +63,7 @@ impl BouncedSun {
     /// The first bounce at every step, at some of the points that do not lie inside something.
     fn curves(&self, surfaces: &Surfaces, layout: &Layout, params: &LightParams) -> Vec<f32> {
         let (count, channels, steps) = (layout.front_count(), params.channels.count(), self.steps);
-        let lattices = [Lattice::new(params)];
+        let lattices = Lattice::all(params);
         let stride = (count / (CURVES / RUN)).max(RUN);
         let runs: Vec<usize> = (0..count).step_by(stride).collect();
         let curves: Vec<Vec<f32>> = runs

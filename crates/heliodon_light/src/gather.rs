@@ -86,7 +86,11 @@ impl Lattice {
         Self::turned(params, 0)
     }
 
-    /// That one, or others that are looked in where it errs.
+    /// That one, and those that are looked in where it errs.
+    pub fn all(params: &LightParams) -> Vec<Self> {
+        (0..=params.further_lattices).map(|number| Self::turned(params, number)).collect()
+    }
+
     fn turned(params: &LightParams, number: u32) -> Self {
         let directions = gather_directions(params.directions(), params.seed ^ (number << 16));
         let basis = directions.iter().map(|&d| basis9(d)).collect();
@@ -110,7 +114,7 @@ pub fn gather(
     if range.start > range.end || range.end > layout.points().len() {
         return Err(LightError::Mismatch(format!("points {range:?} of {}", layout.points().len())));
     }
-    let lattices: Vec<Lattice> = (0..=params.further_lattices).map(|k| Lattice::turned(params, k)).collect();
+    let lattices = Lattice::all(params);
     // every point has its part of the budget, whatever the others need: results do not depend on what is kept
     let budget_per_point = params.hit_budget_bytes as f64 / layout.points().len().max(1) as f64;
     let units: Vec<Unit> = unit_ranges(&range)

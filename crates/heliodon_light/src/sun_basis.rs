@@ -6,7 +6,7 @@
 //! functions first, and only R numbers bounce instead of T: the result is the projection of the full solution, exactly.
 //!
 //! Curves enter the components divided by their own size, so that shade counts as much as sun: what is kept small is the
-//! relative error, which is what is seen once exposure follows the light.
+//! relative error, which is what is seen once exposure follows the light. Curves too weak to be seen beside direct light count less.
 
 use heliodon_math::random::Pcg32;
 
@@ -16,14 +16,15 @@ pub struct DayFunctions {
     /// R orthonormal functions of T values.
     pub functions: Vec<Vec<f32>>,
     /// Relative error of the sample's curves that are not dark all day, median: root mean square over the day of what is left out, divided by that of
-    /// the curve or by 5 % of the mean curve's, whichever is larger.
+    /// the curve or by half of the mean curve's, whichever is larger.
     pub median_error: f32,
     /// The same, 95th percentile.
     pub p95_error: f32,
 }
 
-/// Curves weaker than this part of the mean are weighted as if they were this strong.
-const FLOOR: f64 = 0.05;
+/// Curves weaker than this part of the mean are weighted as if they were this strong: about a twentieth of all light in a sunny scene, of
+/// which a tenth bounces.
+const FLOOR: f64 = 0.5;
 /// Vectors iterated beyond those asked for, so that the last of these converge too.
 const EXTRA: usize = 8;
 /// Rounds of subspace iteration; each multiplies what is foreign to the subspace by the ratio of eigenvalues across its edge.
