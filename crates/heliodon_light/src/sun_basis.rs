@@ -30,8 +30,8 @@ const EXTRA: usize = 8;
 /// Rounds of subspace iteration; each multiplies what is foreign to the subspace by the ratio of eigenvalues across its edge.
 const ROUNDS: usize = 40;
 
-/// Finds at most `most` functions for `curves`, a list of curves of `steps` values; fewer where the median relative error is
-/// already at most `error`.
+/// Finds at most `most` functions for `curves`, a list of curves of `steps` values; fewer where the 95th percentile of the
+/// relative error is already at most `error`.
 #[must_use]
 pub fn day_functions(curves: &[f32], steps: usize, most: usize, error: f32) -> DayFunctions {
     let none = DayFunctions { functions: Vec::new(), median_error: 0.0, p95_error: 0.0 };
@@ -63,7 +63,7 @@ pub fn day_functions(curves: &[f32], steps: usize, most: usize, error: f32) -> D
         let at = |part: f64| relative[((relative.len() - 1) as f64 * part) as usize] as f32;
         found.functions.push(vector.iter().map(|&x| x as f32).collect());
         (found.median_error, found.p95_error) = (at(0.5), at(0.95));
-        if found.median_error <= error {
+        if found.p95_error <= error {
             break;
         }
     }
