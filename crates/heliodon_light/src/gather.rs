@@ -216,7 +216,7 @@ pub(crate) fn gather_unit(
 
     // what lies inside shows what it borrows
     let limit = ERROR_PER_SAMPLE / params.samples as f32;
-    let errs = |&point: &u32| back[point as usize] <= BACK_LIMIT && look.likely_error(point as usize) > limit;
+    let errs = |&point: &u32| back[point as usize] <= BACK_LIMIT && look.likely_error(point as usize, sun) > limit;
     let erring: Vec<u32> = if lattices.len() > 1 { (0..count as u32).filter(errs).collect() } else { Vec::new() };
     let of_erring = |all: &[Vec3]| erring.iter().map(|&point| all[point as usize]).collect::<Vec<_>>();
     let (origins, erring_normals) = (of_erring(origins), of_erring(normals));

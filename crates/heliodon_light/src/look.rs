@@ -7,6 +7,7 @@ use crate::follow::Near;
 use crate::gather::{Lattice, UnitHits, bits, for_each_direction};
 use crate::{BouncedSun, Layout, Surfaces};
 use glam::Vec3;
+use heliodon_math::sh::basis9;
 use heliodon_rays::NO_HIT;
 
 /// Light (irradiance / pi, of suns of unit irradiance or of a sky of unit radiance) below which errors do not count: a twentieth of
@@ -107,7 +108,7 @@ impl Look {
     }
 
     /// By how much the light of a point may be wrong, of the sky or (root mean square over the day) of the sun, as a part of itself.
-    pub fn likely_error(&self, point: usize) -> f32 {
+    pub fn likely_error(&self, point: usize, sun: Option<&BouncedSun>) -> f32 {
         let halves: [f32; 2] = [0, 1].map(|half| self.escaped[point][half][0] + self.stopped[point][half][0]);
         if halves.iter().any(|all| *all <= 0.0) {
             return 0.0;
@@ -115,7 +116,7 @@ impl Look {
         let [even, odd] = [0, 1].map(|half| self.escaped[point][half][0] / halves[half]);
         let sky = (even - odd).abs() / ((even + odd) / 2.0).max(SKY_FLOOR);
         // cosines sum to what the constant function's sums are, divided by its value
-        let y0 = heliodon_math::sh::basis9(Vec3::Y)[0];
+        let y0 = basis9(Vec3::Y)[0];
         let (even, odd) = self.curves(point);
         let mut squares = 0.0;
         for (e, o) in even.iter().zip(odd) {
@@ -123,7 +124,7 @@ impl Look {
             let relative = (e - o) / ((e + o) / 2.0).max(SUN_FLOOR);
             squares += relative * relative;
         }
-        let sun = (squares / even.len().max(1) as f32).sqrt();
+        let sun = sun.map_or(0.0, |sun| (squares / sun.patches.live_numbers() as f32).sqrt());
         HALF_OF_DIFFERENCE * sky.max(sun)
     }
 

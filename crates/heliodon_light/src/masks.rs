@@ -9,6 +9,9 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::ops::Range;
 
+/// Points asked for together.
+const TOGETHER: usize = 2048;
+
 /// How sun masks are computed; the result does not depend on it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MaskParams {
@@ -18,7 +21,7 @@ pub struct MaskParams {
 
 impl Default for MaskParams {
     fn default() -> Self {
-        Self { points_at_once: 2048 }
+        Self { points_at_once: TOGETHER }
     }
 }
 
@@ -157,9 +160,6 @@ pub fn bake_sun_masks(
         .sum();
     Ok(masks)
 }
-
-/// Points asked for together where one thread asks.
-const TOGETHER: usize = 2048;
 
 /// The masks of some points in spatial order, on one thread; returns the number of rays.
 pub(crate) fn run_masks(surfaces: &Surfaces, origins: &[Vec3], normals: &[Vec3], suns: &[Vec3], out: &mut [u32]) -> u64 {

@@ -74,6 +74,12 @@ impl SunPatches {
         self.channels * self.suns.len() * WORD
     }
 
+    /// Numbers of such a curve that are of suns which can light something.
+    pub fn live_numbers(&self) -> usize {
+        let live = |[x, y, z]: &[[f32; WORD]; 3]| (0..WORD).filter(|&i| [x[i], y[i], z[i]] != [0.0; 3]).count();
+        self.channels * self.suns.iter().map(live).sum::<usize>().max(1)
+    }
+
     /// Adds to the curves of all channels what a place sends back of the sun's light, as light (irradiance / pi) of unit suns, times `share`.
     pub fn add_reflected(&self, surfaces: &Surfaces, hit: &Hit, share: Vec3, curves: &mut [f32]) {
         let Some(split) = self.splits.get(hit.triangle as usize) else { return };

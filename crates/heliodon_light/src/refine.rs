@@ -12,9 +12,10 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Points that look around together, neighbours in space, and every how-maniest such run does.
+/// Points that look around together, neighbours in space, and every how-maniest such run does where there are more points than this.
 const RUN: usize = 64;
 const RUN_STRIDE: usize = 4;
+const FEW_POINTS: usize = 1 << 16;
 /// Directions that they look in, over the whole sphere.
 const DIRECTIONS: u32 = 64;
 /// The weight of a hit from as far as the triangle is long.
@@ -94,8 +95,9 @@ pub(crate) fn sight(surfaces: &Surfaces, longest: &[f32], params: &LightParams) 
             }
         });
     };
+    let stride = if points.len() > FEW_POINTS { RUN_STRIDE } else { 1 };
     let runs: Vec<Range<usize>> =
-        (0..points.len()).step_by(RUN * RUN_STRIDE).map(|first| first..(first + RUN).min(points.len())).collect();
+        (0..points.len()).step_by(RUN * stride).map(|first| first..(first + RUN).min(points.len())).collect();
     runs.into_par_iter().for_each(look);
     weights.into_iter().map(AtomicU32::into_inner).collect()
 }

@@ -13,7 +13,7 @@ const NORTH_DEG: f64 = 77.0 - 90.0;
 /// A day whose sun sets far enough in the north to light the long north side from the visitor's room in the evening.
 const DATE: &str = "2006-05-20";
 /// Rays of each vertex: errors of about one per cent, a minute or two for a million triangles on two cores.
-const SAMPLES: u32 = 160;
+const SAMPLES: u32 = 128;
 
 pub fn make(folder: &Path, params: &TemplateParams) -> Result<NewSite> {
     let mut temple_params = TempleParams::default();
