@@ -18,7 +18,7 @@ const LAYOUT: LightLayout = LightLayout { sun_steps: 34, coefficients: 4, channe
 const FILES: [&str; 6] = ["lapse.json", "manifest.json", "site-1.glb", "site.glb", "sky/0000.hdr", "sky/0001.hdr"];
 
 fn frozen() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/frozen/v1")
+    PathBuf::from("tests/frozen/v1")
 }
 
 /// Two chunks in two files, the second textured; numbers that are exact in every representation.

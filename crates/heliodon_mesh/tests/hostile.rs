@@ -97,7 +97,7 @@ fn hostile_meshes_pass_through_every_writer_and_reader() {
 
 /// Runs `each` over all files below a folder of the shared data, and says so where there is none.
 fn shared_files(folder: &str, each: &mut dyn FnMut(&Path)) {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(folder);
+    let root = Path::new("../../../shared/data").join(folder);
     if !root.is_dir() {
         println!("skipped: no {}", root.display());
         return;

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 #[test]
 fn real_skies_show_their_suns() {
-    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/hdri");
+    let root = PathBuf::from("../../../shared/data/hdri");
     let images = [
         ("polyhaven_1k/aristea_wreck_puresky_1k.hdr", Mapping::LatLong, None),
         ("polyhaven_1k/kiara_1_dawn_1k.hdr", Mapping::LatLong, None),

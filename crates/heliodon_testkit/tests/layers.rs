@@ -46,7 +46,7 @@ fn objection(user: &str, used: &str, dev_dependency: bool) -> Option<String> {
 
 #[test]
 fn crates_use_lower_layers_only() {
-    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/../../Cargo.toml");
+    let manifest = "../../Cargo.toml";
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--format-version", "1", "--no-deps", "--offline", "--manifest-path", manifest])
         .output()

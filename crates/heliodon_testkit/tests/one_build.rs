@@ -7,7 +7,7 @@ use std::process::Command;
 /// Feature sets in which each package (name and version) is compiled in the build that `selection` makes: more than one where
 /// build scripts and macros use it as well.
 fn features(selection: &[&str]) -> BTreeMap<String, BTreeSet<String>> {
-    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/../../Cargo.toml");
+    let manifest = "../../Cargo.toml";
     let output = Command::new(env!("CARGO"))
         .args(["tree", "--offline", "--prefix", "none", "--format", "{p}|{f}", "--manifest-path", manifest])
         .args(selection)
