@@ -84,6 +84,8 @@ struct Timed {
     /// Of all surfaces that the sun bounces off.
     sun_rays: u64,
     sun_seconds: f64,
+    /// Pieces of the surfaces that were asked.
+    patches: u64,
     /// Points on back sides, over all.
     back_sides: f64,
 }
@@ -117,6 +119,7 @@ impl Timed {
             hits: blocks.iter().map(|block| block.hit_bytes() as f64 / HIT_BYTES).sum::<f64>() / points,
             mask_rays: mask_rays as f64 / points,
             mask_seconds: begun.elapsed().as_secs_f64() / points,
+            patches: sun.as_ref().map_or(0, BouncedSun::patch_count) as u64,
             sun_rays: sun.map_or(0, |sun| sun.rays()) * TIMED_SUNS as u64,
             sun_seconds,
             back_sides: back_sides.min(layout.points().len() as f64),
@@ -160,6 +163,7 @@ fn reckon(plan: &Plan, scene: &Scene, rays: &TriangleScene, layout: &Layout, par
         // geometry, rays, points, hits, and light: of the points twice, gathered and solved, and of the vertices
         memory_bytes: (scene.mesh.memory_bytes() + rays.memory_bytes()) as u64
             + kept
+            + timed.patches * 4 * u64::from(1 + plan.site.bake.sun_steps.div_ceil(32))
             + points * (size_of::<[f32; 6]>() as u64 + 8 + 2 * light_bytes)
             + vertices * light_bytes,
         cache_bytes: kept + points * (light_bytes + 16) + vertices * light_bytes,

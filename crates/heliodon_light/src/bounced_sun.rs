@@ -54,6 +54,12 @@ impl BouncedSun {
         self.day.functions.len()
     }
 
+    /// Patches that were asked which suns reach them; each keeps a word, and one more for every 32 suns.
+    #[must_use]
+    pub fn patch_count(&self) -> usize {
+        self.patches.count()
+    }
+
     /// Rays that found out where the suns shine.
     #[must_use]
     pub fn rays(&self) -> u64 {

@@ -64,6 +64,11 @@ impl SunPatches {
         Self { suns: suns_by_word, records, splits, channels: params.channels.count(), arch: pulp::Arch::new(), rays }
     }
 
+    /// How many patches there are.
+    pub fn count(&self) -> usize {
+        self.records.len() / (1 + self.suns.len())
+    }
+
     /// Colour channels that bounce.
     pub fn channels(&self) -> usize {
         self.channels
@@ -85,10 +90,7 @@ impl SunPatches {
         let Some(split) = self.splits.get(hit.triangle as usize) else { return };
         let patch = (split.first + split.sub_cell(hit.u, hit.v)) as usize;
         let stride = 1 + self.suns.len();
-        let (&albedo, words) = match self.records[patch * stride..(patch + 1) * stride].split_first() {
-            Some(record) => record,
-            None => return,
-        };
+        let Some((&albedo, words)) = self.records[patch * stride..(patch + 1) * stride].split_first() else { return };
         if words.iter().all(|&word| word == 0) {
             return;
         }

@@ -32,6 +32,8 @@ const SAMPLES_PER_PATCH: f32 = 32.0;
 const PATCHES_PER_VERTEX: f32 = 16.0;
 /// but as if there were at least so many vertices, for rooms of few triangles.
 const LEAST_VERTICES: f32 = 16_384.0;
+/// Half a gigabyte of patches for a day of 92 suns; beyond, every triangle has one.
+const MOST_PATCHES: u64 = 1 << 25;
 
 /// Into how many parts each edge of each triangle is divided to make cells, and what each fills of the views (see [`sight`]), empty
 /// where no triangle is long enough to be divided; `longest` are the lengths of their longest edges, 0 for what is not to be divided,
@@ -57,6 +59,7 @@ pub(crate) fn cells_by_sight(
 pub(crate) fn patches_by_sight(surfaces: &Surfaces, weights: &[u32], params: &LightParams) -> Vec<u32> {
     let per_vertex = (params.samples as f32 / SAMPLES_PER_PATCH).min(PATCHES_PER_VERTEX);
     let limit = ((surfaces.positions.len() as f32).max(LEAST_VERTICES) * per_vertex) as u64;
+    let limit = limit.min(MOST_PATCHES);
     parts(weights, weights.iter().map(|_| MAX_PARTS), limit, |m| m * m)
 }
 
