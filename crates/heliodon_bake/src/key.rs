@@ -8,7 +8,7 @@ use heliodon_bundle::site::{InputFile, InputKind, SITE_FILE_NAME, Site};
 use std::path::{Component, Path, PathBuf};
 
 /// Raised when blocks of work change their meaning without a change of the program's version.
-const CACHE_VERSION: u32 = 3;
+const CACHE_VERSION: u32 = 4;
 
 /// Hashes `site.toml`, the files that it names, and those that these name in turn.
 ///

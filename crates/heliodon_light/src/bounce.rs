@@ -8,7 +8,8 @@
 
 use crate::cells::{BACK, Layout, NONE};
 use crate::follow::{Arrival, MAX_FOLLOWED};
-use crate::gather::{BACK_LIMIT, GatherBlock, Lattice, UnitHits, bits, trace_hits, unit_ranges};
+use crate::gather::{GatherBlock, Lattice, UnitHits, bits, trace_hits, unit_ranges};
+use crate::inside::BACK_LIMIT;
 use crate::surfaces::reflected;
 use crate::{Channels, Followed, LightParams, Surfaces, Validity};
 use glam::Vec3;

@@ -1,6 +1,7 @@
 //! What the gather needs to know of the suns whose light bounces.
 
-use crate::gather::{BACK_LIMIT, Lattice, gather_unit};
+use crate::gather::{Lattice, gather_unit};
+use crate::inside::BACK_LIMIT;
 use crate::masks::check_sun_count;
 use crate::patches::SunPatches;
 use crate::sun_basis::{DayFunctions, day_functions};

@@ -12,6 +12,7 @@
 use crate::cells::BACK;
 use crate::directions::gather_directions;
 use crate::follow::{Arrival, Followed, follow};
+use crate::inside::{BACK_LIMIT, SHUT, look_from_unmoved, look_through};
 use crate::look::Look;
 use crate::masks::facing;
 use crate::{BouncedSun, Layout, LightError, LightParams, PointSet, Surfaces};
@@ -23,9 +24,6 @@ use std::ops::Range;
 
 /// Points that are gathered together: their rays of one direction are one call, their sums stay in the cache.
 pub(crate) const UNIT: usize = 1024;
-
-/// A point of whose rays more than this part meets back faces lies inside something; see [`GatherBlock::back`].
-pub const BACK_LIMIT: f32 = 0.5;
 
 /// A point whose likely error is larger than this over the number of samples looks around in further lattices.
 const ERROR_PER_SAMPLE: f32 = 20.0;
@@ -47,7 +45,8 @@ pub struct GatherBlock {
     pub scale: Vec<f32>,
     /// The cosine-weighted part of each point's rays that met back faces. Rays that escape below the horizon are left out of the
     /// whole, up to half of it: the foot of a column that stands in an open sheet of ground sees the sheet's back above it and
-    /// nothing below, and lies inside all the same.
+    /// nothing below, and lies inside all the same. Where next to nothing of the sky is seen it is, if larger, the part of rays
+    /// upwards that leave more surfaces than they enter: insides of stones are full of the fronts of others that reach into them.
     pub back: Vec<f32>,
     /// Cells whose back was met by points that do not lie inside something themselves, and how often; sorted.
     pub back_cells: Vec<[u32; 2]>,
@@ -213,6 +212,8 @@ pub(crate) fn gather_unit(
     let counted = |point: usize| (1.0 - look.sunk[point] * scale[point]).max(LEAST_COUNTED);
     let mut back: Vec<f32> = (0..count).map(|point| look.back[point] * scale[point] / counted(point)).collect();
     look.rays += look_from_unmoved(surfaces, layout, first..first + count, lattice, params.offset_m, &mut back);
+    let shut: Vec<usize> = (0..count).filter(|&point| back[point] <= BACK_LIMIT && look.open_part(point) < SHUT).collect();
+    look.rays += look_through(surfaces, origins, &shut, lattice, &mut back);
 
     // what lies inside shows what it borrows
     let limit = ERROR_PER_SAMPLE / params.samples as f32;
@@ -260,43 +261,6 @@ pub(crate) fn gather_unit(
     unit.followed = followed;
     unit.rays = look.rays + rays;
     unit
-}
-
-/// Every how-maniest direction tells whether a point lies inside something.
-const LOOK_STRIDE: usize = 8;
-
-/// A vertex at the foot of a wall that reaches a little into the floor lies inside the floor, even where its origin was moved out of
-/// it: the larger `back` of both places counts. Returns the number of rays.
-fn look_from_unmoved(
-    surfaces: &Surfaces,
-    layout: &Layout,
-    range: Range<usize>,
-    lattice: &Lattice,
-    offset_m: f32,
-    back: &mut [f32],
-) -> u64 {
-    let points = layout.points();
-    let within = |end: usize| points.unmoved.partition_point(|u| (u.0 as usize) < end);
-    let unmoved = &points.unmoved[within(range.start)..within(range.end)];
-    let origins: Vec<Vec3> = unmoved.iter().map(|u| u.1).collect();
-    let normals: Vec<Vec3> = unmoved.iter().map(|u| points.normals[u.0 as usize]).collect();
-    let (mut all, mut inside) = (vec![0.0_f32; origins.len()], vec![0.0_f32; origins.len()]);
-    let directions = lattice.directions.iter().copied().skip(LOOK_STRIDE / 2).step_by(LOOK_STRIDE);
-    let rays = for_each_direction(surfaces, &origins, &normals, directions, |at| {
-        for point in bits(at.active) {
-            let (cos, hit) = (normals[point].dot(at.direction), &at.hits[point]);
-            all[point] += cos;
-            // a wall in whose very plane the place lies is met or not as rounding has it: that tells nothing
-            if hit.triangle != NO_HIT && hit.back && hit.t > offset_m {
-                inside[point] += cos;
-            }
-        }
-    });
-    for ((all, inside), (point, _)) in all.into_iter().zip(inside).zip(unmoved) {
-        let back = &mut back[*point as usize - range.start];
-        *back = back.max(if all > 0.0 { inside / all } else { 0.0 });
-    }
-    rays
 }
 
 /// Every how-maniest direction tells whether a back lies in a closed inside.

@@ -89,6 +89,14 @@ impl Look {
         self.escaped(point)[0] + self.stopped(point)[0]
     }
 
+    /// How much of what a point could see of the sky above the horizon it sees.
+    pub fn open_part(&self, point: usize) -> f32 {
+        // cosines sum to what the constant function's sums are, divided by its value
+        let sunk = self.sunk[point] * basis9(Vec3::Y)[0];
+        let all = self.all(point) - sunk;
+        if all > 0.0 { (self.escaped(point)[0] - sunk) / all } else { 0.0 }
+    }
+
     /// The sums over both halves.
     pub fn escaped(&self, point: usize) -> [f32; 9] {
         let [even, odd] = &self.escaped[point];

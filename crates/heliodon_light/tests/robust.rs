@@ -108,6 +108,29 @@ fn vertices_inside_a_stone_borrow_from_outside() {
 }
 
 #[test]
+fn a_beams_end_within_a_block_lies_inside_even_where_other_beams_hide_the_block() {
+    // a corridor of four beams through a block and out of it on both sides; a fifth ends in its middle and sees hardly anything else
+    let block = cuboid(Vec3::splat(-1.0), Vec3::ONE, 8);
+    let (near, far) = (0.11, 0.2);
+    let around = [(-far, -far, far, -near), (-far, near, far, far), (-far, -near, -near, near), (near, -near, far, near)];
+    let beam = |x: f32, (y0, z0, y1, z1)| cuboid(Vec3::new(-1.5, y0, z0), Vec3::new(x, y1, z1), 12);
+    let scene = around.into_iter().fold(block, |scene, around| scene.and(beam(1.5, around)));
+    let first = scene.positions.len();
+    let lit = Lit::new(scene.and(beam(0.0, (-0.1, -0.1, 0.1, 0.1))), 0.5);
+    let light = bake(&lit.surfaces(), &[], false, &params(128, 2)).unwrap().light;
+    let mut within = 0;
+    for v in (first..light.vertex_count()).filter(|&v| lit.scene.positions[v].x > -0.8) {
+        within += 1;
+        assert_eq!(light.validity.valid[v], 0, "{} is said to be outside", lit.scene.positions[v]);
+    }
+    assert!(within > 50);
+    let outside = (0..first).filter(|&v| lit.scene.positions[v].abs().max_element() > 1.2);
+    for v in outside.filter(|&v| lit.scene.positions[v].abs().min_element() > 0.15) {
+        assert_eq!(light.validity.valid[v], 1, "{} is said to be inside", lit.scene.positions[v]);
+    }
+}
+
+#[test]
 fn a_shaft_whose_corners_all_lie_inside_others_is_lit_by_its_middle() {
     // as a column of long faces whose rings stand in its base and its capital
     let base = cuboid(Vec3::new(-0.3, -0.2, -0.3), Vec3::new(0.3, 0.0, 0.3), 8);

@@ -9,7 +9,7 @@ use crate::nearest::Nearest;
 use crate::occlude::Occlude;
 use crate::shear::Shear;
 use crate::simd::{Instructions, dispatch};
-use crate::single::Trace;
+use crate::single::{Any, Closest, Enclosures, Trace};
 use crate::types::{Hit, Ray};
 
 /// Triangles in a hierarchy of bounding volumes, ready for rays.
@@ -72,8 +72,8 @@ impl TriangleScene {
     pub fn occluded(&self, rays: &[Ray], occluded: &mut [u64]) {
         assert_eq!(occluded.len(), rays.len().div_ceil(64), "one bit for each ray");
         occluded.fill(0);
-        let answer = |i: usize, hit: Hit| occluded[i / 64] |= u64::from(hit.is_some()) << (i % 64);
-        dispatch(self.instructions, Trace::<true, _> { scene: self, rays, answer });
+        let answer = |i: usize, any: Any| occluded[i / 64] |= u64::from(any.is_some()) << (i % 64);
+        dispatch(self.instructions, Trace::new(self, rays, answer));
     }
 
     /// The nearest triangle that each ray meets; of several at the same distance the one with the lowest index.
@@ -84,8 +84,24 @@ impl TriangleScene {
     /// If there are not as many hits as rays.
     pub fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
         assert_eq!(hits.len(), rays.len(), "one hit for each ray");
-        let answer = |i: usize, hit: Hit| hits[i] = hit;
-        dispatch(self.instructions, Trace::<false, _> { scene: self, rays, answer });
+        let answer = |i: usize, closest: Closest| hits[i] = closest.hit();
+        dispatch(self.instructions, Trace::new(self, rays, answer));
+    }
+
+    /// How many more backs than fronts each ray meets, anywhere between its `t_min` and `t_max`. Along a ray without an end that is the
+    /// number of closed surfaces which its start lies within (and of open ones, one for each that it leaves by the back without
+    /// having come in): the winding number, seen in one direction. Its mean over directions tells inside from outside of surfaces
+    /// that are not quite closed, or run into each other (A. Jacobson, L. Kavan, O. Sorkine-Hornung, "Robust Inside-Outside
+    /// Segmentation Using Generalized Winding Numbers", ACM Transactions on Graphics 32(4), 2013).
+    ///
+    /// A ray through an edge may meet two triangles for one, so ask in several directions.
+    ///
+    /// # Panics
+    /// If there are not as many counts as rays.
+    pub fn enclosures(&self, rays: &[Ray], counts: &mut [i32]) {
+        assert_eq!(counts.len(), rays.len(), "one count for each ray");
+        let answer = |i: usize, enclosures: Enclosures| counts[i] = enclosures.count();
+        dispatch(self.instructions, Trace::new(self, rays, answer));
     }
 
     /// Rays of one direction (the sun's, a sky direction's) from many origins, without an end: sets bit i % 64 of word

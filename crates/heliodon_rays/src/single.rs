@@ -4,46 +4,144 @@ use crate::beam::{Entry, packet_of, usable};
 use crate::scene::TriangleScene;
 use crate::shear::Shear;
 use crate::simd::{Engine, Vector, Work};
-use crate::triangle::{cross, met};
+use crate::triangle::{Crossing, cross, met};
 use crate::types::{Hit, Ray};
 use crate::view::{Region, View, depth_at};
+use std::marker::PhantomData;
 
-/// [`TriangleScene::closest`], and with `ANY` the first triangle found for [`TriangleScene::occluded`].
-pub(crate) struct Trace<'a, const ANY: bool, F> {
-    pub scene: &'a TriangleScene,
-    pub rays: &'a [Ray],
-    /// Takes each ray's answer.
-    pub answer: F,
+/// What is asked of the triangles along a ray.
+pub(crate) trait Question {
+    /// What it is while nothing has been met.
+    fn new(ray: &Ray) -> Self;
+
+    /// Takes note of a triangle that is met.
+    fn take(&mut self, crossing: &Crossing, shear: &Shear, triangle: u32, ray: &Ray);
+
+    /// The distance from which on triangles no longer matter.
+    fn far(&self, ray: &Ray) -> f32 {
+        ray.t_max
+    }
+
+    /// Whether nothing more needs to be met.
+    fn is_settled(&self) -> bool {
+        false
+    }
 }
 
-impl<const ANY: bool, F: FnMut(usize, Hit)> Work for Trace<'_, ANY, F> {
+/// [`TriangleScene::closest`]
+pub(crate) struct Closest(Hit);
+
+/// [`TriangleScene::occluded`]
+pub(crate) struct Any(bool);
+
+/// [`TriangleScene::enclosures`]
+pub(crate) struct Enclosures(i32);
+
+impl Question for Closest {
+    fn new(ray: &Ray) -> Self {
+        Self(Hit { t: ray.t_max, ..Hit::MISS })
+    }
+
+    #[inline(always)]
+    fn take(&mut self, crossing: &Crossing, shear: &Shear, triangle: u32, ray: &Ray) {
+        self.0.take(crossing, shear, triangle, ray.t_min);
+    }
+
+    #[inline(always)]
+    fn far(&self, _: &Ray) -> f32 {
+        self.0.t
+    }
+}
+
+impl Closest {
+    pub fn hit(self) -> Hit {
+        if self.0.is_some() { self.0 } else { Hit::MISS }
+    }
+}
+
+impl Question for Any {
+    fn new(_: &Ray) -> Self {
+        Self(false)
+    }
+
+    #[inline(always)]
+    fn take(&mut self, crossing: &Crossing, shear: &Shear, _: u32, ray: &Ray) {
+        self.0 |= crossing.between(shear, ray);
+    }
+
+    #[inline(always)]
+    fn is_settled(&self) -> bool {
+        self.0
+    }
+}
+
+impl Any {
+    pub fn is_some(self) -> bool {
+        self.0
+    }
+}
+
+impl Question for Enclosures {
+    fn new(_: &Ray) -> Self {
+        Self(0)
+    }
+
+    #[inline(always)]
+    fn take(&mut self, crossing: &Crossing, shear: &Shear, _: u32, ray: &Ray) {
+        if crossing.between(shear, ray) {
+            self.0 += if crossing.is_back(shear) { 1 } else { -1 };
+        }
+    }
+}
+
+impl Enclosures {
+    pub fn count(self) -> i32 {
+        self.0
+    }
+}
+
+/// One question for each of some rays.
+pub(crate) struct Trace<'a, Q, F> {
+    scene: &'a TriangleScene,
+    rays: &'a [Ray],
+    answer: F,
+    question: PhantomData<Q>,
+}
+
+impl<'a, Q: Question, F: FnMut(usize, Q)> Trace<'a, Q, F> {
+    /// `answer` takes each ray's answer.
+    pub fn new(scene: &'a TriangleScene, rays: &'a [Ray], answer: F) -> Self {
+        Self { scene, rays, answer, question: PhantomData }
+    }
+}
+
+impl<Q: Question, F: FnMut(usize, Q)> Work for Trace<'_, Q, F> {
     type Output = ();
 
     #[inline(always)]
     fn run<E: Engine>(mut self, engine: E) {
         let mut stack = Vec::with_capacity(self.scene.stack);
         for (i, ray) in self.rays.iter().enumerate() {
-            let hit = trace::<E, ANY>(engine, self.scene, ray, &mut stack);
-            (self.answer)(i, if hit.is_some() { hit } else { Hit::MISS });
+            (self.answer)(i, trace::<E, Q>(engine, self.scene, ray, &mut stack));
         }
     }
 }
 
-/// Walks the hierarchy; with `ANY` stops at the first triangle found.
+/// Walks the hierarchy.
 #[inline(always)]
-fn trace<E: Engine, const ANY: bool>(engine: E, scene: &TriangleScene, ray: &Ray, stack: &mut Vec<Entry>) -> Hit {
+fn trace<E: Engine, Q: Question>(engine: E, scene: &TriangleScene, ray: &Ray, stack: &mut Vec<Entry>) -> Q {
     let origin = ray.origin - scene.center;
-    let mut hit = Hit { t: ray.t_max, ..Hit::MISS };
-    let Some(shear) = Shear::new(ray.direction) else { return hit };
+    let mut question = Q::new(ray);
+    let Some(shear) = Shear::new(ray.direction) else { return question };
     if !usable(origin) {
-        return hit;
+        return question;
     }
     let view = View::new(engine, &shear);
     let point = shear.apply(origin);
     let [p, q, depth, i, j] = point;
     // Deeper than the origin, or than a bit before the least distance.
     let region = Region { p: [p; 2], q: [q; 2], depth: depth_at(depth, ray.t_min, &shear, -1.0), reach: [i, j] };
-    let mut far = depth_at(depth, ray.t_max, &shear, 1.0);
+    let mut far = depth_at(depth, question.far(ray), &shear, 1.0);
     stack.clear();
     stack.push(Entry::root(1));
     while let Some(Entry { near, reference, .. }) = stack.pop() {
@@ -69,13 +167,14 @@ fn trace<E: Engine, const ANY: bool>(engine: E, scene: &TriangleScene, ray: &Ray
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize % 8;
             mask &= mask - 1;
-            if cross(&shear, packet, lane, point).is_some_and(|c| hit.take(&c, &shear, packet.id[lane], ray.t_min)) {
-                if ANY {
-                    return hit;
+            if let Some(crossing) = cross(&shear, packet, lane, point) {
+                question.take(&crossing, &shear, packet.id[lane], ray);
+                if question.is_settled() {
+                    return question;
                 }
-                far = depth_at(depth, hit.t, &shear, 1.0);
+                far = depth_at(depth, question.far(ray), &shear, 1.0);
             }
         }
     }
-    hit
+    question
 }

@@ -14,6 +14,7 @@ use glam::Vec3;
 use crate::layout::Packet;
 use crate::shear::{Point, Shear};
 use crate::simd::{Engine, Mask, Vector};
+use crate::types::Ray;
 use crate::view::{Boxes, Spans};
 
 /// Where a ray meets a triangle.
@@ -25,6 +26,26 @@ pub(crate) struct Crossing {
     pub v: f32,
     /// Whether p, q and depth see the corners run counter-clockwise.
     pub positive: bool,
+}
+
+impl Crossing {
+    /// In multiples of the ray's direction.
+    #[inline(always)]
+    pub fn t(&self, shear: &Shear) -> f32 {
+        self.depth * shear.t_per_depth
+    }
+
+    #[inline(always)]
+    pub fn is_back(&self, shear: &Shear) -> bool {
+        self.positive == shear.forward
+    }
+
+    /// Whether it lies between a ray's ends.
+    #[inline(always)]
+    pub fn between(&self, shear: &Shear, ray: &Ray) -> bool {
+        let t = self.t(shear);
+        t > ray.t_min && t < ray.t_max
+    }
 }
 
 /// The predicate for one triangle of a packet.

@@ -49,11 +49,11 @@ impl Hit {
     /// is the ray's end); whether it did. At one distance the lower index wins.
     #[inline(always)]
     pub(crate) fn take(&mut self, crossing: &Crossing, shear: &Shear, triangle: u32, t_min: f32) -> bool {
-        let t = crossing.depth * shear.t_per_depth;
+        let t = crossing.t(shear);
         let nearer = t < self.t || (t == self.t && self.is_some() && triangle < self.triangle);
         let taken = t > t_min && nearer;
         if taken {
-            *self = Self { triangle, t, u: crossing.u, v: crossing.v, back: crossing.positive == shear.forward };
+            *self = Self { triangle, t, u: crossing.u, v: crossing.v, back: crossing.is_back(shear) };
         }
         taken
     }

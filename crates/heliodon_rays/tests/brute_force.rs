@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{build, check_hit, direction, number, point, sheet, soup};
+use common::{build, check_hit, direction, exact, number, point, sheet, soup};
 use glam::Vec3;
 use heliodon_math::random::Pcg32;
 use heliodon_rays::{Hit, Ray};
@@ -41,6 +41,34 @@ fn closest_and_occluded_match() {
         }
         assert!(seed == 0 || hits.iter().any(Hit::is_some));
     }
+}
+
+#[test]
+fn enclosures_are_backs_less_fronts() {
+    let (mut sure, mut most) = (0, 0);
+    for (seed, soup) in [soup(40, 3), soup(700, 4), sheet(12, 5)].into_iter().enumerate() {
+        let scene = build(&soup);
+        let rays = rays(1500, seed as u64);
+        let mut counts = vec![0; rays.len()];
+        scene.enclosures(&rays, &mut counts);
+        for (ray, &count) in rays.iter().zip(&counts) {
+            let mut met = Vec::new();
+            let mut clear = true;
+            for crossing in soup.1.iter().filter_map(|t| exact(ray, t.map(|v| soup.0[v as usize]))) {
+                let ends = [ray.t_min, ray.t_max].map(|end| (crossing.t - f64::from(end)).abs());
+                clear &= crossing.margin.abs() > 1e-3 && ends[0].min(ends[1]) > 1e-4;
+                if crossing.margin > 0.0 && crossing.t > f64::from(ray.t_min) && crossing.t < f64::from(ray.t_max) {
+                    met.push(if crossing.back { 1 } else { -1 });
+                }
+            }
+            if clear {
+                assert_eq!(count, met.iter().sum::<i32>(), "{ray:?}");
+                sure += 1;
+                most = most.max(met.len());
+            }
+        }
+    }
+    assert!(sure > 2000 && most > 3, "{sure} rays, {most} crossings at the most");
 }
 
 #[test]
