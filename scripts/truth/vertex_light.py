@@ -1,6 +1,6 @@
 """Baked light at vertices against Mitsuba 3, path by path.
 
-  python vertex_light.py ARRAYS_DIR --offset-m 0.002 [--cases uniform,sky,sun] [--env sky.hdr] [--bounces 4] [--spp 16384] [--vertices 2000]
+  python vertex_light.py ARRAYS_DIR --offset-m 0.002 [--cases uniform,sky,sun] [--env sky.hdr] [--bounces 4] [--spp 16384] [--vertices 2000] [--flat]
 
 ARRAYS_DIR is what `heliodon arrays BUNDLE ARRAYS_DIR --sun-bounce` wrote; the bundle's own albedo is used, vertex by vertex. For a
 sample of valid vertices, irradiance / pi is traced with `--spp` cosine-distributed paths a vertex and compared with the baked light,
@@ -10,6 +10,9 @@ error = |baked - traced| / max(traced, 5 % of the traced mean) on the luminance-
   sky      `--env` (lat-long), rebuilt from the bundle's number of spherical harmonics: what the projection loses is not the bake's
            error. The rebuilt sky may be negative, so a constant is added before tracing and its uniform-sky result is subtracted.
   sun      the suns of a few steps, direct and bounced
+
+On rough scans the reference is not one: where a ray meets a triangle from a side that its interpolated normal turns away from, Mitsuba
+reflects into the stone and the path is lost. `--flat` takes the triangles' own normals; compare both to see how far they agree.
 
 Prints a JSON object; exit status 1 where a median is above 2 % or a 95th percentile above 6 %.
 """
@@ -33,6 +36,7 @@ parser.add_argument("--vertices", type=int, default=2000)
 parser.add_argument("--suns", type=int, default=3, help="how many sun steps to trace")
 parser.add_argument("--seed", type=int, default=1)
 parser.add_argument("--variant", default="llvm_ad_rgb")
+parser.add_argument("--flat", action="store_true", help="light bounces by the triangles' own normals, not the interpolated ones")
 parser.add_argument("--dump", type=pathlib.Path, help="folder for per-vertex results")
 args = parser.parse_args()
 
@@ -94,7 +98,7 @@ def make_mesh():
     # the material comes with the shape when it is loaded, so the mesh goes through a file
     path = args.arrays / "site-for-mitsuba.ply"
     mesh.write_ply(str(path))
-    return {"type": "ply", "filename": str(path), "bsdf": {"type": "twosided", "bsdf": {
+    return {"type": "ply", "filename": str(path), "face_normals": args.flat, "bsdf": {"type": "twosided", "bsdf": {
         "type": "diffuse", "reflectance": {"type": "mesh_attribute", "name": "vertex_color"}}}}
 
 

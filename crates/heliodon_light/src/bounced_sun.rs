@@ -21,7 +21,7 @@ pub struct BouncedSun {
     steps: usize,
     pub(crate) patches: SunPatches,
     pub(crate) day: DayFunctions,
-    /// The functions' values, step by step.
+    /// The values of the functions' duals, step by step.
     by_step: Vec<f32>,
 }
 
@@ -39,13 +39,13 @@ impl BouncedSun {
         }
         // each step a function of its own, until the curves are known
         let steps = suns.len();
-        let functions = (0..steps).map(|t| (0..steps).map(|i| f32::from(u8::from(i == t))).collect()).collect();
-        let every = DayFunctions { functions, median_error: 0.0, p95_error: 0.0 };
-        let patches = SunPatches::new(surfaces, layout, suns, params);
-        let mut sun = Self { steps, patches, by_step: by_step(&every, steps), day: every };
+        let every: Vec<Vec<f32>> = (0..steps).map(|t| (0..steps).map(|i| f32::from(u8::from(i == t))).collect()).collect();
+        let day = DayFunctions { functions: every.clone(), duals: every, median_error: 0.0, p95_error: 0.0 };
+        let patches = SunPatches::new(surfaces, layout, suns, params)?;
+        let mut sun = Self { steps, patches, by_step: by_step(&day), day };
         let curves = sun.curves(surfaces, layout, params);
         sun.day = day_functions(&curves, steps, params.sun_functions, params.function_error());
-        sun.by_step = by_step(&sun.day, steps);
+        sun.by_step = by_step(&sun.day);
         Ok(Some(sun))
     }
 
@@ -127,7 +127,8 @@ impl pulp::NullaryFnOnce for Project<'_> {
     }
 }
 
-/// The functions' values, step by step.
-fn by_step(day: &DayFunctions, steps: usize) -> Vec<f32> {
-    (0..steps).flat_map(|t| day.functions.iter().map(move |function| function[t])).collect()
+/// The values of the functions' duals, step by step.
+fn by_step(day: &DayFunctions) -> Vec<f32> {
+    let steps = day.duals.first().map_or(0, Vec::len);
+    (0..steps).flat_map(|t| day.duals.iter().map(move |dual| dual[t])).collect()
 }

@@ -115,7 +115,8 @@ impl Look {
         self.curves[point * of_point..(point + 1) * of_point].split_at(of_point / 2)
     }
 
-    /// By how much the light of a point may be wrong, of the sky or (root mean square over the day) of the sun, as a part of itself.
+    /// By how much the light of a point may be wrong, of the sky or of the sun, as a part of itself. Over the day it is the fourth root of
+    /// the mean fourth power: an hour in which a streak of sun comes by counts for more than its share of the day.
     pub fn likely_error(&self, point: usize, sun: Option<&BouncedSun>) -> f32 {
         let halves: [f32; 2] = [0, 1].map(|half| self.escaped[point][half][0] + self.stopped[point][half][0]);
         if halves.iter().any(|all| *all <= 0.0) {
@@ -126,13 +127,13 @@ impl Look {
         // cosines sum to what the constant function's sums are, divided by its value
         let y0 = basis9(Vec3::Y)[0];
         let (even, odd) = self.curves(point);
-        let mut squares = 0.0;
+        let mut fourths = 0.0;
         for (e, o) in even.iter().zip(odd) {
             let (e, o) = (e * y0 / halves[0], o * y0 / halves[1]);
             let relative = (e - o) / ((e + o) / 2.0).max(SUN_FLOOR);
-            squares += relative * relative;
+            fourths += relative.powi(4);
         }
-        let sun = sun.map_or(0.0, |sun| (squares / sun.patches.live_numbers() as f32).sqrt());
+        let sun = sun.map_or(0.0, |sun| (fourths / sun.patches.live_numbers() as f32).sqrt().sqrt());
         HALF_OF_DIFFERENCE * sky.max(sun)
     }
 

@@ -2,13 +2,15 @@
 //!
 //! A cell lit by the mean of its vertices is right on average; the shade beside a patch of sunlight is lit by that patch alone, and errs
 //! as much as its edge. So triangles are divided into patches (those that fill much of the points' views the most finely) and each is
-//! asked at its centre which suns reach it. What a ray meets is then lit by the sun at the place that it meets.
+//! asked at its centre which suns reach it. What a ray meets is then lit by the sun at the place that it meets. Near a vertex it is the
+//! vertex that was asked: rays that leave a vertex on rough ground meet the triangles beside it within millimetres, where the sun is
+//! what it is at the vertex, whatever it is at their centres.
 
 use crate::cells::Split;
-use crate::masks::run_masks;
+use crate::masks::{MaskParams, SunMasks, bake_sun_masks, run_masks};
 use crate::refine::patches_by_sight;
 use crate::surfaces::reflected;
-use crate::{Layout, LightParams, Surfaces};
+use crate::{Layout, LightError, LightParams, Surfaces};
 use glam::Vec3;
 use heliodon_math::color::{linear_from_rgb9e5, rgb9e5_from_linear};
 use heliodon_rays::{Hit, beam_order};
@@ -21,6 +23,9 @@ const TOGETHER: usize = 1024;
 /// Suns of one word of a mask.
 const WORD: usize = 32;
 
+/// The part of a patch's edge, from a vertex, within which the vertex speaks for the sun: half-way to the centre of the patch.
+const CORNER: f32 = 1.0 / 3.0;
+
 /// Which suns reach which patch of the surfaces.
 pub(crate) struct SunPatches {
     /// Components of the unit directions to the suns, in groups of a word, zero beyond the last.
@@ -31,6 +36,8 @@ pub(crate) struct SunPatches {
     ///
     /// A sun lights one side of a triangle only, the one that it stands before: its bit is that side's.
     records: Vec<u32>,
+    /// Which suns reach the front of each vertex; none where it lies inside something.
+    corners: SunMasks,
     channels: usize,
     /// The instructions that there are.
     pub arch: pulp::Arch,
@@ -40,7 +47,10 @@ pub(crate) struct SunPatches {
 
 impl SunPatches {
     /// `suns` are unit directions; those that are zero or not finite light nothing.
-    pub fn new(surfaces: &Surfaces, layout: &Layout, suns: &[Vec3], params: &LightParams) -> Self {
+    ///
+    /// # Errors
+    /// Too many suns.
+    pub fn new(surfaces: &Surfaces, layout: &Layout, suns: &[Vec3], params: &LightParams) -> Result<Self, LightError> {
         let component =
             |suns: &[Vec3], k: usize| std::array::from_fn(|i| suns.get(i).filter(|s| s.is_finite()).map_or(0.0, |s| s[k]));
         let suns_by_word = suns.chunks(WORD).map(|suns| [0, 1, 2].map(|k| component(suns, k))).collect();
@@ -60,8 +70,11 @@ impl SunPatches {
             records(surfaces, splits, suns, params)
         };
         let (records, rays): (Vec<Vec<u32>>, Vec<u64>) = order.par_chunks(TOGETHER).map(of_some).unzip();
-        let (records, rays) = (records.concat(), rays.into_iter().sum());
-        Self { suns: suns_by_word, records, splits, channels: params.channels.count(), arch: pulp::Arch::new(), rays }
+        let fronts = bake_sun_masks(surfaces, layout.points(), suns, 0..layout.front_count(), &MaskParams::default())?;
+        let corners = fronts.pick((0..layout.vertex_count() as u32).map(|vertex| layout.front_point(vertex)));
+        let rays = rays.into_iter().sum::<u64>() + corners.rays;
+        let (records, channels) = (records.concat(), params.channels.count());
+        Ok(Self { suns: suns_by_word, records, corners, splits, channels, arch: pulp::Arch::new(), rays })
     }
 
     /// How many patches there are.
@@ -90,7 +103,8 @@ impl SunPatches {
         let Some(split) = self.splits.get(hit.triangle as usize) else { return };
         let patch = (split.first + split.sub_cell(hit.u, hit.v)) as usize;
         let stride = 1 + self.suns.len();
-        let Some((&albedo, words)) = self.records[patch * stride..(patch + 1) * stride].split_first() else { return };
+        let Some((&albedo, at_centre)) = self.records[patch * stride..(patch + 1) * stride].split_first() else { return };
+        let words = self.at_corner(surfaces, hit, split.parts).unwrap_or(at_centre);
         if words.iter().all(|&word| word == 0) {
             return;
         }
@@ -98,6 +112,16 @@ impl SunPatches {
         let normal = if hit.back { -normal } else { normal };
         let share = share * linear_from_rgb9e5(albedo) * FRAC_1_PI;
         self.arch.dispatch(AddDirect { suns: &self.suns, words, normal, share, curves });
+    }
+
+    /// Which suns reach the vertex that a hit of a front is near to, nearer than to the centre of a patch; `None` away from vertices and at
+    /// those that no sun ever reaches, which may lie inside something that the hit does not.
+    fn at_corner(&self, surfaces: &Surfaces, hit: &Hit, parts: u32) -> Option<&[u32]> {
+        let near = 1.0 - CORNER / parts as f32;
+        let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+        let corner = weights.iter().position(|&weight| weight > near).filter(|_| !hit.back)?;
+        let vertex = surfaces.triangles[hit.triangle as usize][corner];
+        Some(self.corners.of_point(vertex as usize)).filter(|words| words.iter().any(|&word| word != 0))
     }
 }
 

@@ -7,16 +7,22 @@
 //!
 //! Curves enter the components divided by their own size, so that shade counts as much as sun: what is kept small is the
 //! relative error, which is what is seen once exposure follows the light. Curves too weak to be seen beside direct light count less.
+//! And each step enters divided by the square root of the mean over all curves: else a low sun's few lit walls would be left out for the
+//! noon's many. (Divided by the mean itself noon would be the one that is left out; the worst step is as good either way.)
 
 use heliodon_math::random::Pcg32;
 
 /// The functions and what they leave out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DayFunctions {
-    /// R orthonormal functions of T values.
+    /// R functions of T values.
     pub functions: Vec<Vec<f32>>,
+    /// R functions of T values that tell a curve's numbers: number r is the sum over the steps of the curve times the r-th of these. They
+    /// are what `functions` are but for a factor for each step; the sum over the steps of one of each is 1 for a pair, 0 for others.
+    pub duals: Vec<Vec<f32>>,
     /// Relative error of the sample's curves that are not dark all day, median: root mean square over the day of what is left out, divided by that of
-    /// the curve or by half of the mean curve's, whichever is larger.
+    /// the curve or by half of the mean curve's, whichever is larger; all curves divided step by step by
+    /// the square root of their mean.
     pub median_error: f32,
     /// The same, 95th percentile.
     pub p95_error: f32,
@@ -25,6 +31,8 @@ pub struct DayFunctions {
 /// Curves weaker than this part of the mean are weighted as if they were this strong: about a twentieth of all light in a sunny scene, of
 /// which a tenth bounces.
 const FLOOR: f64 = 0.5;
+/// Steps whose mean is less than this part of the largest count as if it were as much.
+const DIMMEST: f64 = 0.05;
 /// Vectors iterated beyond those asked for, so that the last of these converge too.
 const EXTRA: usize = 8;
 /// Rounds of subspace iteration; each multiplies what is foreign to the subspace by the ratio of eigenvalues across its edge.
@@ -34,19 +42,23 @@ const ROUNDS: usize = 40;
 /// relative error is already at most `error`.
 #[must_use]
 pub fn day_functions(curves: &[f32], steps: usize, most: usize, error: f32) -> DayFunctions {
-    let none = DayFunctions { functions: Vec::new(), median_error: 0.0, p95_error: 0.0 };
+    let none = DayFunctions { functions: Vec::new(), duals: Vec::new(), median_error: 0.0, p95_error: 0.0 };
     if steps == 0 {
         return none;
     }
-    let energy: Vec<f64> = curves.chunks_exact(steps).map(|c| c.iter().map(|&x| f64::from(x).powi(2)).sum()).collect();
-    let mean = energy.iter().map(|e| e.sqrt()).sum::<f64>() / energy.len().max(1) as f64;
-    if mean.is_nan() || mean <= 0.0 {
+    let Some(units) = step_units(curves, steps) else {
         // nothing bounces: one function keeps the shape of the result
         let functions = vec![vec![1.0 / (steps as f32).sqrt(); steps]];
-        return DayFunctions { functions, ..none };
-    }
+        return DayFunctions { duals: functions.clone(), functions, ..none };
+    };
+    let curves: Vec<f32> = curves
+        .chunks_exact(steps)
+        .flat_map(|curve| curve.iter().zip(&units).map(|(&x, unit)| (f64::from(x) / unit) as f32))
+        .collect();
+    let energy: Vec<f64> = curves.chunks_exact(steps).map(|c| c.iter().map(|&x| f64::from(x).powi(2)).sum()).collect();
+    let mean = energy.iter().map(|e| e.sqrt()).sum::<f64>() / energy.len().max(1) as f64;
     let size: Vec<f64> = energy.iter().map(|e| e.max((FLOOR * mean).powi(2))).collect();
-    let covariance = covariance(curves, steps, &size);
+    let covariance = covariance(&curves, steps, &size);
     let vectors = principal_vectors(&covariance, steps, most.min(steps));
 
     let mut left = energy.clone();
@@ -61,13 +73,27 @@ pub fn day_functions(curves: &[f32], steps: usize, most: usize, error: f32) -> D
         let mut relative: Vec<f64> = bounced.map(|((l, s), _)| (l / s).sqrt()).collect();
         relative.sort_unstable_by(f64::total_cmp);
         let at = |part: f64| relative[((relative.len() - 1) as f64 * part) as usize] as f32;
-        found.functions.push(vector.iter().map(|&x| x as f32).collect());
+        found.functions.push(vector.iter().zip(&units).map(|(x, unit)| (x * unit) as f32).collect());
+        found.duals.push(vector.iter().zip(&units).map(|(x, unit)| (x / unit) as f32).collect());
         (found.median_error, found.p95_error) = (at(0.5), at(0.95));
         if found.p95_error <= error {
             break;
         }
     }
     found
+}
+
+/// What each step is measured in: the square root of the mean over all curves, or of part of the largest mean, as multiples of their root
+/// mean square. `None` where all are dark.
+fn step_units(curves: &[f32], steps: usize) -> Option<Vec<f64>> {
+    let mut sums = vec![0.0; steps];
+    for curve in curves.chunks_exact(steps) {
+        sums.iter_mut().zip(curve).for_each(|(sum, &x)| *sum += f64::from(x));
+    }
+    let least = DIMMEST * sums.iter().copied().fold(0.0, f64::max);
+    sums.iter_mut().for_each(|sum| *sum = sum.max(least).sqrt());
+    let size = (dot(&sums, &sums) / steps as f64).sqrt();
+    (size > 0.0).then(|| sums.iter().map(|sum| sum / size).collect())
 }
 
 /// The weighted second moments of the curves, T x T.
@@ -209,7 +235,7 @@ mod tests {
         assert_eq!(found.functions.len(), 3);
         assert!(found.p95_error < 1e-3, "{}", found.p95_error);
         for (i, a) in found.functions.iter().enumerate() {
-            for (j, b) in found.functions.iter().enumerate() {
+            for (j, b) in found.duals.iter().enumerate() {
                 let dot: f32 = a.iter().zip(b).map(|(a, b)| a * b).sum();
                 assert!((dot - f32::from(u8::from(i == j))).abs() < 1e-5, "<{i}, {j}> = {dot}");
             }
@@ -222,8 +248,9 @@ mod tests {
         let [x, y, z] = [[2.0_f32, 0.0, 0.0], [0.0, 2.1, 0.0], [0.0, 0.0, 2.0]];
         let curves = [x, y, z, x, y, x, z, y, x];
         let found = day_functions(curves.as_flattened(), 3, 2, 0.0);
-        assert!((found.functions[0][0] - 1.0).abs() < 1e-6, "{:?}", found.functions);
-        assert!((found.functions[1][1] - 1.0).abs() < 1e-6, "{:?}", found.functions);
+        for (k, (function, dual)) in found.functions.iter().zip(&found.duals).enumerate() {
+            assert!((function[k] * dual[k] - 1.0).abs() < 1e-6, "{function:?} {dual:?}");
+        }
         assert!(found.median_error < 1e-6 && found.p95_error > 0.9, "{} {}", found.median_error, found.p95_error);
     }
 

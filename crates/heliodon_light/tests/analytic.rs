@@ -221,6 +221,26 @@ fn a_sundial_shows_the_hour() {
 }
 
 #[test]
+fn a_shaded_valley_sees_its_own_shade_beside_it() {
+    // all that the middle of a valley sees of its slopes lies within millimetres; leaves keep one sun off there, and off little else
+    let slope = |x: f32| [-1.0, 0.0, 1.0].map(|z| (Vec3::new(x, 0.4, z), Vec3::new(-0.4 * x, 1.0, 0.0).normalize()));
+    let valley = [-1.0, 0.0, 1.0].map(|z| (Vec3::new(0.0, 0.0, z), Vec3::Y));
+    let (positions, normals) = slope(-1.0).into_iter().chain(valley).chain(slope(1.0)).unzip();
+    let triangles = [0, 1, 3, 4].into_iter().flat_map(|i| [[i, i + 1, i + 4], [i, i + 4, i + 3]]).collect();
+    // so that days differ from place to place, and are told by two functions
+    let awning = rectangle(Vec3::new(0.3, 0.7, 1.0), Vec3::X * 0.5, Vec3::NEG_Z * 2.0, 4);
+    let open = heliodon_testkit::scenes::Scene { positions, normals, triangles }.and(awning);
+    let leaf = |z: f32| rectangle(Vec3::new(-0.004, 0.5, z + 0.004), Vec3::X * 0.008, Vec3::NEG_Z * 0.008, 1);
+    let suns = [Vec3::Y, Vec3::new(0.0, 0.8, 0.6)];
+    let [shaded, lit] = [open.clone().and(leaf(-1.0)).and(leaf(0.0)).and(leaf(1.0)), open].map(|scene| {
+        let light = bake(&Lit::new(scene, 0.5).surfaces(), &suns, true, &params(256, 1)).unwrap().light;
+        [0, 1].map(|step| light.bounced_sun(4, step).x)
+    });
+    assert!(lit[0] > 0.01 && (shaded[1] / lit[1] - 1.0).abs() < 0.02, "{lit:?} {shaded:?}");
+    assert!(shaded[0] < 0.02 * lit[0], "{shaded:?} where {lit:?} comes without the leaves");
+}
+
+#[test]
 fn coloured_walls_tint_and_grey_ones_do_not() {
     struct Red;
     impl heliodon_light::SurfaceAlbedo for Red {
