@@ -6,7 +6,7 @@
 use crate::{Followed, GatherBlock, LightError, UnitHits};
 
 /// Eight bytes that name the format and its version.
-const MAGIC: [u8; 8] = *b"HELGATH3";
+const MAGIC: [u8; 8] = *b"HELGATH4";
 
 impl GatherBlock {
     /// The block as bytes.
@@ -23,6 +23,8 @@ impl GatherBlock {
         put_list(&mut out, self.back_cells.as_flattened(), |x| x.to_le_bytes());
         out.extend((self.hits.len() as u64).to_le_bytes());
         for hits in &self.hits {
+            out.push(u8::from(hits.is_some()));
+            let Some(hits) = hits else { continue };
             put_list(&mut out, &hits.met, |x| x.to_le_bytes());
             put_list(&mut out, &hits.cells, |x| x.to_le_bytes());
         }
@@ -53,8 +55,14 @@ impl GatherBlock {
         let units = number(&mut rest)?;
         let mut hits = Vec::new();
         for _ in 0..units {
-            let met = take_list(&mut rest, u64::from_le_bytes)?;
-            hits.push(UnitHits { met, cells: take_list(&mut rest, u32::from_le_bytes)? });
+            hits.push(match take(&mut rest)? {
+                [0] => None,
+                [1] => {
+                    let met = take_list(&mut rest, u64::from_le_bytes)?;
+                    Some(UnitHits { met, cells: take_list(&mut rest, u32::from_le_bytes)? })
+                }
+                _ => return Err(LightError::Block("hits that are neither kept nor not")),
+            });
         }
         let units = number(&mut rest)?;
         let mut followed = Vec::new();
@@ -113,7 +121,7 @@ mod tests {
             scale: vec![1.0, 2.0],
             back: vec![0.0, 0.75],
             back_cells: vec![[3, 1], [9, 2]],
-            hits: vec![UnitHits { met: vec![1, 2, 3], cells: vec![8, 1 << 31, 2, 7] }],
+            hits: vec![None, Some(UnitHits { met: vec![1, 2, 3], cells: vec![8, 1 << 31, 2, 7] })],
             followed: vec![Followed { keys: vec![1], light: vec![0.5; 4], ends: vec![[4, 5, 6]] }],
             rays: 1 << 40,
         }

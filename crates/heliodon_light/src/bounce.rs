@@ -136,8 +136,8 @@ impl<'a> Transport<'a> {
 
     fn hits_of(&self, unit: &UnitOf<'a>) -> Cow<'a, UnitHits> {
         match &unit.block.hits[unit.index] {
-            hits if *hits != UnitHits::default() => Cow::Borrowed(hits),
-            _ => Cow::Owned(trace_hits(self.surfaces, self.layout, unit.range.clone(), self.lattice)),
+            Some(hits) => Cow::Borrowed(hits),
+            None => Cow::Owned(trace_hits(self.surfaces, self.layout, unit.range.clone(), self.lattice)),
         }
     }
 

@@ -50,8 +50,8 @@ pub struct GatherBlock {
     pub back: Vec<f32>,
     /// Cells whose back was met by points that do not lie inside something themselves, and how often; sorted.
     pub back_cells: Vec<[u32; 2]>,
-    /// The hits of each run of points; empty ones where they were too many to keep and are traced again for each bounce.
-    pub hits: Vec<UnitHits>,
+    /// The hits of each run of points; `None` where they were too many to keep and are traced again for each bounce.
+    pub hits: Vec<Option<UnitHits>>,
     /// What followed hits bring to each run of points.
     pub followed: Vec<Followed>,
     /// Rays that were traced.
@@ -116,14 +116,13 @@ pub fn gather(
     let lattices = Lattice::all(params);
     // every point has its part of the budget, whatever the others need: results do not depend on what is kept
     let budget_per_point = params.hit_budget_bytes as f64 / layout.points().len().max(1) as f64;
-    let units: Vec<Unit> = unit_ranges(&range)
+    let units: Vec<(Unit, Option<UnitHits>)> = unit_ranges(&range)
         .into_par_iter()
         .map(|unit| {
             let mut unit = gather_unit(surfaces, layout, sun, unit, params, &lattices);
-            if unit.hits.bytes() as f64 > budget_per_point * unit.scale.len() as f64 {
-                unit.hits = UnitHits::default();
-            }
-            unit
+            let budget = budget_per_point * unit.scale.len() as f64;
+            let hits = Some(std::mem::take(&mut unit.hits)).filter(|hits| hits.bytes() as f64 <= budget);
+            (unit, hits)
         })
         .collect();
     let mut block = GatherBlock {
@@ -137,7 +136,7 @@ pub fn gather(
         followed: Vec::new(),
         rays: 0,
     };
-    for unit in units {
+    for (unit, hits) in units {
         block.sky.extend(unit.sky);
         block.sun.extend(unit.sun);
         block.scale.extend(unit.scale);
@@ -145,7 +144,7 @@ pub fn gather(
         block.back_cells.extend(unit.back_cells);
         block.followed.push(unit.followed);
         block.rays += unit.rays;
-        block.hits.push(unit.hits);
+        block.hits.push(hits);
     }
     block.back_cells = counted(block.back_cells);
     Ok(block)
@@ -239,7 +238,7 @@ pub(crate) fn gather_unit(
         rays: 0,
     };
     for point in 0..count {
-        let (escaped, stopped) = (look.escaped(point), look.stopped(point));
+        let (escaped, stopped) = (&look.escaped[point], &look.stopped[point]);
         let visible = over(look.all(point), escaped[0]);
         // 4 pi / count, divided by pi
         let weight = 4.0 / lattice.directions.len() as f32 * share[point];
@@ -403,7 +402,7 @@ impl GatherBlock {
         if self.hits.len() != units.len() {
             return wrong("hits of another number of points");
         }
-        for (hits, unit) in self.hits.iter().zip(units).filter(|(hits, _)| **hits != UnitHits::default()) {
+        for (hits, unit) in self.hits.iter().zip(units).filter_map(|(hits, unit)| Some((hits.as_ref()?, unit))) {
             if hits.met.len() != params.directions() as usize * unit.len().div_ceil(64) {
                 return wrong("hits of another number of directions");
             }
@@ -420,6 +419,7 @@ impl GatherBlock {
     /// Bytes of the kept hits and of what was followed.
     #[must_use]
     pub fn hit_bytes(&self) -> usize {
-        self.hits.iter().map(UnitHits::bytes).sum::<usize>() + self.followed.iter().map(Followed::bytes).sum::<usize>()
+        self.hits.iter().flatten().map(UnitHits::bytes).sum::<usize>()
+            + self.followed.iter().map(Followed::bytes).sum::<usize>()
     }
 }

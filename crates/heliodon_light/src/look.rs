@@ -15,13 +15,15 @@ use heliodon_rays::NO_HIT;
 const SUN_FLOOR: f32 = 0.0075;
 const SKY_FLOOR: f32 = 0.05;
 
-/// What some points see; two sums for each, of even and of odd directions.
+/// What some points see.
 pub(crate) struct Look {
     /// Cosine-weighted sums of the sky's basis over directions that escape, and
-    pub escaped: Vec<[[f32; 9]; 2]>,
+    pub escaped: Vec<[f32; 9]>,
     /// over those that do not; nine coefficients, so that inner loops have a fixed length.
-    pub stopped: Vec<[[f32; 9]; 2]>,
-    /// Curves over the day of the sun's first bounce.
+    pub stopped: Vec<[f32; 9]>,
+    /// Of the even directions the cosines of those that escape, and of all.
+    even: Vec<[f32; 2]>,
+    /// Curves over the day of the sun's first bounce, two for each point: of even and of odd directions.
     pub curves: Vec<f32>,
     /// Cosines of the directions that meet backs, and
     pub back: Vec<f32>,
@@ -46,8 +48,9 @@ impl Look {
         let count = normals.len();
         let len = sun.map_or(0, |sun| sun.patches.curve_len());
         let mut look = Self {
-            escaped: vec![[[0.0; 9]; 2]; count],
-            stopped: vec![[[0.0; 9]; 2]; count],
+            escaped: vec![[0.0; 9]; count],
+            stopped: vec![[0.0; 9]; count],
+            even: vec![[0.0; 2]; count],
             curves: vec![0.0; 2 * count * len],
             back: vec![0.0; count],
             sunk: vec![0.0; count],
@@ -61,8 +64,12 @@ impl Look {
                 let hit = &at.hits[point];
                 let escapes = hit.triangle == NO_HIT;
                 let sums = if escapes { &mut look.escaped[point] } else { &mut look.stopped[point] };
-                for (sum, y) in sums[half].iter_mut().zip(basis) {
+                for (sum, y) in sums.iter_mut().zip(basis) {
                     *sum += cos * y;
+                }
+                if half == 0 {
+                    look.even[point][0] += if escapes { cos } else { 0.0 };
+                    look.even[point][1] += cos;
                 }
                 if escapes {
                     look.sunk[point] += if at.direction.y < 0.0 { cos } else { 0.0 };
@@ -84,9 +91,9 @@ impl Look {
         look
     }
 
-    /// The sum of the basis function 0 over all directions of a point, or over those that escape.
+    /// The sum of the basis function 0 over all directions of a point.
     pub fn all(&self, point: usize) -> f32 {
-        self.escaped(point)[0] + self.stopped(point)[0]
+        self.escaped[point][0] + self.stopped[point][0]
     }
 
     /// How much of what a point could see of the sky above the horizon it sees.
@@ -94,19 +101,7 @@ impl Look {
         // cosines sum to what the constant function's sums are, divided by its value
         let sunk = self.sunk[point] * basis9(Vec3::Y)[0];
         let all = self.all(point) - sunk;
-        if all > 0.0 { (self.escaped(point)[0] - sunk) / all } else { 0.0 }
-    }
-
-    /// The sums over both halves.
-    pub fn escaped(&self, point: usize) -> [f32; 9] {
-        let [even, odd] = &self.escaped[point];
-        std::array::from_fn(|i| even[i] + odd[i])
-    }
-
-    /// The sums over both halves.
-    pub fn stopped(&self, point: usize) -> [f32; 9] {
-        let [even, odd] = &self.stopped[point];
-        std::array::from_fn(|i| even[i] + odd[i])
+        if all > 0.0 { (self.escaped[point][0] - sunk) / all } else { 0.0 }
     }
 
     /// The curves of both halves of a point, one after the other.
@@ -118,18 +113,19 @@ impl Look {
     /// By how much the light of a point may be wrong, of the sky or of the sun, as a part of itself. Over the day it is the fourth root of
     /// the mean fourth power: an hour in which a streak of sun comes by counts for more than its share of the day.
     pub fn likely_error(&self, point: usize, sun: Option<&BouncedSun>) -> f32 {
-        let halves: [f32; 2] = [0, 1].map(|half| self.escaped[point][half][0] + self.stopped[point][half][0]);
-        if halves.iter().any(|all| *all <= 0.0) {
-            return 0.0;
-        }
-        let [even, odd] = [0, 1].map(|half| self.escaped[point][half][0] / halves[half]);
-        let sky = (even - odd).abs() / ((even + odd) / 2.0).max(SKY_FLOOR);
         // cosines sum to what the constant function's sums are, divided by its value
         let y0 = basis9(Vec3::Y)[0];
+        let [escaped, even_all] = self.even[point];
+        let odd_all = self.all(point) / y0 - even_all;
+        if even_all <= 0.0 || odd_all <= 0.0 {
+            return 0.0;
+        }
+        let (even, odd) = (escaped / even_all, (self.escaped[point][0] / y0 - escaped) / odd_all);
+        let sky = (even - odd).abs() / ((even + odd) / 2.0).max(SKY_FLOOR);
         let (even, odd) = self.curves(point);
         let mut fourths = 0.0;
         for (e, o) in even.iter().zip(odd) {
-            let (e, o) = (e * y0 / halves[0], o * y0 / halves[1]);
+            let (e, o) = (e / even_all, o / odd_all);
             let relative = (e - o) / ((e + o) / 2.0).max(SUN_FLOOR);
             fourths += relative.powi(4);
         }
@@ -144,8 +140,9 @@ impl Look {
             let point = point as usize;
             let sums = [(&mut self.escaped[point], &more.escaped[i]), (&mut self.stopped[point], &more.stopped[i])];
             for (sums, more) in sums {
-                sums.as_flattened_mut().iter_mut().zip(more.as_flattened()).for_each(|(sum, x)| *sum += x);
+                sums.iter_mut().zip(more).for_each(|(sum, x)| *sum += x);
             }
+            self.even[point].iter_mut().zip(&more.even[i]).for_each(|(sum, x)| *sum += x);
             let curves = self.curves[point * len..(point + 1) * len].iter_mut();
             curves.zip(&more.curves[i * len..(i + 1) * len]).for_each(|(sum, x)| *sum += x);
         }

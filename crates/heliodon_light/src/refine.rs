@@ -12,16 +12,20 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Points that look around together, neighbours in space, and every how-maniest such run does where there are more points than this.
+/// Points that look around together, neighbours in space.
 const RUN: usize = 64;
-const RUN_STRIDE: usize = 4;
+/// Where there are more points than this, every so-maniest run looks,
 const FEW_POINTS: usize = 1 << 16;
+const RUN_STRIDE: usize = 4;
+/// and no more than so many points in all: the weights of as many, all of one triangle, are the most that 32 bits hold.
+const MOST_POINTS: usize = 1 << 20;
 /// Directions that they look in, over the whole sphere.
 const DIRECTIONS: u32 = 64;
 /// The weight of a hit from as far as the triangle is long.
 const UNIT_WEIGHT: f32 = 16.0;
 /// The most that one hit weighs.
 const MAX_WEIGHT: f32 = 64.0;
+const _: () = assert!(MOST_POINTS as u64 * (DIRECTIONS as u64 - 1) * MAX_WEIGHT as u64 <= u32::MAX as u64);
 /// Cells made so are at most this part of the vertices.
 const CELLS_PER_VERTEX: f32 = 0.125;
 /// The most parts of an edge.
@@ -98,7 +102,7 @@ pub(crate) fn sight(surfaces: &Surfaces, longest: &[f32], params: &LightParams) 
             }
         });
     };
-    let stride = if points.len() > FEW_POINTS { RUN_STRIDE } else { 1 };
+    let stride = if points.len() > FEW_POINTS { RUN_STRIDE.max(points.len().div_ceil(MOST_POINTS)) } else { 1 };
     let runs: Vec<Range<usize>> =
         (0..points.len()).step_by(RUN * stride).map(|first| first..(first + RUN).min(points.len())).collect();
     runs.into_par_iter().for_each(look);
