@@ -1,8 +1,10 @@
 //! The files that mesh files name: materials, textures, buffers.
 //!
-//! Only to notice that one of them has changed since the last bake; what they mean is the importers' business. A file that is
+//! Only to notice that one of them has changed since the last bake; what they mean is the importers' business. Names are looked up as the
+//! importers do ([`locate`]); where a line may be read in several ways, each file that it may mean is taken. A file that is
 //! not there is left out, for the importers tell of it.
 
+use heliodon_mesh::import::{locate, percent_decoded};
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -20,27 +22,36 @@ pub fn referenced_files(mesh: &Path) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = match ending.as_str() {
         "obj" => {
             let libraries = named_in_lines(mesh, &["mtllib"], None);
-            libraries.iter().flat_map(|library| with_maps(&folder.join(library))).collect()
+            let libraries = libraries.iter().flat_map(|names| std::iter::once(names.as_str()).chain(names.split_whitespace()));
+            libraries.filter_map(|name| locate(folder, name)).flat_map(|library| with_maps(library, folder)).collect()
         }
         "ply" => {
-            named_in_lines(mesh, &["comment TextureFile"], Some("end_header")).iter().map(|name| folder.join(name)).collect()
+            let names = named_in_lines(mesh, &["comment TextureFile"], Some("end_header"));
+            names.iter().filter_map(|name| locate(folder, name)).collect()
         }
-        "gltf" | "glb" => gltf_uris(mesh).iter().map(|uri| folder.join(uri)).collect(),
+        "gltf" | "glb" => {
+            let found = |uri: String| locate(folder, &percent_decoded(&uri)).or_else(|| locate(folder, &uri));
+            gltf_uris(mesh).into_iter().filter_map(found).collect()
+        }
         _ => Vec::new(),
     };
-    files.retain(|file| file.is_file());
     files.sort();
     files.dedup();
     files
 }
 
-/// A material library and the images that it names.
-fn with_maps(library: &Path) -> Vec<PathBuf> {
-    let folder = library.parent().unwrap_or(Path::new(""));
-    let maps = named_in_lines(library, &["map_Kd", "map_kd"], None);
-    // options come first, the name last; a name with blanks is tried whole as well
-    let names = maps.iter().flat_map(|rest| [Some(rest.as_str()), rest.split_whitespace().last()]).flatten();
-    std::iter::once(library.to_owned()).chain(names.map(|name| folder.join(name.replace('\\', "/")))).collect()
+/// A material library and the images that it names, beside it or in the mesh's folder.
+fn with_maps(library: PathBuf, mesh_folder: &Path) -> Vec<PathBuf> {
+    let folder = library.parent().unwrap_or(Path::new("")).to_owned();
+    let maps = named_in_lines(&library, &["map_Kd", "map_kd"], None);
+    // options come first, and the name, which may hold blanks, last
+    let names = maps.iter().flat_map(|rest| {
+        let starts = rest.char_indices().filter(|&(i, _)| i == 0 || rest[..i].ends_with(char::is_whitespace));
+        starts.map(|(i, _)| &rest[i..])
+    });
+    let found: Vec<PathBuf> =
+        names.flat_map(|name| [folder.as_path(), mesh_folder].map(|folder| locate(folder, name))).flatten().collect();
+    std::iter::once(library).chain(found).collect()
 }
 
 /// What follows one of `words` at the beginning of a line, up to the line `end`.
@@ -59,7 +70,7 @@ fn named_in_lines(path: &Path, words: &[&str], end: Option<&str>) -> Vec<String>
             continue;
         }
         let text = String::from_utf8_lossy(&line);
-        let text = text.trim();
+        let text = text.trim_start_matches('\u{feff}').trim();
         if end == Some(text) {
             return names;
         }
@@ -76,7 +87,7 @@ fn gltf_uris(path: &Path) -> Vec<String> {
     objects
         .filter_map(|object| object.get("uri")?.as_str())
         .filter(|uri| !uri.starts_with("data:"))
-        .map(|uri| uri.replace("%20", " "))
+        .map(str::to_owned)
         .collect()
 }
 
@@ -113,6 +124,11 @@ mod tests {
         write("scan.obj", b"v 0 0 0\nmtllib scan.mtl\r\nmtllib missing.mtl\nf 1 1 1\n");
         write("scan.mtl", b"newmtl a\nmap_Kd -s 1 1 1 stone.png\nmap_Kd a b.jpg\nmap_Ks gloss.png\n");
         assert_eq!(names(folder.path(), "scan.obj"), ["a b.jpg", "scan.mtl", "stone.png"]);
+        fs::create_dir(folder.path().join("maps")).unwrap();
+        write("maps/inner.png", b"");
+        write("maps/sub.mtl", b"newmtl a\nmap_Kd inner.png\nmap_Kd -s 1 1 1 C:\\disk\\A B.JPG\n");
+        write("far.obj", "\u{feff}mtllib maps/sub.mtl\n".as_bytes());
+        assert_eq!(names(folder.path(), "far.obj"), ["a b.jpg", "maps/inner.png", "maps/sub.mtl"]);
         write("scan.ply", b"ply\ncomment TextureFile skin.jpg\nend_header\ncomment TextureFile stone.png\n");
         assert_eq!(names(folder.path(), "scan.ply"), ["skin.jpg"]);
         let json = br#"{"buffers":[{"uri":"data.bin"},{"uri":"data:x"}],"images":[{"uri":"wood.png"},{"bufferView":1}]}"#;
@@ -122,6 +138,9 @@ mod tests {
         binary.extend([0; 9]);
         write("scan.glb", &binary);
         assert_eq!(names(folder.path(), "scan.glb"), ["data.bin", "wood.png"]);
+        write("stein (ä).bin", b"");
+        write("escaped.gltf", r#"{"buffers":[{"uri":"stein%20(%C3%A4).bin"},{"uri":"Elsewhere/DATA.BIN"}]}"#.as_bytes());
+        assert_eq!(names(folder.path(), "escaped.gltf"), ["data.bin", "stein (ä).bin"]);
         write("scan.stl", b"solid");
         assert!(names(folder.path(), "scan.stl").is_empty() && names(folder.path(), "nothing.obj").is_empty());
         write("noise.gltf", &[0xFF; 64]);

@@ -66,7 +66,8 @@ impl<'a> Textures<'a> {
 
 /// A file that a mesh file names: as it is written, else (names from other people's disks) its last part in the same folder, else
 /// the same in other capitals.
-pub(crate) fn locate(folder: &Path, name: &str) -> Option<PathBuf> {
+#[must_use]
+pub fn locate(folder: &Path, name: &str) -> Option<PathBuf> {
     let name = name.trim().trim_matches('"').replace('\\', "/");
     let written = folder.join(&name);
     if written.is_file() {

@@ -25,6 +25,8 @@ mod stl;
 mod wedges;
 
 pub use error::{ImportError, ImportReport, Place};
+pub use gltf::percent_decoded;
+pub use material::locate;
 
 use crate::Mesh;
 use crate::place::Placement;

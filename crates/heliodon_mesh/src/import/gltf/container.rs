@@ -73,8 +73,9 @@ pub(super) fn data_uri(uri: &str) -> Option<Vec<u8>> {
     Some(out)
 }
 
-/// `%20` and the like as the characters they stand for.
-pub(super) fn percent_decoded(uri: &str) -> String {
+/// The file name that a glTF file's relative URI stands for: `%20` and the like as the characters they stand for.
+#[must_use]
+pub fn percent_decoded(uri: &str) -> String {
     let bytes = uri.as_bytes();
     let mut out = Vec::with_capacity(bytes.len());
     let mut at = 0;

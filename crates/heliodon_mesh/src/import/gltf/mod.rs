@@ -13,6 +13,8 @@ mod meshopt;
 mod model;
 mod scene;
 
+pub use container::percent_decoded;
+
 use super::ImportOptions;
 use super::assembly::Assembly;
 use super::error::{ImportError, ImportReport, Place};
