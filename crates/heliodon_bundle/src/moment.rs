@@ -17,6 +17,7 @@ use crate::site::TimeOfDay;
 use glam::Vec3;
 use heliodon_math::frame::unit_or;
 use heliodon_sky::lapse::{Lapse, LapseStep};
+use std::borrow::Borrow;
 
 /// How the steps of a lapse are joined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -64,10 +65,10 @@ pub struct Shading {
     pub sky: Vec<Vec3>,
 }
 
-/// A lapse with its times and sun steps worked out, from which moments are made.
+/// A lapse with its times and sun steps worked out, from which moments are made; `L` is the lapse or a reference to one.
 #[derive(Clone, Debug)]
-pub struct Day<'a> {
-    lapse: &'a Lapse,
+pub struct Day<L> {
+    lapse: L,
     /// Seconds after midnight of every entry.
     times: Vec<f64>,
     /// The first entry of every run of entries with the same mask bit.
@@ -81,18 +82,23 @@ struct Between {
     fraction: f32,
 }
 
-impl<'a> Day<'a> {
+impl<L: Borrow<Lapse>> Day<L> {
     /// Works out the times of a lapse that [`crate::check_lapse`] has passed, as those of [`crate::BundleReader`] are; entries whose time
     /// does not parse, and an empty lapse, are a caller's mistake that shows as a moment of darkness at midnight.
     #[must_use]
-    pub fn new(lapse: &'a Lapse) -> Self {
+    pub fn new(lapse: L) -> Self {
+        let steps = &lapse.borrow().steps;
         let time = |step: &LapseStep| step.time.parse::<TimeOfDay>().map_or(0.0, |t| f64::from(t.seconds()));
-        let starts_run = |i: &usize| *i == 0 || lapse.steps[*i].mask_bit != lapse.steps[*i - 1].mask_bit;
-        Self {
-            lapse,
-            times: lapse.steps.iter().map(time).collect(),
-            sun_entries: (0..lapse.steps.len()).filter(starts_run).collect(),
-        }
+        let starts_run = |i: &usize| *i == 0 || steps[*i].mask_bit != steps[*i - 1].mask_bit;
+        let times = steps.iter().map(time).collect();
+        let sun_entries = (0..steps.len()).filter(starts_run).collect();
+        Self { lapse, times, sun_entries }
+    }
+
+    /// The lapse.
+    #[must_use]
+    pub fn lapse(&self) -> &Lapse {
+        self.lapse.borrow()
     }
 
     /// The first and the last entry's time, seconds after midnight.
@@ -122,7 +128,7 @@ impl<'a> Day<'a> {
     }
 
     fn join(&self, seconds: f64, entries: Between, suns: Between) -> Moment {
-        let steps = &self.lapse.steps;
+        let steps = &self.lapse().steps;
         let mut moment = Moment {
             seconds,
             entries: entries.pair,
@@ -174,7 +180,7 @@ impl<'a> Day<'a> {
             }
             (None, None) => {}
         }
-        if let Some(basis) = &self.lapse.sun_bounce_basis {
+        if let Some(basis) = &self.lapse().sun_bounce_basis {
             let [w0, w1] = moment.mask_weights;
             let value = |function: &Vec<f32>, bit: u32| function.get(bit as usize).copied().unwrap_or(0.0);
             let functions = basis.functions.iter();
