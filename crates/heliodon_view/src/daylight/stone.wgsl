@@ -43,5 +43,5 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
 #ifdef TEXTURED
     albedo *= textureSample(albedo_texture, albedo_sampler, in.uv).rgb;
 #endif
-    return vec4<f32>(display(in.light * albedo), 1.0);
+    return vec4<f32>(display(in.light * albedo, in.clip.xy), 1.0);
 }

@@ -40,5 +40,5 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
     let inside = clamp((view.sun_direction.w - distance(d, view.sun_direction.xyz)) * view.sun_disc.w, 0.0, 1.0);
     // The horizon hides what of the disc is below it.
     radiance += select(0.0, inside, d.y >= 0.0) * view.sun_disc.rgb;
-    return vec4<f32>(display(radiance), 1.0);
+    return vec4<f32>(display(radiance, in.clip.xy), 1.0);
 }

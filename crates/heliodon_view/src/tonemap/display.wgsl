@@ -1,4 +1,5 @@
-// From scene light to what the display shows. Mirrors tonemap/mod.rs; `CURVE` and `ENCODE` are prepended.
+// From scene light to what the display shows. Mirrors tonemap/mod.rs and codes.rs; `CURVE`, `ENCODE` and `DITHER` are
+// prepended.
 //
 // Filmic curve: John Hable, "Filmic Tonemapping Operators", 2010 (as used in Uncharted 2), with its published constants.
 
@@ -16,8 +17,14 @@ fn srgb_from_linear(linear: vec3<f32>) -> vec3<f32> {
     return select(high, low, linear <= vec3<f32>(0.0031308));
 }
 
-// `exposed` is radiance times 2^stops.
-fn display(exposed: vec3<f32>) -> vec3<f32> {
+// Interleaved gradient noise in [-1/2, 1/2): Jorge Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare",
+// 2014. One 8-bit code of it (a hair less, so that white stays white) before the target rounds leaves no bands in slow gradients.
+fn dither(pixel: vec2<f32>) -> f32 {
+    return (0.99 / 255.0) * (fract(52.9829189 * fract(dot(pixel, vec2<f32>(0.06711056, 0.00583715)))) - 0.5);
+}
+
+// `exposed` is radiance times 2^stops, `pixel` the fragment's place in the target.
+fn display(exposed: vec3<f32>, pixel: vec2<f32>) -> vec3<f32> {
     if (CURVE == CURVE_LINEAR) {
         return min(exposed, vec3<f32>(65504.0));
     }
@@ -27,7 +34,13 @@ fn display(exposed: vec3<f32>) -> vec3<f32> {
         shown = clamp(hable(2.0 * max(exposed, vec3<f32>(0.0))) / white, vec3<f32>(0.0), vec3<f32>(1.0));
     }
     if (ENCODE) {
-        return srgb_from_linear(shown);
+        return srgb_from_linear(shown) + dither(pixel);
+    }
+    if (DITHER) {
+        // The target encodes: a code spans as much linear light as the inverse of its encoding is steep, 2.275 v^(7/12) above
+        // the straight part, here within a tenth from v = 0.01 on, and a fifth more at the least.
+        let root = sqrt(shown);
+        return shown + dither(pixel) * max(2.275 * root * (0.725 + 0.275 * root), vec3<f32>(1.0 / 12.92));
     }
     return shown;
 }

@@ -3,10 +3,12 @@
 //! The stone and the sky write what the display shows straight into Bevy's main texture, so no intermediate HDR target and
 //! no tone mapping pass are needed: on software Vulkan such a pass over 1024x768 pixels costs several milliseconds.
 
+pub mod codes;
+
 use bevy::render::render_resource::TextureFormat;
 use glam::Vec3;
 
-/// WGSL of [`display`]; wants `const CURVE: u32` and `const ENCODE: bool` before it.
+/// WGSL of [`display`]; wants `const CURVE: u32`, `const ENCODE: bool` and `const DITHER: bool` before it.
 pub(crate) const DISPLAY_WGSL: &str = include_str!("display.wgsl");
 
 /// How exposed light becomes a displayed value in [0, 1].
@@ -55,9 +57,17 @@ impl DisplayKey {
         matches!(self.format, TextureFormat::Rgba8Unorm | TextureFormat::Bgra8Unorm)
     }
 
+    /// Whether the target rounds to 8-bit codes.
+    fn dithers(self) -> bool {
+        self.encodes() || matches!(self.format, TextureFormat::Rgba8UnormSrgb | TextureFormat::Bgra8UnormSrgb)
+    }
+
     /// The WGSL that goes before a shader that calls `display`.
     pub(crate) fn wgsl(self) -> String {
-        format!("const CURVE: u32 = {}u;\nconst ENCODE: bool = {};\n{DISPLAY_WGSL}\n", self.curve.code(), self.encodes())
+        let (curve, encodes, dithers) = (self.curve.code(), self.encodes(), self.dithers());
+        format!(
+            "const CURVE: u32 = {curve}u;\nconst ENCODE: bool = {encodes};\nconst DITHER: bool = {dithers};\n{DISPLAY_WGSL}\n"
+        )
     }
 }
 
