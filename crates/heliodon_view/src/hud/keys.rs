@@ -5,6 +5,7 @@ use crate::navigation::MouseLook;
 use crate::stage::frame::StageFrame;
 use crate::time_lapse::exposure::Exposure;
 use crate::time_lapse::{Blend, TimeLapse};
+use bevy::input::keyboard::{Key, KeyboardInput};
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, save_to_disk};
 use bevy::window::{PrimaryWindow, WindowMode};
@@ -38,17 +39,16 @@ const SPEED_RANGE: (f32, f32) = (1.0 / 64.0, 16.0);
 
 pub(super) fn day_keys(
     keys: Res<ButtonInput<KeyCode>>,
+    mut typed: MessageReader<KeyboardInput>,
     mut lapse: ResMut<TimeLapse>,
     mut exposure: ResMut<Exposure>,
     mut frame: ResMut<StageFrame>,
 ) {
     for key in keys.get_just_pressed() {
         match key {
-            KeyCode::Space => lapse.playing = !lapse.playing,
+            KeyCode::Space => lapse.toggle_playing(),
             KeyCode::ArrowLeft => lapse.step(-1),
             KeyCode::ArrowRight => lapse.step(1),
-            KeyCode::BracketLeft => lapse.speed = (lapse.speed * 0.5).max(SPEED_RANGE.0),
-            KeyCode::BracketRight => lapse.speed = (lapse.speed * 2.0).min(SPEED_RANGE.1),
             KeyCode::KeyL => lapse.looping = !lapse.looping,
             KeyCode::KeyB => {
                 lapse.blend = match lapse.blend {
@@ -56,10 +56,21 @@ pub(super) fn day_keys(
                     Blend::Hard => Blend::Smooth,
                 }
             }
-            KeyCode::Equal | KeyCode::NumpadAdd => exposure.manual_stops += 0.25,
-            KeyCode::Minus | KeyCode::NumpadSubtract => exposure.manual_stops -= 0.25,
             KeyCode::KeyE => exposure.held = !exposure.held,
             KeyCode::KeyT => frame.curve = frame.curve.toggled(),
+            _ => {}
+        }
+    }
+    // Signs by what is written on the key, wherever a keyboard has them. Not by `ButtonInput<Key>`: if Shift is let go before
+    // the key, that takes the sign for held ever after.
+    for key in typed.read().filter(|key| key.state.is_pressed() && !key.repeat) {
+        let Key::Character(sign) = &key.logical_key else { continue };
+        match sign.as_str() {
+            "[" => lapse.speed = (lapse.speed * 0.5).max(SPEED_RANGE.0),
+            "]" => lapse.speed = (lapse.speed * 2.0).min(SPEED_RANGE.1),
+            // The one shares its key with the plus on many keyboards.
+            "+" | "=" => exposure.manual_stops += 0.25,
+            "-" => exposure.manual_stops -= 0.25,
             _ => {}
         }
     }
@@ -113,6 +124,39 @@ fn picture_name(clock: &str, taken: impl Fn(&str) -> bool) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bevy::input::ButtonState;
+
+    #[test]
+    fn signs_are_found_wherever_a_keyboard_has_them() {
+        let mut app = App::new();
+        app.init_resource::<ButtonInput<KeyCode>>()
+            .init_resource::<TimeLapse>()
+            .init_resource::<Exposure>()
+            .init_resource::<StageFrame>()
+            .add_message::<KeyboardInput>()
+            .add_systems(Update, day_keys);
+        let mut press = |sign: &str, key_code: KeyCode, state: ButtonState, repeat: bool| {
+            app.world_mut().write_message(KeyboardInput {
+                key_code,
+                logical_key: Key::Character(sign.into()),
+                state,
+                text: None,
+                repeat,
+                window: Entity::PLACEHOLDER,
+            });
+            app.update();
+            (app.world().resource::<TimeLapse>().speed, app.world().resource::<Exposure>().manual_stops)
+        };
+        // A German keyboard has its plus where the American has a bracket.
+        assert_eq!(press("+", KeyCode::BracketRight, ButtonState::Pressed, false), (1.0, 0.25));
+        assert_eq!(press("+", KeyCode::BracketRight, ButtonState::Pressed, true), (1.0, 0.25));
+        assert_eq!(press("]", KeyCode::Digit9, ButtonState::Pressed, false), (2.0, 0.25));
+        assert_eq!(press("[", KeyCode::Digit8, ButtonState::Pressed, false), (1.0, 0.25));
+        assert_eq!(press("-", KeyCode::Slash, ButtonState::Pressed, false), (1.0, 0.0));
+        // Shift was let go first, so that the key that comes up is another sign.
+        assert_eq!(press("=", KeyCode::Equal, ButtonState::Released, false), (1.0, 0.0));
+        assert_eq!(press("+", KeyCode::Equal, ButtonState::Pressed, false), (1.0, 0.25));
+    }
 
     #[test]
     fn pictures_never_overwrite_others() {

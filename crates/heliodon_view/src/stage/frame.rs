@@ -15,7 +15,7 @@ pub struct StageFrame {
     /// Where the stone comes from.
     pub feed: Option<Arc<Feed>>,
     /// The light of the moment, once a bundle is open.
-    pub moment: Option<Moment>,
+    pub moment: Option<Arc<Moment>>,
     /// Exposure in stops.
     pub exposure_stops: f32,
     /// The tone curve.
