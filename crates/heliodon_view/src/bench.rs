@@ -2,6 +2,7 @@
 
 use crate::HeliodonPlugins;
 use crate::daylight::DaylightCamera;
+use crate::headless::fault::DeviceFault;
 use crate::navigation::pose::{Pose, fov_deg};
 use crate::stage::{Stage, StageStatus};
 use crate::time_lapse::TimeLapse;
@@ -18,6 +19,7 @@ use heliodon_bundle::ReadError;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
+use thiserror::Error;
 
 /// What is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,8 +49,25 @@ impl Default for FrameBench {
 /// How far a swaying eye goes.
 const SWAY_M: f32 = 0.01;
 
+/// Why there is no measurement.
+#[derive(Debug, Error)]
+pub enum BenchError {
+    /// The bundle cannot be opened.
+    #[error(transparent)]
+    Bundle(#[from] ReadError),
+    /// The bundle could not be read to its end.
+    #[error("{0}")]
+    Loading(String),
+    /// The GPU failed.
+    #[error("the GPU failed: {0}")]
+    Device(String),
+    /// Something else ended the program before all frames were drawn.
+    #[error("the frames ended before they were counted: {0:?}")]
+    Ended(AppExit),
+}
+
 /// What was found.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FrameTimes {
     /// Mean time of a frame.
     pub mean_ms: f64,
@@ -84,7 +103,7 @@ fn processor_ms() -> Option<f64> {
 struct Counted {
     frames: u32,
     begun: Option<(Instant, Option<f64>)>,
-    found: FrameTimes,
+    found: Option<Result<FrameTimes, BenchError>>,
 }
 
 #[derive(Resource, Clone, Default)]
@@ -94,11 +113,11 @@ struct Clock(Arc<Mutex<Counted>>);
 /// Without a folder, an empty scene, for comparison.
 ///
 /// # Errors
-/// If it is no bundle.
+/// If it is no bundle or cannot be read to its end, or the GPU fails: a frame that was not drawn is no measurement.
 ///
 /// # Panics
 /// Without any GPU driver, as Bevy does.
-pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTimes, ReadError> {
+pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTimes, BenchError> {
     let mut app = App::new();
     app.add_plugins(
         DefaultPlugins
@@ -123,15 +142,26 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
         }
     }
     let clock = Clock::default();
-    app.insert_resource(clock.clone()).add_systems(
+    let fault = DeviceFault::start(&mut app);
+    app.insert_resource(clock.clone()).insert_resource(fault.clone()).add_systems(
         Update,
         move |stage: Res<Stage>,
               clock: Res<Clock>,
+              fault: Res<DeviceFault>,
               adapter: Option<Res<RenderAdapterInfo>>,
               mut cameras: Query<&mut Transform, With<DaylightCamera>>,
               mut lapse: ResMut<TimeLapse>,
               mut exit: MessageWriter<AppExit>| {
             let mut clock = clock.0.lock().unwrap_or_else(PoisonError::into_inner);
+            let failed = match stage.status() {
+                StageStatus::Failed(what) => Some(BenchError::Loading(what.clone())),
+                _ => fault.first().map(BenchError::Device),
+            };
+            if let Some(error) = failed {
+                clock.found = Some(Err(error));
+                exit.write(AppExit::error());
+                return;
+            }
             if !(stage.is_complete() || *stage.status() == StageStatus::Empty) {
                 return;
             }
@@ -150,18 +180,23 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
             if clock.frames >= bench.warm_up.max(1) + bench.frames.max(1) {
                 let frames = f64::from(bench.frames.max(1));
                 if let Some((start, before)) = clock.begun {
-                    clock.found = FrameTimes {
+                    clock.found = Some(Ok(FrameTimes {
                         mean_ms: start.elapsed().as_secs_f64() * 1e3 / frames,
                         processor_ms: before.zip(processor_ms()).map(|(before, after)| (after - before) / frames),
                         device: adapter.map_or_else(String::new, |info| info.name.clone()),
                         resident_bytes: resident_bytes(),
-                    };
+                    }));
                 }
                 exit.write(AppExit::Success);
             }
         },
     );
-    app.run();
-    let times = clock.0.lock().unwrap_or_else(PoisonError::into_inner).found.clone();
-    Ok(times)
+    let exit = app.run();
+    let found = clock.0.lock().unwrap_or_else(PoisonError::into_inner).found.take();
+    // The last frame is drawn beside the program.
+    match (found, fault.first()) {
+        (Some(Ok(_)), Some(what)) => Err(BenchError::Device(what)),
+        (Some(found), _) => found,
+        (None, _) => Err(BenchError::Ended(exit)),
+    }
 }

@@ -6,6 +6,7 @@
 //! so what it never sees is the cheapest frame time there is. The measures are in docs/decisions/008-drawing-stone.md.
 
 use super::layout::BLOCK;
+use super::view::Eye;
 use glam::{Vec3, Vec4};
 use heliodon_math::frame::unit_or;
 use std::ops::Range;
@@ -31,13 +32,17 @@ pub struct Cluster {
 }
 
 impl Cluster {
-    /// Whether every triangle shows its back to an eye at `eye`.
+    /// Whether every triangle shows its back to `eye`.
     ///
     /// With `u` the unit vector from the eye to a point of the cluster, all backs show where the angle between `u` and the axis
-    /// is less than 90 degrees minus the cone's; the sphere's radius covers all points (as in meshoptimizer's cluster bounds).
+    /// is less than 90 degrees minus the cone's; the sphere's radius covers all points (as in meshoptimizer's cluster bounds). A parallel
+    /// view has one `u` for all points.
     #[must_use]
-    pub fn faces_away(&self, eye: Vec3) -> bool {
-        let to_center = self.center - eye;
+    pub fn faces_away(&self, eye: Eye) -> bool {
+        let to_center = match eye {
+            Eye::At(eye) => self.center - eye,
+            Eye::Along(forward) => return forward.dot(self.cone_axis) >= self.cone_cutoff,
+        };
         to_center.dot(self.cone_axis) >= self.cone_cutoff * to_center.length() + self.radius
     }
 
@@ -204,7 +209,7 @@ mod tests {
         let made = cluster(&positions, &triangles);
         let mut culled = 0;
         for eye in fibonacci_sphere(50).into_iter().map(|d| d * 30.0) {
-            for one in made.clusters.iter().filter(|one| one.faces_away(eye)) {
+            for one in made.clusters.iter().filter(|one| one.faces_away(Eye::At(eye))) {
                 culled += 1;
                 for t in made.indices[one.indices.start as usize..one.indices.end as usize].chunks_exact(3) {
                     let [a, b, c] = [0, 1, 2].map(|k| positions[made.vertices[usize::from(t[k])] as usize]);
@@ -216,10 +221,27 @@ mod tests {
     }
 
     #[test]
+    fn parallel_views_cull_by_their_direction_alone() {
+        let (positions, triangles) = cylinder(60);
+        let made = cluster(&positions, &triangles);
+        let mut culled = 0;
+        for forward in fibonacci_sphere(50) {
+            for one in made.clusters.iter().filter(|one| one.faces_away(Eye::Along(forward))) {
+                culled += 1;
+                for t in made.indices[one.indices.start as usize..one.indices.end as usize].chunks_exact(3) {
+                    let [a, b, c] = [0, 1, 2].map(|k| positions[made.vertices[usize::from(t[k])] as usize]);
+                    assert!((b - a).cross(c - a).dot(forward) >= -1e-4);
+                }
+            }
+        }
+        assert!(culled > 50 * made.clusters.len() / 4, "{culled} of {}", 50 * made.clusters.len());
+    }
+
+    #[test]
     fn nothing_and_degenerate_triangles_are_taken() {
         assert!(cluster(&[], &[]).clusters.is_empty());
         let made = cluster(&[Vec3::ZERO; 3], &[[0, 1, 2]]);
         assert_eq!(made.clusters.len(), 1);
-        assert!(!made.clusters[0].faces_away(Vec3::Z) || made.clusters[0].radius == 0.0);
+        assert!(!made.clusters[0].faces_away(Eye::At(Vec3::Z)) || made.clusters[0].radius == 0.0);
     }
 }

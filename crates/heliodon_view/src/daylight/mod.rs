@@ -36,6 +36,7 @@ use wgpu::DeviceType;
 /// A camera that sees the stage. It writes display values itself, so Bevy's tone mapping and dithering are off; multisampling
 /// is off unless you ask for it.
 #[derive(Component, Clone, Copy, Debug, Default, ExtractComponent)]
+#[extract_component_sync_target((Self, prepare::StageView))]
 #[require(
     Camera3d,
     Tonemapping = Tonemapping::None,

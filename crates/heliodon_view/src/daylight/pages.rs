@@ -5,16 +5,15 @@
 
 use super::chunk::{KeptChunk, PreparedChunk};
 use super::layout::{BLOCK, VertexLayout};
-use bevy::render::render_resource::{
-    BindGroup, BindGroupEntries, BindGroupLayout, Buffer, BufferDescriptor, BufferUsages, TextureView,
-};
+use crate::stage::texture::LevelledTexture;
+use bevy::render::render_resource::{BindGroup, BindGroupEntries, BindGroupLayout, Buffer, BufferDescriptor, BufferUsages};
 use bevy::render::renderer::{RenderDevice, RenderQueue};
 use std::sync::Arc;
 
 /// The largest buffer of a page; half of the least that a device must bind, so that a page more or less costs little.
 const MAX_BUFFER_BYTES: u64 = 64 << 20;
 
-/// How much of a bundle is still to come: pages are not made larger than that.
+/// How much of a bundle is still to come, of what goes into the same pages: they are not made larger than that.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Remaining {
     /// Vertices.
@@ -24,6 +23,40 @@ pub struct Remaining {
     /// Chunks.
     pub chunks: u64,
 }
+
+impl Remaining {
+    /// Adds a chunk.
+    pub fn add(&mut self, vertices: u64, triangles: u64) {
+        self.vertices += vertices;
+        self.triangles += triangles;
+        self.chunks += 1;
+    }
+
+    /// What of this is left after `done`.
+    #[must_use]
+    pub fn after(self, done: Self) -> Self {
+        Self {
+            vertices: self.vertices.saturating_sub(done.vertices),
+            triangles: self.triangles.saturating_sub(done.triangles),
+            chunks: self.chunks.saturating_sub(done.chunks),
+        }
+    }
+
+    /// Room for vertices and indices in a page of these, of which `vertices` and `indices` come next.
+    fn room(self, layout: VertexLayout, vertices: u32, indices: u32) -> (u32, u32) {
+        let wanted_vertices = in_blocks(self.vertices + self.chunks * u64::from(BLOCK));
+        let wanted_indices = self.triangles * 3 + self.chunks * 2;
+        let most = in_blocks(MAX_BUFFER_BYTES / (4 * u64::from(layout.words()).max(3)) - u64::from(BLOCK));
+        let room = wanted_vertices.min(most).max(u64::from(vertices));
+        // Where not all vertices fit, neither need all indices; chunks have more triangles a vertex here and fewer there.
+        let share = room as f64 / wanted_vertices.max(1) as f64 * INDEX_SLACK;
+        let index_room = (wanted_indices as f64 * share.min(1.0)).ceil() as u64;
+        (room as u32, index_room.min(MAX_BUFFER_BYTES / 2).max(u64::from(indices)) as u32)
+    }
+}
+
+/// How many times a page's share of the indices it has room for.
+const INDEX_SLACK: f64 = 1.125;
 
 /// Buffers that several chunks share.
 #[derive(Debug)]
@@ -71,8 +104,8 @@ pub struct GpuChunk {
 pub struct GpuTexture {
     /// What the stone shader binds.
     pub bind_group: BindGroup,
-    /// Keeps the texture.
-    pub view: TextureView,
+    /// The image.
+    pub texture: LevelledTexture,
 }
 
 impl Page {
@@ -129,7 +162,7 @@ fn in_blocks(vertices: u64) -> u64 {
     vertices.next_multiple_of(u64::from(BLOCK))
 }
 
-/// Puts a chunk into the last page, or into a new one.
+/// Puts a chunk into a page that has room, or into a new one for what is `remaining`, this chunk included.
 pub fn upload(
     device: &RenderDevice,
     queue: &RenderQueue,
@@ -148,11 +181,7 @@ pub fn upload(
     let page = match pages.iter().position(|page| page.fits(vertices, indices, textured)) {
         Some(page) => page,
         None => {
-            let most = in_blocks(MAX_BUFFER_BYTES / (4 * u64::from(layout.words()).max(3)) - u64::from(BLOCK));
-            let wanted = in_blocks(remaining.vertices + remaining.chunks * u64::from(BLOCK));
-            let room = wanted.min(most).max(u64::from(vertices)) as u32;
-            let wanted = remaining.triangles * 3 + remaining.chunks * 2;
-            let index_room = wanted.min(MAX_BUFFER_BYTES / 2).max(u64::from(indices)) as u32;
+            let (room, index_room) = remaining.room(layout, vertices, indices);
             pages.push(Page::new(device, layout, light_layout, room, index_room, textured));
             pages.len() - 1
         }
@@ -181,5 +210,36 @@ pub fn upload(
         texture: chunk.texture,
         closed: false,
         lit_at: vec![0; kept.positions.len().div_ceil(BLOCK as usize)],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use heliodon_bundle::LightLayout;
+
+    #[test]
+    fn pages_have_room_for_what_comes_and_little_more() {
+        let layout = VertexLayout(LightLayout { sun_steps: 92, coefficients: 4, channels: 3, sun_bounce_functions: 28 });
+        let all = Remaining { vertices: 3_000_000, triangles: 5_800_000, chunks: 400 };
+        let mut left = all;
+        let (mut vertices, mut indices) = (0u64, 0u64);
+        while left.chunks > 0 {
+            let (room, index_room) = left.room(layout, 10_240, 58_000);
+            assert!(u64::from(room) * 4 * u64::from(layout.words()) <= MAX_BUFFER_BYTES);
+            (vertices, indices) = (vertices + u64::from(room), indices + u64::from(index_room));
+            let chunks = (u64::from(room) / 7_756).min(u64::from(index_room) / 43_502).min(left.chunks);
+            assert!(chunks > 0, "a page takes a chunk");
+            left = left.after(Remaining { vertices: chunks * 7_500, triangles: chunks * 14_500, chunks });
+        }
+        assert!(vertices < all.vertices * 6 / 5 && indices < all.triangles * 3 * 6 / 5, "{vertices} {indices}");
+    }
+
+    #[test]
+    fn a_small_bundle_takes_one_page_of_its_size() {
+        let layout = VertexLayout(LightLayout { sun_steps: 1, coefficients: 4, channels: 1, sun_bounce_functions: 0 });
+        let all = Remaining { vertices: 100, triangles: 30, chunks: 1 };
+        assert_eq!(all.room(layout, 256, 90), (512, 92));
+        assert_eq!(Remaining::default().room(layout, 256, 90), (256, 90), "what was not announced has room all the same");
     }
 }

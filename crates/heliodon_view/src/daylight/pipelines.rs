@@ -112,6 +112,8 @@ pub struct StagePipelines {
     /// The dome's two maps.
     pub sky_layout: BindGroupLayoutDescriptor,
     made: HashMap<PipelineKey, CachedRenderPipelineId>,
+    /// Bevy's cache frees none: bundles of one layout share theirs.
+    light_made: Vec<(VertexLayout, CachedComputePipelineId)>,
     shaders: u128,
 }
 
@@ -151,6 +153,7 @@ impl Default for StagePipelines {
                 ),
             ),
             made: HashMap::new(),
+            light_made: Vec::new(),
             shaders: 0,
         }
     }
@@ -168,14 +171,19 @@ impl StagePipelines {
 
     /// The light pipeline for a bundle's layout.
     pub fn light(&mut self, cache: &mut PipelineCache, layout: VertexLayout) -> CachedComputePipelineId {
+        if let Some((_, id)) = self.light_made.iter().find(|(made, _)| *made == layout) {
+            return *id;
+        }
         let shader = self.shader(cache, layout.light_wgsl(), "light");
-        cache.queue_compute_pipeline(ComputePipelineDescriptor {
+        let id = cache.queue_compute_pipeline(ComputePipelineDescriptor {
             label: Some("stone_light".into()),
             layout: vec![self.moment_layout.clone(), self.light_layout.clone()],
             shader,
             entry_point: Some("main".into()),
             ..default()
-        })
+        });
+        self.light_made.push((layout, id));
+        id
     }
 
     /// The colour pipeline for a target.

@@ -5,12 +5,13 @@ use super::moment::MomentUniform;
 use super::pages::{GpuChunk, GpuTexture, Page, Remaining, upload};
 use super::pipelines::{PipelineKey, SUBJECTS, StagePipelines};
 use super::sight::{Sight, SightKey};
-use super::view::{ClusterRef, Draw, ViewUniform, cull, draw_of, join_draws};
+use super::view::{ClusterRef, Draw, Eye, ViewUniform, cull, draw_of, join_draws};
 use super::{DaylightCamera, allocator};
 use crate::sky::SkyResources;
 use crate::stage::feed::Delivery;
 use crate::stage::frame::StageFrame;
-use crate::stage::texture;
+use crate::stage::texture::{self, LevelledTexture};
+use bevy::core_pipeline::prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass, NormalPrepass};
 use bevy::prelude::*;
 use bevy::render::camera::ExtractedCamera;
 use bevy::render::render_asset::RenderAssets;
@@ -35,7 +36,8 @@ pub struct StageGpu {
     /// Base colour images.
     pub textures: Vec<GpuTexture>,
     sampler: Option<Sampler>,
-    uploaded: Remaining,
+    /// Chunks without and with a texture that are there.
+    uploaded: [Remaining; 2],
     moment: Option<MomentUniform>,
     moment_serial: u64,
     moment_buffer: Option<(Buffer, BindGroup)>,
@@ -111,14 +113,22 @@ pub fn receive(
     while bytes < UPLOAD_BYTES_A_FRAME {
         match feed.next() {
             None => break,
-            Some(Delivery::Texture(image)) => {
-                bytes += image.pixels.len() * 4;
-                let view = texture::upload(&device, &queue, &image);
-                let sampler = gpu.sampler.get_or_insert_with(|| texture::sampler(&device, !gpu.software));
-                let layout = cache.get_bind_group_layout(&pipelines.texture_layout);
-                let entries = BindGroupEntries::sequential((&view, &*sampler));
-                let bind_group = device.create_bind_group("stone_texture", &layout, &entries);
-                gpu.textures.push(GpuTexture { bind_group, view });
+            Some(Delivery::Texture(level)) => {
+                bytes += level.image.pixels.len() * 4;
+                if gpu.textures.len() == level.texture
+                    && let Some(texture) = LevelledTexture::new(&device, &level.image)
+                {
+                    let sampler = gpu.sampler.get_or_insert_with(|| texture::sampler(&device, !gpu.software));
+                    let layout = cache.get_bind_group_layout(&pipelines.texture_layout);
+                    let view = texture.view();
+                    let entries = BindGroupEntries::sequential((&view, &*sampler));
+                    let bind_group = device.create_bind_group("stone_texture", &layout, &entries);
+                    gpu.textures.push(GpuTexture { bind_group, texture });
+                }
+                // Levels that are too large for the device are passed over.
+                if let Some(to) = gpu.textures.get_mut(level.texture) {
+                    to.texture.write(&queue, &level.image);
+                }
             }
             Some(Delivery::Closed(closed)) => {
                 gpu.closed_known = true;
@@ -126,14 +136,9 @@ pub fn receive(
             }
             Some(Delivery::Chunk(chunk)) => {
                 bytes += chunk.baked.len() * 4 + chunk.kept.positions.len() * 16;
-                let remaining = Remaining {
-                    vertices: feed.total.vertices.saturating_sub(gpu.uploaded.vertices),
-                    triangles: feed.total.triangles.saturating_sub(gpu.uploaded.triangles),
-                    chunks: feed.total.chunks.saturating_sub(gpu.uploaded.chunks),
-                };
-                gpu.uploaded.vertices += chunk.kept.positions.len() as u64;
-                gpu.uploaded.triangles += chunk.kept.indices.len() as u64 / 3;
-                gpu.uploaded.chunks += 1;
+                let kind = usize::from(!chunk.uvs.is_empty());
+                let remaining = feed.total[kind].after(gpu.uploaded[kind]);
+                gpu.uploaded[kind].add(chunk.kept.positions.len() as u64, chunk.kept.indices.len() as u64 / 3);
                 let placed = upload(&device, &queue, feed.layout, &light_layout, &mut gpu.pages, &chunk, remaining);
                 gpu.chunks.push(placed);
             }
@@ -153,6 +158,9 @@ const SETTLED_FRAMES: u32 = 8;
 /// What is needed of a camera.
 type SeenCamera = (Entity, &'static ExtractedCamera, &'static ExtractedView, &'static Msaa, Option<&'static mut StageView>);
 
+/// A camera for which Bevy draws guests' depth before the stone.
+type WithPrepass = Or<(With<DepthPrepass>, With<NormalPrepass>, With<MotionVectorPrepass>, With<DeferredPrepass>)>;
+
 /// Finds what each camera draws.
 #[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
 pub fn prepare_views(
@@ -165,7 +173,8 @@ pub fn prepare_views(
     queue: Res<RenderQueue>,
     images: Res<RenderAssets<GpuImage>>,
     fallback: Res<FallbackImage>,
-    sky: Res<SkyResources>,
+    mut sky: ResMut<SkyResources>,
+    prepassed: Query<(), WithPrepass>,
     mut views: Query<SeenCamera, With<DaylightCamera>>,
 ) {
     gpu.visible.clear();
@@ -175,7 +184,10 @@ pub fn prepare_views(
             commands.entity(entity).insert(StageView::default());
             continue;
         };
-        let eye = view.world_from_view.translation();
+        // The last row of a perspective is (0, 0, -1, 0), that of a parallel projection (0, 0, 0, 1).
+        let parallel = view.clip_from_view.w_axis.w == 1.0;
+        let forward = view.world_from_view.rotation() * Vec3::NEG_Z;
+        let eye = if parallel { Eye::Along(forward) } else { Eye::At(view.world_from_view.translation()) };
         let view_from_world = view.world_from_view.to_matrix().inverse();
         let clip_from_world = view.clip_from_world.unwrap_or_else(|| view.clip_from_view * view_from_world);
         let ids = SUBJECTS.map(|subject| {
@@ -189,8 +201,10 @@ pub fn prepare_views(
             samples: msaa.samples(),
             stage: (gpu.serial, gpu.chunks.len() + usize::from(gpu.closed_known)),
         };
-        // A frame without its pipelines would find that nothing is seen.
-        let may_ask = gpu.software && ids[..4].iter().all(|&id| cache.get_render_pipeline(id).is_some());
+        // A frame without its pipelines would find that nothing is seen, and one whose depth begins with guests would find that
+        // what they hide is not: they may move while the eye rests.
+        let may_ask =
+            gpu.software && !prepassed.contains(entity) && ids[..4].iter().all(|&id| cache.get_render_pipeline(id).is_some());
         let stage_view = &mut *stage_view;
         if stage_view.sight.next(&device, key, may_ask, |seen| cull(&gpu.chunks, &clip_from_world, eye, seen)) {
             stage_view.draws.clear();
@@ -205,8 +219,12 @@ pub fn prepare_views(
         let height = camera.physical_viewport_size.map_or(1, |size| size.y.max(1));
         let world_from_view = Mat4::from_quat(view.world_from_view.rotation());
         let pixel_rad = 2.0 / (view.clip_from_view.y_axis.y.abs().max(1e-6) * height as f32);
-        let uniform =
-            crate::sky::view_uniform(&frame, clip_from_world, world_from_view * view.clip_from_view.inverse(), pixel_rad);
+        let direction_from_clip = if parallel {
+            Mat4::from_cols(Vec4::ZERO, Vec4::ZERO, forward.extend(0.0), Vec4::ZERO)
+        } else {
+            world_from_view * view.clip_from_view.inverse()
+        };
+        let uniform = crate::sky::view_uniform(&frame, clip_from_world, direction_from_clip, pixel_rad);
         write_uniform(
             &mut stage_view.buffer,
             &device,

@@ -8,6 +8,7 @@
 use super::view::ClusterRef;
 use bevy::prelude::{Mat4, UVec4};
 use bevy::render::renderer::RenderDevice;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoder, MapMode, QuerySet, QuerySetDescriptor, QueryType};
 
@@ -36,6 +37,7 @@ pub struct Question {
     clusters: usize,
     resolved: Buffer,
     readable: Buffer,
+    asked: AtomicBool,
 }
 
 impl Question {
@@ -54,6 +56,7 @@ impl Question {
             clusters,
             resolved: buffer("stone_sight", BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
             readable: buffer("stone_sight_read", BufferUsages::MAP_READ | BufferUsages::COPY_DST),
+            asked: AtomicBool::new(false),
         }
     }
 
@@ -68,6 +71,7 @@ impl Question {
             encoder.resolve_query_set(set, 0..range.len() as u32, &self.resolved, range.start as u64 * ANSWER_BYTES);
         }
         encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.readable, 0, self.resolved.size());
+        self.asked.store(true, Ordering::Release);
     }
 }
 
@@ -113,6 +117,8 @@ impl Sight {
         }
         let (rest, changed) = match std::mem::take(&mut self.rest) {
             Rest::Moved if may_ask && !self.seen.is_empty() => (Rest::Asks(Question::new(device, self.seen.len())), true),
+            // The frame was not drawn, as in a minimised window: nobody asked, and an answer would be that nothing is seen.
+            Rest::Asks(question) if !question.asked.load(Ordering::Acquire) => (Rest::Moved, true),
             // The frame that asked was submitted.
             Rest::Asks(question) => {
                 let answer = Arc::new(OnceLock::new());

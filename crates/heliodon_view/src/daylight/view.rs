@@ -11,7 +11,7 @@ use std::ops::Range;
 pub struct ViewUniform {
     /// World to clip space.
     pub clip_from_world: Mat4,
-    /// Clip space at the near plane to directions.
+    /// Clip space at the near plane to directions; to one and the same in a parallel projection.
     pub direction_from_clip: Mat4,
     /// Direction to the sun; chord to the outside of the disc's edge.
     pub sun_direction: Vec4,
@@ -24,6 +24,25 @@ pub struct ViewUniform {
 /// Size of `View` in view.wgsl, which a test compares with what the shader's compiler says.
 pub const VIEW_BYTES: usize = 2 * 64 + 3 * 16;
 const _: () = assert!(size_of::<ViewUniform>() == VIEW_BYTES);
+
+/// Where a view is seen from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Eye {
+    /// From a point, in perspective.
+    At(Vec3),
+    /// From afar, along this unit direction: a parallel (orthographic) projection.
+    Along(Vec3),
+}
+
+impl Eye {
+    /// How far a box is.
+    fn distance(self, (low, high): (Vec3, Vec3)) -> f32 {
+        match self {
+            Self::At(eye) => eye.distance(eye.clamp(low, high)),
+            Self::Along(forward) => forward.dot((low + high) * 0.5) - forward.abs().dot((high - low) * 0.5),
+        }
+    }
+}
 
 /// One indexed draw.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -66,7 +85,7 @@ const BRIDGED_INDICES: u32 = 3 * 128;
 /// The clusters that a view meets, in the order in which they are drawn: those that show a front, the nearest chunk first; then
 /// those that show nothing but backs, unless they are part of a closed body. Stone is seen from both sides, but most backs lie
 /// behind fronts, and there the depth test refuses them before they are shaded.
-pub fn cull(chunks: &[GpuChunk], clip_from_world: &Mat4, eye: Vec3, seen: &mut Vec<ClusterRef>) {
+pub fn cull(chunks: &[GpuChunk], clip_from_world: &Mat4, eye: Eye, seen: &mut Vec<ClusterRef>) {
     let planes = frustum_planes(clip_from_world);
     let mut order: Vec<(f32, usize)> = Vec::new();
     for (index, chunk) in chunks.iter().enumerate() {
@@ -77,7 +96,7 @@ pub fn cull(chunks: &[GpuChunk], clip_from_world: &Mat4, eye: Vec3, seen: &mut V
             normal.dot(center) + plane.w >= -normal.abs().dot(half)
         });
         if inside {
-            order.push((eye.distance_squared(eye.clamp(low, high)), index));
+            order.push((eye.distance((low, high)), index));
         }
     }
     order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -166,7 +185,7 @@ mod tests {
         ];
         let clip = Mat4::perspective_infinite_reverse_rh(1.0, 1.0, 0.1);
         let mut seen = Vec::new();
-        cull(&chunks, &clip, Vec3::ZERO, &mut seen);
+        cull(&chunks, &clip, Eye::At(Vec3::ZERO), &mut seen);
         assert_eq!(seen.iter().map(|one| one.chunk).collect::<Vec<_>>(), [1, 0]);
         let mut draws = Vec::new();
         join_draws(&chunks, &seen, &mut draws);
@@ -181,12 +200,31 @@ mod tests {
         chunks[0].kept = Arc::new(turned);
         let clip = Mat4::perspective_infinite_reverse_rh(1.0, 1.0, 0.1);
         let mut seen = Vec::new();
-        cull(&chunks, &clip, Vec3::ZERO, &mut seen);
+        cull(&chunks, &clip, Eye::At(Vec3::ZERO), &mut seen);
         assert_eq!(seen.iter().map(|one| one.chunk).collect::<Vec<_>>(), [1, 0]);
         chunks[0].closed = true;
         seen.clear();
-        cull(&chunks, &clip, Vec3::ZERO, &mut seen);
+        cull(&chunks, &clip, Eye::At(Vec3::ZERO), &mut seen);
         assert_eq!(seen.iter().map(|one| one.chunk).collect::<Vec<_>>(), [1]);
+    }
+
+    #[test]
+    fn parallel_views_see_stone_beside_and_behind_the_eye() {
+        // A plan from above: the camera looks down, and what lies far from its axis shows its front as what lies on it.
+        let chunks = [quad_at(Vec3::new(30.0, 0.0, -5.0), 0), quad_at(Vec3::new(-30.0, 0.0, 20.0), 6)];
+        let clip = Mat4::orthographic_rh(-40.0, 40.0, -40.0, 40.0, 100.0, -100.0);
+        for (forward, wanted) in [(Vec3::NEG_Z, [1, 0]), (Vec3::Z, [0, 1])] {
+            let mut seen = Vec::new();
+            cull(&chunks, &clip, Eye::Along(forward), &mut seen);
+            assert_eq!(seen.iter().map(|one| one.chunk).collect::<Vec<_>>(), wanted);
+        }
+        let mut closed = chunks;
+        closed.iter_mut().for_each(|chunk| chunk.closed = true);
+        for (forward, wanted) in [(Vec3::NEG_Z, 2), (Vec3::Z, 0)] {
+            let mut seen = Vec::new();
+            cull(&closed, &clip, Eye::Along(forward), &mut seen);
+            assert_eq!(seen.len(), wanted);
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //! a pixel, so multisampling, which shades once a pixel, would leave their light noisy.
 
 mod downsample;
+pub(crate) mod fault;
 mod readback;
 
 use crate::HeliodonPlugins;
@@ -17,7 +18,6 @@ use crate::stage::{Stage, StageStatus};
 use crate::time_lapse::exposure::Exposure;
 use crate::time_lapse::{Blend, TimeLapse};
 use crate::tonemap::ToneCurve;
-use bevy::app::PluginsState;
 use bevy::camera::RenderTarget;
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
@@ -27,6 +27,7 @@ use bevy::render::{RenderApp, RenderPlugin};
 use bevy::time::TimeUpdateStrategy;
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
+use fault::DeviceFault;
 use heliodon_bundle::{BundleReader, ReadError};
 use heliodon_image::{HdrImage, SrgbImage};
 use readback::{Pending, ReadbackError, begin_readback};
@@ -57,6 +58,12 @@ pub enum HeadlessError {
         /// The longest side that the device draws with so many samples.
         most: u32,
     },
+    /// The sky of the picture cannot be read.
+    #[error("{0}")]
+    Sky(String),
+    /// The GPU failed: what it holds since then is no picture.
+    #[error("the GPU failed: {0}")]
+    Device(String),
     /// The GPU did not give the picture back.
     #[error(transparent)]
     Readback(#[from] ReadbackError),
@@ -124,13 +131,14 @@ pub struct Renderer {
     targets: [Handle<Image>; 2],
     size: UVec2,
     samples: u32,
+    fault: DeviceFault,
 }
 
 impl Renderer {
     /// Opens the bundle in `folder` and loads all of it, for pictures of `width` by `height` pixels.
     ///
     /// # Errors
-    /// If it cannot be read, or the size cannot be drawn.
+    /// If it cannot be read, the size cannot be drawn, or the GPU has no room for it.
     ///
     /// # Panics
     /// Without any Vulkan, Metal or DirectX driver, as Bevy does; a software one will do.
@@ -149,12 +157,7 @@ impl Renderer {
         )
         .add_plugins(HeliodonPlugins)
         .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO));
-        while app.plugins_state() == PluginsState::Adding {
-            // The renderer is asked for in the background.
-            bevy::tasks::tick_global_task_pools_on_main_thread();
-        }
-        app.finish();
-        app.cleanup();
+        let fault = DeviceFault::start(&mut app);
         app.world_mut().resource_mut::<SkyMaps>().wait = true;
         app.world_mut().resource_mut::<TimeLapse>().playing = false;
 
@@ -172,7 +175,7 @@ impl Renderer {
         });
         let camera = app.world_mut().spawn((DaylightCamera, RenderTarget::from(targets[0].clone()))).id();
         app.world_mut().resource_mut::<Stage>().open(folder)?;
-        let mut renderer = Self { app, camera, targets, size, samples };
+        let mut renderer = Self { app, camera, targets, size, samples, fault };
         renderer.load()?;
         Ok(renderer)
     }
@@ -181,7 +184,7 @@ impl Renderer {
     fn load(&mut self) -> Result<(), HeadlessError> {
         self.set_active(false);
         loop {
-            self.app.update();
+            self.step()?;
             match self.stage().status() {
                 StageStatus::Failed(what) => return Err(HeadlessError::Loading(what.clone())),
                 _ if self.stage().is_complete() => break,
@@ -190,8 +193,17 @@ impl Renderer {
         }
         self.set_active(true);
         // A frame in which the camera gets its share of the render world.
+        self.step()
+    }
+
+    /// A frame.
+    fn step(&mut self) -> Result<(), HeadlessError> {
         self.app.update();
-        Ok(())
+        self.check_device()
+    }
+
+    fn check_device(&self) -> Result<(), HeadlessError> {
+        self.fault.first().map_or(Ok(()), |what| Err(HeadlessError::Device(what)))
     }
 
     fn set_active(&mut self, active: bool) {
@@ -235,7 +247,7 @@ impl Renderer {
     /// The picture as the display shows it.
     ///
     /// # Errors
-    /// If the GPU does not give it back.
+    /// If its sky cannot be read, or the GPU fails or does not give it back.
     pub fn render(&mut self, shot: &Shot) -> Result<SrgbImage, HeadlessError> {
         let pending = self.draw(shot, shot.curve)?;
         self.finish(pending)
@@ -244,18 +256,18 @@ impl Renderer {
     /// The picture's radiance: linear, not exposed, not clamped but for half floats' range around the lapse's exposure.
     ///
     /// # Errors
-    /// If the GPU does not give it back.
+    /// As of [`Renderer::render`].
     pub fn render_linear(&mut self, shot: &Shot) -> Result<HdrImage, HeadlessError> {
         let pending = self.draw(shot, ToneCurve::Linear)?;
         let stops = self.app.world().resource::<StageFrame>().exposure_stops;
-        let bytes = pending.wait(&self.app)?;
+        let bytes = self.wait(pending)?;
         Ok(downsample::linear(&bytes, self.size, self.samples, (-stops).exp2()))
     }
 
     /// Draws one picture after the other and hands each to `take`; while the GPU draws one, the one before is taken.
     ///
     /// # Errors
-    /// The first picture that the GPU does not give back, or what `take` says.
+    /// Why the first picture that cannot be made cannot, or what `take` says.
     pub fn render_all<E: From<HeadlessError>>(
         &mut self,
         shots: impl IntoIterator<Item = Shot>,
@@ -275,8 +287,15 @@ impl Renderer {
     }
 
     fn finish(&self, pending: Pending) -> Result<SrgbImage, HeadlessError> {
-        let bytes = pending.wait(&self.app)?;
+        let bytes = self.wait(pending)?;
         Ok(downsample::srgb(&bytes, self.size, self.samples))
+    }
+
+    fn wait(&self, pending: Pending) -> Result<Vec<u8>, HeadlessError> {
+        let bytes = pending.wait(&self.app)?;
+        // What failed in the meantime may have failed in this picture.
+        self.check_device()?;
+        Ok(bytes)
     }
 
     fn draw(&mut self, shot: &Shot, curve: ToneCurve) -> Result<Pending, HeadlessError> {
@@ -299,7 +318,10 @@ impl Renderer {
             Projection::Perspective(projection),
             shot.pose.transform(),
         ));
-        self.app.update();
+        self.step()?;
+        if let Some(why) = self.app.world().resource::<SkyMaps>().missing() {
+            return Err(HeadlessError::Sky(why.to_owned()));
+        }
         Ok(begin_readback(&self.app, &target)?)
     }
 }

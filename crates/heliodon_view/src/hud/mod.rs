@@ -44,6 +44,7 @@ impl Plugin for HudPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<HudVisibility>()
             .init_resource::<crate::navigation::MouseLook>()
+            .add_message::<bevy::window::WindowFocused>()
             .add_systems(Startup, (panel::spawn, timeline::spawn))
             .add_systems(Update, (keys::day_keys, keys::window_keys, timeline::drag.before(crate::navigation::CaptureMouse)))
             .add_systems(PostUpdate, (panel::tell, timeline::show, panel::show_parts).before(bevy::ui::UiSystems::Prepare));

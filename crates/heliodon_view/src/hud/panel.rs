@@ -2,6 +2,7 @@
 
 use super::{FAINT, HudVisibility, INK, PANEL, clock_text, keys};
 use crate::navigation::Visitor;
+use crate::sky::SkyMaps;
 use crate::stage::frame::StageFrame;
 use crate::stage::{Stage, StageStatus};
 use crate::time_lapse::exposure::Exposure;
@@ -109,6 +110,7 @@ pub(super) fn tell(
     lapse: Res<TimeLapse>,
     exposure: Res<Exposure>,
     frame: Res<StageFrame>,
+    maps: Res<SkyMaps>,
     visitors: Query<&Visitor>,
     mut times: Local<FrameTimes>,
     mut hours: Query<&mut Text, (With<HourText>, Without<DetailText>)>,
@@ -130,6 +132,7 @@ pub(super) fn tell(
         lapse: &lapse,
         curve: frame.curve,
         status: stage.status(),
+        sky_failure: maps.first_failure(),
         visitor: visitors.iter().next(),
     }
     .to_string();
@@ -146,6 +149,7 @@ struct Detail<'a> {
     lapse: &'a TimeLapse,
     curve: ToneCurve,
     status: &'a StageStatus,
+    sky_failure: Option<&'a str>,
     visitor: Option<&'a Visitor>,
 }
 
@@ -177,6 +181,9 @@ impl std::fmt::Display for Detail<'_> {
             let gait = if visitor.walking { "walk" } else { "fly" };
             let place = if visitor.in_room { ", in the room" } else { "" };
             write!(f, "\n{gait:<10}{:.1} m/s{place}", visitor.pace_m_s)?;
+        }
+        if let Some(why) = self.sky_failure {
+            write!(f, "\n{why}")?;
         }
         match self.status {
             StageStatus::Loading { done, total } => write!(f, "\nloading   {done} of {total}"),

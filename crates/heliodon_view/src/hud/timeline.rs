@@ -6,6 +6,7 @@ use crate::navigation::MouseLook;
 use crate::time_lapse::TimeLapse;
 use bevy::prelude::*;
 use bevy::ui::RelativeCursorPosition;
+use bevy::window::WindowFocused;
 
 /// What takes the mouse: the whole length of the day, taller than it looks.
 #[derive(Component)]
@@ -123,6 +124,7 @@ pub(super) fn show(lapse: Res<TimeLapse>, mut nodes: ParamSet<Moving>) {
 }
 
 pub(super) fn drag(
+    mut focus: MessageReader<WindowFocused>,
     buttons: Res<ButtonInput<MouseButton>>,
     visibility: Res<HudVisibility>,
     tracks: Query<&RelativeCursorPosition, With<Track>>,
@@ -130,6 +132,10 @@ pub(super) fn drag(
     mut lapse: ResMut<TimeLapse>,
     mut dragging: Local<bool>,
 ) {
+    // Whoever goes to another window lets go, although no button is seen to come up.
+    if focus.read().filter(|message| !message.focused).count() > 0 {
+        *dragging = false;
+    }
     let Ok(cursor) = tracks.single() else { return };
     let over = visibility.shown && !mouse.captured && cursor.cursor_over();
     let held = buttons.pressed(MouseButton::Left);
@@ -146,5 +152,33 @@ pub(super) fn drag(
         let (first, last) = lapse.span_s();
         lapse.playing = false;
         lapse.scrub(first + (last - first) * f64::from((at.x + 0.5).clamp(0.0, 1.0)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_timeline_is_let_go_with_the_focus() {
+        let mut app = App::new();
+        app.init_resource::<ButtonInput<MouseButton>>()
+            .init_resource::<HudVisibility>()
+            .init_resource::<MouseLook>()
+            .init_resource::<TimeLapse>()
+            .add_message::<WindowFocused>()
+            .add_systems(Update, drag);
+        let cursor = RelativeCursorPosition { cursor_over: true, normalized: Some(Vec2::ZERO) };
+        let track = app.world_mut().spawn((Track, cursor)).id();
+        app.world_mut().resource_mut::<ButtonInput<MouseButton>>().press(MouseButton::Left);
+        app.update();
+        assert!(!app.world().resource::<TimeLapse>().playing, "held");
+        app.world_mut().get_mut::<RelativeCursorPosition>(track).unwrap().cursor_over = false;
+        app.world_mut().resource_mut::<ButtonInput<MouseButton>>().clear();
+        app.world_mut().write_message(WindowFocused { window: Entity::PLACEHOLDER, focused: false });
+        app.world_mut().resource_mut::<TimeLapse>().playing = true;
+        app.update();
+        app.update();
+        assert!(app.world().resource::<TimeLapse>().playing && !app.world().resource::<MouseLook>().over_controls);
     }
 }

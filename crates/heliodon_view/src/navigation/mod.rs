@@ -8,9 +8,10 @@ pub mod pose;
 pub mod walk;
 
 use crate::stage::Stage;
-use bevy::input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll};
+use crate::stage::ground::Ground;
+use bevy::input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll, MouseScrollUnit};
 use bevy::prelude::*;
-use bevy::window::{CursorGrabMode, CursorOptions, PrimaryWindow};
+use bevy::window::{CursorGrabMode, CursorOptions, PrimaryWindow, WindowFocused};
 use heliodon_bundle::Manifest;
 use pose::{MAX_PITCH_RAD, Pose};
 use walk::Fall;
@@ -71,7 +72,8 @@ pub struct NavigationPlugin;
 impl Plugin for NavigationPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<MouseLook>()
-            .add_systems(Update, (go_home, capture_mouse.in_set(CaptureMouse), look, travel).chain());
+            .add_message::<WindowFocused>()
+            .add_systems(Update, (go_home, let_go, capture_mouse.in_set(CaptureMouse), look, travel).chain());
     }
 }
 
@@ -106,6 +108,18 @@ fn go_home(
     }
 }
 
+/// Whoever goes to another window takes the mouse along. The buttons count as let go, too: nobody tells when they come up.
+fn let_go(
+    mut focus: MessageReader<WindowFocused>,
+    mut mouse: ResMut<MouseLook>,
+    mut buttons: ResMut<ButtonInput<MouseButton>>,
+) {
+    if focus.read().filter(|message| !message.focused).count() > 0 {
+        mouse.captured = false;
+        buttons.release_all();
+    }
+}
+
 fn capture_mouse(
     buttons: Res<ButtonInput<MouseButton>>,
     mut mouse: ResMut<MouseLook>,
@@ -133,6 +147,14 @@ fn look(mouse: Res<MouseLook>, motion: Res<AccumulatedMouseMotion>, mut visitors
     }
 }
 
+/// Notches of a wheel, or what they are on a touchpad.
+fn notches(scroll: &AccumulatedMouseScroll) -> f32 {
+    match scroll.unit {
+        MouseScrollUnit::Line => scroll.delta.y,
+        MouseScrollUnit::Pixel => scroll.delta.y / MouseScrollUnit::SCROLL_UNIT_CONVERSION_FACTOR,
+    }
+}
+
 fn travel(
     time: Res<Time>,
     stage: Res<Stage>,
@@ -145,7 +167,10 @@ fn travel(
         axis(KeyCode::KeyD, KeyCode::KeyA),
         axis(KeyCode::PageUp, KeyCode::PageDown),
         axis(KeyCode::KeyS, KeyCode::KeyW),
-    );
+    )
+    .clamp_length_max(1.0);
+    let unknown = Ground::default();
+    let ground = stage.footing().unwrap_or(&unknown);
     let hurry = if keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]) { HURRY } else { 1.0 };
     // A frame that took long must not carry anyone through a wall.
     let seconds = time.delta_secs().min(0.1);
@@ -157,14 +182,15 @@ fn travel(
         if keys.just_pressed(KeyCode::KeyR) {
             visitor.in_room = !visitor.in_room;
         }
-        if scroll.delta.y != 0.0 {
-            visitor.pace_m_s = (visitor.pace_m_s * PACE_PER_NOTCH.powf(scroll.delta.y.clamp(-10.0, 10.0))).clamp(0.1, 200.0);
+        let notches = notches(&scroll);
+        if notches != 0.0 {
+            visitor.pace_m_s = (visitor.pace_m_s * PACE_PER_NOTCH.powf(notches.clamp(-10.0, 10.0))).clamp(0.1, 200.0);
         }
         let stride = wish * visitor.pace_m_s * hurry * seconds;
         let heading = Quat::from_rotation_y(-visitor.pose.yaw_rad);
         let Visitor { pose, fall, walking, .. } = &mut *visitor;
         if *walking {
-            pose.eye = walk::walk(stage.ground(), pose.eye, heading * stride, seconds, fall);
+            pose.eye = walk::walk(ground, pose.eye, heading * stride, seconds, fall);
         } else {
             pose.eye += pose.rotation() * Vec3::new(stride.x, 0.0, stride.z) + Vec3::Y * stride.y;
         }
@@ -174,5 +200,61 @@ fn travel(
             visitor.pose.eye = visitor.pose.eye.clamp(low, high);
         }
         transform.set_if_neq(visitor.pose.transform());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bevy::time::TimeUpdateStrategy;
+    use std::time::Duration;
+
+    fn app() -> (App, Entity) {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, NavigationPlugin))
+            .init_resource::<Stage>()
+            .init_resource::<ButtonInput<KeyCode>>()
+            .init_resource::<ButtonInput<MouseButton>>()
+            .init_resource::<AccumulatedMouseMotion>()
+            .init_resource::<AccumulatedMouseScroll>()
+            .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(50)));
+        let visitor = app.world_mut().spawn((Visitor::default(), Transform::default(), Projection::default())).id();
+        app.update();
+        (app, visitor)
+    }
+
+    #[test]
+    fn diagonals_are_no_faster() {
+        for keys in [&[KeyCode::KeyW][..], &[KeyCode::KeyW, KeyCode::KeyD], &[KeyCode::KeyW, KeyCode::KeyD, KeyCode::PageUp]] {
+            let (mut app, visitor) = app();
+            keys.iter().for_each(|&key| app.world_mut().resource_mut::<ButtonInput<KeyCode>>().press(key));
+            app.update();
+            let gone = app.world().get::<Transform>(visitor).unwrap().translation.length();
+            assert!((gone - 2.0 * 0.05).abs() < 1e-5, "{gone} m with {keys:?}");
+        }
+    }
+
+    #[test]
+    fn a_flick_of_a_touchpad_is_no_more_than_a_turn_of_the_wheel() {
+        for (unit, y) in [(MouseScrollUnit::Line, 2.0), (MouseScrollUnit::Pixel, 200.0)] {
+            let (mut app, visitor) = app();
+            app.insert_resource(AccumulatedMouseScroll { unit, delta: Vec2::new(0.0, y) });
+            app.update();
+            let pace = app.world().get::<Visitor>(visitor).unwrap().pace_m_s;
+            assert!((pace - 2.0 * 1.44).abs() < 1e-4, "{pace} m/s");
+        }
+    }
+
+    #[test]
+    fn the_mouse_goes_with_the_focus() {
+        let (mut app, _) = app();
+        app.world_mut().resource_mut::<ButtonInput<MouseButton>>().press(MouseButton::Left);
+        app.update();
+        assert!(app.world().resource::<MouseLook>().captured);
+        app.world_mut().resource_mut::<ButtonInput<MouseButton>>().clear();
+        app.world_mut().write_message(WindowFocused { window: Entity::PLACEHOLDER, focused: false });
+        app.update();
+        assert!(!app.world().resource::<MouseLook>().captured);
+        assert!(!app.world().resource::<ButtonInput<MouseButton>>().pressed(MouseButton::Left));
     }
 }

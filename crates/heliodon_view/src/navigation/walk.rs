@@ -1,6 +1,6 @@
 //! How a visitor moves: through the air, or on foot over the ground and along walls.
 
-use crate::stage::ground::Ground;
+use crate::stage::ground::{Ground, Touch};
 use glam::Vec3;
 
 /// Eyes above feet, metres.
@@ -14,6 +14,9 @@ const FALL_M: f32 = 200.0;
 const GRAVITY_M_S2: f32 = 9.81;
 /// Stairs are taken at this rate, per second.
 const RISE_RATE: f32 = 12.0;
+
+/// Heights, below the eyes, at which walls are felt: the head, which beams would hit, the chest, and just above the highest step.
+const FELT_BELOW_EYES_M: [f32; 3] = [0.0, 0.4, EYE_HEIGHT_M - STEP_UP_M - 0.05];
 
 /// Vertical motion of someone on foot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,21 +50,22 @@ fn unblocked(ground: &Ground, eye: Vec3, wish: Vec3) -> Vec3 {
     for _ in 0..2 {
         let Some(direction) = step.try_normalize() else { return Vec3::ZERO };
         let length = step.length();
-        // At the chest and just above the highest step.
-        let touch = [0.4, EYE_HEIGHT_M - STEP_UP_M - 0.05]
-            .into_iter()
-            .filter_map(|down| ground.cast(eye - Vec3::Y * down, direction, length + BODY_RADIUS_M))
-            .min_by(|a, b| a.distance.total_cmp(&b.distance));
-        let Some(touch) = touch else { return step };
+        let Some(touch) = nearest_wall(ground, eye, direction, length) else { return step };
         let Some(wall) = Vec3::new(touch.normal.x, 0.0, touch.normal.z).try_normalize() else { return step };
         let into = step.dot(wall).min(0.0);
         step -= wall * into;
     }
     // Caught in a corner.
-    let blocked = step
-        .try_normalize()
-        .is_some_and(|direction| ground.cast(eye - Vec3::Y * 0.4, direction, step.length() + BODY_RADIUS_M).is_some());
+    let blocked = step.try_normalize().is_some_and(|direction| nearest_wall(ground, eye, direction, step.length()).is_some());
     if blocked { Vec3::ZERO } else { step }
+}
+
+/// What a body meets first on a step of `length`.
+fn nearest_wall(ground: &Ground, eye: Vec3, direction: Vec3, length: f32) -> Option<Touch> {
+    FELT_BELOW_EYES_M
+        .into_iter()
+        .filter_map(|down| ground.cast(eye - Vec3::Y * down, direction, length + BODY_RADIUS_M))
+        .min_by(|a, b| a.distance.total_cmp(&b.distance))
 }
 
 #[cfg(test)]
@@ -105,6 +109,18 @@ mod tests {
     fn walls_stop_and_let_slide() {
         let at = wander(Vec3::new(4.0, 0.5 + EYE_HEIGHT_M, 0.0), Vec3::new(1.5, 0.0, 1.0), 150);
         assert!(at.x < 6.0 - BODY_RADIUS_M + 0.05 && at.z > 2.0, "{at}");
+    }
+
+    #[test]
+    fn beams_stop_the_head() {
+        let mut ground = court();
+        // From a hand above the chest to a hand above the eyes.
+        let beam = [[1.5, -9.0], [1.8, -9.0], [1.8, 9.0], [1.5, 9.0]].map(|[y, z]| Vec3::new(0.0, y, z));
+        ground.push(quad(beam));
+        let mut fall = Fall::default();
+        let from = Vec3::new(-2.0, EYE_HEIGHT_M, 0.0);
+        let at = (0..200).fold(from, |eye, _| walk(&ground, eye, Vec3::X * 0.03, 0.02, &mut fall));
+        assert!(at.x < -BODY_RADIUS_M + 0.05, "{at}");
     }
 
     #[test]

@@ -14,7 +14,7 @@ use bevy::prelude::*;
 use bevy::render::RenderApp;
 use bevy::render::render_asset::RenderAssets;
 use bevy::render::render_resource::{
-    AddressMode, BindGroup, BindGroupEntries, BindGroupLayout, FilterMode, Sampler, SamplerDescriptor,
+    AddressMode, BindGroup, BindGroupEntries, BindGroupLayout, FilterMode, Sampler, SamplerDescriptor, TextureViewId,
 };
 use bevy::render::renderer::RenderDevice;
 use bevy::render::texture::{FallbackImage, GpuImage};
@@ -55,13 +55,15 @@ pub(crate) fn view_uniform(
 /// Render world: what the dome's bind groups need.
 #[derive(Resource, Default)]
 pub(crate) struct SkyResources {
-    sampler: std::sync::OnceLock<Sampler>,
+    sampler: Option<Sampler>,
+    /// The last bind group, and the views that it binds.
+    bound: Option<([TextureViewId; 2], BindGroup)>,
 }
 
 impl SkyResources {
-    /// Binds the frame's two maps; `None` while there is none. A map without weight is bound but not read.
+    /// Binds the frame's two maps, anew where they are others; `None` while there is none. A map without weight is bound but not read.
     pub(crate) fn bind_group(
-        &self,
+        &mut self,
         sky: &SkyFrame,
         images: &RenderAssets<GpuImage>,
         fallback: &FallbackImage,
@@ -72,8 +74,14 @@ impl SkyResources {
         if a.is_none() && b.is_none() {
             return None;
         }
-        let view = |map: Option<&GpuImage>| map.map_or_else(|| fallback.d2.texture_view.clone(), |m| m.texture_view.clone());
-        let sampler = self.sampler.get_or_init(|| {
+        let [a, b] = [a, b].map(|map| map.map_or(&fallback.d2.texture_view, |map| &map.texture_view));
+        let views = [a.id(), b.id()];
+        if let Some((bound, group)) = &self.bound
+            && *bound == views
+        {
+            return Some(group.clone());
+        }
+        let sampler = self.sampler.get_or_insert_with(|| {
             device.create_sampler(&SamplerDescriptor {
                 label: Some("sky"),
                 address_mode_u: AddressMode::Repeat,
@@ -83,7 +91,9 @@ impl SkyResources {
                 ..Default::default()
             })
         });
-        Some(device.create_bind_group("sky_maps", layout, &BindGroupEntries::sequential((&view(a), &view(b), sampler))))
+        let group = device.create_bind_group("sky_maps", layout, &BindGroupEntries::sequential((a, b, &*sampler)));
+        self.bound = Some((views, group.clone()));
+        Some(group)
     }
 }
 

@@ -1,9 +1,9 @@
 //! The way of chunks and textures from the loading thread to the GPU.
 
+use super::texture::Level;
 use crate::daylight::chunk::PreparedChunk;
 use crate::daylight::layout::VertexLayout;
 use crate::daylight::pages::Remaining;
-use heliodon_image::SrgbImage;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -11,23 +11,24 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Something for the GPU.
 #[derive(Debug)]
 pub enum Delivery {
-    /// A base colour image; they come in the order of their index, before the chunks.
-    Texture(SrgbImage),
+    /// A level of a base colour image: image by image in the order of their index, from large to small, before the chunks.
+    Texture(Level),
     /// A chunk.
     Chunk(Box<PreparedChunk>),
     /// After all chunks: which of them, in their order, are parts of closed bodies.
     Closed(Vec<bool>),
 }
 
-/// The stage of one bundle, as the render world sees it. The queue is short, so that a bundle is never in memory twice.
+/// The stage of one bundle, as the render world sees it. The queue is short, so that a bundle is never in memory twice; and
+/// since the levels of an image follow one another in it, it never holds two large images either.
 #[derive(Debug)]
 pub struct Feed {
     /// What tells this bundle from the one before.
     pub serial: u64,
     /// Shape of its light.
     pub layout: VertexLayout,
-    /// All that will come.
-    pub total: Remaining,
+    /// All chunks that will come: without and with a texture.
+    pub total: [Remaining; 2],
     receiver: Mutex<Receiver<Delivery>>,
     uploaded: AtomicBool,
 }
@@ -35,7 +36,7 @@ pub struct Feed {
 impl Feed {
     /// A feed from `receiver`.
     #[must_use]
-    pub fn new(serial: u64, layout: VertexLayout, total: Remaining, receiver: Receiver<Delivery>) -> Arc<Self> {
+    pub fn new(serial: u64, layout: VertexLayout, total: [Remaining; 2], receiver: Receiver<Delivery>) -> Arc<Self> {
         Arc::new(Self { serial, layout, total, receiver: Mutex::new(receiver), uploaded: AtomicBool::new(false) })
     }
 

@@ -1,12 +1,14 @@
 //! The loading thread: reads chunk after chunk, makes each ready, and hands it on.
 
 use super::feed::Delivery;
+use super::texture::{Level, halved};
 use crate::daylight::chunk::{KeptChunk, PreparedChunk};
 use crate::daylight::closed::ClosedBodies;
 use crate::daylight::layout::VertexLayout;
 use bevy::log::debug;
 use heliodon_bundle::BundleReader;
 use heliodon_image::SrgbImage;
+use heliodon_math::color::linear_from_srgb8_table;
 use std::sync::Arc;
 use std::sync::mpsc::{Sender, SyncSender};
 
@@ -21,7 +23,7 @@ pub enum Progress {
     Done,
 }
 
-/// Chunks that may wait for the GPU: enough to keep both sides busy, few enough to be no second copy of the bundle.
+/// Deliveries that may wait for the GPU: enough to keep both sides busy, few enough to be no second copy of the bundle.
 pub const QUEUE_LENGTH: usize = 4;
 
 /// Reads all of `reader` until done, an error, or nobody listens any more.
@@ -36,15 +38,24 @@ pub fn run(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
 
 fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Sender<Progress>) -> Result<(), String> {
     let layout = VertexLayout(reader.manifest().light);
+    let decode = linear_from_srgb8_table();
     for (index, texture) in reader.manifest().textures.iter().enumerate() {
         let bytes = reader.texture_bytes(index).map_err(|error| error.to_string())?;
-        let image = if bytes.is_empty() {
+        let mut image = if bytes.is_empty() {
             SrgbImage { width: 1, height: 1, pixels: vec![[255; 4]] }
         } else {
             SrgbImage::from_bytes(&bytes, &texture.name).map_err(|error| error.to_string())?
         };
-        if to_gpu.send(Delivery::Texture(image)).is_err() {
-            return Ok(());
+        drop(bytes);
+        loop {
+            let smaller = (image.width.max(image.height) > 1).then(|| halved(&image, &decode));
+            if to_gpu.send(Delivery::Texture(Level { texture: index, image })).is_err() {
+                return Ok(());
+            }
+            match smaller {
+                Some(level) => image = level,
+                None => break,
+            }
         }
     }
     let mut bodies = ClosedBodies::default();

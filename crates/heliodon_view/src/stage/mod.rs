@@ -16,7 +16,7 @@ use ground::Ground;
 use heliodon_bundle::{BundleReader, Manifest, ReadError};
 use load::Progress;
 use std::path::Path;
-use std::sync::mpsc::{Receiver, channel, sync_channel};
+use std::sync::mpsc::{Receiver, TryRecvError, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// How far the bundle is loaded.
@@ -56,11 +56,10 @@ impl Stage {
     /// If it is no bundle, or its manifest, lapse or geometry are malformed. The stage then stays as it was.
     pub fn open(&mut self, folder: impl AsRef<Path>) -> Result<(), ReadError> {
         let bundle = Arc::new(BundleReader::open(folder)?);
-        let total = Remaining {
-            vertices: bundle.vertex_count(),
-            triangles: bundle.triangle_count(),
-            chunks: bundle.chunk_count() as u64,
-        };
+        let mut total = [Remaining::default(); 2];
+        for chunk in (0..bundle.chunk_count()).map(|chunk| bundle.chunk_info(chunk)) {
+            total[usize::from(chunk.texture.is_some())].add(u64::from(chunk.vertices), u64::from(chunk.triangles));
+        }
         let (to_gpu, from_loader) = sync_channel(load::QUEUE_LENGTH);
         let (to_stage, progress) = channel();
         self.serial += 1;
@@ -97,7 +96,13 @@ impl Stage {
         self.bundle.as_ref()
     }
 
-    /// The geometry that was read so far, to stand on.
+    /// What feet stand on: nothing until all of it was read, for where the floor is still to come is no hole to fall through.
+    #[must_use]
+    pub fn footing(&self) -> Option<&Ground> {
+        (!matches!(self.status, StageStatus::Loading { .. })).then_some(&self.ground)
+    }
+
+    /// The geometry that was read so far.
     #[must_use]
     pub fn ground(&self) -> &Ground {
         &self.ground
@@ -125,11 +130,21 @@ fn follow_loading(mut stage: ResMut<Stage>, mut frame: ResMut<StageFrame>, mut l
         frame.feed = stage.feed.clone();
         lapse.begin(stage.bundle.as_deref().map(BundleReader::lapse));
     }
+    if stage.progress.is_none() {
+        // Not to be taken for changed.
+        return;
+    }
     let stage = &mut *stage;
     let Some(progress) = &stage.progress else { return };
     let progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
     let mut ended = false;
-    while let Ok(news) = progress.try_recv() {
+    while !ended {
+        let news = match progress.try_recv() {
+            Ok(news) => news,
+            Err(TryRecvError::Empty) => break,
+            // It says how it ends, unless it panics.
+            Err(TryRecvError::Disconnected) => Progress::Failed("the bundle's loading thread broke off".to_owned()),
+        };
         match news {
             Progress::Chunk(kept) => {
                 stage.ground.push(kept);
@@ -151,5 +166,31 @@ fn follow_loading(mut stage: ResMut<Stage>, mut frame: ResMut<StageFrame>, mut l
     drop(progress);
     if ended {
         stage.progress = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_loading_thread_that_breaks_off_is_told() {
+        let (to_stage, progress) = channel::<Progress>();
+        let mut app = App::new();
+        app.insert_resource(Stage {
+            progress: Some(Mutex::new(progress)),
+            status: StageStatus::Loading { done: 0, total: 7 },
+            ..Stage::default()
+        })
+        .init_resource::<StageFrame>()
+        .init_resource::<TimeLapse>()
+        .add_systems(Update, follow_loading);
+        app.update();
+        assert_eq!(app.world().resource::<Stage>().status, StageStatus::Loading { done: 0, total: 7 });
+        assert!(app.world().resource::<Stage>().footing().is_none());
+        drop(to_stage);
+        app.update();
+        assert!(matches!(app.world().resource::<Stage>().status, StageStatus::Failed(_)));
+        assert!(app.world().resource::<Stage>().footing().is_some());
     }
 }
