@@ -93,28 +93,14 @@ impl TimeOfDay {
     /// `sky_0657.hdr` and `2004-04-12_06-57.hdr` both are 06:57.
     #[must_use]
     pub fn from_file_name(name: &str) -> Option<Self> {
-        let stem = name.rsplit(['/', '\\']).next()?;
-        let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
-        // runs of digits joined by single separators
-        let mut groups: Vec<Vec<&str>> = Vec::new();
-        let mut at = 0;
-        let bytes = stem.as_bytes();
-        let mut joined = false;
-        while at < bytes.len() {
-            if !bytes[at].is_ascii_digit() {
-                joined = joined && at + 1 < bytes.len() && bytes[at + 1].is_ascii_digit() && b"-_:.h".contains(&bytes[at]);
-                at += 1;
-                continue;
-            }
-            let end = bytes[at..].iter().position(|b| !b.is_ascii_digit()).map_or(bytes.len(), |n| at + n);
-            match groups.last_mut() {
-                Some(group) if joined => group.push(&stem[at..end]),
-                _ => groups.push(vec![&stem[at..end]]),
-            }
-            at = end;
-            joined = true;
-        }
-        groups.iter().rev().find_map(|group| Self::from_group(group))
+        groups_of_digits(name)?.iter().rev().find_map(|group| Self::from_group(group))
+    }
+
+    /// As [`TimeOfDay::from_file_name`], but without four digits on their own, which may be a size or a number as well: `venice_2048.hdr`.
+    #[must_use]
+    pub fn written_in_file_name(name: &str) -> Option<Self> {
+        let bare = |group: &[&str]| matches!(group, [one] if one.len() == 4);
+        groups_of_digits(name)?.iter().rev().filter(|group| !bare(group)).find_map(|group| Self::from_group(group))
     }
 
     fn from_group(group: &[&str]) -> Option<Self> {
@@ -136,6 +122,32 @@ impl TimeOfDay {
             _ => None,
         }
     }
+}
+
+/// The runs of digits in a file's name, those joined by single separators as one group; `None` for no name.
+fn groups_of_digits(name: &str) -> Option<Vec<Vec<&str>>> {
+    let stem = name.rsplit(['/', '\\']).next()?;
+    let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
+    // runs of digits joined by single separators
+    let mut groups: Vec<Vec<&str>> = Vec::new();
+    let mut at = 0;
+    let bytes = stem.as_bytes();
+    let mut joined = false;
+    while at < bytes.len() {
+        if !bytes[at].is_ascii_digit() {
+            joined = joined && at + 1 < bytes.len() && bytes[at + 1].is_ascii_digit() && b"-_:.h".contains(&bytes[at]);
+            at += 1;
+            continue;
+        }
+        let end = bytes[at..].iter().position(|b| !b.is_ascii_digit()).map_or(bytes.len(), |n| at + n);
+        match groups.last_mut() {
+            Some(group) if joined => group.push(&stem[at..end]),
+            _ => groups.push(vec![&stem[at..end]]),
+        }
+        at = end;
+        joined = true;
+    }
+    Some(groups)
 }
 
 impl FromStr for TimeOfDay {
@@ -212,6 +224,11 @@ mod tests {
         for name in ["sky.hdr", "noon_1k.hdr", "quarry_01_1k.hdr", "9999.hdr", "sky_12345.hdr", ""] {
             assert_eq!(time(name), None, "{name}");
         }
+        let written = |text: &str| TimeOfDay::written_in_file_name(text).map(|t| t.to_string());
+        assert_eq!((written("venice_2048.hdr"), written("0657.hdr"), written("DSC_0001.hdr")), (None, None, None));
+        assert_eq!(written("06-57_venice_2048.hdr").as_deref(), Some("06:57"));
+        assert_eq!(written("sky_065700.hdr").as_deref(), Some("06:57"));
+        assert_eq!(written("2004-04-12_1801.hdr").as_deref(), Some("18:01"));
         assert_eq!("6:05".parse::<TimeOfDay>().unwrap().to_string(), "06:05");
         assert!(["6", "25:00", "12:60", "12:00:00:00", "-1:00", "aa:bb"].iter().all(|t| t.parse::<TimeOfDay>().is_err()));
     }

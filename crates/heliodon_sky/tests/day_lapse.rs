@@ -6,7 +6,8 @@ use glam::Vec3;
 use heliodon_image::HdrImage;
 use heliodon_math::color::luminance;
 use heliodon_sky::day::{
-    Between, BuiltLapse, LapseNote, LapseParams, ModelDay, ProbeFile, ProbeSeries, SkySource, build, table,
+    Between, BuiltLapse, LapseNote, LapseParams, ModelDay, ProbeFile, ProbeSeries, SkyKeeper, SkyMap, SkyRecord, SkySource,
+    build, build_keeping, table,
 };
 use heliodon_sky::mapping::Mapping;
 use heliodon_sky::model::ModelParams;
@@ -170,6 +171,126 @@ fn a_single_probe_stands_for_noon() {
     assert!((step.sky[0][1] - s0).abs() < 1e-5 && step.sky[1..].iter().flatten().all(|c| c.abs() < 1e-5));
     assert!(maps[0].1.pixels.iter().all(|&p| p == Vec3::ONE));
     assert!(serde_json::to_string(&built.lapse).unwrap().contains("\"sun\":null"));
+}
+
+/// 40 degrees up.
+fn at_bearing(bearing_deg: f32) -> Vec3 {
+    let (sin, cos) = bearing_deg.to_radians().sin_cos();
+    Vec3::new(0.766_044_4 * sin, 0.642_787_6, -0.766_044_4 * cos)
+}
+
+/// A sky of one colour with a disc of the sun's size, cut at `ceiling`.
+fn write_disc(path: &Path, sun: Vec3, ceiling: f32) {
+    let (width, height) = (1024, 512);
+    let image = HdrImage::from_fn(width, height, |x, y| {
+        let away = |k: u32| {
+            let at = |pixel: u32, k: u32| pixel as f32 + (k as f32 + 0.5) / 8.0;
+            let bearing = (at(x, k % 8) / width as f32 - 0.5) * std::f32::consts::TAU;
+            let height = (0.5 - at(y, k / 8) / height as f32) * std::f32::consts::PI;
+            let look = Vec3::new(height.cos() * bearing.sin(), height.sin(), -height.cos() * bearing.cos());
+            (look - sun).length().to_degrees()
+        };
+        let looks = if away(36) < 1.0 { 0..64 } else { 0..0 };
+        let covered = looks.filter(|&k| away(k) < 0.27).count() as f32 / 64.0;
+        (Vec3::new(0.2, 0.3, 0.5) + Vec3::splat(50_000.0 * covered)).min(Vec3::splat(ceiling))
+    });
+    image.write_hdr(path).unwrap();
+}
+
+fn single(path: &Path, sun_irradiance: Option<Vec3>) -> LapseParams {
+    let files = vec![ProbeFile { path: path.to_owned(), time: None }];
+    let series = ProbeSeries { sun_irradiance, ..ProbeSeries::new(files, Mapping::LatLong) };
+    LapseParams { map_width: 64, ..LapseParams::new(SkySource::Probes(series)) }
+}
+
+#[test]
+fn a_hard_clipped_sun_is_told_and_takes_the_irradiance_that_the_site_gives() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("clipped.hdr");
+    // on an edge of pixels, within one, and between
+    for bearing_deg in [90.0, 120.2, 251.37] {
+        let towards = at_bearing(bearing_deg);
+        write_disc(&path, towards, 37.0);
+        let (built, _) = run(&single(&path, None));
+        assert_eq!(built.lapse.steps[0].sun, None);
+        assert!(matches!(built.notes[..], [LapseNote::ClippedSpot { .. }]), "{bearing_deg}: {:?}", built.notes);
+        let (built, _) = run(&single(&path, Some(Vec3::new(3.0, 2.5, 2.0))));
+        let sun = built.lapse.steps[0].sun.unwrap();
+        assert_eq!((sun.irradiance, sun.clipped), ([3.0, 2.5, 2.0], true));
+        assert!((Vec3::from_array(sun.direction) - towards).length() < 0.2_f32.to_radians(), "{bearing_deg}: {sun:?}");
+        assert!(matches!(built.notes[..], [LapseNote::Clipped { replaced: true, .. }]), "{:?}", built.notes);
+    }
+}
+
+#[test]
+fn an_irradiance_of_the_sun_that_goes_unused_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("sky.hdr");
+    let notes = |sun: bool| {
+        if sun {
+            write_disc(&path, at_bearing(90.0), f32::MAX);
+        } else {
+            HdrImage::filled(64, 32, Vec3::ONE).write_hdr(&path).unwrap();
+        }
+        run(&single(&path, Some(Vec3::ONE))).0.notes
+    };
+    let unused = |sunless, unclipped| vec![LapseNote::IrradianceUnused { probes: 1, sunless, unclipped }];
+    assert_eq!((notes(false), notes(true)), (unused(1, 0), unused(0, 1)));
+}
+
+#[test]
+fn numbers_of_images_are_not_taken_for_times_unsaid() {
+    let dir = tempfile::tempdir().unwrap();
+    let told = |names: &[&str]| {
+        let names: Vec<(&str, f32, u32)> = names.iter().map(|&name| (name, 1.0, 100)).collect();
+        let params = LapseParams { sun_steps: 2, sky_steps: 2, ..series(dir.path(), &names, Between::Nearest) };
+        run(&params).0.notes.iter().any(|note| matches!(note, LapseNote::Numbered { .. }))
+    };
+    assert!(told(&["DSC_0001.hdr", "DSC_0002.hdr", "DSC_0003.hdr"]));
+    assert!(!told(&["DSC_0758.hdr", "DSC_0759.hdr", "DSC_0800.hdr"]));
+    assert!(!told(&["0800.hdr", "0805.hdr", "0810.hdr"]));
+    // one alone stands for all times
+    let path = dir.path().join("venice_2048.hdr");
+    write_probe(&path, 1.0, 100);
+    assert_eq!(run(&single(&path, None)).0.lapse.steps[0].time, "12:00");
+}
+
+/// Keeps all that it is given, and counts what was made anew.
+#[derive(Default)]
+struct Shelf {
+    records: std::collections::BTreeMap<u32, SkyRecord>,
+    made: usize,
+}
+
+impl SkyKeeper for Shelf {
+    fn kept(&mut self, number: u32, _map: Option<u32>) -> Option<SkyRecord> {
+        // as from a file
+        self.records.get(&number).map(|record| serde_json::from_str(&serde_json::to_string(record).unwrap()).unwrap())
+    }
+
+    fn keep(&mut self, number: u32, record: &SkyRecord, _map: Option<SkyMap<'_>>) -> Result<(), String> {
+        self.made += 1;
+        self.records.insert(number, record.clone());
+        Ok(())
+    }
+}
+
+#[test]
+fn a_day_goes_on_from_the_skies_that_were_kept() {
+    let dir = tempfile::tempdir().unwrap();
+    let probes =
+        series(dir.path(), &[("0800.hdr", 1.0, 100), ("0900.hdr", 2.0, 120), ("1200.hdr", 2.0, 140)], Between::Interpolate);
+    for params in [LapseParams { sun_steps: 5, sky_steps: 10, ..athens() }, probes] {
+        let mut shelf = Shelf::default();
+        let whole = build_keeping(&params, &mut shelf).unwrap();
+        let count = params.sky_count().unwrap() as usize;
+        assert_eq!((shelf.made, shelf.records.len()), (count, count));
+        shelf.records.retain(|number, _| number % 3 != 1);
+        let (kept, made) = (shelf.records.len(), shelf.made);
+        let again = build_keeping(&params, &mut shelf).unwrap();
+        assert_eq!(shelf.made - made, count - kept);
+        assert!(kept < count && again.lapse == whole.lapse && again.notes == whole.notes);
+    }
 }
 
 #[test]

@@ -16,11 +16,15 @@
 mod exposure;
 mod model_day;
 mod probe_series;
+mod record;
+mod schedule;
 mod steps;
 mod table;
+mod taken;
 
 pub use model_day::ModelDay;
 pub use probe_series::{Between, ProbeFile, ProbeSeries};
+pub use record::{SkyKeeper, SkyRecord};
 pub use table::table;
 
 use crate::civil::TimeOfDay;
@@ -70,6 +74,33 @@ impl LapseParams {
             source,
         }
     }
+
+    /// Sun positions of the day: as asked, or 1 where a single probe stands for all times.
+    #[must_use]
+    pub fn effective_sun_steps(&self) -> u32 {
+        match &self.source {
+            SkySource::Probes(series) if series.is_single() => 1,
+            _ => self.sun_steps,
+        }
+    }
+
+    /// How many skies the day is made of: probes that are read, or moments of the model.
+    ///
+    /// # Errors
+    /// As [`build`], before it reads a probe.
+    pub fn sky_count(&self) -> Result<u32, SkyError> {
+        check(self)?;
+        match &self.source {
+            SkySource::Probes(series) => probe_series::sky_count(self, series),
+            SkySource::Model(_) => Ok(self.sky_steps),
+        }
+    }
+}
+
+/// The name of a map in the bundle: `sky/0001.hdr` is the first.
+#[must_use]
+pub fn map_name(index: u32) -> String {
+    format!("sky/{:04}.hdr", index + 1)
 }
 
 /// Where a day's sky comes from.
@@ -119,6 +150,13 @@ pub enum LapseNote {
         /// Entries that lie between.
         entries: u32,
     },
+    /// Times in names that may be nothing but numbers.
+    Numbered {
+        /// The first.
+        first: TimeOfDay,
+        /// The last.
+        last: TimeOfDay,
+    },
     /// More probes than entries: some are not used.
     Unused {
         /// How many.
@@ -130,6 +168,20 @@ pub enum LapseNote {
         file: String,
         /// Whether the site's own irradiance took its place.
         replaced: bool,
+    },
+    /// A clipped spot that may be a sun, of which too little is left.
+    ClippedSpot {
+        /// The probe.
+        file: String,
+    },
+    /// The site gives the sun's irradiance, and some probes have no use for it.
+    IrradianceUnused {
+        /// Probes that were read.
+        probes: u32,
+        /// Of these, without a sun.
+        sunless: u32,
+        /// Of these, with a sun that is not clipped.
+        unclipped: u32,
     },
     /// Components of a probe that were no radiance.
     Repaired {
@@ -146,6 +198,11 @@ impl fmt::Display for LapseNote {
             Self::Gap { from, to, entries } => {
                 write!(f, "no probe between {from} and {to}: {entries} entries take theirs from the ends of this gap")
             }
+            Self::Numbered { first, last } => write!(
+                f,
+                "the probes' names were read as times, {first} to {last}, one minute apart: where they only count the images, \
+                 list the times in sky.times, or put them into the names"
+            ),
             Self::Unused { probes } => {
                 write!(f, "{probes} probes lie between entries and are not used: raise sky_steps to use them")
             }
@@ -154,6 +211,21 @@ impl fmt::Display for LapseNote {
             }
             Self::Clipped { file, replaced: false } => {
                 write!(f, "{file}: the sun is clipped, its irradiance is a lower bound: set sky.sun_irradiance")
+            }
+            Self::ClippedSpot { file } => write!(
+                f,
+                "{file}: its brightest spot is clipped, and what is left of it is too weak to be taken for a sun: \
+                 if it is the sun, set sky.sun_irradiance"
+            ),
+            Self::IrradianceUnused { probes, sunless, unclipped } => {
+                write!(f, "sky.sun_irradiance is used only where a sun is clipped; of {probes} probes, ")?;
+                match (sunless, unclipped) {
+                    (sunless, 0) => write!(f, "{sunless} show no sun"),
+                    (0, unclipped) => write!(f, "{unclipped} have one that is not, which keeps its own"),
+                    (sunless, unclipped) => {
+                        write!(f, "{sunless} show none, and {unclipped} have one that is not clipped, which keeps its own")
+                    }
+                }
             }
             Self::Repaired { file, repairs } => write!(
                 f,
@@ -184,13 +256,19 @@ type Sink<'a> = &'a mut dyn FnMut(SkyMap<'_>) -> Result<(), String>;
 /// # Errors
 /// Where a probe cannot be read or its time is unknown, or a setting has no meaning.
 pub fn build(params: &LapseParams, sink: Sink<'_>) -> Result<BuiltLapse, SkyError> {
+    build_keeping(params, &mut record::MapsOnly(sink))
+}
+
+/// As [`build`], with what an earlier run of the same day has kept.
+///
+/// # Errors
+/// As [`build`], and what the keeper answers with.
+pub fn build_keeping(params: &LapseParams, keeper: &mut dyn SkyKeeper) -> Result<BuiltLapse, SkyError> {
     check(params)?;
-    let (entries, sun_steps, notes) = match &params.source {
-        SkySource::Probes(series) => probe_series::build(params, series, sink)?,
-        SkySource::Model(day) => {
-            let entries = model_day::build(params, day, sink)?;
-            (entries, params.sun_steps, Vec::new())
-        }
+    let sun_steps = params.effective_sun_steps();
+    let (entries, notes) = match &params.source {
+        SkySource::Probes(series) => probe_series::build(params, series, keeper)?,
+        SkySource::Model(day) => (model_day::build(params, day, keeper)?, Vec::new()),
     };
     let exposures = exposure::stops(&entries);
     let count = entries.len() as u32;

@@ -1,6 +1,6 @@
 //! A day from a clear-sky model.
 
-use super::{Entry, LapseParams, Sink, SkyMap, steps};
+use super::{Entry, LapseParams, SkyKeeper, SkyMap, SkyRecord, map_name, steps};
 use crate::civil::{Date, TimeOfDay};
 use crate::error::SkyError;
 use crate::fit::ReceiverFit;
@@ -42,7 +42,7 @@ const AT_ONCE: usize = 8;
 /// A sun fainter than this (0.01 lux) is none.
 const FAINTEST_KLX: f32 = 1e-5;
 
-pub(super) fn build(params: &LapseParams, day: &ModelDay, sink: Sink<'_>) -> Result<Vec<Entry>, SkyError> {
+pub(super) fn build(params: &LapseParams, day: &ModelDay, keeper: &mut dyn SkyKeeper) -> Result<Vec<Entry>, SkyError> {
     let place = Place {
         latitude_deg: day.latitude_deg,
         longitude_deg: day.longitude_deg,
@@ -60,14 +60,26 @@ pub(super) fn build(params: &LapseParams, day: &ModelDay, sink: Sink<'_>) -> Res
     let made_of = Made { params, place, date: day.date, sky, grid, receivers };
     let mut entries = Vec::with_capacity(times.len());
     for (block, some) in times.chunks(AT_ONCE).enumerate() {
-        let made: Vec<Result<(Entry, HdrImage), SkyError>> = some.par_iter().map(|&time| made_of.entry(time)).collect();
-        for (i, made) in made.into_iter().enumerate() {
-            let (mut entry, image) = made?;
-            let index = block * AT_ONCE + i;
-            entry.map = format!("sky/{:04}.hdr", index + 1);
-            let map = SkyMap { name: &entry.map, image: &image, index: index as u32, count: times.len() as u32 };
-            sink(map).map_err(|problem| SkyError::Map { name: entry.map.clone(), problem })?;
-            entries.push(entry);
+        let first = (block * AT_ONCE) as u32;
+        let kept: Vec<Option<SkyRecord>> = (first..).zip(some).map(|(index, _)| keeper.kept(index, Some(index))).collect();
+        let made: Vec<Result<(SkyRecord, Option<HdrImage>), SkyError>> = some
+            .par_iter()
+            .zip(kept)
+            .map(|(&time, kept)| match kept {
+                Some(record) => Ok((record, None)),
+                None => made_of.record(time).map(|(record, image)| (record, Some(image))),
+            })
+            .collect();
+        for ((index, &time), made) in (first..).zip(some).zip(made) {
+            let (record, image) = made?;
+            let name = map_name(index);
+            if let Some(image) = &image {
+                let map = SkyMap { name: &name, image, index, count: times.len() as u32 };
+                let failed = |problem| SkyError::Map { name: name.clone(), problem };
+                keeper.keep(index, &record, Some(map)).map_err(failed)?;
+            }
+            let sky = record.coefficients().collect();
+            entries.push(Entry { time, sun: record.sun, sky, fitted: record.fitted, map: name, sun_in_map: false });
         }
     }
     Ok(entries)
@@ -84,7 +96,7 @@ struct Made<'a> {
 }
 
 impl Made<'_> {
-    fn entry(&self, time: TimeOfDay) -> Result<(Entry, HdrImage), SkyError> {
+    fn record(&self, time: TimeOfDay) -> Result<(SkyRecord, HdrImage), SkyError> {
         let position = sun_position(&self.place, self.date, f64::from(time.seconds))?;
         let middle = position.direction(self.place.north_deg);
         let sun = self.sky.sun(middle).filter(|(irradiance, _)| luminance(*irradiance) > FAINTEST_KLX);
@@ -98,6 +110,7 @@ impl Made<'_> {
         let probe = Probe::with_grid(image, self.grid.clone())?;
         let sky = probe.coefficients(self.params.coefficients as usize, BelowHorizon::Keep);
         let fitted = self.receivers.fit(&probe, BelowHorizon::Keep, &sky, sun.as_ref());
-        Ok((Entry { time, sun, sky, fitted, map: String::new(), sun_in_map: false }, probe.into_image()))
+        let sky = sky.iter().map(Vec3::to_array).collect();
+        Ok((SkyRecord { sun, sky, fitted, repairs: [0; 3], dim_spot: false }, probe.into_image()))
     }
 }

@@ -38,7 +38,8 @@ pub struct SunParams {
     pub max_radius_deg: f64,
     /// How bright, as a part of the peak, something more than 10 degrees away may be. Lamps and windows come in numbers, suns do not.
     pub max_rival: f32,
-    /// The least irradiance, as a part of what all the rest of the image gives a surface on average. Below it a spot changes nothing.
+    /// The least irradiance, as a part of what all the rest of the image gives a surface on average. Below it a spot changes nothing,
+    /// unless it is clipped.
     pub min_share: f64,
     /// The least elevation in degrees of a sun's middle: it is looked for from a little below the horizon.
     pub min_elevation_deg: f64,
@@ -59,6 +60,9 @@ pub struct FoundSun {
     pub radius_deg: f64,
     /// Peak over the sky around it.
     pub contrast: f32,
+    /// Irradiance, as a part of what all the rest of the image gives a surface on average. At most [`SunParams::min_share`] only where the spot
+    /// is clipped: the sun that it may be was stronger, how much is not in the image.
+    pub share: f64,
     /// The pixels that hold it (row-major index), with the sky that takes their place.
     pub replaced: Vec<(u32, Vec3)>,
 }
@@ -85,15 +89,21 @@ pub fn find_sun(probe: &Probe, params: &SunParams) -> Option<FoundSun> {
     let flux: f64 = probe.image().pixels.iter().zip(grid.solid_angles()).map(|(&c, &s)| f64::from(luminance(c) * s)).sum();
     let irradiance = f64::from(luminance(measured.irradiance.as_vec3()));
     // a surface of any orientation receives a quarter of the sphere's flux on average
-    if irradiance <= params.min_share * 0.25 * (flux - irradiance).max(0.0) {
-        return None;
+    let share = irradiance / (0.25 * (flux - irradiance)).max(f64::MIN_POSITIVE);
+    let mut clipped = clipped::is_clipped(&patch, &measured);
+    if share <= params.min_share {
+        // what is left of a clipped sun says nothing of its strength
+        clipped |= clipped::has_flat_top(&patch);
+        if !clipped {
+            return None;
+        }
     }
     let direction = measured.direction.as_vec3();
-    let clipped = clipped::is_clipped(&patch, &measured);
     Some(FoundSun {
         sun: Sun { direction: direction.to_array(), irradiance: measured.irradiance.as_vec3().to_array(), clipped },
         radius_deg: measured.radius.to_degrees(),
         contrast,
+        share,
         replaced: measured.replaced,
     })
 }
