@@ -8,7 +8,6 @@ use heliodon_bundle::BundleReader;
 use heliodon_bundle::site::TimeOfDay;
 use heliodon_image::{HdrImage, SrgbImage};
 use heliodon_light::reference::{Camera, ReferenceFrame};
-use heliodon_math::color::srgb8_from_linear;
 use heliodon_view::headless::{RenderOptions, Renderer, Shot, ShotExposure};
 use heliodon_view::navigation::pose::{Pose, fov_deg};
 use heliodon_view::{Blend, ToneCurve, tonemap};
@@ -185,13 +184,14 @@ impl Studio {
         Ok((stage.render(&self.bundle, &moment, &camera)?, stops))
     }
 
-    /// A traced frame through the viewer's exposure, tone curve and display gamma.
+    /// A traced frame through the viewer's exposure, tone curve, display gamma and dither.
     fn developed(&self, frame: &ReferenceFrame, stops: f32) -> SrgbImage {
-        let code = |radiance: &Vec3| {
-            let [r, g, b] = tonemap::display(*radiance, stops, self.look.curve).to_array().map(srgb8_from_linear);
+        let code = |(at, radiance): (u32, &Vec3)| {
+            let shown = tonemap::display(*radiance, stops, self.look.curve);
+            let [r, g, b] = tonemap::codes::dithered(shown, at % frame.width, at / frame.width);
             [r, g, b, u8::MAX]
         };
-        SrgbImage { width: frame.width, height: frame.height, pixels: frame.radiance.iter().map(code).collect() }
+        SrgbImage { width: frame.width, height: frame.height, pixels: (0..).zip(&frame.radiance).map(code).collect() }
     }
 }
 
