@@ -182,10 +182,15 @@ fn check_replaceable(target: &Path) -> Result<(), WriteError> {
     }
 }
 
-/// Files that desktops leave behind.
+/// Files that desktops leave in folders that they show (macOS, KDE, Windows), in any capitals.
+const LITTER: [&str; 6] = [".ds_store", ".localized", ".directory", "thumbs.db", "ehthumbs.db", "desktop.ini"];
+/// What such names begin with: a file's second half on file systems that have none (macOS), one that was deleted while open (NFS).
+const LITTER_BEGINS: [&str; 2] = ["._", ".nfs"];
+
+/// Whether nobody misses a file of that name. Other dot files may be someone's own.
 fn is_litter(name: &str) -> bool {
-    let name = name.rsplit('/').next().unwrap_or(name);
-    name.starts_with('.') || name.eq_ignore_ascii_case("thumbs.db") || name.eq_ignore_ascii_case("desktop.ini")
+    let name = name.rsplit('/').next().unwrap_or(name).to_ascii_lowercase();
+    LITTER.contains(&name.as_str()) || LITTER_BEGINS.iter().any(|begin| name.starts_with(begin))
 }
 
 fn list_files(folder: &Path, prefix: &str, found: &mut Vec<String>) -> Result<(), WriteFault> {

@@ -20,7 +20,9 @@ fn a_bundle_replaces_an_older_one() {
     let folder = tempfile::tempdir().unwrap();
     let target = folder.path().join("bundle");
     write(&target, MONO, false, WriterOptions { max_glb_bytes: 1 });
-    fs::write(target.join(".DS_Store"), "litter").unwrap();
+    for litter in [".DS_Store", "._site.glb", "Thumbs.db", "sky/.directory"] {
+        fs::write(target.join(litter), "litter").unwrap();
+    }
     write(&target, RGB, true, WriterOptions::default());
     let reader = BundleReader::open(&target).unwrap();
     assert_eq!(reader.manifest().light, RGB);
@@ -74,6 +76,13 @@ fn what_is_no_bundle_is_not_replaced() {
     fs::create_dir(bundle.join("stills")).unwrap();
     fs::write(bundle.join("stills/noon.png"), "x").unwrap();
     assert!(refused(&bundle).contains("stills/noon.png"));
+    fs::remove_dir_all(bundle.join("stills")).unwrap();
+    for own in [".gitignore", ".notes.txt", "sky/.env"] {
+        fs::write(bundle.join(own), "mine").unwrap();
+        assert!(refused(&bundle).contains(&format!("`{own}` in it does not belong to the bundle")));
+        assert_eq!(fs::read(bundle.join(own)).unwrap(), b"mine");
+        fs::remove_file(bundle.join(own)).unwrap();
+    }
     assert!(BundleWriter::create(folder.path().join(".."), meta(MONO)).is_err());
     assert_eq!(names(folder.path()), ["bundle", "file", "photos"], "no junk");
     let empty = folder.path().join("empty");
