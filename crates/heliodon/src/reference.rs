@@ -4,7 +4,7 @@ use anyhow::{Context, Result};
 use glam::{Vec2, Vec3};
 use heliodon_bundle::moment::{Blend, Day, Moment};
 use heliodon_bundle::{BundleReader, LitChunk};
-use heliodon_image::{HdrImage, SrgbImage};
+use heliodon_image::{HdrImage, SrgbImage, TextureWrap};
 use heliodon_light::reference::{Camera, DirectSun, LatLongSky, ReferenceFrame, ReferenceParams, render};
 use heliodon_light::{SurfaceAlbedo, Surfaces};
 use heliodon_rays::{BuildParams, TriangleScene};
@@ -29,7 +29,7 @@ struct Geometry {
     uvs: Vec<Vec2>,
     /// First triangle of each run with the same texture.
     texture_runs: Vec<(usize, Option<u32>)>,
-    textures: Vec<SrgbImage>,
+    textures: Vec<(SrgbImage, [TextureWrap; 2])>,
 }
 
 impl Geometry {
@@ -46,7 +46,7 @@ impl Geometry {
         self.triangles.extend(chunk.triangles.iter().map(|triangle| triangle.map(|index| first + index)));
     }
 
-    fn texture_of(&self, triangle: u32) -> Option<&SrgbImage> {
+    fn texture_of(&self, triangle: u32) -> Option<&(SrgbImage, [TextureWrap; 2])> {
         let after = self.texture_runs.partition_point(|(first, _)| *first <= triangle as usize);
         let (_, texture) = self.texture_runs.get(after.checked_sub(1)?)?;
         self.textures.get(texture.as_ref().copied()? as usize)
@@ -58,9 +58,9 @@ impl SurfaceAlbedo for Geometry {
         let corners = self.triangles[triangle as usize].map(|index| index as usize);
         let weights = [1.0 - u - v, u, v];
         let factor: Vec3 = corners.iter().zip(weights).map(|(&corner, weight)| self.albedo[corner] * weight).sum();
-        let Some(texture) = self.texture_of(triangle) else { return factor };
+        let Some((texture, wrap)) = self.texture_of(triangle) else { return factor };
         let uv: Vec2 = corners.iter().zip(weights).map(|(&corner, weight)| self.uvs[corner] * weight).sum();
-        factor * texture.sample_bilinear(uv.x.rem_euclid(1.0), uv.y.rem_euclid(1.0)).truncate()
+        factor * texture.sample_bilinear(uv.x, uv.y, *wrap).truncate()
     }
 
     fn mean(&self, triangle: u32) -> Vec3 {
@@ -78,7 +78,8 @@ impl ReferenceStage {
         let mut geometry = Geometry::default();
         for index in 0..bundle.manifest().textures.len() {
             let name = &bundle.manifest().textures[index].name;
-            geometry.textures.push(SrgbImage::from_bytes(&bundle.texture_bytes(index)?, name)?);
+            let image = SrgbImage::from_bytes(&bundle.texture_bytes(index)?, name)?;
+            geometry.textures.push((image, bundle.texture_wrap(index)));
         }
         for index in 0..bundle.chunk_count() {
             geometry.push(&bundle.read_chunk(index)?);

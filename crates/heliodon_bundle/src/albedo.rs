@@ -29,7 +29,8 @@ impl<'a> VertexAlbedo<'a> {
             Some(kept) if kept.0 == index => kept,
             _ => (index, self.reader.texture_image(index as usize)?),
         };
-        let texel = |(factor, uv): (&Vec3, &glam::Vec2)| *factor * image.1.sample_bilinear(uv.x, uv.y).truncate();
+        let wrap = self.reader.texture_wrap(index as usize);
+        let texel = |(factor, uv): (&Vec3, &glam::Vec2)| *factor * image.1.sample_bilinear(uv.x, uv.y, wrap).truncate();
         let albedo = chunk.albedo.iter().zip(&chunk.uvs).map(texel).collect();
         self.decoded = Some(image);
         Ok(albedo)

@@ -183,7 +183,8 @@ impl LitFile {
             Some(index) => {
                 let info = &reader.manifest().textures[index as usize];
                 let bytes = reader.texture_bytes(index as usize)?;
-                Some(TextureRef { index: self.builder.push_texture(index, &info.name, &info.mime, &bytes)? })
+                let wrap = reader.texture_wrap(index as usize);
+                Some(TextureRef { index: self.builder.push_texture(index, &info.name, &info.mime, wrap, &bytes)? })
             }
             None => None,
         };

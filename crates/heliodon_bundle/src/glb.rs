@@ -3,10 +3,11 @@
 //! space of it for a moment.
 
 use crate::chunk::LitChunk;
-use crate::gltf::{Accessor, Buffer, BufferView, Gltf, Image, ImageExtras, REPEATING, Texture};
+use crate::gltf::{Accessor, Buffer, BufferView, Gltf, Image, ImageExtras, Sampler, Texture};
 use crate::layout::{self, AttributeType, VEC3_F32, component};
 use crate::storage::{HashedFile, StoredFile, WriteFault, io_fault};
 use glam::Vec3;
+use heliodon_image::TextureWrap;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Read, Write};
@@ -101,19 +102,29 @@ impl GlbBuilder {
         Ok(attributes)
     }
 
-    /// Embeds an image and answers with the index of a texture that shows it.
-    pub(crate) fn push_texture(&mut self, index: u32, name: &str, mime: &str, bytes: &[u8]) -> Result<usize, WriteFault> {
+    /// Embeds an image and answers with the index of a texture that shows it and goes on as `wrap` says.
+    pub(crate) fn push_texture(
+        &mut self,
+        index: u32,
+        name: &str,
+        mime: &str,
+        wrap: [TextureWrap; 2],
+        bytes: &[u8],
+    ) -> Result<usize, WriteFault> {
         let view = self.push_view(bytes, None, None)?;
-        if self.gltf.samplers.is_empty() {
-            self.gltf.samplers.push(REPEATING);
-        }
+        let samplers = &mut self.gltf.samplers;
+        let wanted = Sampler::trilinear(wrap);
+        let sampler = samplers.iter().position(|sampler| *sampler == wanted).unwrap_or_else(|| {
+            samplers.push(wanted);
+            samplers.len() - 1
+        });
         self.gltf.images.push(Image {
             name: Some(name.to_owned()),
             mime_type: Some(mime.to_owned()),
             buffer_view: Some(view),
             extras: Some(ImageExtras { texture: index }),
         });
-        self.gltf.textures.push(Texture { sampler: Some(0), source: Some(self.gltf.images.len() - 1) });
+        self.gltf.textures.push(Texture { sampler: Some(sampler), source: Some(self.gltf.images.len() - 1) });
         Ok(self.gltf.textures.len() - 1)
     }
 

@@ -3,6 +3,7 @@
 //! Why not the gltf crate: it reads whole files, and for writing offers the JSON types only, with far more than the profile
 //! has. What is unknown here is skipped on reading.
 
+use heliodon_image::TextureWrap;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -157,7 +158,7 @@ pub(crate) struct ImageExtras {
     pub(crate) texture: u32,
 }
 
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct Sampler {
     pub(crate) mag_filter: u32,
@@ -166,8 +167,23 @@ pub(crate) struct Sampler {
     pub(crate) wrap_t: u32,
 }
 
-/// Trilinear, repeating: what a stock viewer should do with a scan's atlas.
-pub(crate) const REPEATING: Sampler = Sampler { mag_filter: 9729, min_filter: 9987, wrap_s: 10497, wrap_t: 10497 };
+/// glTF's numbers for the ways in which a texture goes on.
+const WRAPS: [(TextureWrap, u32); 3] =
+    [(TextureWrap::Repeat, 10_497), (TextureWrap::Mirror, 33_648), (TextureWrap::Clamp, 33_071)];
+
+impl Sampler {
+    /// Trilinear, going on as `wrap` says: what a stock viewer should do with a scan's atlas.
+    pub(crate) fn trilinear(wrap: [TextureWrap; 2]) -> Self {
+        let [wrap_s, wrap_t] = wrap.map(|wrap| WRAPS.iter().find(|(known, _)| *known == wrap).map_or(WRAPS[0].1, |w| w.1));
+        Self { mag_filter: 9729, min_filter: 9987, wrap_s, wrap_t }
+    }
+
+    /// How a texture goes on with it along u and v; `None` for numbers that glTF has not.
+    pub(crate) fn wrap(&self) -> Option<[TextureWrap; 2]> {
+        let known = |code: u32| WRAPS.iter().find(|(_, known)| *known == code).map(|w| w.0);
+        Some([known(self.wrap_s)?, known(self.wrap_t)?])
+    }
+}
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]

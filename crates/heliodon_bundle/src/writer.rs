@@ -9,6 +9,7 @@ use crate::manifest::{BundleMeta, Counts, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, M
 use crate::staging::{Staging, sync_folder};
 use crate::storage::{StoredFile, WriteFault, io_fault, store};
 use glam::Vec3;
+use heliodon_image::TextureWrap;
 use heliodon_sky::lapse::Lapse;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -73,7 +74,13 @@ pub struct BundleWriter {
     manifest: Manifest,
     low: Vec3,
     high: Vec3,
-    textures: Vec<PathBuf>,
+    textures: Vec<SpooledTexture>,
+}
+
+/// A base colour image that waits for the first glTF file that shows it.
+struct SpooledTexture {
+    path: PathBuf,
+    wrap: [TextureWrap; 2],
 }
 
 /// The glTF file that is being filled.
@@ -113,11 +120,20 @@ impl BundleWriter {
         &mut self.meta
     }
 
-    /// Adds a base colour image, the bytes of a PNG or JPEG file, and answers with the index by which chunks name it.
+    /// Adds a base colour image that repeats outside of [0, 1]; see [`BundleWriter::add_texture_wrapped`].
+    ///
+    /// # Errors
+    /// As [`BundleWriter::add_texture_wrapped`].
+    pub fn add_texture(&mut self, name: &str, bytes: &[u8]) -> Result<u32, WriteError> {
+        self.add_texture_wrapped(name, bytes, [TextureWrap::Repeat; 2])
+    }
+
+    /// Adds a base colour image, the bytes of a PNG or JPEG file, that goes on outside of [0, 1] along u and v as `wrap` says, and
+    /// answers with the index by which chunks name it.
     ///
     /// # Errors
     /// If the bytes are of neither kind, or cannot be written.
-    pub fn add_texture(&mut self, name: &str, bytes: &[u8]) -> Result<u32, WriteError> {
+    pub fn add_texture_wrapped(&mut self, name: &str, bytes: &[u8], wrap: [TextureWrap; 2]) -> Result<u32, WriteError> {
         let mime = match bytes {
             [0x89, b'P', b'N', b'G', ..] => "image/png",
             [0xFF, 0xD8, 0xFF, ..] => "image/jpeg",
@@ -126,7 +142,7 @@ impl BundleWriter {
         let index = self.textures.len() as u32;
         let spool = format!(".texture-{index}");
         let stored = store(self.staging.folder(), &spool, bytes)?;
-        self.textures.push(self.staging.folder().join(spool));
+        self.textures.push(SpooledTexture { path: self.staging.folder().join(spool), wrap });
         let info = TextureInfo { name: name.to_owned(), mime: mime.to_owned(), bytes: stored.bytes, blake3: stored.blake3 };
         self.manifest.textures.push(info);
         Ok(index)
@@ -233,7 +249,7 @@ impl BundleWriter {
         }
         self.close_glb()?;
         for texture in &self.textures {
-            std::fs::remove_file(texture).map_err(io_fault(texture))?;
+            std::fs::remove_file(&texture.path).map_err(io_fault(&texture.path))?;
         }
         let folder = self.staging.folder();
         let lapse_path = folder.join(LAPSE_FILE_NAME);
@@ -267,7 +283,7 @@ impl OpenGlb {
         Ok(Self { builder, name, materials: BTreeMap::new(), mesh: None })
     }
 
-    fn push(&mut self, chunk: &LitChunk, manifest: &Manifest, textures: &[PathBuf]) -> Result<(), WriteFault> {
+    fn push(&mut self, chunk: &LitChunk, manifest: &Manifest, textures: &[SpooledTexture]) -> Result<(), WriteFault> {
         let material = match self.materials.get(&chunk.texture) {
             Some(&material) => material,
             None => self.add_material(chunk.texture, manifest, textures)?,
@@ -293,12 +309,17 @@ impl OpenGlb {
         Ok(())
     }
 
-    fn add_material(&mut self, texture: Option<u32>, manifest: &Manifest, files: &[PathBuf]) -> Result<usize, WriteFault> {
+    fn add_material(
+        &mut self,
+        texture: Option<u32>,
+        manifest: &Manifest,
+        files: &[SpooledTexture],
+    ) -> Result<usize, WriteFault> {
         let shown = match texture {
             Some(index) => {
-                let (info, path) = (&manifest.textures[index as usize], &files[index as usize]);
+                let (info, SpooledTexture { path, wrap }) = (&manifest.textures[index as usize], &files[index as usize]);
                 let bytes = std::fs::read(path).map_err(io_fault(path))?;
-                Some(TextureRef { index: self.builder.push_texture(index, &info.name, &info.mime, &bytes)? })
+                Some(TextureRef { index: self.builder.push_texture(index, &info.name, &info.mime, *wrap, &bytes)? })
             }
             None => None,
         };

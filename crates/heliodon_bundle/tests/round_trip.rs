@@ -1,10 +1,13 @@
 //! What is written is what is read.
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
 
 use common::{MONO, RGB, chunks, lapse, meta, write};
-use glam::Vec3;
-use heliodon_bundle::{BundleReader, BundleWriter, LightLayout, LitChunk, WriterOptions};
+use glam::{Vec2, Vec3};
+use heliodon_bundle::export::{ExportOptions, export_lit};
+use heliodon_bundle::{BundleReader, BundleWriter, LightLayout, LitChunk, VertexAlbedo, WriterOptions};
+use heliodon_image::TextureWrap;
 
 fn rounded(chunk: &LitChunk) -> LitChunk {
     let code = |c: f32| f32::from((c * 65_535.0 + 0.5) as u16) / 65_535.0;
@@ -45,6 +48,47 @@ fn every_layout_and_file_split_reads_back() {
             reader.verify().unwrap();
             assert!(reader.sky_map_path(1).is_file());
         }
+    }
+}
+
+#[test]
+fn textures_go_on_as_they_did() {
+    use TextureWrap::{Clamp, Mirror, Repeat};
+    let wraps = [[Repeat, Repeat], [Clamp, Clamp], [Mirror, Clamp], [Repeat, Repeat], [Clamp, Mirror]];
+    let folder = tempfile::tempdir().unwrap();
+    for max_glb_bytes in [2 << 30, 1] {
+        let target = folder.path().join("bundle");
+        let mut writer = BundleWriter::create_with(&target, meta(MONO), WriterOptions { max_glb_bytes }).unwrap();
+        for (index, wrap) in wraps.into_iter().enumerate() {
+            let texture = writer.add_texture_wrapped(&format!("{index}.png"), &common::texture_png(), wrap).unwrap();
+            let mut chunk = common::chunk(MONO, 0, Some(texture), 4, 0.0);
+            // beyond the image, in its second texel from the right: repeated it is the second from the left
+            chunk.uvs.fill(Vec2::new(1.375, 0.25));
+            writer.push_chunk(&chunk).unwrap();
+        }
+        for path in ["sky/0000.hdr", "sky/0001.hdr"] {
+            writer.add_sky_map(path, b"unread").unwrap();
+        }
+        writer.finish(&lapse(MONO)).unwrap();
+        let reader = BundleReader::open(&target).unwrap();
+        assert_eq!((0..wraps.len()).map(|texture| reader.texture_wrap(texture)).collect::<Vec<_>>(), wraps);
+        // the image's last pixel in its upper row is dark, all others are bright
+        let mut albedo = VertexAlbedo::new(&reader);
+        let dark: Vec<bool> = (0..wraps.len()).map(|i| albedo.of(&reader.read_chunk(i).unwrap()).unwrap()[0].x < 0.1).collect();
+        assert_eq!(dark, [false, true, false, false, true]);
+
+        let lit = folder.path().join("lit.glb");
+        export_lit(&reader, "07:00".parse().unwrap(), &ExportOptions::default(), &lit).unwrap();
+        let file = std::fs::read(&lit).unwrap();
+        let length = u32::from_le_bytes(file[12..16].try_into().unwrap()) as usize;
+        let json: serde_json::Value = serde_json::from_slice(&file[20..20 + length]).unwrap();
+        let samplers: Vec<(u64, u64)> = json["samplers"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|sampler| (sampler["wrapS"].as_u64().unwrap(), sampler["wrapT"].as_u64().unwrap()))
+            .collect();
+        assert_eq!(samplers, [(10497, 10497), (33071, 33071), (33648, 33071), (33071, 33648)], "one for each way");
     }
 }
 

@@ -63,18 +63,26 @@ pub(crate) fn read_file(path: &Path) -> Result<(Vec<u8>, String), ImageError> {
     }
 }
 
-/// Refuses sizes of nothing and of more than [`crate::MAX_PIXELS`].
-pub(crate) fn check_size(name: &str, place: &str, width: u64, height: u64) -> Result<(), ImageError> {
+/// Memory below this is taken whatever the file's length.
+const FREE_BYTES: u64 = 16 << 20;
+
+/// Refuses sizes of nothing and of more than `most` pixels.
+pub(crate) fn check_size(name: &str, place: &str, width: u64, height: u64, most: u64) -> Result<(), ImageError> {
     if width == 0 || height == 0 {
         return Err(ImageError::malformed(name, place, format!("an image of {width} x {height} pixels"), COPY_AGAIN));
     }
-    match width.checked_mul(height) {
-        Some(count) if count <= crate::MAX_PIXELS => Ok(()),
-        _ => Err(ImageError::malformed(
-            name,
-            place,
-            format!("{width} x {height} pixels are more than the {} that are read", crate::MAX_PIXELS),
-            "scale the image down (16,384 x 8,192 is the most)",
-        )),
+    let count = u128::from(width) * u128::from(height);
+    if count <= u128::from(most) {
+        return Ok(());
     }
+    let problem = format!("{width} x {height} pixels are {count}, more than the {most} that are read");
+    Err(ImageError::malformed(name, place, problem, "scale the image down, or cut it into several"))
+}
+
+/// Refuses what would take `needed` bytes of memory where each byte of the file can stand for `expansion` at most.
+pub(crate) fn check_expansion(name: &str, needed: u64, file_bytes: usize, expansion: u64) -> Result<(), ImageError> {
+    if needed <= FREE_BYTES + expansion * file_bytes as u64 {
+        return Ok(());
+    }
+    Err(ImageError::malformed(name, "its header", "promises more pixels than the file can hold", COPY_AGAIN))
 }

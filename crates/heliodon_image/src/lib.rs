@@ -14,6 +14,7 @@ mod primaries;
 mod radiance;
 mod resample;
 mod srgb_image;
+mod texture_wrap;
 
 pub use contact_sheet::{SheetLayout, contact_sheet};
 pub use error::ImageError;
@@ -21,6 +22,11 @@ pub use hdr_image::{HdrImage, PixelRepairs};
 pub use openexr::ExrSamples;
 pub use resample::Wrap;
 pub use srgb_image::SrgbImage;
+pub use texture_wrap::TextureWrap;
 
-/// The most pixels that an image may have: 16,384 x 8,192, a probe of 16k (1.6 GB in memory as floats).
+/// The most pixels that an HDR image may have: 16,384 x 8,192, a probe of 16k (1.6 GB in memory as floats).
 pub const MAX_PIXELS: u64 = 1 << 27;
+
+/// The most pixels that an 8-bit image may have: 16,384 x 16,384, the largest atlas that programs for photogrammetry write (1 GB in
+/// memory).
+pub const MAX_SRGB_PIXELS: u64 = 1 << 28;

@@ -1,8 +1,8 @@
 //! OpenEXR through the `exr` crate: any layer with R, G, B or Y, any sample type, scanlines or tiles.
 
-use crate::HdrImage;
-use crate::error::{COPY_AGAIN, ImageError, check_size};
+use crate::error::{ImageError, check_expansion, check_size};
 use crate::primaries::{self, Primaries};
+use crate::{HdrImage, MAX_PIXELS};
 use exr::prelude::*;
 use glam::{DVec2, Mat3, Vec3};
 use std::io::Cursor;
@@ -22,9 +22,6 @@ pub enum ExrSamples {
 /// Compression in OpenEXR packs pixels at most about this many to one; a header that promises more is not believed.
 const MAX_EXPANSION: u64 = 4096;
 
-/// Allocations below this are made whatever the file's length.
-const FREE_BYTES: u64 = 16 << 20;
-
 /// Decodes the first layer that holds R, G and B, or else the first that holds Y.
 pub(crate) fn decode(bytes: &[u8], name: &str) -> std::result::Result<HdrImage, ImageError> {
     let bad = |place: &str, problem: String| {
@@ -32,15 +29,18 @@ pub(crate) fn decode(bytes: &[u8], name: &str) -> std::result::Result<HdrImage, 
     };
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| bad("its header", e.to_string()))?;
     let mut sample_bytes = 0_u64;
+    let mut shown_pixels = 0;
     for header in &meta.headers {
-        check_size(name, "the size in its header", header.layer_size.x() as u64, header.layer_size.y() as u64)?;
-        let display = header.shared_attributes.display_window.size;
-        check_size(name, "the display window in its header", display.x() as u64, display.y() as u64)?;
-        sample_bytes += (header.layer_size.area() as u64) * (header.channels.bytes_per_pixel as u64);
+        let size = |size: Vec2<usize>| (size.x() as u64, size.y() as u64);
+        let (width, height) = size(header.layer_size);
+        check_size(name, "the size in its header", width, height, MAX_PIXELS)?;
+        sample_bytes += width * height * header.channels.bytes_per_pixel as u64;
+        // what lies in the window is taken from the layer, or is black: it takes memory all the same
+        let (width, height) = size(header.shared_attributes.display_window.size);
+        check_size(name, "the display window in its header", width, height, MAX_PIXELS)?;
+        shown_pixels = shown_pixels.max(width * height);
     }
-    if sample_bytes > FREE_BYTES + MAX_EXPANSION * bytes.len() as u64 {
-        return Err(ImageError::malformed(name, "its header", "promises more pixels than the file can hold", COPY_AGAIN));
-    }
+    check_expansion(name, sample_bytes.max(shown_pixels * size_of::<Vec3>() as u64), bytes.len(), MAX_EXPANSION)?;
     // Not in parallel: a broken block then ends in an error here and never in another thread.
     let image = read()
         .no_deep_data()

@@ -1,7 +1,7 @@
 //! The 8-bit image.
 
-use crate::MAX_PIXELS;
-use crate::error::{self, COPY_AGAIN, ImageError, check_size};
+use crate::error::{self, COPY_AGAIN, ImageError, check_expansion, check_size};
+use crate::{MAX_SRGB_PIXELS, TextureWrap};
 use glam::Vec4;
 use heliodon_math::color::linear_from_srgb;
 use image::{ImageDecoder, ImageFormat, ImageReader, Limits};
@@ -19,6 +19,9 @@ pub struct SrgbImage {
     /// `width * height` pixels, row-major from the top left; alpha is linear.
     pub pixels: Vec<[u8; 4]>,
 }
+
+/// Deflate and JPEG's coding of flat blocks expand at most about a thousandfold.
+const MAX_EXPANSION: u64 = 1100;
 
 static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|code| linear_from_srgb(code as f32 / 255.0)));
 
@@ -53,18 +56,17 @@ impl SrgbImage {
         let broken = |e: image::ImageError| ImageError::malformed(name, "its pixels", e.to_string(), COPY_AGAIN);
         let mut limits = Limits::default();
         // 8 bytes a pixel: the decoder's own 16-bit RGBA
-        limits.max_alloc = Some(MAX_PIXELS * 8);
+        limits.max_alloc = Some(MAX_SRGB_PIXELS * 8);
         let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
         reader.limits(limits);
         let decoder = reader.into_decoder().map_err(broken)?;
         let (width, height) = decoder.dimensions();
-        check_size(name, "the size in its header", u64::from(width), u64::from(height))?;
-        // deflate and JPEG's coding of flat blocks expand at most about a thousandfold
-        if decoder.total_bytes() > (16 << 20) + 1100 * bytes.len() as u64 {
-            return Err(ImageError::malformed(name, "its header", "promises more pixels than the file can hold", COPY_AGAIN));
-        }
+        check_size(name, "the size in its header", u64::from(width), u64::from(height), MAX_SRGB_PIXELS)?;
+        check_expansion(name, decoder.total_bytes(), bytes.len(), MAX_EXPANSION)?;
         let decoded = image::DynamicImage::from_decoder(decoder).map_err(broken)?.into_rgba8();
-        let pixels = decoded.into_raw().chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect();
+        // in place where the allocation's capacity allows it: an atlas takes up to a gigabyte
+        let pixels = bytemuck::allocation::try_cast_vec(decoded.into_raw())
+            .unwrap_or_else(|(_, raw)| raw.chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect());
         Ok(Self { width, height, pixels })
     }
 
@@ -118,23 +120,16 @@ impl SrgbImage {
         Vec4::new(table[usize::from(r)], table[usize::from(g)], table[usize::from(b)], f32::from(a) / 255.0)
     }
 
-    /// Linear RGB and alpha at texture coordinates (u to the right, v down from the top left, as in glTF), repeated outside of
-    /// [0, 1], interpolated between the four nearest pixels in linear light. Transparent black where the image is empty or a coordinate is
-    /// not finite.
+    /// Linear RGB and alpha at texture coordinates (u to the right, v down from the top left, as in glTF), going on outside of [0, 1]
+    /// along u and v as `wrap` says, interpolated between the four nearest pixels in linear light. Transparent black where the image is
+    /// empty or a coordinate is not finite.
     #[must_use]
-    pub fn sample_bilinear(&self, u: f32, v: f32) -> Vec4 {
+    pub fn sample_bilinear(&self, u: f32, v: f32, wrap: [TextureWrap; 2]) -> Vec4 {
         if self.pixels.is_empty() || !(u.is_finite() && v.is_finite()) {
             return Vec4::ZERO;
         }
-        let tap = |t: f32, count: u32| {
-            let at = (t - t.floor()) * count as f32 - 0.5;
-            let low = at.floor();
-            // at lies in [-0.5, count - 0.5], so low in [-1, count - 1]
-            let first = if low < 0.0 { count - 1 } else { (low as u32).min(count - 1) };
-            (first, (first + 1) % count, at - low)
-        };
-        let (x0, x1, fx) = tap(u, self.width);
-        let (y0, y1, fy) = tap(v, self.height);
+        let (x0, x1, fx) = wrap[0].taps(u, self.width);
+        let (y0, y1, fy) = wrap[1].taps(v, self.height);
         let top = self.linear(x0, y0).lerp(self.linear(x1, y0), fx);
         let bottom = self.linear(x0, y1).lerp(self.linear(x1, y1), fx);
         top.lerp(bottom, fy)

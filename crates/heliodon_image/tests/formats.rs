@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 use glam::Vec3;
-use heliodon_image::{ExrSamples, HdrImage, ImageError, SrgbImage};
+use heliodon_image::{ExrSamples, HdrImage, ImageError, SrgbImage, TextureWrap};
 use proptest::prelude::*;
 
 fn ramp(width: u32, height: u32) -> HdrImage {
@@ -100,7 +100,8 @@ fn broken_radiance_pictures_say_where() {
         ("#?RADIANCE\nEXPOSURE=0\n\n-Y 1 +X 1\n", &[], "EXPOSURE"),
         ("#?RADIANCE\n\n-Y 1 +Y 1\n", &[], "no image size"),
         ("#?RADIANCE\n\n-Y 0 +X 1\n", &[], "0 pixels"),
-        ("#?RADIANCE\n\n-Y 4294967295 +X 4294967295\n", &[], "more than"),
+        ("#?RADIANCE\n\n-Y 4294967295 +X 4294967295\n", &[], "at most 65536"),
+        ("#?RADIANCE\n\n-Y 65536 +X 65536\n", &[], "more than"),
         ("#?RADIANCE\n\n-Y 1 +X 9\n", &[2, 2, 0, 8, 137, 0], "not the image's width"),
         ("#?RADIANCE\n\n-Y 1 +X 8\n", &[2, 2, 0, 8, 137, 0], "beyond"),
         ("#?RADIANCE\n\n-Y 1 +X 3\n", &[1, 1, 1, 3], "before any pixel"),
@@ -148,6 +149,69 @@ fn openexr_of_tiles_layers_and_luminance_is_read() {
     assert!(message.contains("neither R, G, B nor Y") && message.contains("U, V, Z"), "{message}");
 }
 
+/// An OpenEXR file of one pixel, shown in a window of `side` by `side`.
+fn exr_in_a_window(side: usize) -> Vec<u8> {
+    use exr::prelude::*;
+    let channels = ["R", "G", "B"].map(|name| AnyChannel::new(name, FlatSamples::F32(vec![1.0])));
+    let layer = Layer::new(
+        (1, 1),
+        LayerAttributes::default(),
+        Encoding::FAST_LOSSLESS,
+        AnyChannels::sort(channels.into_iter().collect()),
+    );
+    let window = IntegerBounds::new((0, 0), (side, side));
+    let mut out = std::io::Cursor::new(Vec::new());
+    Image::new(ImageAttributes::new(window), layer).write().to_buffered(&mut out).unwrap();
+    out.into_inner()
+}
+
+#[test]
+fn a_small_file_takes_no_large_memory() {
+    let shown = HdrImage::from_bytes(&exr_in_a_window(500), "crop.exr").unwrap();
+    assert_eq!((shown.width, shown.pixel(0, 0), shown.pixel(1, 0)), (500, Vec3::ONE, Vec3::ZERO));
+    let far = exr_in_a_window(11_000);
+    assert!(far.len() < 1000);
+    let message = HdrImage::from_bytes(&far, "window.exr").unwrap_err().to_string();
+    assert!(message.contains("more pixels than the file can hold"), "{message}");
+
+    // 65,535 pixels of one colour in twelve bytes, as often as there are scanlines
+    let flat = |rows: usize| {
+        let scanline = [9, 9, 9, 9, 1, 1, 1, 254, 1, 1, 1, 255];
+        hdr(&format!("#?RADIANCE\n\n-Y {rows} +X 65535\n"), &scanline.repeat(rows))
+    };
+    assert_eq!(HdrImage::from_bytes(&flat(20), "flat.hdr").unwrap().pixels.len(), 65_535 * 20);
+    let message = HdrImage::from_bytes(&flat(2000), "flat.hdr").unwrap_err().to_string();
+    assert!(message.contains("more pixels than the file can hold"), "{message}");
+    let message = HdrImage::from_bytes(b"#?RADIANCE\n\n-Y 1 +X 65537\n\x09\x09\x09\x09", "wide.hdr").unwrap_err().to_string();
+    assert!(message.contains("a side has at most 65536"), "{message}");
+}
+
+#[test]
+fn atlases_of_16k_are_read_and_larger_ones_named() {
+    // the header alone: what is refused here is only what follows it
+    let header = |side: u32| {
+        let mut chunk = b"IHDR".to_vec();
+        chunk.extend([side.to_be_bytes(), side.to_be_bytes()].concat());
+        chunk.extend([8, 2, 0, 0, 0]);
+        let mut png = b"\x89PNG\r\n\x1a\n\x00\x00\x00\x0d".to_vec();
+        png.extend(&chunk);
+        png.extend(crc32(&chunk).to_be_bytes());
+        png.extend(b"\x00\x00\x00\x00IDAT\x35\xaf\x06\x1e\x00\x00\x00\x00IEND\xae\x42\x60\x82");
+        png
+    };
+    let message = |side| SrgbImage::from_bytes(&header(side), "atlas.png").unwrap_err().to_string();
+    // room enough is what it asks for next: such a file would have to be longer
+    assert!(message(16_384).contains("more pixels than the file can hold"), "{}", message(16_384));
+    assert!(message(16_385).contains("16385 x 16385 pixels are 268468225, more than the 268435456"), "{}", message(16_385));
+}
+
+/// The check sum of PNG's chunks.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(u32::MAX, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 })
+    })
+}
+
 #[test]
 fn png_comes_back_and_sixteen_bits_become_eight() {
     let mut image = SrgbImage::filled(3, 2, [10, 20, 30, 255]);
@@ -166,13 +230,17 @@ fn png_comes_back_and_sixteen_bits_become_eight() {
 }
 
 #[test]
-fn textures_repeat_and_are_filtered_in_linear_light() {
+fn textures_go_on_as_asked_and_are_filtered_in_linear_light() {
     let image = SrgbImage { width: 2, height: 1, pixels: vec![[0, 0, 0, 255], [255, 255, 255, 255]] };
-    assert_eq!(image.sample_bilinear(0.25, 0.5).x, 0.0);
-    assert_eq!(image.sample_bilinear(0.75, -7.5).x, 1.0);
-    assert!((image.sample_bilinear(0.5, 0.5).x - 0.5).abs() < 1e-6);
-    assert!((image.sample_bilinear(3.0, 0.5).x - 0.5).abs() < 1e-6);
-    assert_eq!(image.sample_bilinear(f32::NAN, 0.5), glam::Vec4::ZERO);
+    let sample = |u, v, wrap| image.sample_bilinear(u, v, [wrap, TextureWrap::Repeat]);
+    assert_eq!(sample(0.25, 0.5, TextureWrap::Repeat).x, 0.0);
+    assert_eq!(sample(0.75, -7.5, TextureWrap::Repeat).x, 1.0);
+    assert!((sample(0.5, 0.5, TextureWrap::Repeat).x - 0.5).abs() < 1e-6);
+    assert!((sample(3.0, 0.5, TextureWrap::Repeat).x - 0.5).abs() < 1e-6);
+    assert_eq!(sample(1.25, 0.5, TextureWrap::Clamp).x, 1.0);
+    assert_eq!(sample(1.25, 0.5, TextureWrap::Mirror).x, 1.0);
+    assert_eq!(sample(1.25, 0.5, TextureWrap::Repeat).x, 0.0);
+    assert_eq!(sample(f32::NAN, 0.5, TextureWrap::Repeat), glam::Vec4::ZERO);
 }
 
 #[test]

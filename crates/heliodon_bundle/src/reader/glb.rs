@@ -5,12 +5,13 @@ use super::error::{ReadError, io_error, malformed};
 use super::positional::read_exact_at;
 use crate::chunk::{LightLayout, LitChunk, MAX_CHUNK_TRIANGLES, MAX_CHUNK_VERTICES};
 use crate::glb::{BIN_CHUNK, JSON_CHUNK, MAGIC};
-use crate::gltf::{Accessor, Gltf, Primitive};
+use crate::gltf::{Accessor, Gltf, Primitive, Sampler};
 use crate::layout::{
     self, AttributeType, COLOR_U16, FLAG_U8, FORMAT_VERSION, LightAttributes, MASK_U16, VEC2_F32, VEC3_F32, VEC4_F32, component,
 };
 use crate::manifest::{Bounds, Manifest};
 use glam::Vec3;
+use heliodon_image::TextureWrap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
@@ -19,6 +20,16 @@ use std::path::{Path, PathBuf};
 pub(super) struct Span {
     offset: u64,
     len: u64,
+}
+
+/// A base colour image in a glTF file.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EmbeddedImage {
+    /// The bundle's texture that it is.
+    pub(super) texture: u32,
+    pub(super) bytes: Span,
+    /// How it goes on along u and v.
+    pub(super) wrap: [TextureWrap; 2],
 }
 
 /// A glTF file, open.
@@ -52,13 +63,12 @@ struct Document<'a> {
 }
 
 impl GlbFile {
-    /// Opens a file; answers with its chunks, in order, and with the images that it embeds, by texture.
-    #[expect(clippy::type_complexity, reason = "three lists that the caller takes apart at once")]
+    /// Opens a file; answers with its chunks, in order, and with the images that it embeds.
     pub(super) fn open(
         path: &Path,
         number: usize,
         manifest: &Manifest,
-    ) -> Result<(Self, Vec<ChunkPlace>, Vec<(u32, Span)>), ReadError> {
+    ) -> Result<(Self, Vec<ChunkPlace>, Vec<EmbeddedImage>), ReadError> {
         let file = File::open(path).map_err(io_error(path))?;
         let size = file.metadata().map_err(io_error(path))?.len();
         let wrong = |what: &str| malformed(path, what);
@@ -286,16 +296,25 @@ impl Document<'_> {
         index.map(Some).ok_or_else(|| self.wrong("a material shows an image that is not there"))
     }
 
-    fn images(&self) -> Result<Vec<(u32, Span)>, ReadError> {
+    fn images(&self) -> Result<Vec<EmbeddedImage>, ReadError> {
         let mut found = Vec::new();
-        for image in &self.gltf.images {
+        for (index, image) in self.gltf.images.iter().enumerate() {
             let view = image.buffer_view.and_then(|i| self.gltf.buffer_views.get(i));
             let span = view.and_then(|v| self.within_buffer(v.byte_offset, v.byte_length));
-            let (Some(extras), Some(span)) = (&image.extras, span) else {
+            let (Some(extras), Some(bytes)) = (&image.extras, span) else {
                 return Err(self.wrong("an image lies beyond the buffer"));
             };
-            found.push((extras.texture, span));
+            found.push(EmbeddedImage { texture: extras.texture, bytes, wrap: self.wrap_of(index)? });
         }
         Ok(found)
+    }
+
+    /// How the first texture that shows an image goes on; without a sampler it repeats, as glTF has it.
+    fn wrap_of(&self, image: usize) -> Result<[TextureWrap; 2], ReadError> {
+        let sampler =
+            self.gltf.textures.iter().find(|texture| texture.source == Some(image)).and_then(|texture| texture.sampler);
+        let Some(sampler) = sampler else { return Ok([TextureWrap::Repeat; 2]) };
+        let wrap = self.gltf.samplers.get(sampler).and_then(Sampler::wrap);
+        wrap.ok_or_else(|| self.wrong(format!("sampler {sampler} is not there, or wraps in no way that glTF has")))
     }
 }

@@ -15,8 +15,8 @@ use crate::layout::FORMAT_VERSION;
 use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, Preamble};
 use crate::storage::StoredFile;
 use error::{io_error, malformed};
-use glb::{ChunkPlace, GlbFile};
-use heliodon_image::SrgbImage;
+use glb::{ChunkPlace, EmbeddedImage, GlbFile};
+use heliodon_image::{SrgbImage, TextureWrap};
 use heliodon_sky::lapse::Lapse;
 use std::fs::File;
 use std::io::Read;
@@ -33,7 +33,15 @@ pub struct BundleReader {
     lapse: Lapse,
     files: Vec<GlbFile>,
     chunks: Vec<ChunkPlace>,
-    textures: Vec<(usize, glb::Span)>,
+    textures: Vec<TexturePlace>,
+}
+
+/// Where a base colour image lies, and how it goes on.
+#[derive(Clone, Copy, Debug, Default)]
+struct TexturePlace {
+    file: usize,
+    bytes: glb::Span,
+    wrap: [TextureWrap; 2],
 }
 
 /// What is known of a chunk without reading it.
@@ -73,9 +81,9 @@ impl BundleReader {
         let mut textures = vec![None; reader.manifest.textures.len()];
         for (number, name) in reader.manifest.geometry.iter().enumerate() {
             let (file, chunks, images) = GlbFile::open(&reader.folder.join(name), number, &reader.manifest)?;
-            for (index, span) in images {
-                if let Some(slot) = textures.get_mut(index as usize) {
-                    slot.get_or_insert((number, span));
+            for EmbeddedImage { texture, bytes, wrap } in images {
+                if let Some(slot) = textures.get_mut(texture as usize) {
+                    slot.get_or_insert(TexturePlace { file: number, bytes, wrap });
                 }
             }
             reader.files.push(file);
@@ -90,7 +98,7 @@ impl BundleReader {
             let shown = reader.chunks.iter().any(|c| c.info.texture == Some(index as u32));
             match texture {
                 Some(place) => reader.textures.push(place),
-                None if !shown => reader.textures.push((0, glb::Span::default())),
+                None if !shown => reader.textures.push(TexturePlace::default()),
                 None => return Err(malformed(&manifest_path, format!("texture {index} is in none of the files"))),
             }
         }
@@ -178,8 +186,17 @@ impl BundleReader {
     /// # Panics
     /// If there is no such image.
     pub fn texture_bytes(&self, texture: usize) -> Result<Vec<u8>, ReadError> {
-        let (file, span) = self.textures[texture];
-        self.files[file].read_span(span)
+        let TexturePlace { file, bytes, .. } = self.textures[texture];
+        self.files[file].read_span(bytes)
+    }
+
+    /// How a base colour image goes on outside of [0, 1] along u and v.
+    ///
+    /// # Panics
+    /// If there is no such image.
+    #[must_use]
+    pub fn texture_wrap(&self, texture: usize) -> [TextureWrap; 2] {
+        self.textures[texture].wrap
     }
 
     /// A base colour image, decoded.
@@ -191,7 +208,7 @@ impl BundleReader {
     /// If there is no such image.
     pub fn texture_image(&self, texture: usize) -> Result<SrgbImage, ReadError> {
         let bytes = self.texture_bytes(texture)?;
-        let path = self.files[self.textures[texture].0].path();
+        let path = self.files[self.textures[texture].file].path();
         SrgbImage::from_bytes(&bytes, &self.manifest.textures[texture].name).map_err(|e| malformed(path, e.to_string()))
     }
 

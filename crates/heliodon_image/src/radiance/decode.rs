@@ -1,19 +1,32 @@
 //! Reading a Radiance picture.
 
 use super::header::{Axis, Header};
-use crate::HdrImage;
-use crate::error::{COPY_AGAIN, ImageError, check_size};
+use crate::error::{COPY_AGAIN, ImageError, check_expansion, check_size};
+use crate::{HdrImage, MAX_PIXELS};
 use glam::{Mat3, Vec3};
 
 /// Scanlines shorter or longer than this are never in the new run-length form (Radiance, `color.c`: MINELEN, MAXELEN).
 const NEW_FORM_WIDTHS: std::ops::RangeInclusive<usize> = 8..=0x7fff;
+
+/// No picture is longer than this along either side; scanlines are held whole.
+const LONGEST_SIDE: u32 = 65_536;
+
+/// How many bytes of memory a byte of the file can stand for: 191 in the new form (127 pixels in 8 bytes), but thousands in the old
+/// one, whose runs can fill a scanline of one colour from 12 bytes. This much lets 4,096 x 2,048 pixels of one colour pass.
+const MAX_EXPANSION: u64 = 4096;
 
 /// Decodes a whole file.
 pub(crate) fn decode(bytes: &[u8], name: &str) -> Result<HdrImage, ImageError> {
     let header = Header::parse(bytes, name)?;
     let (width, height) =
         if header.fast.is_x { (header.fast.count, header.slow.count) } else { (header.slow.count, header.fast.count) };
-    check_size(name, "the size in its header", u64::from(width), u64::from(height))?;
+    if width.max(height) > LONGEST_SIDE {
+        let problem = format!("{width} x {height} pixels, where a side has at most {LONGEST_SIDE}");
+        return Err(ImageError::malformed(name, "the size in its header", problem, COPY_AGAIN));
+    }
+    check_size(name, "the size in its header", u64::from(width), u64::from(height), MAX_PIXELS)?;
+    let needed = u64::from(width) * u64::from(height) * size_of::<Vec3>() as u64;
+    check_expansion(name, needed, bytes.len(), MAX_EXPANSION)?;
     let scanline_length = header.fast.count as usize;
     // grows as the file bears it out: a header alone makes no large allocation
     let mut file_order: Vec<Vec3> = Vec::new();
