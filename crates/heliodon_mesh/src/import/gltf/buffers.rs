@@ -82,6 +82,13 @@ impl<'a> Buffers<'a> {
         Ok((bytes, stride))
     }
 
+    /// Bytes in memory of the buffers that were asked for so far, and of the views that were decompressed.
+    pub fn bytes_held(&self) -> u64 {
+        let opened = self.buffers.iter().filter_map(|cell| cell.get()?.as_ref().ok()).map(|bytes| bytes.len() as u64);
+        let decoded = self.decoded.iter().filter_map(|cell| cell.get()?.as_ref().ok()).map(|bytes| bytes.len() as u64);
+        opened.sum::<u64>() + decoded.sum::<u64>()
+    }
+
     fn slice(&self, buffer: Index, offset: u64, length: u64, item: impl Fn() -> String) -> Outcome<&[u8]> {
         let bytes = self.buffer(buffer)?;
         let end = offset.checked_add(length).filter(|end| *end <= bytes.len() as u64);

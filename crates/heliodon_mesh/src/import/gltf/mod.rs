@@ -12,6 +12,7 @@ mod materials;
 mod meshopt;
 mod model;
 mod scene;
+mod size;
 
 pub use container::percent_decoded;
 

@@ -4,24 +4,23 @@ use super::accessor::Values;
 use super::buffers::{Buffers, no_such};
 use super::materials::{Materials, base_color};
 use super::model::{Document, Index, Node, Primitive, TextureTransform};
-use super::{Failure, Outcome, UNREADABLE, fail};
+use super::{Failure, Outcome, UNREADABLE, fail, size};
 use crate::import::assembly::Assembly;
 use crate::import::ply::Strip;
 use crate::import::source::DAMAGED;
 use crate::place::Affine;
 use glam::{DMat3, DQuat, DVec2, DVec3, DVec4, Vec2, Vec3};
 
-const TRIANGLES: u32 = 4;
+pub(super) const TRIANGLES: u32 = 4;
 const TRIANGLE_STRIP: u32 = 5;
 const TRIANGLE_FAN: u32 = 6;
 
 pub(super) fn build<'d>(document: &'d Document, buffers: &Buffers<'d>, assembly: &mut Assembly) -> Outcome<()> {
     let site_from_scene = assembly.site_from_file;
-    let mut builder =
-        Builder { document, buffers, assembly, materials: Materials::default(), left_out: 0, flat: 0, shared: Vec::new() };
+    let mut skinned = false;
+    let mut placed: Vec<(Index, Affine)> = Vec::new();
     let mut visited = vec![false; document.nodes.len()];
     let mut stack: Vec<(Index, Affine)> = roots(document)?.into_iter().rev().map(|node| (node, site_from_scene)).collect();
-    let mut skinned = false;
     while let Some((index, site_from_parent)) = stack.pop() {
         let item = || format!("nodes[{index}]");
         let node = document.nodes.get(index as usize).ok_or_else(|| no_such("nodes", index, document.nodes.len()))?;
@@ -31,17 +30,21 @@ pub(super) fn build<'d>(document: &'d Document, buffers: &Buffers<'d>, assembly:
         let site_from_node = site_from_parent.after(&parent_from_node(node));
         stack.extend(node.children.iter().rev().map(|&child| (child, site_from_node)));
         if let Some((name, _)) = UNREADABLE.iter().find(|(name, _)| node.extensions.contains_key(*name)) {
-            builder.assembly.warn(format_args!("{} uses {name}, which is not read here; one copy is read", item()));
+            assembly.warn(format_args!("{} uses {name}, which is not read here; one copy is read", item()));
         }
         skinned |= node.skin.is_some();
-        if let Some(mesh) = node.mesh {
-            builder.assembly.site_from_file = site_from_node;
-            builder.mesh(mesh)?;
-        }
+        placed.extend(node.mesh.map(|mesh| (mesh, site_from_node)));
     }
     if document.nodes.is_empty() {
         // no scene at all: the meshes as they are
-        (0..document.meshes.len() as Index).try_for_each(|mesh| builder.mesh(mesh))?;
+        placed.extend((0..document.meshes.len() as Index).map(|mesh| (mesh, site_from_scene)));
+    }
+    size::check(document, buffers, placed.iter().map(|(mesh, _)| *mesh), assembly)?;
+    let mut builder =
+        Builder { document, buffers, assembly, materials: Materials::default(), left_out: 0, flat: 0, shared: Vec::new() };
+    for (mesh, site_from_node) in placed {
+        builder.assembly.site_from_file = site_from_node;
+        builder.mesh(mesh)?;
     }
     let Builder { materials, left_out, flat, .. } = builder;
     assembly.site_from_file = site_from_scene;
@@ -101,7 +104,7 @@ struct Builder<'b, 'a, 'd> {
 
 /// What makes two primitives' vertices the same.
 #[derive(Clone, PartialEq)]
-struct Streams {
+pub(super) struct Streams {
     position: Index,
     normal: Option<Index>,
     color: Option<Index>,
@@ -109,7 +112,25 @@ struct Streams {
     transform: Option<TextureTransform>,
 }
 
-impl<'d> Builder<'_, '_, 'd> {
+impl Streams {
+    pub fn of(document: &Document, primitive: &Primitive, position: Index) -> Outcome<Self> {
+        let materials = &document.materials;
+        let material = |index: Index| materials.get(index as usize).ok_or_else(|| no_such("materials", index, materials.len()));
+        let info = primitive.material.map(material).transpose()?.and_then(|material| base_color(material).1);
+        let transform = info.as_ref().and_then(|info| info.extensions.transform);
+        let set = info.map_or(0, |info| transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord));
+        let attribute = |name: &str| primitive.attributes.get(name).copied();
+        Ok(Self {
+            position,
+            normal: attribute("NORMAL"),
+            color: attribute("COLOR_0"),
+            uv: attribute(&format!("TEXCOORD_{set}")),
+            transform,
+        })
+    }
+}
+
+impl Builder<'_, '_, '_> {
     fn mesh(&mut self, index: Index) -> Outcome<()> {
         let meshes = &self.document.meshes;
         let mesh = meshes.get(index as usize).ok_or_else(|| no_such("meshes", index, meshes.len()))?;
@@ -136,18 +157,7 @@ impl<'d> Builder<'_, '_, 'd> {
         let Some(&position) = primitive.attributes.get("POSITION") else {
             return fail(item, "has no POSITION", "export the file again");
         };
-        let material = primitive.material.map(|m| self.material(m)).transpose()?;
-        let info = material.and_then(|m| base_color(m).1);
-        let transform = info.as_ref().and_then(|info| info.extensions.transform);
-        let set = info.map_or(0, |info| transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord));
-        let attribute = |name: &str| primitive.attributes.get(name).copied();
-        let streams = Streams {
-            position,
-            normal: attribute("NORMAL"),
-            color: attribute("COLOR_0"),
-            uv: attribute(&format!("TEXCOORD_{set}")),
-            transform,
-        };
+        let streams = Streams::of(self.document, primitive, position)?;
         let number = self.materials.number(primitive.material)?;
         let positions = Values::open(self.document, self.buffers, position, &[3])?;
         let known = self.shared.iter().find(|(known, _)| *known == streams).map(|(_, first)| *first);
@@ -159,11 +169,6 @@ impl<'d> Builder<'_, '_, 'd> {
             self.shared.push((streams, first));
         }
         self.triangles(primitive, mode, first, positions.count, number, item)
-    }
-
-    fn material(&self, index: Index) -> Outcome<&'d super::model::Material> {
-        let materials = &self.document.materials;
-        materials.get(index as usize).ok_or_else(|| no_such("materials", index, materials.len()))
     }
 
     fn open(
@@ -194,7 +199,6 @@ impl<'d> Builder<'_, '_, 'd> {
             let problem = format!("has {count} positions without data behind them");
             return fail(item, problem, DAMAGED);
         }
-        self.limit(before + count, "vertices", item)?;
         let transform = streams.transform;
         let uvs: Option<Vec<Vec2>> = uvs.map(|uvs| (0..count).map(|i| transformed(uvs.get(i), transform)).collect());
         let colors: Option<Vec<Vec3>> = colors.map(|colors| (0..count).map(|i| three(colors.get(i)).as_vec3()).collect());
@@ -226,15 +230,6 @@ impl<'d> Builder<'_, '_, 'd> {
         Ok(before as u32)
     }
 
-    fn limit(&self, count: usize, what: &str, item: &str) -> Outcome<()> {
-        let most = self.assembly.options.most_elements;
-        if count as u64 <= u64::from(most) {
-            return Ok(());
-        }
-        let problem = format!("brings the scene to {count} {what}, more than the {most} that are allowed");
-        fail(item, problem, "split the file into several or simplify it")
-    }
-
     fn triangles(
         &mut self,
         primitive: &Primitive,
@@ -254,9 +249,7 @@ impl<'d> Builder<'_, '_, 'd> {
             return fail(item, "its indices are no unsigned numbers", "export the file again");
         }
         let count = indices.as_ref().map_or(vertices, |indices| indices.count);
-        let more = if mode == TRIANGLES { count / 3 } else { count.saturating_sub(2) };
-        self.limit(self.assembly.mesh.triangles.len() + more, "triangles", item)?;
-        self.assembly.mesh.triangles.reserve(more);
+        self.assembly.mesh.triangles.reserve(triangle_count(mode, count));
         if mode == TRIANGLES && !count.is_multiple_of(3) {
             self.assembly.warn(format_args!("{item}: the last {} of its {count} indices form no triangle", count % 3));
         }
@@ -287,6 +280,11 @@ impl<'d> Builder<'_, '_, 'd> {
         }
         Ok(())
     }
+}
+
+/// How many triangles so many corners make.
+pub(super) fn triangle_count(mode: u32, corners: usize) -> usize {
+    if mode == TRIANGLES { corners / 3 } else { corners.saturating_sub(2) }
 }
 
 #[inline]
