@@ -136,57 +136,59 @@ pub fn mend(mesh: &mut Mesh) -> u64 {
 /// their normals differ by at most the angle. The first group keeps the vertex, further ones append copies.
 pub fn split_creases(mesh: &mut Mesh, crease_rad: f32) {
     let least = f64::from(libm::cosf(crease_rad.clamp(0.0, std::f32::consts::PI)));
-    let first = weld::first_of_position(&mesh.positions);
-    let faces: Vec<(DVec3, [f64; 3])> = mesh.triangles.par_iter().map(|&t| face(&mesh.positions, t)).collect();
+    let count = mesh.positions.len();
+    let mut first = weld::first_of_position(&mesh.positions);
     let (starts, corners) = corners_by_position(&mesh.triangles, &first);
-    // Corner 3 t + k is corner k of triangle t; each gets the group that it belongs to, named by the least corner in it.
-    let groups: Vec<Vec<(u32, u32)>> = (0..mesh.positions.len())
-        .into_par_iter()
-        .map(|position| {
-            let around = &corners[starts[position] as usize..starts[position + 1] as usize];
-            group_corners(around, &mesh.triangles, &first, &faces, least)
-        })
-        .collect();
+    let mut claimed = vec![false; count];
+    let mut sums = vec![DVec3::ZERO; count];
+    mesh.normals = Vec::new();
+    let mut groups: Vec<Vec<Grouped>> = Vec::new();
     let mut vertex_of_group: Vec<(u32, u32, u32)> = Vec::new();
-    let mut claimed: Vec<u32> = vec![u32::MAX; mesh.positions.len()];
-    mesh.normals.clear();
-    let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
-    for around in &groups {
-        vertex_of_group.clear();
-        for &(corner, group) in around {
-            let (triangle, k) = (corner as usize / 3, corner as usize % 3);
-            let old = mesh.triangles[triangle][k];
-            let known = vertex_of_group.iter().find(|&&(g, v, _)| g == group && v == old).map(|&(_, _, new)| new);
-            let new = known.unwrap_or_else(|| {
-                let new = if claimed[old as usize] == u32::MAX {
-                    claimed[old as usize] = group;
-                    old
-                } else {
-                    mesh.positions.push(mesh.positions[old as usize]);
-                    if !mesh.uvs.is_empty() {
-                        mesh.uvs.push(mesh.uvs[old as usize]);
-                    }
-                    if !mesh.colors_linear.is_empty() {
-                        mesh.colors_linear.push(mesh.colors_linear[old as usize]);
-                    }
-                    sums.push(DVec3::ZERO);
-                    mesh.positions.len() as u32 - 1
-                };
-                vertex_of_group.push((group, old, new));
-                new
-            });
-            mesh.triangles[triangle][k] = new;
-        }
-        // All vertices of a group, also those that a texture seam keeps apart, take the group's normal.
-        for &(group, _, vertex) in &vertex_of_group {
-            sums[vertex as usize] = around
-                .iter()
-                .filter(|&&(_, g)| g == group)
-                .map(|&(corner, _)| faces[corner as usize / 3].0 * faces[corner as usize / 3].1[corner as usize % 3])
-                .fold(DVec3::ZERO, |sum, n| sum + n);
+    // In blocks, because a list for each position of a large mesh would take more than the mesh.
+    for begin in (0..count).step_by(BLOCK) {
+        let block = (begin..(begin + BLOCK).min(count)).into_par_iter();
+        let around = |position: usize| &corners[starts[position] as usize..starts[position + 1] as usize];
+        block.map(|position| group_corners(around(position), mesh, &first, least)).collect_into_vec(&mut groups);
+        for around in &groups {
+            vertex_of_group.clear();
+            for &Grouped { corner, group, .. } in around {
+                let (triangle, k) = (corner as usize / 3, corner as usize % 3);
+                let old = mesh.triangles[triangle][k];
+                let known = vertex_of_group.iter().find(|&&(g, v, _)| g == group && v == old).map(|&(_, _, new)| new);
+                let new = known.unwrap_or_else(|| {
+                    let new = if std::mem::replace(&mut claimed[old as usize], true) {
+                        first.push(first[old as usize]);
+                        sums.push(DVec3::ZERO);
+                        repeat_vertex(mesh, old)
+                    } else {
+                        old
+                    };
+                    vertex_of_group.push((group, old, new));
+                    new
+                });
+                mesh.triangles[triangle][k] = new;
+            }
+            // All vertices of a group, also those that a texture seam keeps apart, take the group's normal.
+            for &(group, _, vertex) in &vertex_of_group {
+                let of_group = around.iter().filter(|g| g.group == group);
+                sums[vertex as usize] = of_group.fold(DVec3::ZERO, |sum, g| sum + g.weighted_normal);
+            }
         }
     }
     mesh.normals = sums.into_iter().map(|n| n.try_normalize().unwrap_or(DVec3::Y).as_vec3()).collect();
+}
+
+/// Appends a copy of a vertex, but for its normal; answers its index.
+fn repeat_vertex(mesh: &mut Mesh, vertex: u32) -> u32 {
+    let old = vertex as usize;
+    mesh.positions.push(mesh.positions[old]);
+    if !mesh.uvs.is_empty() {
+        mesh.uvs.push(mesh.uvs[old]);
+    }
+    if !mesh.colors_linear.is_empty() {
+        mesh.colors_linear.push(mesh.colors_linear[old]);
+    }
+    mesh.positions.len() as u32 - 1
 }
 
 /// Corners sorted by the position that they stand on: where each position's begin, and the corners.
@@ -208,36 +210,44 @@ fn corners_by_position(triangles: &[[u32; 3]], first: &[u32]) -> (Vec<u32>, Vec<
     (starts, corners)
 }
 
+/// A corner (3 t + k is corner k of triangle t), the group that it belongs to, named by the least corner in it, and its triangle's
+/// normal times the angle there.
+struct Grouped {
+    corner: u32,
+    group: u32,
+    weighted_normal: DVec3,
+}
+
 /// Unites the corners around one position that a smooth edge joins.
-fn group_corners(
-    around: &[u32],
-    triangles: &[[u32; 3]],
-    first: &[u32],
-    faces: &[(DVec3, [f64; 3])],
-    least: f64,
-) -> Vec<(u32, u32)> {
-    let mut groups: Vec<(u32, u32)> = around.iter().map(|&corner| (corner, corner)).collect();
+fn group_corners(around: &[u32], mesh: &Mesh, first: &[u32], least: f64) -> Vec<Grouped> {
+    let mut normals = Vec::with_capacity(around.len());
+    let grouped = |&corner: &u32| {
+        let (normal, angles) = face(&mesh.positions, mesh.triangles[corner as usize / 3]);
+        normals.push(normal);
+        Grouped { corner, group: corner, weighted_normal: normal * angles[corner as usize % 3] }
+    };
+    let mut groups: Vec<Grouped> = around.iter().map(grouped).collect();
     if around.len() > LARGEST_GROUP {
         return groups;
     }
     let others = |corner: u32| {
-        let t = triangles[corner as usize / 3];
+        let t = mesh.triangles[corner as usize / 3];
         let k = corner as usize % 3;
         [first[t[(k + 1) % 3] as usize], first[t[(k + 2) % 3] as usize]]
     };
     for i in 0..around.len() {
         for j in 0..i {
-            if groups[i].1 == groups[j].1 {
+            if groups[i].group == groups[j].group {
                 continue;
             }
             let (a, b) = (others(around[i]), others(around[j]));
             let joined = a.iter().any(|v| b.contains(v));
-            let (n, m) = (faces[around[i] as usize / 3].0, faces[around[j] as usize / 3].0);
+            let (n, m) = (normals[i], normals[j]);
             // A triangle without area goes with any neighbour.
             let smooth = n.dot(m) >= least || n == DVec3::ZERO || m == DVec3::ZERO;
             if joined && smooth {
-                let (from, to) = (groups[i].1.max(groups[j].1), groups[i].1.min(groups[j].1));
-                groups.iter_mut().filter(|g| g.1 == from).for_each(|g| g.1 = to);
+                let (from, to) = (groups[i].group.max(groups[j].group), groups[i].group.min(groups[j].group));
+                groups.iter_mut().filter(|g| g.group == from).for_each(|g| g.group = to);
             }
         }
     }
