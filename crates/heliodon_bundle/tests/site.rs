@@ -274,6 +274,20 @@ fn a_later_stage_can_point_at_a_key() {
     assert_eq!(site.error_at(&["nowhere"], "bad", "mend").place, None);
 }
 
+/// Every key that a table of `site.toml` can have.
+fn schema_keys() -> Vec<String> {
+    let schema: serde_json::Value = serde_json::from_str(&SiteFile::json_schema()).unwrap();
+    let tables = schema["$defs"].as_object().unwrap().values().filter_map(|table| table["properties"].as_object());
+    let keys: Vec<String> = tables.flat_map(|table| table.keys().cloned()).collect();
+    assert!(keys.len() > 30, "{keys:?}");
+    keys
+}
+
+/// Whether a key is set or stands there as a comment.
+fn shows(text: &str, key: &str) -> bool {
+    text.lines().any(|line| line.trim_start_matches("# ").starts_with(&format!("{key} = ")))
+}
+
 #[test]
 fn the_template_says_what_it_was_given() {
     let mut sites = vec![parse(SMALLEST).unwrap().file().clone(), parse(FULL).unwrap().file().clone()];
@@ -291,6 +305,8 @@ fn the_template_says_what_it_was_given() {
         let text = site.to_toml_string();
         let read = parse(&text).unwrap_or_else(|error| panic!("{error}\n{text}"));
         assert_eq!(*read.file(), site, "{text}");
+        let missing: Vec<String> = schema_keys().into_iter().filter(|key| !shows(&text, key)).collect();
+        assert!(missing.is_empty(), "{missing:?} stand nowhere in\n{text}");
         // what stands there as a comment is right too, once uncommented
         let keys = ["# latitude_deg", "# longitude_deg", "# offset_m", "# name", "# first", "# unit", "# samples"];
         let spoken: Vec<String> = text

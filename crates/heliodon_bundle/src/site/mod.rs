@@ -88,6 +88,12 @@ impl Site {
         &self.file
     }
 
+    /// Whether `site.toml` itself has a key in a table, rather than leaving it to its default.
+    #[must_use]
+    pub fn says(&self, table: &str, key: &str) -> bool {
+        self.source.has(table, key)
+    }
+
     /// An error about a key of `site.toml`, for what only later stages can find: `&["part", "0", "file"]`.
     #[must_use]
     pub fn error_at(&self, key_path: &[&str], message: impl Into<String>, remedy: impl Into<String>) -> SiteError {

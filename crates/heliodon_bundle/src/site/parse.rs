@@ -39,6 +39,13 @@ impl Source {
         SiteError { file: self.file.clone(), place, message, remedy }
     }
 
+    /// Whether a table of the text has a key.
+    pub(super) fn has(&self, table: &str, key: &str) -> bool {
+        DeTable::parse(&self.text).is_ok_and(
+            |root| matches!(lookup(root.get_ref(), table), Some((_, DeValue::Table(table))) if lookup(table, key).is_some()),
+        )
+    }
+
     fn offset_of(&self, path: &[String]) -> Option<usize> {
         let table = DeTable::parse(&self.text).ok()?;
         let mut offset = None;

@@ -50,6 +50,9 @@ impl Writer {
     }
 }
 
+/// An example of a room's windows.
+const WINDOWS: &str = "[[[-2.0, 1.0, 20.0], [2.0, 1.0, 20.0], [-2.0, 2.5, 20.0]]]";
+
 pub(super) fn write(site: &SiteFile) -> String {
     let mut w = Writer { text: String::new() };
     w.line("# A site of Heliodon. Lengths in metres, +Y up, +X east, -Z north; angles in degrees; albedo linear.");
@@ -66,7 +69,9 @@ pub(super) fn write(site: &SiteFile) -> String {
     }
     if site.rooms.is_empty() {
         w.line("\n# [[room]]  # the box where a visitor's eyes can be");
-        w.line("# name = \"in front\"\n# min = [-2.0, 1.2, 20.0]\n# max = [2.0, 2.2, 24.0]\n# looks_at = [0.0, 5.0, 0.0]");
+        w.line("# name = \"in front\"\n# min = [-2.0, 1.2, 20.0]\n# max = [2.0, 2.2, 24.0]");
+        w.line(&format!("# windows = {WINDOWS}  # three corners each: lower left, lower right, upper left"));
+        w.line("# looks_at = [0.0, 5.0, 0.0]  # at first");
     }
     write_display(&mut w, &site.display);
     w.text
@@ -99,21 +104,30 @@ fn write_part(w: &mut Writer, part: &Part) {
 fn write_sky(w: &mut Writer, sky: &Sky) {
     let default = Sky::default();
     w.line("\n[sky]");
-    if let Some(model) = sky.model {
-        w.set("model", model, "atmosphere or hosek-wilkie; or probes = \"sky/*.hdr\" with mapping = \"lat-long\"");
-        w.absent("date", sky.date.as_ref(), "\"2006-05-03\"", "years before 1 CE as -0437");
-        w.absent("turbidity", sky.turbidity.as_ref(), "2.0", "2 very clear, 6 hazy");
+    let probes = sky.probes.is_some();
+    if !probes {
+        w.line("# either a model of the clear sky, at the place that [site] gives:");
+        write_model(w, sky);
+        w.line("# or, in place of a model, photographs:");
     }
-    if let Some(probes) = &sky.probes {
-        w.set("probes", probes, "hdr or exr; globs name a series; or model = \"atmosphere\" with date");
-        w.absent("mapping", sky.mapping.as_ref(), "\"lat-long\"", "lat-long, angular, mirror-ball, cube-cross or fisheye");
-        w.optional("times", &sky.times, &ProbeTimes::InNames, "from the files' names, or a list");
-        w.optional("between", &sky.between, &default.between, "nearest or interpolate");
-        w.optional("opening_deg", &sky.opening_deg, &default.opening_deg, "of a fisheye");
-        w.absent("sun_irradiance", sky.sun_irradiance.as_ref(), "[1.0, 1.0, 1.0]", "where the probes' sun is clipped");
-        w.optional("turn_deg", &sky.turn_deg, &0.0, "clockwise seen from above");
-        w.optional("below_horizon", &sky.below_horizon, &default.below_horizon, "keep, black or mirror");
+    w.absent("probes", sky.probes.as_ref(), "\"sky/*.hdr\"", "hdr or exr; globs name a series");
+    w.absent("mapping", sky.mapping.as_ref(), "\"lat-long\"", "lat-long, angular, mirror-ball, cube-cross or fisheye");
+    w.optional("times", &sky.times, &ProbeTimes::InNames, "from the files' names, or a list");
+    w.optional("between", &sky.between, &default.between, "nearest or interpolate");
+    w.optional("opening_deg", &sky.opening_deg, &default.opening_deg, "of a fisheye");
+    w.absent("sun_irradiance", sky.sun_irradiance.as_ref(), "[1.0, 1.0, 1.0]", "where the probes' sun is clipped");
+    w.optional("turn_deg", &sky.turn_deg, &default.turn_deg, "clockwise seen from above");
+    w.optional("below_horizon", &sky.below_horizon, &default.below_horizon, "keep, black or mirror");
+    if probes {
+        w.line("# or, in place of photographs, a model of the clear sky at the place that [site] gives:");
+        write_model(w, sky);
     }
+}
+
+fn write_model(w: &mut Writer, sky: &Sky) {
+    w.absent("model", sky.model.as_ref(), "\"atmosphere\"", "atmosphere or hosek-wilkie");
+    w.absent("date", sky.date.as_ref(), "\"2006-05-03\"", "years before 1 CE as -0437");
+    w.absent("turbidity", sky.turbidity.as_ref(), "2.0", "2 very clear, 6 hazy");
 }
 
 fn write_bake(w: &mut Writer, bake: &Bake) {
@@ -121,8 +135,8 @@ fn write_bake(w: &mut Writer, bake: &Bake) {
     w.line("\n[bake]");
     w.optional("sun_steps", &bake.sun_steps, &default.sun_steps, "1 to 1024");
     w.absent("sky_steps", bake.sky_steps.as_ref(), "184", "default: two for each sun step");
-    w.absent("first", bake.first.as_ref(), "\"06:57\"", "default: the probes' first, or sunrise");
-    w.absent("last", bake.last.as_ref(), "\"17:34\"", "default: the probes' last, or sunset");
+    w.absent("first", bake.first.as_ref(), "\"06:57\"", "default: the probes' first, or civil dawn");
+    w.absent("last", bake.last.as_ref(), "\"17:34\"", "default: the probes' last, or civil dusk");
     w.optional("order", &bake.order, &default.order, "1: 4 coefficients, 2: 9");
     w.optional("bounces", &bake.bounces, &default.bounces, "");
     w.optional("samples", &bake.samples, &default.samples, "rays of each point");
@@ -137,9 +151,8 @@ fn write_room(w: &mut Writer, room: &Room) {
     w.set("name", &room.name, "the box where a visitor's eyes can be");
     w.set("min", room.min, "");
     w.set("max", room.max, "");
-    if !room.windows.is_empty() {
-        w.set("windows", &room.windows, "corners: lower left, lower right, upper left");
-    }
+    let windows = Some(&room.windows).filter(|windows| !windows.is_empty());
+    w.absent("windows", windows, WINDOWS, "three corners each: lower left, lower right, upper left");
     w.absent("looks_at", room.looks_at.as_ref(), "[0.0, 5.0, 0.0]", "at first");
 }
 

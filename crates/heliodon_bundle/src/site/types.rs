@@ -326,10 +326,10 @@ pub struct Bake {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 16384))]
     pub sky_steps: Option<u32>,
-    /// The first step's time. Default: the probes' first, or sunrise.
+    /// The first step's time. Default: the probes' first, or civil dawn.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub first: Option<TimeOfDay>,
-    /// The last step's time. Default: the probes' last, or sunset.
+    /// The last step's time. Default: the probes' last, or civil dusk.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub last: Option<TimeOfDay>,
     /// Highest band of the spherical harmonics: 1 stores 4 coefficients, 2 stores 9 (sharper shading under uneven skies).
