@@ -12,13 +12,7 @@ impl<'a> SceneAlbedo<'a> {
     /// Of `mesh`; textures are averaged over patches of `footprint_m`, 0 for as sharp as they are.
     #[must_use]
     pub fn new(mesh: &'a Mesh, footprint_m: f32) -> Self {
-        Self(MeshAlbedo::new(mesh, Mesh::UNSAID_ALBEDO, footprint_m))
-    }
-
-    /// The albedo of each vertex.
-    #[must_use]
-    pub fn vertices(&self) -> Vec<Vec3> {
-        self.0.vertices()
+        Self(MeshAlbedo::new(mesh, footprint_m))
     }
 }
 
@@ -55,6 +49,6 @@ mod tests {
         };
         let albedo = SceneAlbedo::new(&mesh, 0.0);
         assert_eq!((albedo.albedo(0, 0.2, 0.2), albedo.mean(0)), (Vec3::splat(WHITEST), Vec3::splat(WHITEST)));
-        assert_eq!(albedo.vertices(), [Vec3::ONE; 3], "what is drawn stays white");
+        assert_eq!(mesh.corner_albedo(0, 0), Vec3::ONE, "what is drawn stays white");
     }
 }

@@ -196,7 +196,7 @@ impl Textures {
             return Ok(number);
         }
         let name = told_name(site, Path::new(&texture.source));
-        let number = writer.add_texture(&name, &texture.image.to_png_bytes()?)?;
+        let number = writer.add_texture_wrapped(&name, &texture.image.to_png_bytes()?, texture.wrap)?;
         self.numbers.push((key, number));
         Ok(number)
     }

@@ -1,10 +1,8 @@
 //! The bundle's primitives: spatially tight pieces of at most 20,000 triangles, each of one part and one texture, with the
 //! light of their vertices.
 
-use crate::albedo::SceneAlbedo;
 use crate::light::BakedLight;
 use crate::scene::Scene;
-use glam::Vec3;
 use heliodon_bundle::chunk::MAX_CHUNK_TRIANGLES;
 use heliodon_bundle::{LightLayout, LitChunk, VertexLight};
 use heliodon_mesh::Mesh;
@@ -15,15 +13,13 @@ pub struct ChunkMaker<'a> {
     scene: &'a Scene,
     light: &'a BakedLight,
     layout: LightLayout,
-    albedo: Vec<Vec3>,
 }
 
 impl<'a> ChunkMaker<'a> {
     /// For `scene`, whose vertices have `light`.
     #[must_use]
     pub fn new(scene: &'a Scene, light: &'a BakedLight, layout: LightLayout) -> Self {
-        // a vertex stands for the triangles around it, which its albedo is the mean of
-        Self { scene, light, layout, albedo: SceneAlbedo::new(&scene.mesh, 0.0).vertices() }
+        Self { scene, light, layout }
     }
 
     /// The pieces of a part; indices of their vertices count from the part's first.
@@ -54,19 +50,15 @@ impl<'a> ChunkMaker<'a> {
         let mesh = &self.scene.mesh;
         let first = self.scene.parts[part].vertices.start;
         let vertices: Vec<usize> = piece.vertices.iter().map(|&vertex| first + vertex as usize).collect();
-        let factor = piece.textured_material.map(|material| mesh.materials[usize::from(material)].base_color_linear);
-        let albedo = |&vertex: &usize| match factor {
-            // the texture brings the rest
-            Some(factor) => factor * mesh.colors_linear.get(vertex).copied().unwrap_or(Vec3::ONE),
-            None => self.albedo[vertex],
-        };
+        // where there is a texture, it brings the rest
+        let albedo = |(&vertex, &material): (&usize, &u16)| mesh.corner_albedo(vertex, material);
         LitChunk {
             part: part as u16,
             texture,
             positions: vertices.iter().map(|&vertex| mesh.positions[vertex]).collect(),
             normals: vertices.iter().map(|&vertex| mesh.normals[vertex]).collect(),
             uvs: texture.map_or_else(Vec::new, |_| vertices.iter().map(|&vertex| mesh.uvs[vertex]).collect()),
-            albedo: vertices.iter().map(albedo).collect(),
+            albedo: vertices.iter().zip(&piece.materials).map(albedo).collect(),
             triangles: piece.triangles.clone(),
             valid: vertices.iter().map(|&vertex| self.light.light.validity.valid[vertex]).collect(),
             light: self.vertex_light(&vertices),

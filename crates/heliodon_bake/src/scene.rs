@@ -6,9 +6,9 @@ use crate::report::Reporter;
 use heliodon_bundle::site::{Albedo, InputFile, InputKind, Part, Site, UpAxis};
 use heliodon_image::SrgbImage;
 use heliodon_light::{Surfaces, median_edge_m};
-use heliodon_mesh::import::{ImportOptions, ImportReport, read_reporting};
-use heliodon_mesh::place::{Placement, Unit, Up};
-use heliodon_mesh::{Material, Mesh, Texture, Wrap};
+use heliodon_mesh::import::{ImportOptions, ImportReport, NormalSource, read_reporting};
+use heliodon_mesh::place::{Placement, Up};
+use heliodon_mesh::{Material, Mesh, Texture, TextureWrap};
 use heliodon_rays::{BuildParams, TriangleScene};
 use std::ops::Range;
 use std::sync::Arc;
@@ -81,7 +81,7 @@ pub fn read(site: &Site, files: &[InputFile], reporter: &dyn Reporter) -> Result
     let mut done = 0;
     for (index, part) in site.parts.iter().enumerate() {
         let (first_vertex, first_triangle) = (scene.mesh.positions.len(), scene.mesh.triangles.len());
-        let options = ImportOptions { placement: placement(part, site.site.origin), ..ImportOptions::default() };
+        let options = import_options(part, site.site.origin);
         let albedo = part_albedo(site, index, files)?;
         for file in geometry(index) {
             let mut mesh = read_reporting(&file.path, &options, &mut report)?;
@@ -108,19 +108,21 @@ pub fn read(site: &Site, files: &[InputFile], reporter: &dyn Reporter) -> Result
     Ok(scene)
 }
 
+/// How `site.toml` wants a part's files read.
+fn import_options(part: &Part, origin: [f64; 3]) -> ImportOptions {
+    ImportOptions {
+        placement: placement(part, origin),
+        // who names an angle wants it on normals that the file has, too
+        normals: if part.crease_deg.is_some() { NormalSource::Computed } else { NormalSource::FileOrComputed },
+        crease_deg: part.crease_deg.map(|degrees| degrees as f32),
+        ..ImportOptions::default()
+    }
+}
+
 /// Where `site.toml` places a part.
 fn placement(part: &Part, origin: [f64; 3]) -> Placement {
-    use heliodon_bundle::site::Unit as SiteUnit;
     Placement {
-        unit: match part.unit {
-            SiteUnit::Mm => Unit::Millimetre,
-            SiteUnit::Cm => Unit::Centimetre,
-            SiteUnit::Dm => Unit::Decimetre,
-            SiteUnit::M => Unit::Metre,
-            SiteUnit::Km => Unit::Kilometre,
-            SiteUnit::In => Unit::Inch,
-            SiteUnit::Ft => Unit::Foot,
-        },
+        unit: part.unit,
         up: match part.up {
             UpAxis::Y => Up::Y,
             UpAxis::Z => Up::Z,
@@ -146,7 +148,7 @@ fn part_albedo(site: &Site, part: usize, files: &[InputFile]) -> Result<Option<M
                 let remedy = "an albedo is a PNG or JPEG image, or [r, g, b]";
                 site.error_at(&["part", &part.to_string(), "albedo"], error.to_string(), remedy)
             })?;
-            let texture = Texture { source: name.clone(), image, wrap: [Wrap::Repeat; 2] };
+            let texture = Texture { source: name.clone(), image, wrap: [TextureWrap::Repeat; 2] };
             Some(Material { name: name.clone(), base_color_linear: glam::Vec3::ONE, texture: Some(Arc::new(texture)) })
         }
     })

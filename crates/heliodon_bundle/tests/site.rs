@@ -87,7 +87,7 @@ fn the_smallest_site_works_as_written() {
     let site = parse(SMALLEST).unwrap();
     assert_eq!(site.site.name, "Bunny under a grey sky");
     assert_eq!(site.parts[0].albedo, Some(Albedo::Rgb([0.5; 3])));
-    assert_eq!((site.parts[0].role, site.parts[0].unit, site.parts[0].up), (Role::Scan, Unit::M, UpAxis::Y));
+    assert_eq!((site.parts[0].role, site.parts[0].unit, site.parts[0].up), (Role::Scan, Unit::Metre, UpAxis::Y));
     assert_eq!((site.sky.mapping, &site.sky.times), (Some(Mapping::LatLong), &ProbeTimes::InNames));
     assert_eq!(site.bake, Bake::default());
     assert_eq!((site.bake.effective_sky_steps(), site.bake.coefficients(), site.bake.channels()), (184, 4, 1));
@@ -163,6 +163,12 @@ fn a_part_without_a_name_is_called_by_its_file() {
     }
 }
 
+/// The place of the line that is `text`, and a column.
+fn line_of(whole: &str, text: &str, column: usize) -> (usize, usize) {
+    let line = whole.lines().position(|line| line.trim_start().starts_with(text)).expect("the line is there");
+    (line + 1, column)
+}
+
 #[test]
 fn slips_are_told_with_their_place_and_remedy() {
     refused(SMALLEST, "samples =", "sampels =", (12, 1), &["unknown key `sampels`", "did you mean `samples`?"]);
@@ -170,6 +176,13 @@ fn slips_are_told_with_their_place_and_remedy() {
     refused(SMALLEST, "\"scan\"", "\"scam\"", (5, 8), &["unknown value `scam`", "did you mean `scan`?"]);
     refused(SMALLEST, "\"scan\"", "\"temple\"", (5, 8), &["write one of: scan, ground, filling, prop"]);
     refused(SMALLEST, "\"lat-long\"", "\"latlong\"", (9, 11), &["did you mean `lat-long`?"]);
+    // whatever the capitals, and no guess where two words are as near, or none is near
+    refused(FULL, "up = \"z\"", "up = \"Z\"", line_of(FULL, "up = \"z\"", 6), &["did you mean `z`?"]);
+    refused(SMALLEST, "[bake]", "[BAKE]", (10, 2), &["did you mean `bake`?"]);
+    refused(FULL, "up = \"z\"", "up = \"x\"", line_of(FULL, "up = \"z\"", 6), &["write one of: y, z"]);
+    refused(SMALLEST, "[site]", "name = \"x\"\n[site]", (1, 1), &["unknown key `name`", "write one of: site, part, sky"]);
+    refused(SMALLEST, "[[part]]", "[part]", (3, 1), &["[part] is one table", "write [[part]], with two brackets"]);
+    refused(FULL, "[[room]]", "[ room ]", line_of(FULL, "[[room]]", 1), &["write [[room]], with two brackets"]);
     refused(SMALLEST, "[bake]", "[prepare]", (10, 2), &["[prepare] is not read by this version"]);
     refused(SMALLEST, "[bake]", "[[actor]]", (10, 3), &["[actor] is not read by this version"]);
 }
@@ -194,6 +207,7 @@ fn values_out_of_range_are_told_with_their_place_and_remedy() {
     refused(FULL, "longitude_deg = 23.7267", "", (26, 9), &["needs the place"]);
     refused(FULL, "origin = [475000.5", "origin = [inf", (7, 1), &["origin holds inf"]);
     refused(FULL, "scale = -2.0", "scale = 0", (18, 9), &["scale is 0"]);
+    refused(FULL, "scale = -2.0", "crease_deg = 181", (18, 14), &["crease_deg is 181", "from 0 to 180"]);
     refused(FULL, "min = [-50, 1, 0]", "min = [-50, 3, 0]", (47, 1), &["min 3 is not below max 2 along y"]);
     refused(FULL, "min = [-50, 1, 0]", "min = [-50, nan, 0]", (47, 1), &["min holds NaN"]);
     refused(FULL, "fov_deg = 40", "fov_deg = 180", (55, 11), &["fov_deg is 180"]);

@@ -1,5 +1,5 @@
-//! The mathematics that every part of Heliodon shares: directions on the sphere, spherical harmonics, colour and
-//! deterministic random numbers.
+//! The mathematics that every part of Heliodon shares: directions on the sphere, spherical harmonics, colour, units of
+//! length and deterministic random numbers.
 //!
 //! Spaces: right-handed, metres, **+Y up, +X east, -Z north**. Directions to light point from the surface to the light.
 //! Whatever ends up in a file is computed with [`libm`] and plain multiplications and additions, so that every platform
@@ -10,5 +10,6 @@ pub mod frame;
 pub mod random;
 pub mod sh;
 pub mod sphere;
+pub mod unit;
 
 pub use glam;

@@ -33,15 +33,6 @@ pub fn sample_cosine_hemisphere(n: Vec3, u: [f32; 2]) -> Vec3 {
     t * (r * libm::cosf(azimuth)) + b * (r * libm::sinf(azimuth)) + n * z
 }
 
-/// A direction spread evenly over the sphere, density `1 / (4 pi)`, from two numbers in [0, 1).
-#[must_use]
-pub fn sample_uniform_sphere(u: [f32; 2]) -> Vec3 {
-    let y = 1.0 - 2.0 * u[0];
-    let r = (1.0 - y * y).max(0.0).sqrt();
-    let azimuth = TAU * u[1];
-    Vec3::new(r * libm::cosf(azimuth), y, r * libm::sinf(azimuth))
-}
-
 /// The unit direction at a compass azimuth (radians, clockwise from north, -Z; east, +X, at pi/2) and an elevation above
 /// the horizon (radians).
 #[must_use]

@@ -1,7 +1,7 @@
-//! What a mesh reflects: vertex colour times material times texture, at a point, over a triangle, at the vertices.
+//! What a mesh reflects: vertex colour times material times texture, at a point, over a triangle, at a corner.
 //!
 //! Textures are averaged over what a value stands for, through a pyramid of halved images: a point of light transport stands for
-//! a patch of `footprint_m`, a triangle's mean for the triangle, a vertex for the triangles around it. So a wall of two triangles
+//! a patch of `footprint_m`, a triangle's mean for the triangle. So a wall of two triangles
 //! with a fine texture and a dense scan with a coarse one both reflect what they should, without noise from single texels.
 
 mod pyramid;
@@ -10,7 +10,6 @@ use crate::measure::UNSAID_ALBEDO;
 use crate::{Mesh, Texture};
 use glam::{Vec2, Vec3};
 use pyramid::Pyramid;
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Samples along a triangle's edge for its mean, at most, and how many texels each stands for.
@@ -20,18 +19,16 @@ const TEXELS_A_STEP: f32 = 4.0;
 /// The albedo of a mesh's surface, ready to be asked from many threads.
 pub struct MeshAlbedo<'m> {
     mesh: &'m Mesh,
-    /// Of a surface of which the mesh says nothing.
-    unsaid: Vec3,
     footprint_m: f32,
     /// For each material its texture's pyramid.
     pyramids: Vec<Option<Arc<Pyramid>>>,
 }
 
 impl<'m> MeshAlbedo<'m> {
-    /// `unsaid` (linear) is the albedo where the mesh has neither colours nor materials. `footprint_m` is the size of the patch
-    /// that [`MeshAlbedo::albedo`] averages textures over; 0 takes them as sharp as they are.
+    /// `footprint_m` is the size of the patch that [`MeshAlbedo::albedo`] averages textures over; 0 takes them as sharp as they are.
+    /// Where the mesh has neither colours nor materials, its albedo is [`Mesh::UNSAID_ALBEDO`].
     #[must_use]
-    pub fn new(mesh: &'m Mesh, unsaid: Vec3, footprint_m: f32) -> Self {
+    pub fn new(mesh: &'m Mesh, footprint_m: f32) -> Self {
         let mut built: Vec<(*const Texture, Arc<Pyramid>)> = Vec::new();
         let pyramids = mesh
             .materials
@@ -46,7 +43,7 @@ impl<'m> MeshAlbedo<'m> {
                 }))
             })
             .collect();
-        Self { mesh, unsaid, footprint_m, pyramids }
+        Self { mesh, footprint_m, pyramids }
     }
 
     /// The linear albedo at the point `(1 - u - v) a + u b + v c` of a triangle with the corners a, b, c.
@@ -87,43 +84,6 @@ impl<'m> MeshAlbedo<'m> {
         sum / (steps * steps)
     }
 
-    /// The linear albedo of each vertex, textures included; where materials meet, their mean. A vertex that no triangle uses has
-    /// its colour, or what is said of nothing.
-    #[must_use]
-    pub fn vertices(&self) -> Vec<Vec3> {
-        let mesh = self.mesh;
-        let color = |i: usize| mesh.colors_linear.get(i).copied();
-        if mesh.materials.is_empty() {
-            return (0..mesh.positions.len()).map(|i| color(i).unwrap_or(self.unsaid)).collect();
-        }
-        let mut sums = vec![Vec3::ZERO; mesh.positions.len()];
-        let mut counts = vec![0_u32; mesh.positions.len()];
-        // A vertex within one material is asked for once.
-        let mut last = vec![u32::MAX; mesh.positions.len()];
-        for (triangle, corners) in mesh.triangles.iter().enumerate() {
-            let material = self.material(triangle);
-            for (k, &vertex) in corners.iter().enumerate() {
-                let vertex = vertex as usize;
-                if last[vertex] == material as u32 {
-                    continue;
-                }
-                last[vertex] = material as u32;
-                let mut weights = [0.0; 3];
-                weights[k] = 1.0;
-                sums[vertex] += match self.pyramid(triangle) {
-                    None => self.plain(triangle, weights),
-                    Some(pyramid) => self.textured(triangle, weights, pyramid, self.span(triangle, pyramid).texels),
-                };
-                counts[vertex] += 1;
-            }
-        }
-        let look = |(i, (sum, count)): (usize, (&Vec3, &u32))| match count {
-            0 => color(i).unwrap_or(self.unsaid),
-            n => *sum / *n as f32,
-        };
-        sums.par_iter().zip(&counts).enumerate().map(look).collect()
-    }
-
     fn material(&self, triangle: usize) -> usize {
         self.mesh.triangle_material.get(triangle).map_or(0, |&m| usize::from(m))
     }
@@ -134,14 +94,9 @@ impl<'m> MeshAlbedo<'m> {
 
     /// Colour times material, without a texture.
     fn plain(&self, triangle: usize, weights: [f32; 3]) -> Vec3 {
-        let mesh = self.mesh;
-        let base = mesh.materials.get(self.material(triangle)).map(|m| m.base_color_linear);
-        if mesh.colors_linear.is_empty() {
-            return base.unwrap_or(self.unsaid);
-        }
-        let corners = mesh.triangles[triangle].map(|i| mesh.colors_linear[i as usize]);
-        let color = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
-        color * base.unwrap_or(Vec3::ONE)
+        let material = self.material(triangle) as u16;
+        let corners = self.mesh.triangles[triangle].map(|i| self.mesh.corner_albedo(i as usize, material));
+        corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2]
     }
 
     fn textured(&self, triangle: usize, weights: [f32; 3], pyramid: &Pyramid, texels: f32) -> Vec3 {
@@ -170,24 +125,32 @@ struct Span {
 }
 
 impl Mesh {
-    /// The linear albedo of each vertex: see [`MeshAlbedo::vertices`].
-    #[must_use]
-    pub fn vertex_albedo(&self, unsaid: Vec3) -> Vec<Vec3> {
-        MeshAlbedo::new(self, unsaid, 0.0).vertices()
-    }
-
     /// The linear albedo that counts where nothing else is said.
     pub const UNSAID_ALBEDO: Vec3 = Vec3::splat(UNSAID_ALBEDO);
+
+    /// The linear albedo of a vertex as a corner of triangles of a material, without the material's texture: colour times base colour.
+    /// A vertex between two materials has two of them.
+    ///
+    /// # Panics
+    /// Where colours are there but none for that vertex.
+    #[must_use]
+    pub fn corner_albedo(&self, vertex: usize, material: u16) -> Vec3 {
+        let base = self.materials.get(usize::from(material)).map(|material| material.base_color_linear);
+        match (self.colors_linear.is_empty(), base) {
+            (true, base) => base.unwrap_or(Self::UNSAID_ALBEDO),
+            (false, base) => self.colors_linear[vertex] * base.unwrap_or(Vec3::ONE),
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Material, Wrap};
+    use crate::{Material, TextureWrap};
     use heliodon_image::SrgbImage;
 
     fn textured(image: SrgbImage, uvs: [[f32; 2]; 4]) -> Mesh {
-        let texture = Texture { source: "test".into(), image, wrap: [Wrap::Repeat; 2] };
+        let texture = Texture { source: "test".into(), image, wrap: [TextureWrap::Repeat; 2] };
         Mesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y],
             uvs: uvs.map(Vec2::from).to_vec(),
@@ -218,7 +181,7 @@ mod tests {
     fn a_large_triangle_reflects_its_texture_s_mean_not_one_texel() {
         for (size, square) in [(256, 1), (256, 32), (100, 5), (37, 1)] {
             let mesh = textured(checkers(size, square), WHOLE);
-            let albedo = MeshAlbedo::new(&mesh, Vec3::ZERO, 10.0);
+            let albedo = MeshAlbedo::new(&mesh, 10.0);
             let means = (albedo.mean(0) + albedo.mean(1)) * 0.5;
             assert!((means - Vec3::new(0.5, 0.25, 0.125)).abs().max_element() < 0.02, "{size} {square}: {means}");
             assert!((albedo.albedo(0, 0.3, 0.3) - Vec3::new(0.5, 0.25, 0.125)).abs().max_element() < 0.02);
@@ -228,7 +191,7 @@ mod tests {
     #[test]
     fn a_small_footprint_sees_the_texels() {
         let mesh = textured(checkers(4, 2), WHOLE);
-        let albedo = MeshAlbedo::new(&mesh, Vec3::ZERO, 0.0);
+        let albedo = MeshAlbedo::new(&mesh, 0.0);
         // (0.25, 0.25) of the image is in its white top left, (0.75, 0.25) in its black top right
         assert!(albedo.albedo(1, 0.25, 0.5).x > 0.99);
         assert_eq!(albedo.albedo(0, 0.0, 0.75), Vec3::ZERO);
@@ -239,22 +202,23 @@ mod tests {
     fn colours_materials_and_their_absence() {
         let mut mesh = textured(checkers(4, 2), WHOLE);
         mesh.materials[0].texture = None;
-        assert_eq!(mesh.vertex_albedo(Vec3::ZERO)[0], Vec3::new(1.0, 0.5, 0.25));
+        assert_eq!(mesh.corner_albedo(0, 0), Vec3::new(1.0, 0.5, 0.25));
         mesh.colors_linear = vec![Vec3::splat(0.5); 4];
-        assert_eq!(MeshAlbedo::new(&mesh, Vec3::ZERO, 1.0).albedo(1, 0.2, 0.2), Vec3::new(0.5, 0.25, 0.125));
+        assert_eq!(MeshAlbedo::new(&mesh, 1.0).albedo(1, 0.2, 0.2), Vec3::new(0.5, 0.25, 0.125));
         mesh.materials.clear();
-        assert_eq!(mesh.vertex_albedo(Vec3::ZERO)[3], Vec3::splat(0.5));
+        assert_eq!(mesh.corner_albedo(3, 0), Vec3::splat(0.5));
         mesh.colors_linear.clear();
-        assert_eq!(MeshAlbedo::new(&mesh, Vec3::X, 1.0).mean(0), Vec3::X);
+        assert_eq!(MeshAlbedo::new(&mesh, 1.0).mean(0), Mesh::UNSAID_ALBEDO);
     }
 
     #[test]
-    fn vertices_between_materials_take_the_mean() {
+    fn a_vertex_between_materials_has_the_albedo_of_each() {
         let mut mesh = textured(checkers(4, 2), WHOLE);
         let plain = |x: f32| Material { name: String::new(), base_color_linear: Vec3::splat(x), texture: None };
-        mesh.materials = vec![plain(0.2), plain(0.4)];
+        mesh.materials = vec![plain(0.25), plain(0.5)];
         mesh.triangle_material = vec![0, 1];
-        let look: Vec<f32> = mesh.vertex_albedo(Vec3::ZERO).iter().map(|c| c.x).collect();
-        assert!(look.iter().zip([0.3, 0.2, 0.3, 0.4]).all(|(a, b)| (a - b).abs() < 1e-6), "{look:?}");
+        let albedo = MeshAlbedo::new(&mesh, 0.0);
+        assert_eq!([albedo.mean(0), albedo.mean(1)].map(|c| (c.x * 1e6).round()), [250_000.0, 500_000.0]);
+        assert_eq!([0, 1].map(|material| mesh.corner_albedo(2, material)), [Vec3::splat(0.25), Vec3::splat(0.5)]);
     }
 }

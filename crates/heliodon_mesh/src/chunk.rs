@@ -5,20 +5,26 @@
 //! ordered for the GPU's vertex cache by meshoptimizer, and vertices by first use. The same mesh gives the same pieces, whatever
 //! the number of threads.
 
-use crate::{Mesh, Texture};
+use crate::{Material, Mesh, Texture};
 use glam::Vec3;
 use rayon::prelude::*;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// A piece of a mesh with vertices of its own.
+///
+/// A vertex of the mesh that lies between materials of different colours is there once for each of them: one vertex holds one
+/// albedo, and a mean would run over whole triangles on either side.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Chunk {
     /// Corners, as indices into `vertices`, in the mesh's winding.
     pub triangles: Vec<[u32; 3]>,
-    /// Which vertices of the mesh they are, each once.
+    /// Which vertices of the mesh they are.
     pub vertices: Vec<u32>,
+    /// For each of `vertices` a material with the base colour of the triangles that use it; 0 where the mesh has none.
+    pub materials: Vec<u16>,
     /// A material with the texture that all its triangles share; `None` for triangles without a texture. Triangles of several
-    /// materials that differ in their constant colour only go together.
+    /// materials that differ in their base colour only go together.
     pub textured_material: Option<u16>,
 }
 
@@ -30,22 +36,21 @@ pub struct Chunk {
 pub fn split(mesh: &Mesh, max_triangles: usize) -> Vec<Chunk> {
     assert!(max_triangles > 0, "a piece must have room for a triangle");
     let leaders = texture_leaders(mesh);
-    let leader = |t: u32| {
-        let material = mesh.triangle_material.get(t as usize).map_or(0, |&m| usize::from(m));
-        leaders.get(material).copied().flatten()
-    };
+    let leader = |t: u32| leaders.get(usize::from(material(mesh, t))).copied().flatten();
+    let first_of_color = first_of_color(mesh);
     let mut order: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
     if leaders.iter().any(Option::is_some) {
         order.par_sort_by_key(|&t| (leader(t), t));
     }
     let centers: Vec<Vec3> = mesh.triangles.par_iter().map(|t| center(mesh, t)).collect();
+    let cut = Cut { mesh, centers: &centers, first_of_color: &first_of_color, most: max_triangles };
     let mut chunks = Vec::with_capacity(order.len().div_ceil(max_triangles));
     let mut rest = order.as_mut_slice();
     while let Some(&first) = rest.first() {
         let texture = leader(first);
         let length = rest.partition_point(|&t| leader(t) == texture);
         let (group, after) = rest.split_at_mut(length);
-        chunks.extend(halve(mesh, &centers, group, max_triangles, texture));
+        chunks.extend(cut.halve(group, texture));
         rest = after;
     }
     chunks
@@ -54,7 +59,7 @@ pub fn split(mesh: &Mesh, max_triangles: usize) -> Vec<Chunk> {
 /// For each material the first one with the same texture, or `None` without one.
 fn texture_leaders(mesh: &Mesh) -> Vec<Option<u16>> {
     let mut seen: Vec<(*const Texture, u16)> = Vec::new();
-    let leader = |(index, material): (usize, &crate::Material)| {
+    let leader = |(index, material): (usize, &Material)| {
         let texture = Arc::as_ptr(material.texture.as_ref().filter(|_| !mesh.uvs.is_empty())?);
         if let Some(&(_, first)) = seen.iter().find(|(known, _)| *known == texture) {
             return Some(first);
@@ -65,57 +70,87 @@ fn texture_leaders(mesh: &Mesh) -> Vec<Option<u16>> {
     mesh.materials.iter().enumerate().map(leader).collect()
 }
 
+/// For each material the first one with the same base colour.
+fn first_of_color(mesh: &Mesh) -> Vec<u16> {
+    let mut first = HashMap::new();
+    let of = |(index, material): (usize, &Material)| {
+        *first.entry(material.base_color_linear.to_array().map(f32::to_bits)).or_insert(index as u16)
+    };
+    mesh.materials.iter().enumerate().map(of).collect()
+}
+
+fn material(mesh: &Mesh, triangle: u32) -> u16 {
+    mesh.triangle_material.get(triangle as usize).copied().unwrap_or(0)
+}
+
 /// Three times the centroid.
 fn center(mesh: &Mesh, triangle: &[u32; 3]) -> Vec3 {
     triangle.iter().map(|&i| mesh.positions[i as usize]).sum()
 }
 
-fn halve(mesh: &Mesh, centers: &[Vec3], triangles: &mut [u32], most: usize, texture: Option<u16>) -> Vec<Chunk> {
-    if triangles.len() <= most {
-        return vec![finish(mesh, triangles, texture)];
-    }
-    let pieces = triangles.len().div_ceil(most);
-    let middle = (triangles.len() as u64 * (pieces / 2) as u64 / pieces as u64) as usize;
-    let (low, high) = triangles.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &t| {
-        (low.min(centers[t as usize]), high.max(centers[t as usize]))
-    });
-    let axis = (high - low).max_position();
-    let key = |t: &u32| centers[*t as usize][axis];
-    triangles.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
-    let (left, right) = triangles.split_at_mut(middle);
-    let (mut chunks, more) =
-        rayon::join(|| halve(mesh, centers, left, most, texture), || halve(mesh, centers, right, most, texture));
-    chunks.extend(more);
-    chunks
+/// What every piece is cut from.
+struct Cut<'m> {
+    mesh: &'m Mesh,
+    centers: &'m [Vec3],
+    first_of_color: &'m [u16],
+    most: usize,
 }
 
-fn finish(mesh: &Mesh, triangles: &mut [u32], texture: Option<u16>) -> Chunk {
-    // What selection left in no order of its own becomes the mesh's.
-    triangles.sort_unstable();
-    let corners: Vec<u32> = triangles.iter().flat_map(|&t| mesh.triangles[t as usize]).collect();
-    let mut used = corners.clone();
-    used.sort_unstable();
-    used.dedup();
-    let local: Vec<u32> = corners.iter().map(|vertex| used.binary_search(vertex).map_or(0, |place| place as u32)).collect();
-    let mut local = meshopt::optimize_vertex_cache(&local, used.len());
-    let mut place = vec![u32::MAX; used.len()];
-    let mut vertices = Vec::with_capacity(used.len());
-    for corner in &mut local {
-        let place = &mut place[*corner as usize];
-        if *place == u32::MAX {
-            *place = vertices.len() as u32;
-            vertices.push(used[*corner as usize]);
+impl Cut<'_> {
+    fn halve(&self, triangles: &mut [u32], texture: Option<u16>) -> Vec<Chunk> {
+        if triangles.len() <= self.most {
+            return vec![self.finish(triangles, texture)];
         }
-        *corner = *place;
+        let pieces = triangles.len().div_ceil(self.most);
+        let middle = (triangles.len() as u64 * (pieces / 2) as u64 / pieces as u64) as usize;
+        let (low, high) = triangles.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &t| {
+            (low.min(self.centers[t as usize]), high.max(self.centers[t as usize]))
+        });
+        let axis = (high - low).max_position();
+        let key = |t: &u32| self.centers[*t as usize][axis];
+        triangles.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
+        let (left, right) = triangles.split_at_mut(middle);
+        let (mut chunks, more) = rayon::join(|| self.halve(left, texture), || self.halve(right, texture));
+        chunks.extend(more);
+        chunks
     }
-    let triangles = local.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
-    Chunk { triangles, vertices, textured_material: texture }
+
+    fn finish(&self, triangles: &mut [u32], texture: Option<u16>) -> Chunk {
+        // What selection left in no order of its own becomes the mesh's.
+        triangles.sort_unstable();
+        let corners: Vec<(u32, u16)> = triangles
+            .iter()
+            .flat_map(|&t| {
+                let color = self.first_of_color.get(usize::from(material(self.mesh, t))).copied().unwrap_or(0);
+                self.mesh.triangles[t as usize].map(|vertex| (vertex, color))
+            })
+            .collect();
+        let mut used = corners.clone();
+        used.sort_unstable();
+        used.dedup();
+        let local: Vec<u32> = corners.iter().map(|corner| used.binary_search(corner).map_or(0, |place| place as u32)).collect();
+        let mut local = meshopt::optimize_vertex_cache(&local, used.len());
+        let mut place = vec![u32::MAX; used.len()];
+        let (mut vertices, mut materials) = (Vec::with_capacity(used.len()), Vec::with_capacity(used.len()));
+        for corner in &mut local {
+            let place = &mut place[*corner as usize];
+            if *place == u32::MAX {
+                *place = vertices.len() as u32;
+                let (vertex, material) = used[*corner as usize];
+                vertices.push(vertex);
+                materials.push(material);
+            }
+            *corner = *place;
+        }
+        let triangles = local.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
+        Chunk { triangles, vertices, materials, textured_material: texture }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Material, Wrap};
+    use crate::TextureWrap;
     use glam::Vec2;
     use heliodon_image::SrgbImage;
 
@@ -185,7 +220,11 @@ mod tests {
         let mut mesh = grid(10);
         mesh.uvs = vec![Vec2::ZERO; mesh.positions.len()];
         let texture = |name: &str| {
-            Some(Arc::new(Texture { source: name.into(), image: SrgbImage::filled(1, 1, [9; 4]), wrap: [Wrap::Repeat; 2] }))
+            Some(Arc::new(Texture {
+                source: name.into(),
+                image: SrgbImage::filled(1, 1, [9; 4]),
+                wrap: [TextureWrap::Repeat; 2],
+            }))
         };
         let material = |texture| Material { name: String::new(), base_color_linear: Vec3::ONE, texture };
         let (a, b) = (texture("a"), texture("b"));
@@ -197,6 +236,40 @@ mod tests {
             [(None, 80), (Some(1), 80), (Some(2), 40)]
         );
         assert_eq!(global(&chunks), canonical(mesh.triangles.iter().copied()));
+    }
+
+    #[test]
+    fn vertices_between_colours_are_there_for_each() {
+        let mut mesh = grid(10);
+        let material = |x: f32| Material { name: String::new(), base_color_linear: Vec3::splat(x), texture: None };
+        // the fourth looks like the first
+        mesh.materials = [0.25, 0.5, 0.75, 0.25].map(material).to_vec();
+        mesh.triangle_material = (0..200).map(|t| t % 4).collect();
+        mesh.uvs = vec![Vec2::ZERO; mesh.positions.len()];
+        for textured in [false, true] {
+            if textured {
+                let image = SrgbImage::filled(1, 1, [9; 4]);
+                let texture = Arc::new(Texture { source: String::new(), image, wrap: [TextureWrap::Repeat; 2] });
+                mesh.materials.iter_mut().for_each(|material| material.texture = Some(texture.clone()));
+            }
+            let chunks = split(&mesh, 1000);
+            assert_eq!(chunks.len(), 1, "one texture, one piece");
+            let chunk = &chunks[0];
+            assert_eq!(global(&chunks), canonical(mesh.triangles.iter().copied()));
+            let mut keys: Vec<_> = chunk.vertices.iter().zip(&chunk.materials).collect();
+            assert_eq!(keys.len(), chunk.vertices.len());
+            keys.sort_unstable();
+            keys.dedup();
+            assert_eq!(keys.len(), chunk.vertices.len(), "each once for each colour");
+            // every triangle of the piece has one colour, and as many have it as in the mesh
+            let mut counts = [0; 3];
+            for triangle in &chunk.triangles {
+                let [a, b, c] = triangle.map(|i| chunk.materials[i as usize]);
+                assert!(a == b && b == c);
+                counts[usize::from(a)] += 1;
+            }
+            assert_eq!(counts, [100, 50, 50]);
+        }
     }
 
     #[test]

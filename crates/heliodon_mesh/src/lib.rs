@@ -11,6 +11,7 @@ mod mesh;
 pub mod normals;
 pub mod place;
 pub mod temple;
-pub mod weld;
+mod weld;
 
-pub use mesh::{Material, Mesh, MeshError, Texture, Wrap};
+pub use heliodon_image::TextureWrap;
+pub use mesh::{Material, Mesh, MeshError, Texture};

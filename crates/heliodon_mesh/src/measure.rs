@@ -54,9 +54,9 @@ impl Mesh {
             append_normals(self, other);
         }
         fill(&mut self.uvs, &other.uvs, vertices, other.positions.len(), [Vec2::ZERO; 2]);
-        let plain = |mesh: &Self| if mesh.materials.is_empty() { Vec3::splat(UNSAID_ALBEDO) } else { Vec3::ONE };
-        let plain = [plain(self), plain(other)];
-        fill(&mut self.colors_linear, &other.colors_linear, vertices, other.positions.len(), plain);
+        // where there are materials now, what is said of nothing is said by them already
+        let plain = if self.materials.is_empty() { Vec3::splat(UNSAID_ALBEDO) } else { Vec3::ONE };
+        fill(&mut self.colors_linear, &other.colors_linear, vertices, other.positions.len(), [plain; 2]);
         self.positions.extend_from_slice(&other.positions);
         self.triangles.extend(other.triangles.iter().map(|t| t.map(|i| i + first)));
         Ok(())
@@ -140,13 +140,39 @@ mod tests {
         colored.normals = vec![Vec3::Z; 3];
         let mut textured = triangle();
         textured.uvs = vec![Vec2::ONE; 3];
-        textured.materials = vec![Material { name: "stone".into(), base_color_linear: Vec3::splat(0.25), texture: None }];
         site.append(&colored).unwrap();
         site.append(&textured).unwrap();
         site.validate().unwrap();
         assert_eq!(site.triangles, [[0, 1, 2], [3, 4, 5], [6, 7, 8]]);
         assert_eq!(site.normals, [Vec3::Z; 9]);
-        let look = site.vertex_albedo(Vec3::ZERO);
-        assert_eq!([look[0], look[3], look[6]], [Vec3::splat(0.5), Vec3::X, Vec3::splat(0.25)]);
+        assert_eq!([site.uvs[0], site.uvs[3], site.uvs[6]], [Vec2::ZERO, Vec2::ZERO, Vec2::ONE]);
+    }
+
+    #[test]
+    fn meshes_keep_their_look_in_whatever_order_they_come() {
+        let look = |colors: Option<f32>, base: Option<f32>| {
+            let material = |c| Material { name: String::new(), base_color_linear: Vec3::splat(c), texture: None };
+            Mesh {
+                colors_linear: colors.map_or_else(Vec::new, |c| vec![Vec3::splat(c); 3]),
+                materials: base.map(material).into_iter().collect(),
+                ..triangle()
+            }
+        };
+        // bare, coloured, of a material, of both
+        let meshes = [look(None, None), look(Some(0.75), None), look(None, Some(0.25)), look(Some(0.75), Some(0.5))];
+        let expected = [0.5, 0.75, 0.25, 0.375];
+        for number in 0..4 * 4 * 4 * 4 {
+            let order = [number % 4, number / 4 % 4, number / 16 % 4, number / 64];
+            for length in 2..=4 {
+                let mut site = meshes[order[0]].clone();
+                order[1..length].iter().for_each(|&mesh| site.append(&meshes[mesh]).unwrap());
+                site.validate().unwrap();
+                let albedo = crate::albedo::MeshAlbedo::new(&site, 0.0);
+                for (triangle, &mesh) in order[..length].iter().enumerate() {
+                    let found = albedo.mean(triangle as u32);
+                    assert!((found - expected[mesh]).abs().max_element() < 1e-6, "{:?}: {found}", &order[..length]);
+                }
+            }
+        }
     }
 }

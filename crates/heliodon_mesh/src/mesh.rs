@@ -1,7 +1,7 @@
 //! The mesh that importers make and the bake reads.
 
 use super::{Vec2, Vec3};
-use heliodon_image::SrgbImage;
+use heliodon_image::{SrgbImage, TextureWrap};
 use std::sync::Arc;
 
 /// Triangles over shared vertices, in one space, with what is known of their look.
@@ -45,19 +45,7 @@ pub struct Texture {
     /// sRGB pixels.
     pub image: SrgbImage,
     /// How it goes on outside of [0, 1] along u and v.
-    pub wrap: [Wrap; 2],
-}
-
-/// How a texture goes on outside of its image.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Wrap {
-    /// Again and again.
-    #[default]
-    Repeat,
-    /// Again and again, every other one mirrored.
-    Mirror,
-    /// The last pixel.
-    Clamp,
+    pub wrap: [TextureWrap; 2],
 }
 
 /// A mesh whose arrays contradict one another.

@@ -12,104 +12,9 @@
 //!
 //! A transform that mirrors (an odd number of negative scales) also turns the triangles round, so that fronts stay fronts.
 
-use crate::Mesh;
 use glam::{DMat3, DVec3, Vec3};
-use rayon::prelude::*;
+pub use heliodon_math::unit::Unit;
 use serde::{Deserialize, Serialize};
-use std::str::FromStr;
-
-/// The unit in which a file's numbers are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Unit {
-    /// Kilometres.
-    #[serde(rename = "km")]
-    Kilometre,
-    /// Metres.
-    #[default]
-    #[serde(rename = "m")]
-    Metre,
-    /// Decimetres.
-    #[serde(rename = "dm")]
-    Decimetre,
-    /// Centimetres.
-    #[serde(rename = "cm")]
-    Centimetre,
-    /// Millimetres.
-    #[serde(rename = "mm")]
-    Millimetre,
-    /// International feet of 0.3048 m.
-    #[serde(rename = "ft")]
-    Foot,
-    /// United States survey feet of 1200/3937 m.
-    #[serde(rename = "us-ft")]
-    UsSurveyFoot,
-    /// Inches of 0.0254 m.
-    #[serde(rename = "in")]
-    Inch,
-    /// Yards of 0.9144 m.
-    #[serde(rename = "yd")]
-    Yard,
-}
-
-impl Unit {
-    /// Every unit, in the order of the documentation.
-    pub const ALL: [Self; 9] = [
-        Self::Kilometre,
-        Self::Metre,
-        Self::Decimetre,
-        Self::Centimetre,
-        Self::Millimetre,
-        Self::Foot,
-        Self::UsSurveyFoot,
-        Self::Inch,
-        Self::Yard,
-    ];
-
-    /// How it is written in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Kilometre => "km",
-            Self::Metre => "m",
-            Self::Decimetre => "dm",
-            Self::Centimetre => "cm",
-            Self::Millimetre => "mm",
-            Self::Foot => "ft",
-            Self::UsSurveyFoot => "us-ft",
-            Self::Inch => "in",
-            Self::Yard => "yd",
-        }
-    }
-
-    /// Its length in metres.
-    #[must_use]
-    pub fn metres(self) -> f64 {
-        match self {
-            Self::Kilometre => 1000.0,
-            Self::Metre => 1.0,
-            Self::Decimetre => 0.1,
-            Self::Centimetre => 0.01,
-            Self::Millimetre => 0.001,
-            Self::Foot => 0.3048,
-            Self::UsSurveyFoot => 1200.0 / 3937.0,
-            Self::Inch => 0.0254,
-            Self::Yard => 0.9144,
-        }
-    }
-}
-
-/// A word that names no unit.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("\"{0}\" is not a unit; write one of km, m, dm, cm, mm, ft, us-ft, in, yd")]
-pub struct UnknownUnit(pub String);
-
-impl FromStr for Unit {
-    type Err = UnknownUnit;
-
-    fn from_str(word: &str) -> Result<Self, UnknownUnit> {
-        Self::ALL.into_iter().find(|unit| unit.name() == word).ok_or_else(|| UnknownUnit(word.to_owned()))
-    }
-}
 
 /// The axis that points up in a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -264,23 +169,6 @@ impl Affine {
     }
 }
 
-/// Moves a mesh that is already in memory. Importers place while they read, which keeps the digits of survey coordinates.
-///
-/// # Errors
-/// When the placement is no transform of space.
-pub fn place(mesh: &mut Mesh, placement: &Placement) -> Result<(), PlacementError> {
-    let affine = placement.affine()?;
-    if affine == Affine::IDENTITY {
-        return Ok(());
-    }
-    mesh.positions.par_iter_mut().for_each(|p| *p = affine.position(p.as_dvec3()).as_vec3());
-    mesh.normals.par_iter_mut().for_each(|n| *n = affine.normal(n.as_dvec3()));
-    if affine.mirrors() {
-        mesh.triangles.par_iter_mut().for_each(|t| t.swap(1, 2));
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -317,17 +205,11 @@ mod tests {
     }
 
     #[test]
-    fn mirroring_turns_triangles_and_keeps_normals_outside() {
-        let mut mesh = Mesh {
-            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-            normals: vec![Vec3::Z; 3],
-            triangles: vec![[0, 1, 2]],
-            ..Mesh::default()
-        };
-        place(&mut mesh, &Placement { scale: [1.0, 1.0, -2.0], ..Placement::default() }).unwrap();
-        let [a, b, c] = mesh.triangles[0].map(|i| mesh.positions[i as usize]);
-        assert_eq!(mesh.normals[0], Vec3::NEG_Z);
-        assert!((b - a).cross(c - a).dot(mesh.normals[0]) > 0.0);
+    fn mirroring_keeps_normals_outside() {
+        let affine = Placement { scale: [1.0, 1.0, -2.0], ..Placement::default() }.affine().unwrap();
+        assert!(affine.mirrors());
+        assert_eq!(affine.normal(DVec3::Z), Vec3::NEG_Z);
+        assert_eq!(affine.normal(DVec3::X), Vec3::X);
     }
 
     #[test]
@@ -342,13 +224,5 @@ mod tests {
     fn what_is_no_transform_is_refused() {
         assert!(Placement { scale: [1.0, 0.0, 1.0], ..Placement::default() }.affine().is_err());
         assert!(Placement { translate: [f64::NAN, 0.0, 0.0], ..Placement::default() }.affine().is_err());
-    }
-
-    #[test]
-    fn units_are_read_by_their_names() {
-        for unit in Unit::ALL {
-            assert_eq!(unit.name().parse(), Ok(unit));
-        }
-        assert!("parsec".parse::<Unit>().is_err());
     }
 }

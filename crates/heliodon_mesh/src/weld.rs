@@ -1,6 +1,5 @@
-//! Vertices that are the same to the bit: finding them, merging them.
+//! Vertices that are the same to the bit: finding them.
 
-use crate::Mesh;
 use glam::Vec3;
 
 /// Finds positions that it has seen before, exactly (0 and -0 are the same). Open addressing over indices: 8 to 16 bytes a vertex.
@@ -66,7 +65,7 @@ fn hash(p: Vec3) -> usize {
 
 /// For every position the index of the first one that is the same.
 #[must_use]
-pub fn first_of_position(positions: &[Vec3]) -> Vec<u32> {
+pub(crate) fn first_of_position(positions: &[Vec3]) -> Vec<u32> {
     let size = (positions.len() * 2).next_power_of_two().max(2);
     let mask = size - 1;
     let mut slots = vec![EMPTY; size];
@@ -85,69 +84,9 @@ pub fn first_of_position(positions: &[Vec3]) -> Vec<u32> {
     positions.iter().enumerate().map(place).collect()
 }
 
-/// Merges vertices that are the same in everything (position, normal, texture coordinates, colour) and drops triangles that
-/// collapse by it. The first of each stays, in its order. Answers how many vertices went.
-pub fn weld(mesh: &mut Mesh) -> usize {
-    let first = first_of_position(&mesh.positions);
-    let count = mesh.positions.len();
-    // Vertices of one position form a chain, because they may differ in the rest.
-    let mut next = vec![EMPTY; count];
-    let mut target = vec![EMPTY; count];
-    let mut kept = 0_u32;
-    let same = |a: usize, b: usize| {
-        mesh.normals.get(a) == mesh.normals.get(b)
-            && mesh.uvs.get(a) == mesh.uvs.get(b)
-            && mesh.colors_linear.get(a) == mesh.colors_linear.get(b)
-    };
-    let mut keep = vec![false; count];
-    for vertex in 0..count {
-        let head = first[vertex] as usize;
-        let mut at = head;
-        if head == vertex {
-            keep[vertex] = true;
-        } else {
-            loop {
-                if same(at, vertex) {
-                    break;
-                }
-                if next[at] == EMPTY {
-                    next[at] = vertex as u32;
-                    keep[vertex] = true;
-                    at = vertex;
-                    break;
-                }
-                at = next[at] as usize;
-            }
-        }
-        if keep[vertex] {
-            target[vertex] = kept;
-            kept += 1;
-        } else {
-            target[vertex] = target[at];
-        }
-    }
-    retain(&mut mesh.positions, &keep);
-    retain(&mut mesh.normals, &keep);
-    retain(&mut mesh.uvs, &keep);
-    retain(&mut mesh.colors_linear, &keep);
-    for corner in mesh.triangles.as_flattened_mut() {
-        *corner = target[*corner as usize];
-    }
-    let whole: Vec<bool> = mesh.triangles.iter().map(|&[a, b, c]| a != b && b != c && c != a).collect();
-    retain(&mut mesh.triangles, &whole);
-    retain(&mut mesh.triangle_material, &whole);
-    count - mesh.positions.len()
-}
-
-fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
-    let mut keep = keep.iter();
-    values.retain(|_| keep.next().is_some_and(|&k| k));
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec2;
 
     #[test]
     fn the_welder_and_the_table_agree() {
@@ -169,19 +108,5 @@ mod tests {
         assert_eq!(unique.len(), 770);
         assert_eq!(first.iter().enumerate().filter(|(i, f)| *i == **f as usize).count(), 770);
         assert!(first.iter().enumerate().all(|(i, f)| positions[i] == positions[*f as usize]));
-    }
-
-    #[test]
-    fn welding_keeps_seams() {
-        let mut mesh = Mesh {
-            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::X, Vec3::Y, Vec3::ONE, Vec3::X],
-            uvs: [0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0].map(Vec2::splat).to_vec(),
-            triangles: vec![[0, 1, 2], [4, 3, 5], [1, 3, 6]],
-            ..Mesh::default()
-        };
-        assert_eq!(weld(&mut mesh), 2);
-        assert_eq!(mesh.triangles, [[0, 1, 2], [3, 1, 4]]);
-        assert_eq!(mesh.uvs[3], Vec2::splat(0.5));
-        mesh.validate().unwrap();
     }
 }

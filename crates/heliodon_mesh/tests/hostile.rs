@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests")]
 
+use heliodon_mesh::albedo::MeshAlbedo;
 use heliodon_mesh::import::{Format, ImportError, ImportOptions, ImportReport, from_bytes, read_reporting};
 use heliodon_mesh::{Mesh, chunk, export};
 use heliodon_testkit::hostile::files::{self, File, Outcome};
@@ -25,8 +26,10 @@ fn check(result: &Result<Mesh, ImportError>) {
             assert_eq!(mesh.normals.len(), mesh.positions.len());
             let chunks = chunk::split(mesh, 100);
             assert_eq!(chunks.iter().map(|c| c.triangles.len()).sum::<usize>(), mesh.triangles.len());
-            let albedo = mesh.vertex_albedo(Mesh::UNSAID_ALBEDO);
-            assert!(albedo.iter().all(|a| a.is_finite()));
+            let albedo = MeshAlbedo::new(mesh, 0.1);
+            assert!(
+                (0..mesh.triangles.len() as u32).all(|t| albedo.mean(t).is_finite() && albedo.albedo(t, 0.2, 0.3).is_finite())
+            );
         }
         Err(error) => {
             assert!(!error.problem().is_empty() && !error.remedy().is_empty());

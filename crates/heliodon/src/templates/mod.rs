@@ -101,11 +101,12 @@ fn part(file: &str, name: &str, role: Role) -> Part {
         name: Some(name.to_owned()),
         role,
         albedo: None,
-        unit: Unit::M,
+        unit: Unit::Metre,
         up: UpAxis::Y,
         translate: [0.0; 3],
         rotate_deg: [0.0; 3],
         scale: 1.0,
+        crease_deg: None,
         light: LightStorage::Auto,
     }
 }

@@ -95,6 +95,9 @@ fn check_part(at: &[&str; 2], part: &Part) -> Checked {
     }
     finite(&key("translate"), &part.translate)?;
     finite(&key("rotate_deg"), &part.rotate_deg)?;
+    if let Some(crease) = part.crease_deg {
+        within(&key("crease_deg"), crease, 0.0, 180.0)?;
+    }
     if part.scale == 0.0 || !COORDINATES_M.contains(&part.scale) {
         return fault(&key("scale"), format!("scale is {}", part.scale), "give a number that is not 0");
     }

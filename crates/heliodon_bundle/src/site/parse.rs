@@ -3,11 +3,15 @@
 use super::SiteError;
 use super::error::line_and_column;
 use super::types::SiteFile;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 /// Tables that the design names for later versions.
 const LATER_TABLES: [&str; 5] = ["prepare", "budget", "actor", "light", "matte"];
+
+/// Tables that there may be several of.
+const MANY_TABLES: [&str; 2] = ["part", "room"];
 
 /// The text of a `site.toml` and where it came from.
 #[derive(Clone, Debug)]
@@ -28,8 +32,19 @@ impl Source {
     pub(super) fn parse(&self) -> Result<SiteFile, SiteError> {
         toml::from_str(&self.text).map_err(|error| {
             let place = error.span().map(|span| line_and_column(&self.text, span.start));
-            let (message, remedy) = explain(error.message());
+            let (message, remedy) = self.single_table(error.span()).unwrap_or_else(|| explain(error.message()));
             SiteError { file: self.file.clone(), place, message, remedy }
+        })
+    }
+
+    /// What to say where a table in single brackets stands for what there may be several of.
+    fn single_table(&self, place: Option<Range<usize>>) -> Option<(String, String)> {
+        let header = self.text.get(place?.start..)?.trim_start_matches('[').split([']', '\n']).next()?;
+        let name = MANY_TABLES.into_iter().find(|name| *name == header.trim())?;
+        let table = DeTable::parse(&self.text).ok()?;
+        let (_, value) = lookup(table.get_ref(), name)?;
+        matches!(value, DeValue::Table(_)).then(|| {
+            (format!("[{name}] is one table, but a site may have several"), format!("write [[{name}]], with two brackets"))
         })
     }
 
@@ -75,6 +90,16 @@ fn lookup<'a, 'i>(table: &'a DeTable<'i>, key: &str) -> Option<(usize, &'a DeVal
     Some((start, value.get_ref()))
 }
 
+/// The one of `known` that a slip of the pen makes `found` of: whatever the capitals, at most every third character is another, and
+/// no second word is as near.
+fn nearest<'k>(found: &str, known: &[&'k str]) -> Option<&'k str> {
+    let found = found.to_lowercase();
+    let distance = |k: &str| strsim::damerau_levenshtein(&found, &k.to_lowercase());
+    let least = known.iter().map(|k| distance(k)).min().filter(|least| *least <= found.chars().count() / 3)?;
+    let mut nearest = known.iter().filter(|k| distance(k) == least);
+    nearest.next().filter(|_| nearest.next().is_none()).copied()
+}
+
 /// A parser's message with the remedy that follows from it.
 fn explain(message: &str) -> (String, String) {
     // names of Rust's types say nothing to people who write a site
@@ -97,10 +122,9 @@ fn explain(message: &str) -> (String, String) {
                 "take the table out".to_owned(),
             );
         }
-        let best = known.iter().map(|&k| (strsim::damerau_levenshtein(found, k), k)).min();
-        let remedy = match best {
-            Some((distance, k)) if distance <= 1 + found.len() / 3 => format!("did you mean `{k}`?"),
-            _ => format!("write one of: {}", known.join(", ")),
+        let remedy = match nearest(found, &known) {
+            Some(k) => format!("did you mean `{k}`?"),
+            None => format!("write one of: {}", known.join(", ")),
         };
         return (format!("unknown {what} `{found}`"), remedy);
     }

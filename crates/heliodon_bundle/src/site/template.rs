@@ -2,6 +2,7 @@
 
 use super::types::{Albedo, Bake, Display, Part, Room, SiteFile, SiteInfo, Sky};
 use super::values::ProbeTimes;
+use heliodon_math::unit::Unit;
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -93,11 +94,12 @@ fn write_part(w: &mut Writer, part: &Part) {
     w.absent("name", part.name.as_ref(), "\"temple\"", "default: from the file's name");
     w.set("role", part.role, "scan, ground, filling or prop");
     w.absent::<Albedo>("albedo", part.albedo.as_ref(), "[0.5, 0.5, 0.5]", "in place of the file's own colours; or an image");
-    w.optional("unit", &part.unit, &super::Unit::M, "mm, cm, dm, m, km, in or ft");
+    w.optional("unit", &part.unit, &Unit::Metre, &Unit::ALL.map(Unit::name).join(", "));
     w.optional("up", &part.up, &super::UpAxis::Y, "y or z");
     w.optional("scale", &part.scale, &1.0, "first");
     w.optional("rotate_deg", &part.rotate_deg, &[0.0; 3], "then, about the fixed axes x, y, z in this order");
     w.optional("translate", &part.translate, &[0.0; 3], "last");
+    w.absent("crease_deg", part.crease_deg.as_ref(), "60.0", "sharper edges are hard; default: the files' normals");
     w.optional("light", &part.light, &super::LightStorage::Auto, "auto, vertex or texel");
 }
 

@@ -3,7 +3,8 @@
 //! Every key that is not here is an error, so that a slip of the pen is not taken for a default.
 
 use super::values::{Date, ProbeTimes, TimeOfDay, UtcOffset};
-use schemars::JsonSchema;
+use heliodon_math::unit::Unit;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
 /// The most sun steps that the bundle format holds.
@@ -80,6 +81,7 @@ pub struct Part {
     pub albedo: Option<Albedo>,
     /// The length that the file's numbers count.
     #[serde(default)]
+    #[schemars(schema_with = "unit_schema")]
     pub unit: Unit,
     /// The file's axis that points up. With "z", a point (x, y, z) becomes (x, z, -y).
     #[serde(default)]
@@ -93,9 +95,19 @@ pub struct Part {
     /// Multiplies the part's size; negative mirrors it through its origin.
     #[serde(default = "one")]
     pub scale: f64,
+    /// Edges where faces meet at more than this angle in degrees are hard, and the normals are computed, whatever the files say; 180
+    /// rounds everything. Default: the files' normals; without any, computed ones that leave STL's edges of more than 60 degrees hard,
+    /// for its facets are all that it has, and round everything else.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 180))]
+    pub crease_deg: Option<f64>,
     /// Where light is stored.
     #[serde(default)]
     pub light: LightStorage,
+}
+
+fn unit_schema(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({ "enum": Unit::ALL.map(Unit::name) })
 }
 
 impl Part {
@@ -141,43 +153,6 @@ pub enum Albedo {
     Rgb([f64; 3]),
     /// An 8-bit sRGB image (PNG, JPEG) relative to the site's folder, laid on by the files' texture coordinates.
     Image(String),
-}
-
-/// A unit of length.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Unit {
-    /// Millimetre.
-    Mm,
-    /// Centimetre.
-    Cm,
-    /// Decimetre.
-    Dm,
-    /// Metre.
-    #[default]
-    M,
-    /// Kilometre.
-    Km,
-    /// International inch, 0.0254 m.
-    In,
-    /// International foot, 0.3048 m.
-    Ft,
-}
-
-impl Unit {
-    /// Metres that one of the unit is.
-    #[must_use]
-    pub fn metres(self) -> f64 {
-        match self {
-            Self::Mm => 0.001,
-            Self::Cm => 0.01,
-            Self::Dm => 0.1,
-            Self::M => 1.0,
-            Self::Km => 1000.0,
-            Self::In => 0.0254,
-            Self::Ft => 0.3048,
-        }
-    }
 }
 
 /// The axis that points up in a file.

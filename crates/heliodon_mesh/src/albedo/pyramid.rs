@@ -1,6 +1,6 @@
 //! A texture and its halved images, in linear light.
 
-use crate::{Texture, Wrap};
+use crate::Texture;
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
 
@@ -58,9 +58,8 @@ impl Pyramid {
             0 => image.linear(x, y).truncate(),
             n => self.levels[n - 1].texel(x, y),
         };
-        let [x0, x1, fx] = taps(uv.x, width, self.texture.wrap[0]);
-        let [y0, y1, fy] = taps(uv.y, height, self.texture.wrap[1]);
-        let (x0, x1, y0, y1) = (x0 as u32, x1 as u32, y0 as u32, y1 as u32);
+        let (x0, x1, fx) = self.texture.wrap[0].taps(uv.x, width);
+        let (y0, y1, fy) = self.texture.wrap[1].taps(uv.y, height);
         let top = texel(x0, y0).lerp(texel(x1, y0), fx);
         let bottom = texel(x0, y1).lerp(texel(x1, y1), fx);
         top.lerp(bottom, fy)
@@ -71,25 +70,6 @@ impl Level {
     fn texel(&self, x: u32, y: u32) -> Vec3 {
         Vec3::from(self.texels[y as usize * self.width as usize + x as usize].map(f32::from)) / FULL
     }
-}
-
-/// The two texels on either side of a coordinate, and how far towards the second it lies. Exact for sizes below 2^24.
-fn taps(coordinate: f32, count: u32, wrap: Wrap) -> [f32; 3] {
-    let size = count as f32;
-    let inside = if coordinate.is_finite() { coordinate } else { 0.0 };
-    let at = match wrap {
-        Wrap::Repeat => inside - inside.floor(),
-        Wrap::Mirror => 1.0 - ((inside * 0.5 - (inside * 0.5).floor()) * 2.0 - 1.0).abs(),
-        Wrap::Clamp => inside.clamp(0.0, 1.0),
-    } * size
-        - 0.5;
-    let low = at.floor();
-    let last = size - 1.0;
-    let (first, second) = match wrap {
-        Wrap::Repeat => (if low < 0.0 { last } else { low.min(last) }, if low + 1.0 > last { 0.0 } else { low + 1.0 }),
-        Wrap::Mirror | Wrap::Clamp => (low.clamp(0.0, last), (low + 1.0).clamp(0.0, last)),
-    };
-    [first, second, at - low]
 }
 
 /// The image at half its size, each texel the mean of the area that it covers, also where the size is odd.
@@ -130,9 +110,9 @@ fn cover(from: u32, to: u32) -> Vec<Vec<(u32, f32)>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use heliodon_image::SrgbImage;
+    use heliodon_image::{SrgbImage, TextureWrap};
 
-    fn pyramid(width: u32, height: u32, wrap: Wrap) -> Pyramid {
+    fn pyramid(width: u32, height: u32, wrap: TextureWrap) -> Pyramid {
         let mut image = SrgbImage::filled(width, height, [0, 0, 0, 255]);
         for (i, pixel) in image.pixels.iter_mut().enumerate() {
             pixel[0] = if (i as u32 % width) * 2 < width { 0 } else { 255 };
@@ -143,7 +123,7 @@ mod tests {
     #[test]
     fn every_level_keeps_the_mean() {
         for (width, height) in [(64, 64), (65, 33), (7, 1), (1, 1), (3, 100)] {
-            let pyramid = pyramid(width, height, Wrap::Repeat);
+            let pyramid = pyramid(width, height, TextureWrap::Repeat);
             let mean = (0..width).filter(|x| x * 2 >= width).count() as f32 / width as f32;
             for level in &pyramid.levels {
                 let sum: f32 = level.texels.iter().map(|t| f32::from(t[0]) / FULL).sum();
@@ -157,12 +137,20 @@ mod tests {
     fn textures_go_on_as_they_say() {
         let at = |wrap, u: f32| pyramid(8, 8, wrap).sample(Vec2::new(u, 0.5), 1.0).x;
         assert_eq!(
-            [at(Wrap::Repeat, 0.25), at(Wrap::Repeat, 0.75), at(Wrap::Repeat, 1.25), at(Wrap::Repeat, -0.25)],
+            [
+                at(TextureWrap::Repeat, 0.25),
+                at(TextureWrap::Repeat, 0.75),
+                at(TextureWrap::Repeat, 1.25),
+                at(TextureWrap::Repeat, -0.25)
+            ],
             [0., 1., 0., 1.]
         );
-        assert_eq!([at(Wrap::Mirror, 1.25), at(Wrap::Mirror, -0.25), at(Wrap::Mirror, 1.75)], [1., 0., 0.]);
-        assert_eq!([at(Wrap::Clamp, 1.25), at(Wrap::Clamp, 0.999), at(Wrap::Clamp, -3.0)], [1., 1., 0.]);
-        assert_eq!(at(Wrap::Repeat, f32::NAN), at(Wrap::Repeat, 0.0));
-        assert_eq!(at(Wrap::Repeat, 0.0), 0.5);
+        assert_eq!(
+            [at(TextureWrap::Mirror, 1.25), at(TextureWrap::Mirror, -0.25), at(TextureWrap::Mirror, 1.75)],
+            [1., 0., 0.]
+        );
+        assert_eq!([at(TextureWrap::Clamp, 1.25), at(TextureWrap::Clamp, 0.999), at(TextureWrap::Clamp, -3.0)], [1., 1., 0.]);
+        assert_eq!(at(TextureWrap::Repeat, f32::NAN), at(TextureWrap::Repeat, 0.0));
+        assert_eq!(at(TextureWrap::Repeat, 0.0), 0.5);
     }
 }

@@ -17,6 +17,8 @@ pub(crate) struct Assembly<'a> {
     pub mesh: Mesh,
     /// From the file's space to the site's.
     pub site_from_file: Affine,
+    /// The format's own angle for hard edges, where it has one.
+    pub own_crease_deg: Option<f32>,
     bad_colors: u64,
 }
 
@@ -25,7 +27,7 @@ impl<'a> Assembly<'a> {
         let site_from_file = options.placement.affine().map_err(|error| {
             ImportError::new(file, Place::File, format!("cannot be placed: {error}"), "mend the part's placement")
         })?;
-        Ok(Self { file, options, report, mesh: Mesh::default(), site_from_file, bad_colors: 0 })
+        Ok(Self { file, options, report, mesh: Mesh::default(), site_from_file, own_crease_deg: None, bad_colors: 0 })
     }
 
     /// Appends a vertex at a position of the file; one that is out of reach is remembered as NaN.
@@ -173,13 +175,11 @@ impl<'a> Assembly<'a> {
 
     fn finish_normals(&mut self) {
         let mesh = &mut self.mesh;
-        match self.options.normals {
-            NormalSource::Computed => mesh.normals.clear(),
-            NormalSource::FileOnly if mesh.normals.is_empty() => return,
-            NormalSource::FileOrComputed | NormalSource::FileOnly => {}
+        if self.options.normals == NormalSource::Computed {
+            mesh.normals.clear();
         }
         if mesh.normals.is_empty() {
-            match self.options.crease_deg {
+            match self.options.crease_deg.or(self.own_crease_deg).filter(|&degrees| degrees < 180.0) {
                 Some(crease_deg) => normals::split_creases(mesh, crease_deg.to_radians()),
                 None => normals::compute(mesh),
             }

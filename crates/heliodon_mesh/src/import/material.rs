@@ -1,11 +1,11 @@
 //! Textures and colours as files name them.
 
 use super::assembly::Assembly;
-use crate::{Texture, Wrap};
+use crate::{Texture, TextureWrap};
 use glam::Vec3;
 use heliodon_image::SrgbImage;
 use heliodon_math::color::linear_from_srgb;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -15,53 +15,70 @@ pub(crate) use crate::measure::UNSAID_ALBEDO;
 const HALF_OPAQUE: u8 = 128;
 
 /// Finds and decodes each texture file once.
-pub(crate) struct Textures<'a> {
-    folder: Option<&'a Path>,
-    loaded: HashMap<(String, [Wrap; 2]), Option<Arc<Texture>>>,
+#[derive(Default)]
+pub(crate) struct Textures {
+    loaded: HashMap<(PathBuf, [TextureWrap; 2]), Option<Arc<Texture>>>,
+    /// Names that were looked for in vain, with the first folder.
+    missing: HashSet<(PathBuf, String)>,
 }
 
-impl<'a> Textures<'a> {
-    /// Files are looked for in `folder`; without one (a mesh from memory) none is found.
-    pub fn new(folder: Option<&'a Path>) -> Self {
-        Self { folder, loaded: HashMap::new() }
-    }
-
-    pub fn load(&mut self, name: &str, assembly: &mut Assembly) -> Option<Arc<Texture>> {
-        self.load_wrapped(name, [Wrap::Repeat; 2], assembly)
-    }
-
-    /// The texture file of that name; a warning and none where it is missing or cannot be decoded.
-    pub fn load_wrapped(&mut self, name: &str, wrap: [Wrap; 2], assembly: &mut Assembly) -> Option<Arc<Texture>> {
-        let key = (name.to_owned(), wrap);
+impl Textures {
+    /// The texture file of that name in the first of `folders` that has it; a warning and none where it is missing or cannot be
+    /// decoded.
+    pub fn load(
+        &mut self,
+        folders: &[&Path],
+        name: &str,
+        wrap: [TextureWrap; 2],
+        assembly: &mut Assembly,
+    ) -> Option<Arc<Texture>> {
+        let wanted = (folders.first().map_or_else(PathBuf::new, |&folder| folder.to_owned()), name.to_owned());
+        if self.missing.contains(&wanted) {
+            return None;
+        }
+        let Some(path) = folders.iter().find_map(|folder| locate(folder, name)) else {
+            assembly.warn(format_args!("its texture \"{name}\" is not there; the surface takes its constant colour"));
+            self.missing.insert(wanted);
+            return None;
+        };
+        let key = (path, wrap);
         if let Some(known) = self.loaded.get(&key) {
             return known.clone();
         }
-        let other_wrap = self.loaded.iter().find(|((n, _), t)| n == name && t.is_some()).and_then(|(_, t)| t.clone());
+        let other_wrap = self.loaded.iter().find(|((path, _), t)| *path == key.0 && t.is_some()).and_then(|(_, t)| t.clone());
         let texture = match other_wrap {
             Some(other) => Some(Arc::new(Texture { wrap, ..(*other).clone() })),
-            None => self.decode(name, wrap, assembly),
+            None => decode(&key.0, name, wrap, assembly),
         };
         self.loaded.insert(key, texture.clone());
         texture
     }
+}
 
-    fn decode(&self, name: &str, wrap: [Wrap; 2], assembly: &mut Assembly) -> Option<Arc<Texture>> {
-        let Some(path) = self.folder.and_then(|folder| locate(folder, name)) else {
-            assembly.warn(format_args!("its texture \"{name}\" is not there; the surface takes its constant colour"));
-            return None;
-        };
-        match SrgbImage::read(&path) {
-            Ok(image) if image.pixels.iter().any(|pixel| pixel[3] < HALF_OPAQUE) => {
+fn decode(path: &Path, name: &str, wrap: [TextureWrap; 2], assembly: &mut Assembly) -> Option<Arc<Texture>> {
+    match SrgbImage::read(path) {
+        Ok(image) => {
+            if image.pixels.iter().any(|pixel| pixel[3] < HALF_OPAQUE) {
                 assembly.warn(format_args!("its texture \"{name}\" is transparent in places, and is taken as opaque"));
-                Some(Arc::new(Texture { source: path.display().to_string(), image, wrap }))
             }
-            Ok(image) => Some(Arc::new(Texture { source: path.display().to_string(), image, wrap })),
-            Err(error) => {
-                assembly.warn(format_args!("its texture cannot be read, the surface takes its constant colour: {error}"));
-                None
-            }
+            Some(Arc::new(Texture { source: path.display().to_string(), image, wrap }))
+        }
+        Err(error) => {
+            assembly.warn(format_args!("its texture cannot be read, the surface takes its constant colour: {error}"));
+            None
         }
     }
+}
+
+/// Vertex colours beside a texture are a second rendering of it, as MeshLab writes them (PLY, OBJ): multiplied, they would darken it.
+/// Answers whether the mesh has colours then.
+pub(crate) fn keep_colors_without(textured: bool, assembly: &mut Assembly) -> bool {
+    let mesh = &mut assembly.mesh;
+    if textured && !mesh.uvs.is_empty() && !mesh.colors_linear.is_empty() {
+        mesh.colors_linear = Vec::new();
+        assembly.warn("has a texture and vertex colours; the texture is used");
+    }
+    !assembly.mesh.colors_linear.is_empty()
 }
 
 /// A file that a mesh file names: as it is written, else (names from other people's disks) its last part in the same folder, else

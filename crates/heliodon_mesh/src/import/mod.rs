@@ -30,13 +30,18 @@ pub use material::locate;
 
 use crate::Mesh;
 use crate::place::Placement;
-use source::Source;
+use source::{BYTE_ORDER_MARK, Source};
 use std::path::Path;
 use wedges::Wedges;
 
 /// Positions farther from the site's origin than this, in metres, count as damaged: products of two such lengths squared still
 /// fit an `f32` ((2e8)^2 squared is 1.6e33), and `f32` resolves only 8 m there.
 pub const FARTHEST_M: f64 = 1.0e8;
+
+/// Edges of STL files are hard where faces meet at more than this: its facets are all that it has. The angle is the one at which
+/// vertices in one place smooth one another ([`crate::normals::SEAM_ANGLE_RAD`]), so that a model looks the same from STL as from a format
+/// with a vertex for each face.
+pub const STL_CREASE_DEG: f32 = 60.0;
 
 /// Which normals a mesh gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -46,8 +51,6 @@ pub enum NormalSource {
     FileOrComputed,
     /// Computed, whatever the file says.
     Computed,
-    /// The file's only; empty where it has none. For those who only want positions and triangles.
-    FileOnly,
 }
 
 /// How a mesh is read.
@@ -57,11 +60,11 @@ pub struct ImportOptions {
     pub placement: Placement,
     /// Which normals it gets.
     pub normals: NormalSource,
-    /// Edges sharper than this get a normal for each side where normals are computed, and vertices are split (appended) for it:
-    /// right for models with hard edges (a cube from an STL file), needless for dense scans. `None` splits nothing and keeps the
-    /// file's vertices as they are.
+    /// Edges where faces meet at more than this get a normal for each side where normals are computed, and vertices are split (appended)
+    /// for it; 180 splits nothing. `None` is [`STL_CREASE_DEG`] for STL and 180 for all other formats, whose vertices say themselves
+    /// where they part.
     pub crease_deg: Option<f32>,
-    /// More vertices or triangles than this are refused, so that a small file cannot ask for all memory by instancing.
+    /// More vertices or triangles than this are refused. How many a file may make by instancing depends on its size, too.
     pub most_elements: u32,
 }
 
@@ -71,7 +74,8 @@ impl Default for ImportOptions {
             placement: Placement::default(),
             normals: NormalSource::FileOrComputed,
             crease_deg: None,
-            most_elements: 500_000_000,
+            // 50 million triangles that share no corner
+            most_elements: 150_000_000,
         }
     }
 }
@@ -105,6 +109,7 @@ impl Format {
 
     /// The format that a file's first bytes show; `None` for OBJ, which begins with anything.
     fn of_bytes(first: &[u8]) -> Option<Self> {
+        let first = first.strip_prefix(BYTE_ORDER_MARK).unwrap_or(first);
         if first.starts_with(b"ply\n") || first.starts_with(b"ply\r") {
             Some(Self::Ply)
         } else if first.starts_with(b"glTF") {
@@ -129,7 +134,7 @@ pub fn read(path: &Path, options: &ImportOptions) -> Result<Mesh, ImportError> {
 /// Where the file cannot be read, or holds no triangles that are fit for use.
 pub fn read_reporting(path: &Path, options: &ImportOptions, report: &mut ImportReport) -> Result<Mesh, ImportError> {
     let mut source = Source::open(path)?;
-    let Some(format) = Format::of_bytes(source.peek(4)?).or_else(|| Format::of_name(path)) else {
+    let Some(format) = Format::of_bytes(source.peek(8)?).or_else(|| Format::of_name(path)) else {
         let remedy = "name a file that ends in .ply, .obj, .gltf, .glb or .stl, or convert it to one";
         return Err(source.fail("is no mesh in a known format", remedy));
     };

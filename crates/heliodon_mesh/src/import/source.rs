@@ -15,6 +15,9 @@ const LONGEST_LINE: usize = 64 * 1024 * 1024;
 /// What helps against most damage.
 pub(crate) const DAMAGED: &str = "the file may be cut off or damaged, copy or export it again";
 
+/// What some editors begin text in UTF-8 with.
+pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
 pub(crate) struct Source<'a> {
     file: &'a Path,
     reader: Box<dyn Read + 'a>,
@@ -100,6 +103,14 @@ impl<'a> Source<'a> {
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) => return Err(ImportError::io(self.file, "read it", error)),
             }
+        }
+        Ok(())
+    }
+
+    /// Passes over a [`BYTE_ORDER_MARK`] at the file's beginning.
+    pub fn skip_byte_order_mark(&mut self) -> Result<(), ImportError> {
+        if self.consumed == 0 && self.peek(BYTE_ORDER_MARK.len())?.starts_with(BYTE_ORDER_MARK) {
+            self.skip_peeked(BYTE_ORDER_MARK.len());
         }
         Ok(())
     }

@@ -2,11 +2,11 @@
 //!
 //! The facets' own normals are not read: they say no more than the corners do, and exporters leave them zero.
 
-use super::ImportOptions;
 use super::assembly::{Assembly, rounded};
 use super::error::{ImportError, ImportReport};
 use super::number::parse_f64;
-use super::source::{DAMAGED, Source};
+use super::source::{BYTE_ORDER_MARK, DAMAGED, Source};
+use super::{ImportOptions, STL_CREASE_DEG};
 use crate::Mesh;
 use crate::weld::Welder;
 use glam::{DVec3, Vec3};
@@ -15,12 +15,17 @@ const HEADER: u64 = 80;
 const FACET: u64 = 50;
 
 pub(super) fn read(source: &mut Source, options: &ImportOptions, report: &mut ImportReport) -> Result<Mesh, ImportError> {
-    let mut facets = Facets { assembly: Assembly::new(source.file(), options, report)?, welder: Welder::default(), bad: None };
+    let mut assembly = Assembly::new(source.file(), options, report)?;
+    assembly.own_crease_deg = Some(STL_CREASE_DEG);
+    let mut facets = Facets { assembly, welder: Welder::default(), bad: None };
     if is_text(source)? {
+        source.skip_byte_order_mark()?;
         read_text(source, &mut facets)?
     } else {
         read_binary(source, &mut facets)?
     }
+    // its table is as large as a vertex and not needed any more
+    facets.welder = Welder::default();
     facets.assembly.finish()
 }
 
@@ -74,7 +79,7 @@ fn is_text(source: &mut Source) -> Result<bool, ImportError> {
             return Ok(false);
         }
     }
-    let begin = start.trim_ascii_start();
+    let begin = start.strip_prefix(BYTE_ORDER_MARK).unwrap_or(start).trim_ascii_start();
     let solid = begin.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     Ok(solid && !start.contains(&0))
 }

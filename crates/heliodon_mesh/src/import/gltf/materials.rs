@@ -5,7 +5,7 @@ use super::model::{Document, Index, TextureInfo};
 use super::{Failure, Outcome};
 use crate::import::assembly::Assembly;
 use crate::import::material::UNSAID_ALBEDO;
-use crate::{Material, Texture, Wrap};
+use crate::{Material, Texture, TextureWrap};
 use glam::Vec3;
 use heliodon_image::SrgbImage;
 use std::collections::HashMap;
@@ -32,7 +32,7 @@ impl Materials {
 
     /// Gives the mesh its materials; a texture that cannot be read is a warning.
     pub fn finish(&self, document: &Document, buffers: &Buffers, assembly: &mut Assembly) {
-        let mut textures: HashMap<(Index, [Wrap; 2]), Option<Arc<Texture>>> = HashMap::new();
+        let mut textures: HashMap<(Index, [TextureWrap; 2]), Option<Arc<Texture>>> = HashMap::new();
         let has_colors = !assembly.mesh.colors_linear.is_empty();
         let mut said_anything = false;
         let mut materials = Vec::with_capacity(self.used.len());
@@ -71,15 +71,15 @@ fn load(
     document: &Document,
     buffers: &Buffers,
     info: &TextureInfo,
-    textures: &mut HashMap<(Index, [Wrap; 2]), Option<Arc<Texture>>>,
+    textures: &mut HashMap<(Index, [TextureWrap; 2]), Option<Arc<Texture>>>,
     assembly: &mut Assembly,
 ) -> Option<Arc<Texture>> {
     let texture = document.textures.get(info.index as usize)?;
     let sampler = texture.sampler.and_then(|i| document.samplers.get(i as usize));
     let wrap = |code: Option<u32>| match code {
-        Some(33071) => Wrap::Clamp,
-        Some(33648) => Wrap::Mirror,
-        _ => Wrap::Repeat,
+        Some(33071) => TextureWrap::Clamp,
+        Some(33648) => TextureWrap::Mirror,
+        _ => TextureWrap::Repeat,
     };
     let wrap = [wrap(sampler.and_then(|s| s.wrap_s)), wrap(sampler.and_then(|s| s.wrap_t))];
     let Some(source) = texture.source else {

@@ -1,12 +1,13 @@
 //! Which material each triangle of an OBJ file has, and what its libraries say of it.
 
-use super::mtl;
+use super::mtl::{self, Definition};
 use crate::import::assembly::Assembly;
-use crate::import::material::{Textures, UNSAID_ALBEDO, locate};
-use crate::{Material, Wrap};
+use crate::import::material::{Textures, UNSAID_ALBEDO, keep_colors_without, locate};
+use crate::{Material, Texture, TextureWrap};
 use glam::Vec3;
 use std::collections::HashMap;
 use std::path::Path;
+use std::sync::Arc;
 
 /// A triangle's material is a `u16`.
 const MOST_MATERIALS: usize = 65_535;
@@ -80,21 +81,24 @@ impl Materials {
             assembly.mesh.triangle_material = all;
         }
         let defined = self.read_libraries(folder, assembly);
-        let has_colors = !assembly.mesh.colors_linear.is_empty();
-        let mut textures = Textures::new(folder);
+        let mut textures = Textures::default();
+        let mut texture = |name: &String| {
+            let Definition { map, folder: library, .. } = defined.get(name.as_str())?;
+            let map = map.as_ref()?;
+            let wrap = if map.clamp { TextureWrap::Clamp } else { TextureWrap::Repeat };
+            let folders: Vec<&Path> = [Some(library.as_path()), folder].into_iter().flatten().collect();
+            textures.load(&folders, &map.file, [wrap; 2], assembly)
+        };
+        let textures: Vec<Option<Arc<Texture>>> = self.used.iter().map(&mut texture).collect();
+        let has_colors = keep_colors_without(textures.iter().any(Option::is_some), assembly);
         let mut unknown = Vec::new();
         let mut said_anything = false;
         let mut materials = Vec::with_capacity(self.used.len());
-        for name in &self.used {
+        for (name, texture) in self.used.iter().zip(textures) {
             let definition = defined.get(name.as_str());
             if definition.is_none() && !name.is_empty() {
                 unknown.push(format!("\"{name}\""));
             }
-            let map = definition.and_then(|d| d.map.as_ref());
-            let texture = map.and_then(|map| {
-                let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
-                textures.load_wrapped(&map.file, [wrap; 2], assembly)
-            });
             let diffuse = definition.and_then(|d| d.diffuse_linear);
             said_anything |= diffuse.is_some() || texture.is_some();
             let base_color_linear = match (diffuse, texture.is_some()) {
@@ -117,7 +121,7 @@ impl Materials {
         }
     }
 
-    fn read_libraries(&self, folder: Option<&Path>, assembly: &mut Assembly) -> HashMap<String, mtl::Definition> {
+    fn read_libraries(&self, folder: Option<&Path>, assembly: &mut Assembly) -> HashMap<String, Definition> {
         let mut defined = HashMap::new();
         for names in &self.libraries {
             // One name with spaces in it, or several names.

@@ -32,6 +32,7 @@ pub(super) fn read(
     options: &ImportOptions,
     report: &mut ImportReport,
 ) -> Result<Mesh, ImportError> {
+    source.skip_byte_order_mark()?;
     let assembly = Assembly::new(source.file(), options, report)?;
     let most = (source.length() / SHORTEST_VERTEX + 1).min(u64::from(MOST.min(options.most_elements))) as u32;
     let mut reader = Reader {

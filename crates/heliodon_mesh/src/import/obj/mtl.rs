@@ -8,10 +8,12 @@ use crate::import::number::parse_f64;
 use crate::import::source::Source;
 use glam::Vec3;
 use heliodon_math::color::linear_from_srgb;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Definition {
+    /// Where the library lies: its maps are looked for there first.
+    pub folder: PathBuf,
     pub diffuse_linear: Option<Vec3>,
     pub map: Option<Map>,
 }
@@ -24,6 +26,7 @@ pub(super) struct Map {
 
 pub(super) fn read(path: &Path, report: &mut ImportReport) -> Result<Vec<(String, Definition)>, ImportError> {
     let mut source = Source::open(path)?;
+    source.skip_byte_order_mark()?;
     let mut materials: Vec<(String, Definition)> = Vec::new();
     loop {
         let number = source.line();
@@ -33,7 +36,8 @@ pub(super) fn read(path: &Path, report: &mut ImportReport) -> Result<Vec<(String
         let (keyword, rest) = line.split_once(|c: char| c.is_ascii_whitespace()).unwrap_or((line, ""));
         let rest = rest.trim();
         if keyword == "newmtl" {
-            materials.push((rest.to_owned(), Definition::default()));
+            let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+            materials.push((rest.to_owned(), Definition { folder, ..Definition::default() }));
             continue;
         }
         let Some((_, definition)) = materials.last_mut() else { continue };

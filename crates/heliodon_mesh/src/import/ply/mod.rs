@@ -12,10 +12,10 @@ mod vertices;
 
 use super::assembly::Assembly;
 use super::error::{ImportError, ImportReport};
-use super::material::Textures;
+use super::material::{Textures, UNSAID_ALBEDO, keep_colors_without};
 use super::source::Source;
 use super::{ImportOptions, Wedges};
-use crate::{Material, Mesh};
+use crate::{Material, Mesh, TextureWrap};
 pub(super) use faces::Strip;
 use glam::Vec3;
 use header::{Element, Header, Kind};
@@ -28,6 +28,7 @@ pub(super) fn read(
     options: &ImportOptions,
     report: &mut ImportReport,
 ) -> Result<Mesh, ImportError> {
+    source.skip_byte_order_mark()?;
     let header = header::read(source)?;
     let mut assembly = Assembly::new(source.file(), options, report)?;
     let vertex_count = check(source, &header, &assembly)?;
@@ -108,19 +109,15 @@ fn materials(header: &Header, folder: Option<&Path>, assembly: &mut Assembly) {
         assembly.mesh.triangle_material.clear();
         return;
     }
-    let has_colors = !assembly.mesh.colors_linear.is_empty();
-    let mut textures = Textures::new(folder);
-    for name in &header.textures {
-        let texture = textures.load(name, assembly);
+    let mut textures = Textures::default();
+    let folders: Vec<&Path> = folder.into_iter().collect();
+    let wrap = [TextureWrap::Repeat; 2];
+    let loaded: Vec<_> = header.textures.iter().map(|name| textures.load(&folders, name, wrap, assembly)).collect();
+    let has_colors = keep_colors_without(loaded.iter().any(Option::is_some), assembly);
+    for (name, texture) in header.textures.iter().zip(loaded) {
         let plain = texture.is_none() && !has_colors;
-        let base_color_linear = if plain { Vec3::splat(super::material::UNSAID_ALBEDO) } else { Vec3::ONE };
+        let base_color_linear = if plain { Vec3::splat(UNSAID_ALBEDO) } else { Vec3::ONE };
         assembly.mesh.materials.push(Material { name: name.clone(), base_color_linear, texture });
-    }
-    // With vertex colours beside a texture the colours are a second rendering of it, as MeshLab writes them.
-    let textured = assembly.mesh.materials.iter().any(|m| m.texture.is_some()) && !assembly.mesh.uvs.is_empty();
-    if textured && has_colors {
-        assembly.mesh.colors_linear.clear();
-        assembly.warn("has a texture and vertex colours; the texture is used");
     }
     let last = assembly.mesh.materials.len() as u16 - 1;
     assembly.mesh.triangle_material.iter_mut().for_each(|m| *m = (*m).min(last));
