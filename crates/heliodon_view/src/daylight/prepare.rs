@@ -19,6 +19,8 @@ use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderDevice, RenderQueue};
 use bevy::render::texture::{FallbackImage, GpuImage};
 use bevy::render::view::ExtractedView;
+use heliodon_image::TextureWrap;
+use std::collections::HashMap;
 
 /// Bytes of chunks and textures that go up in one frame: loading must not stop the pictures.
 const UPLOAD_BYTES_A_FRAME: usize = 24 << 20;
@@ -35,7 +37,7 @@ pub struct StageGpu {
     pub chunks: Vec<GpuChunk>,
     /// Base colour images.
     pub textures: Vec<GpuTexture>,
-    sampler: Option<Sampler>,
+    samplers: HashMap<[TextureWrap; 2], Sampler>,
     /// Chunks without and with a texture that are there.
     uploaded: [Remaining; 2],
     moment: Option<MomentUniform>,
@@ -118,7 +120,8 @@ pub fn receive(
                 if gpu.textures.len() == level.texture
                     && let Some(texture) = LevelledTexture::new(&device, &level.image)
                 {
-                    let sampler = gpu.sampler.get_or_insert_with(|| texture::sampler(&device, !gpu.software));
+                    let sampler =
+                        gpu.samplers.entry(level.wrap).or_insert_with(|| texture::sampler(&device, !gpu.software, level.wrap));
                     let layout = cache.get_bind_group_layout(&pipelines.texture_layout);
                     let view = texture.view();
                     let entries = BindGroupEntries::sequential((&view, &*sampler));

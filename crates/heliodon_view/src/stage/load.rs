@@ -47,9 +47,10 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
             SrgbImage::from_bytes(&bytes, &texture.name).map_err(|error| error.to_string())?
         };
         drop(bytes);
+        let wrap = reader.texture_wrap(index);
         loop {
             let smaller = (image.width.max(image.height) > 1).then(|| halved(&image, &decode));
-            if to_gpu.send(Delivery::Texture(Level { texture: index, image })).is_err() {
+            if to_gpu.send(Delivery::Texture(Level { texture: index, wrap, image })).is_err() {
                 return Ok(());
             }
             match smaller {

@@ -4,13 +4,15 @@ use crate::tonemap::codes;
 use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderDevice, RenderQueue};
 use glam::Vec3;
-use heliodon_image::SrgbImage;
+use heliodon_image::{SrgbImage, TextureWrap};
 
 /// A level of a base colour image.
 #[derive(Clone, Debug)]
 pub struct Level {
     /// Index of the image in the bundle.
     pub texture: usize,
+    /// How the image goes on along u and v.
+    pub wrap: [TextureWrap; 2],
     /// Half the size of the level before it.
     pub image: SrgbImage,
 }
@@ -85,14 +87,19 @@ impl LevelledTexture {
     }
 }
 
-/// How base colour images are read; with `anisotropic`, sharp on floors that are seen flat, too. On software Vulkan that is not
+/// How base colour images are read that go on as `wrap` says; with `anisotropic`, sharp on floors that are seen flat, too. On software Vulkan that is not
 /// worth its time.
 #[must_use]
-pub fn sampler(device: &RenderDevice, anisotropic: bool) -> Sampler {
+pub fn sampler(device: &RenderDevice, anisotropic: bool, wrap: [TextureWrap; 2]) -> Sampler {
+    let [address_mode_u, address_mode_v] = wrap.map(|wrap| match wrap {
+        TextureWrap::Repeat => AddressMode::Repeat,
+        TextureWrap::Mirror => AddressMode::MirrorRepeat,
+        TextureWrap::Clamp => AddressMode::ClampToEdge,
+    });
     device.create_sampler(&SamplerDescriptor {
         label: Some("stone_base_colour"),
-        address_mode_u: AddressMode::Repeat,
-        address_mode_v: AddressMode::Repeat,
+        address_mode_u,
+        address_mode_v,
         mag_filter: FilterMode::Linear,
         min_filter: FilterMode::Linear,
         mipmap_filter: MipmapFilterMode::Linear,
