@@ -4,6 +4,7 @@
 mod bad_input;
 mod commands;
 mod first_site;
+mod looks;
 #[cfg(feature = "viewer")]
 mod pictures;
 mod resume;
