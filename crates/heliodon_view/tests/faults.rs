@@ -179,12 +179,19 @@ fn a_camera_may_leave_the_stage() {
     court(&second);
     let mut renderer = renderer(&first);
     let shot = renderer.home_shot(12.0 * 3600.0);
-    renderer.render(&shot).unwrap();
+    let before = renderer.render(&shot).unwrap();
+    assert!(renderer.triangles_drawn() > 0);
     let app = renderer.app_mut();
     let camera = app.world_mut().query_filtered::<Entity, With<DaylightCamera>>().single(app.world()).unwrap();
     app.world_mut().entity_mut(camera).remove::<DaylightCamera>();
     app.world_mut().resource_mut::<Stage>().open(&second).unwrap();
-    for _ in 0..5 {
+    app.update();
+    assert_eq!(renderer.triangles_drawn(), 0, "of a bundle that is gone");
+    let app = renderer.app_mut();
+    while !app.world().resource::<Stage>().is_complete() {
         app.update();
     }
+    app.world_mut().entity_mut(camera).insert(DaylightCamera);
+    app.update();
+    assert!(renderer.render(&shot).unwrap() == before, "the same court again");
 }
