@@ -2,6 +2,7 @@
 
 use crate::cache::Cache;
 use crate::chunks::ChunkMaker;
+use crate::darkness::tell_of_darkness;
 use crate::error::BakeError;
 use crate::key::told_name;
 use crate::light::{BakedLight, LightInput, bake_light};
@@ -12,14 +13,14 @@ use crate::scene::{Scene, Traceable};
 use crate::sky::{BakedSky, bake_sky};
 use glam::Vec3;
 use heliodon_bundle::manifest::Counts;
-use heliodon_bundle::{BundleReader, BundleWriter, Manifest};
+use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, Manifest, WriteError};
 use heliodon_mesh::Texture;
 use heliodon_sky::lapse::SunBounceBasis;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// What a bake has done.
 #[derive(Clone, Debug, Serialize)]
@@ -56,46 +57,18 @@ pub fn bake(plan: &Plan, reporter: &dyn Reporter) -> Result<BakeReport, BakeErro
     plan.check_target()?;
     let mut clock = Clock::default();
     let scene = plan.read_scene(reporter)?;
-    let cache = Cache::open(&plan.cache_root(), &plan.key(&scene), &plan.options.bundle)?;
+    let cache = Cache::open(&plan.cache_root(), &plan.key(&scene), &plan.owner())?;
     clock.lap("reading");
     let sky = bake_sky(plan, &cache, reporter)?;
     clock.lap("sky");
     let sky_steps = sky.lapse.steps.len();
     let light = scene_light(plan, &scene, &sky.suns(), &cache, reporter, &mut clock)?;
-    warn_of_darkness(plan, &scene, &light, reporter);
     let manifest = write_bundle(plan, &scene, sky, &light, &cache, reporter)?;
     clock.lap("writing");
     if !plan.options.keep_cache {
-        cache.remove(&plan.options.bundle);
+        cache.remove(&plan.owner());
     }
     Ok(BakeReport { seconds: clock.laps, sky_steps, ..report_of(plan, &manifest, false) })
-}
-
-/// Tells of vertices that lie inside something and have no lit one to borrow from: they are black, with all that they span.
-fn warn_of_darkness(plan: &Plan, scene: &Scene, light: &BakedLight, reporter: &dyn Reporter) {
-    let validity = &light.light.validity;
-    for (part, range) in plan.site.parts.iter().zip(&scene.parts) {
-        let mut dark: Vec<u32> = scene.mesh.triangles[range.triangles.clone()]
-            .iter()
-            .flatten()
-            .copied()
-            .filter(|&vertex| validity.is_lost(vertex))
-            .collect();
-        dark.sort_unstable();
-        dark.dedup();
-        if !dark.is_empty() {
-            let at = scene.mesh.positions[dark[0] as usize];
-            reporter.warning(&format!(
-                "part {}: {} vertices lie inside something and no vertex near them is outside (the first at {:.2}, {:.2}, {:.2} m): \
-                 their surfaces stay black; give large polygons that run into others more vertices",
-                part.display_name(),
-                dark.len(),
-                at.x,
-                at.y,
-                at.z
-            ));
-        }
-    }
 }
 
 #[derive(Debug)]
@@ -134,6 +107,7 @@ fn scene_light(
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
     let input = LightInput { surfaces: traceable.surfaces(), suns, sun_bounce: plan.site.bake.sun_bounce, params: &params };
     let light = bake_light(&input, Some(cache), reporter)?;
+    tell_of_darkness(&plan.site.parts, scene, &traceable.rays, &light.light.validity, params.offset_m, reporter);
     clock.lap("light");
     Ok(light)
 }
@@ -153,7 +127,7 @@ fn write_bundle(
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
     let mut meta = plan.meta(layout, params.offset_m);
     meta.measures = measures(light, scene);
-    let mut writer = BundleWriter::create(&plan.options.bundle, meta)?;
+    let mut writer = create_writer(&plan.options.bundle, &meta)?;
 
     let maker = ChunkMaker::new(scene, light, layout);
     let mut textures = Textures::default();
@@ -181,6 +155,22 @@ fn write_bundle(
     let manifest = writer.finish(&lapse)?;
     reporter.finished();
     Ok(manifest)
+}
+
+/// How often, and how far apart, a place that another process holds is tried again.
+const TRIES: u32 = 20;
+const BETWEEN_TRIES: Duration = Duration::from_millis(100);
+
+/// Begins the bundle. A second bake that only looks whether it could write there ([`Plan::check_target`]) holds the place for a moment, which must
+/// not cost the first one its work.
+fn create_writer(bundle: &Path, meta: &BundleMeta) -> Result<BundleWriter, BakeError> {
+    for _ in 1..TRIES {
+        match BundleWriter::create(bundle, meta.clone()) {
+            Err(WriteError::Busy { .. }) => std::thread::sleep(BETWEEN_TRIES),
+            other => return Ok(other?),
+        }
+    }
+    Ok(BundleWriter::create(bundle, meta.clone())?)
 }
 
 /// The bundle's numbers of textures; materials that share an image share its number.
@@ -236,4 +226,29 @@ fn up_to_date_report(plan: &Plan) -> Result<BakeReport, BakeError> {
     let mut report = report_of(plan, bundle.manifest(), true);
     report.sky_steps = bundle.lapse().steps.len();
     Ok(report)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use heliodon_bundle::LightLayout;
+    use heliodon_bundle::site::Site;
+
+    #[test]
+    fn a_place_that_is_held_for_a_moment_is_tried_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let text = "[site]\nname = \"a\"\n[[part]]\nfile = \"a.ply\"\n[sky]\nprobes = \"a.hdr\"\nmapping = \"lat-long\"\n";
+        let site = Site::parse(text, folder.path().join("site.toml")).unwrap();
+        let layout = LightLayout { sun_steps: 1, coefficients: 4, channels: 1, sun_bounce_functions: 0 };
+        let meta = BundleMeta::from_site(&site, layout, 0.0);
+        let bundle = folder.path().join("bundle");
+        let other = BundleWriter::create(&bundle, meta.clone()).unwrap();
+        assert!(BundleWriter::create(&bundle, meta.clone()).is_err());
+        std::thread::scope(|scope| {
+            let waiting = scope.spawn(|| create_writer(&bundle, &meta).is_ok());
+            std::thread::sleep(2 * BETWEEN_TRIES);
+            drop(other);
+            assert!(waiting.join().unwrap());
+        });
+    }
 }

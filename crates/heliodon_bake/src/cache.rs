@@ -1,7 +1,7 @@
 //! What an interrupted bake has already computed: one file for each finished block of work.
 //!
 //! A bake's blocks lie in `<root>/<key>/`, where the key is a hash of everything that decides the result (inputs,
-//! parameters, versions of tool and block layout), so a block can never be taken for another bake's. A block is written
+//! parameters, the revision of the code), so a block can never be taken for another bake's. A block is written
 //! beside and renamed into place, and carries its length and a BLAKE3 hash of its name and content: a file that was cut
 //! short, damaged or renamed is thrown away and its work done again. Blocks are not flushed to the disk (fsync): they
 //! survive the end of the process, which is what they are for, and after a power failure the hash tells which did.
@@ -21,7 +21,7 @@ const OWNER_FILE: &str = "bundle.txt";
 #[derive(Debug, thiserror::Error)]
 pub enum CacheError {
     /// Another process bakes the same thing right now.
-    #[error("another bake of the same site is running (it holds {path}); wait until it has ended, or bake into another folder")]
+    #[error("another bake of the same site is running (it holds {path}); wait until it has ended, or name another --cache")]
     Busy {
         /// The lock.
         path: PathBuf,

@@ -4,7 +4,7 @@ use crate::error::BakeError;
 use crate::plan::refuse_texels;
 use crate::report::Reporter;
 use crate::scene;
-use crate::sky::lapse_params;
+use crate::sky::{lapse_params, place_warnings};
 use heliodon_bundle::site::{InputKind, Role, Site};
 use heliodon_light::median_edge_m;
 use heliodon_sky::day::{self, LapseParams};
@@ -97,6 +97,7 @@ pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeEr
     reporter.stage("sky", 0);
     let built = day::build(&params, &mut |_| Ok(()))?;
     reporter.finished();
+    warnings.extend(place_warnings(site));
     warnings.extend(built.notes.iter().map(ToString::to_string));
     if let (Some(date), 0) = (site.sky.date, built.suns.iter().flatten().count()) {
         warnings.push(format!("the sun does not rise at this place on {date}: no step of the day has one"));

@@ -1,6 +1,6 @@
 //! The bytes of a finished block: runs of plain numbers, little-endian, each run after its length.
 //!
-//! Not a format that anyone else reads: a cache's key holds the program's version, so it never outlives it.
+//! Not a format that anyone else reads: a cache's key holds the program's revision, so it never outlives it.
 
 use bytemuck::Pod;
 

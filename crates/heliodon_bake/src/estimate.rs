@@ -5,10 +5,13 @@ use crate::error::BakeError;
 use crate::plan::Plan;
 use crate::report::Reporter;
 use crate::scene::{Scene, Traceable};
+use crate::sky::lapse_params;
+use glam::Vec3;
 use heliodon_bundle::LightLayout;
 use heliodon_light::{BouncedSun, GatherBlock, Layout, LightParams, MaskParams, Surfaces, bake_sun_masks, gather};
 use heliodon_math::sphere::fibonacci_sphere;
 use heliodon_rays::TriangleScene;
+use heliodon_sky::day::{self, LapseParams};
 use serde::Serialize;
 use std::ops::Range;
 use std::time::Instant;
@@ -42,6 +45,8 @@ const TIMED_RUNS: usize = 8;
 
 /// Every how-maniest sun is timed where all surfaces are asked.
 const TIMED_SUNS: usize = 8;
+/// Width of a sky map that is made for its sun only, pixels.
+const THROWN_AWAY_MAP_WIDTH: u32 = 32;
 /// Bytes of a kept hit.
 const HIT_BYTES: f64 = 4.0;
 /// Hits that one bounce handles a second in sixteen lanes, over what the gather traces rays a second. Measured from the stages
@@ -69,9 +74,22 @@ pub fn estimate(plan: &Plan, reporter: &dyn Reporter) -> Result<Estimate, BakeEr
     let surfaces = traceable.surfaces();
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
     let layout = Layout::new(&surfaces, &params)?;
-    let timed = Timed::measure(plan, &surfaces, &layout, &params)?;
+    let suns = likely_suns(plan)?;
+    let timed = Timed::measure(plan, &surfaces, &layout, &suns, &params)?;
     reporter.finished();
-    Ok(reckon(plan, &scene, &traceable.rays, &layout, &params, &timed))
+    Ok(reckon(plan, &scene, &traceable.rays, &layout, suns.len() as u32, &params, &timed))
+}
+
+/// The suns to reckon with: that of a single probe, if it has one; else as many as the site has steps, somewhere in the upper half, where
+/// exactly matters little to the time.
+fn likely_suns(plan: &Plan) -> Result<Vec<Vec3>, BakeError> {
+    let sky = LapseParams { map_width: THROWN_AWAY_MAP_WIDTH, ..lapse_params(&plan.site, &plan.files)? };
+    let steps = sky.effective_sun_steps();
+    if steps < sky.sun_steps {
+        let found = day::build(&sky, &mut |_| Ok(()))?.suns;
+        return Ok(found.into_iter().map(|sun| sun.unwrap_or(Vec3::ZERO)).collect());
+    }
+    Ok(fibonacci_sphere(2 * steps).into_iter().filter(|sun| sun.y > 0.0).collect())
 }
 
 /// What the timed runs of points have shown, per point.
@@ -86,20 +104,23 @@ struct Timed {
     sun_seconds: f64,
     /// Pieces of the surfaces that were asked.
     patches: u64,
+    /// Whether there is a sun whose light bounces.
+    bounces_sun: bool,
     /// Points on back sides, over all.
     back_sides: f64,
 }
 
 impl Timed {
-    fn measure(plan: &Plan, surfaces: &Surfaces, layout: &Layout, params: &LightParams) -> Result<Self, BakeError> {
+    fn measure(
+        plan: &Plan,
+        surfaces: &Surfaces,
+        layout: &Layout,
+        suns: &[Vec3],
+        params: &LightParams,
+    ) -> Result<Self, BakeError> {
         let runs = spread_runs(layout.points().len());
         let points = runs.iter().map(Range::len).sum::<usize>().max(1) as f64;
-        // suns stand in the upper half; where exactly matters little to the time
-        let suns: Vec<_> = fibonacci_sphere(2 * plan.site.bake.sun_steps).into_iter().filter(|sun| sun.y > 0.0).collect();
-        let begun = Instant::now();
-        let few: Vec<_> = suns.iter().copied().step_by(TIMED_SUNS).collect();
-        let sun = if plan.site.bake.sun_bounce { BouncedSun::new(surfaces, layout, &few, params)? } else { None };
-        let sun_seconds = begun.elapsed().as_secs_f64() * TIMED_SUNS as f64;
+        let (sun, sun_seconds, sun_rays) = timed_suns(plan, surfaces, layout, suns, params)?;
         let begun = Instant::now();
         let blocks: Vec<GatherBlock> =
             runs.iter().map(|run| gather(surfaces, layout, sun.as_ref(), run.clone(), params)).collect::<Result<_, _>>()?;
@@ -111,7 +132,7 @@ impl Timed {
         let begun = Instant::now();
         let mut mask_rays = 0;
         for run in &runs {
-            mask_rays += bake_sun_masks(surfaces, layout.points(), &suns, run.clone(), &MaskParams::default())?.rays;
+            mask_rays += bake_sun_masks(surfaces, layout.points(), suns, run.clone(), &MaskParams::default())?.rays;
         }
         Ok(Self {
             gather_rays: blocks.iter().map(|block| block.rays).sum::<u64>() as f64 / points,
@@ -120,11 +141,43 @@ impl Timed {
             mask_rays: mask_rays as f64 / points,
             mask_seconds: begun.elapsed().as_secs_f64() / points,
             patches: sun.as_ref().map_or(0, BouncedSun::patch_count) as u64,
-            sun_rays: sun.map_or(0, |sun| sun.rays()) * TIMED_SUNS as u64,
+            bounces_sun: sun.is_some(),
+            sun_rays,
             sun_seconds,
             back_sides: back_sides.min(layout.points().len() as f64),
         })
     }
+}
+
+/// The suns on surfaces, for some of the suns: with the seconds and the rays that all would take. Much of it (where points look, the albedo of
+/// each piece) does not depend on how many suns there are, so it is done for one sun, too.
+fn timed_suns(
+    plan: &Plan,
+    surfaces: &Surfaces,
+    layout: &Layout,
+    suns: &[Vec3],
+    params: &LightParams,
+) -> Result<(Option<BouncedSun>, f64, u64), BakeError> {
+    if !plan.site.bake.sun_bounce {
+        return Ok((None, 0.0, 0));
+    }
+    let time = |suns: &[Vec3]| -> Result<(Option<BouncedSun>, f64, u64), BakeError> {
+        let begun = Instant::now();
+        let sun = BouncedSun::new(surfaces, layout, suns, params)?;
+        let rays = sun.as_ref().map_or(0, BouncedSun::rays);
+        Ok((sun, begun.elapsed().as_secs_f64(), rays))
+    };
+    let few: Vec<Vec3> = suns.iter().copied().step_by(TIMED_SUNS.min(suns.len().div_ceil(2)).max(1)).collect();
+    let (sun, few_seconds, few_rays) = time(&few)?;
+    if few.len() == suns.len() {
+        return Ok((sun, few_seconds, few_rays));
+    }
+    let (_, one_seconds, one_rays) = time(&few[..1])?;
+    // by how much each further sun adds
+    let further = (suns.len() - few.len()) as f64 / (few.len() - 1).max(1) as f64;
+    let seconds = few_seconds + (few_seconds - one_seconds).max(0.0) * further;
+    let rays = few_rays + (few_rays.saturating_sub(one_rays) as f64 * further) as u64;
+    Ok((sun, seconds, rays))
 }
 
 /// Whole granules, evenly spread.
@@ -139,12 +192,20 @@ fn spread_runs(points: usize) -> Vec<Range<usize>> {
         .collect()
 }
 
-fn reckon(plan: &Plan, scene: &Scene, rays: &TriangleScene, layout: &Layout, params: &LightParams, timed: &Timed) -> Estimate {
+fn reckon(
+    plan: &Plan,
+    scene: &Scene,
+    rays: &TriangleScene,
+    layout: &Layout,
+    sun_steps: u32,
+    params: &LightParams,
+    timed: &Timed,
+) -> Estimate {
     let (vertices, triangles) = (scene.mesh.positions.len() as u64, scene.mesh.triangles.len() as u64);
     let points = layout.points().len() as u64 + timed.back_sides as u64;
     let all = |per_point: f64| per_point * points as f64;
-    let functions = if plan.site.bake.sun_bounce { USUAL_FUNCTIONS.min(plan.site.bake.sun_steps) } else { 0 };
-    let light: LightLayout = plan.layout(plan.site.bake.sun_steps, functions);
+    let functions = if timed.bounces_sun { USUAL_FUNCTIONS.min(sun_steps) } else { 0 };
+    let light: LightLayout = plan.layout(sun_steps, functions);
     let lanes = light.transfer_floats() + light.bounce_floats();
     let going_on = light.transfer_floats() + params.functions_going_on(functions as usize) * params.channels.count();
     let passes = f64::from(params.bounces) * going_on.div_ceil(LANES) as f64;
@@ -163,7 +224,7 @@ fn reckon(plan: &Plan, scene: &Scene, rays: &TriangleScene, layout: &Layout, par
         // geometry, rays, points, hits, and light: of the points twice, gathered and solved, and of the vertices
         memory_bytes: (scene.mesh.memory_bytes() + rays.memory_bytes()) as u64
             + kept
-            + timed.patches * 4 * u64::from(1 + plan.site.bake.sun_steps.div_ceil(32))
+            + timed.patches * 4 * u64::from(1 + sun_steps.div_ceil(32))
             + points * (size_of::<[f32; 6]>() as u64 + 8 + 2 * light_bytes)
             + vertices * light_bytes,
         cache_bytes: kept + points * (light_bytes + 16) + vertices * light_bytes,

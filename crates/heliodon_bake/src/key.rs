@@ -7,8 +7,9 @@ use heliodon_bundle::StoredFile;
 use heliodon_bundle::site::{InputFile, InputKind, SITE_FILE_NAME, Site};
 use std::path::{Component, Path, PathBuf};
 
-/// Raised when blocks of work change their meaning without a change of the program's version.
-const CACHE_VERSION: u32 = 4;
+/// The program, its version, and a revision that changes with the sources of all that decides what a bake computes, made by
+/// the build script. Bundles and kept work of another revision are made anew.
+pub const TOOL: &str = concat!("heliodon ", env!("CARGO_PKG_VERSION"), " ", env!("HELIODON_BAKE_REVISION"));
 
 /// Hashes `site.toml`, the files that it names, and those that these name in turn.
 ///
@@ -62,8 +63,7 @@ pub fn bake_key(site: &Site, scene: &Scene, probes: &[&StoredFile]) -> String {
         hasher.update(&(bytes.len() as u64).to_le_bytes());
         hasher.update(bytes);
     };
-    run(concat!("heliodon ", env!("CARGO_PKG_VERSION")).as_bytes());
-    run(&CACHE_VERSION.to_le_bytes());
+    run(TOOL.as_bytes());
     let info = &site.site;
     for parameters in [
         serde_json::to_vec(&site.sky),
@@ -96,8 +96,48 @@ pub fn bake_key(site: &Site, scene: &Scene, probes: &[&StoredFile]) -> String {
 }
 
 #[cfg(test)]
+#[path = "../build/sources.rs"]
+mod sources;
+
+#[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
+
+    #[test]
+    fn every_crate_that_a_bake_uses_counts_in_its_revision() {
+        let manifest = fs::read_to_string("Cargo.toml").unwrap();
+        let used = manifest.lines().filter_map(|line| line.split('.').next().filter(|name| name.starts_with("heliodon_")));
+        let used: Vec<&str> = used.collect();
+        assert!(used.len() >= 7, "{used:?}");
+        assert!(used.iter().all(|name| sources::CRATES.contains(name)), "{used:?}");
+        assert_eq!(TOOL.split(' ').next_back(), sources::revision(Path::new("..")).unwrap().as_deref());
+    }
+
+    #[test]
+    fn the_revision_changes_with_any_source_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, content: &str| {
+            let path = folder.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, content).unwrap();
+        };
+        let revision = || sources::revision(folder.path()).unwrap();
+        for name in sources::CRATES {
+            assert_eq!(revision(), None, "not all crates are there");
+            write(&format!("{name}/Cargo.toml"), "[package]\n");
+            write(&format!("{name}/src/deep/er.rs"), "fn f() {}\nfn g() {}\n");
+        }
+        let first = revision().unwrap();
+        assert_eq!(first.len(), 16);
+        write("heliodon_light/src/deep/er.rs", "fn f() {}\r\nfn g() {}\r\n");
+        write("heliodon_light/tests/er.rs", "a test");
+        assert_eq!(revision().as_ref(), Some(&first));
+        write("heliodon_light/src/deep/er.rs", "fn f() {}\nfn h() {}\n");
+        let second = revision().unwrap();
+        write("heliodon_light/src/more.rs", "");
+        assert!(second != first && revision().unwrap() != second);
+    }
 
     #[test]
     fn manifests_name_no_folder_outside_of_the_site() {

@@ -18,6 +18,7 @@ pub mod cache;
 pub mod check;
 pub mod chunks;
 pub mod codec;
+mod darkness;
 mod error;
 pub mod estimate;
 mod key;
@@ -30,6 +31,7 @@ pub mod scene;
 pub mod sky;
 
 pub use error::BakeError;
+pub use key::TOOL;
 
 /// The hidden folder beside a bundle that keeps what an interrupted bake has computed.
 pub const CACHE_FOLDER: &str = ".heliodon";

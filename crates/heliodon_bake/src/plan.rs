@@ -2,7 +2,7 @@
 
 use crate::CACHE_FOLDER;
 use crate::error::BakeError;
-use crate::key::{bake_key, hash_inputs, told_name};
+use crate::key::{TOOL, bake_key, hash_inputs, told_name};
 use crate::light::channels;
 use crate::report::Reporter;
 use crate::scene::{self, Scene};
@@ -64,13 +64,12 @@ impl Plan {
         Ok(Self { site, files, inputs, options })
     }
 
-    /// Whether the bundle that is there was made by this program version from the same files, and is whole.
+    /// Whether the bundle that is there was made by the same code from the same files, and is whole.
     #[must_use]
     pub fn is_up_to_date(&self) -> bool {
         let Ok(bundle) = BundleReader::open(&self.options.bundle) else { return false };
         let manifest = bundle.manifest();
-        let now = BundleMeta::from_site(&self.site, manifest.light, manifest.offset_m);
-        manifest.tool == now.tool && manifest.inputs == self.inputs && bundle.verify().is_ok()
+        manifest.tool == TOOL && manifest.inputs == self.inputs && bundle.verify().is_ok()
     }
 
     /// Looks whether the bundle can be written where it should stand, before hours are spent on it.
@@ -109,6 +108,16 @@ impl Plan {
         })
     }
 
+    /// Whose work it is in a cache that several bundles share: the bundle's place, however it was typed.
+    #[must_use]
+    pub fn owner(&self) -> PathBuf {
+        let absolute = std::path::absolute(&self.options.bundle).unwrap_or_else(|_| self.options.bundle.clone());
+        match (absolute.parent().and_then(|parent| parent.canonicalize().ok()), absolute.file_name()) {
+            (Some(parent), Some(name)) => parent.join(name),
+            _ => absolute,
+        }
+    }
+
     /// How light is solved for some geometry.
     #[must_use]
     pub fn light_params(&self, positions: &[Vec3], triangles: &[[u32; 3]]) -> LightParams {
@@ -138,7 +147,7 @@ impl Plan {
     #[must_use]
     pub fn meta(&self, layout: LightLayout, offset_m: f32) -> BundleMeta {
         let offset_m = self.site.bake.offset_m.unwrap_or(f64::from(offset_m));
-        BundleMeta { inputs: self.inputs.clone(), ..BundleMeta::from_site(&self.site, layout, offset_m) }
+        BundleMeta { tool: TOOL.to_owned(), inputs: self.inputs.clone(), ..BundleMeta::from_site(&self.site, layout, offset_m) }
     }
 }
 

@@ -1,13 +1,15 @@
 //! The sky of a site's day: from `site.toml` to the lapse and its maps.
 
-use crate::cache::Cache;
+use crate::cache::{Cache, CacheError};
 use crate::error::BakeError;
 use crate::plan::Plan;
 use crate::report::Reporter;
 use glam::Vec3;
 use heliodon_bundle::site::{self, InputFile, InputKind, ProbeTimes, Role, Site};
 use heliodon_sky::civil;
-use heliodon_sky::day::{self, Between, BuiltLapse, LapseParams, ModelDay, ProbeFile, ProbeSeries, SkySource};
+use heliodon_sky::day::{
+    self, Between, BuiltLapse, LapseParams, ModelDay, ProbeFile, ProbeSeries, SkyKeeper, SkyMap, SkyRecord, SkySource,
+};
 use heliodon_sky::fit::Surroundings;
 use heliodon_sky::lapse::Lapse;
 use heliodon_sky::mapping::{BelowHorizon, Mapping};
@@ -30,6 +32,8 @@ pub struct BakedSky {
 const MAP_STAGE: &str = "sky-map";
 /// Lapses of each of the surroundings, by their index: a part's role is no other part of a bake's key.
 const LAPSE_STAGE: &str = "fitted-lapse";
+/// What was taken from each sky, likewise.
+const RECORD_STAGES: [&str; 2] = ["sky-open", "sky-ground"];
 
 impl BakedSky {
     /// The bytes of a map.
@@ -56,6 +60,7 @@ impl BakedSky {
 /// # Errors
 /// A sky that cannot be made, or a cache that cannot be written.
 pub fn bake_sky(plan: &Plan, cache: &Cache, reporter: &dyn Reporter) -> Result<BakedSky, BakeError> {
+    place_warnings(&plan.site).iter().for_each(|warning| reporter.warning(warning));
     let params = lapse_params(&plan.site, &plan.files)?;
     let stage_index = usize::from(params.surroundings == Surroundings::Ground);
     let kept = cache.load(LAPSE_STAGE, stage_index).and_then(|bytes| serde_json::from_slice::<BakedSky>(&bytes).ok());
@@ -63,26 +68,23 @@ pub fn bake_sky(plan: &Plan, cache: &Cache, reporter: &dyn Reporter) -> Result<B
         reporter.note("going on: the sky is done");
         return Ok(told(sky, reporter));
     }
-    reporter.stage("sky", u64::from(params.sky_steps));
+    let count = params.sky_count()?;
+    let record_stage = RECORD_STAGES[stage_index];
+    reporter.stage("sky", u64::from(count));
     reporter.progress(0);
-    let mut map_paths = Vec::new();
-    let mut full = None;
-    let built = day::build(&params, &mut |map| {
-        map_paths.push(map.name.to_owned());
-        let kept = cache.store(MAP_STAGE, map.index as usize, &map.image.to_hdr_bytes());
-        reporter.progress(u64::from(map.index) + 1);
-        kept.map_err(|error| {
-            let text = error.to_string();
-            full = Some(error);
-            text
-        })
-    });
+    let done = (0..count as usize).filter(|&number| cache.has(record_stage, number)).count();
+    if done > 0 {
+        reporter.note(&format!("going on: {done} of {count} skies are done"));
+    }
+    let mut keeper = CacheKeeper { cache, reporter, record_stage, map_paths: Vec::new(), done: 0, failed: None };
+    let built = day::build_keeping(&params, &mut keeper);
     // the cache's own error says what to do
-    let built = match (built, full) {
-        (_, Some(error)) => return Err(error.into()),
-        (built, None) => built?,
+    let built = match keeper.failed.take() {
+        Some(error) => return Err(error.into()),
+        None => built?,
     };
     reporter.finished();
+    let map_paths = keeper.map_paths;
     let BuiltLapse { lapse, sun_steps, notes, .. } = built;
     let sky = BakedSky { lapse, sun_steps, map_paths, notes: notes.iter().map(ToString::to_string).collect() };
     let bytes = serde_json::to_vec(&sky).map_err(std::io::Error::other);
@@ -94,6 +96,87 @@ pub fn bake_sky(plan: &Plan, cache: &Cache, reporter: &dyn Reporter) -> Result<B
 fn told(sky: BakedSky, reporter: &dyn Reporter) -> BakedSky {
     sky.notes.iter().for_each(|note| reporter.warning(note));
     sky
+}
+
+/// Keeps each sky as soon as it is made: its map, then what was taken from it, so that a record never stands without its map.
+struct CacheKeeper<'a> {
+    cache: &'a Cache,
+    reporter: &'a dyn Reporter,
+    record_stage: &'static str,
+    /// The maps' paths in the bundle, in order.
+    map_paths: Vec<String>,
+    /// Skies that are done.
+    done: u64,
+    failed: Option<CacheError>,
+}
+
+impl CacheKeeper<'_> {
+    fn store(&self, number: u32, record: &SkyRecord, map: Option<SkyMap<'_>>) -> Result<(), CacheError> {
+        if let Some(map) = map {
+            self.cache.store(MAP_STAGE, map.index as usize, &map.image.to_hdr_bytes())?;
+        }
+        // plain numbers always have a JSON form; an empty block would only be made again
+        let record = serde_json::to_vec(record).unwrap_or_default();
+        self.cache.store(self.record_stage, number as usize, &record)
+    }
+
+    fn is_done(&mut self) {
+        self.done += 1;
+        self.reporter.progress(self.done);
+    }
+}
+
+impl SkyKeeper for CacheKeeper<'_> {
+    fn kept(&mut self, number: u32, map: Option<u32>) -> Option<SkyRecord> {
+        // in the order of the maps, whether they are made or kept
+        self.map_paths.extend(map.map(day::map_name));
+        let bytes = self.cache.load(self.record_stage, number as usize)?;
+        let record = serde_json::from_slice(&bytes).ok()?;
+        if let Some(index) = map {
+            self.cache.load(MAP_STAGE, index as usize)?;
+        }
+        self.is_done();
+        Some(record)
+    }
+
+    fn keep(&mut self, number: u32, record: &SkyRecord, map: Option<SkyMap<'_>>) -> Result<(), String> {
+        self.store(number, record, map).map_err(|error| {
+            let text = error.to_string();
+            self.failed = Some(error);
+            text
+        })?;
+        self.is_done();
+        Ok(())
+    }
+}
+
+/// Hours of the sun's own time that clocks may differ from it before place and offset are more likely wrong; Spain's summer time is 2.6.
+const CLOCKS_OFF_HOURS: f64 = 3.0;
+/// Hours by which a site that names no offset may lie from Greenwich unsaid.
+const NEAR_GREENWICH_HOURS: f64 = 0.5;
+
+/// What is odd about where and by which clock a site's sky is: a wrong sign or a forgotten offset shifts the whole day.
+#[must_use]
+pub fn place_warnings(site: &Site) -> Vec<String> {
+    let (Some(_), Some(longitude)) = (site.sky.model, site.site.longitude_deg) else { return Vec::new() };
+    let (sun_hours, clock_hours) = (longitude / 15.0, site.site.utc_offset.hours());
+    let off = clock_hours - sun_hours;
+    if !site.says("site", "utc_offset") && sun_hours.abs() > NEAR_GREENWICH_HOURS {
+        return vec![format!(
+            "[site] has no utc_offset, so all times are UTC, from which the sun's own time at longitude {longitude} differs by {:.1} h: \
+             write the offset of the site's clocks, utc_offset = \"+02:00\" or the like",
+            sun_hours.abs()
+        )];
+    }
+    if off.abs() > CLOCKS_OFF_HOURS {
+        let way = if off > 0.0 { "behind" } else { "ahead of" };
+        return vec![format!(
+            "utc_offset and longitude hardly belong together: at longitude {longitude} the sun runs {:.1} h {way} such clocks; \
+             east is positive in both",
+            off.abs()
+        )];
+    }
+    Vec::new()
 }
 
 /// What `site.toml` says of the day, as the sky's maker takes it.
