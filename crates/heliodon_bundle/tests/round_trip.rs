@@ -1,5 +1,4 @@
 //! What is written is what is read.
-#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
 

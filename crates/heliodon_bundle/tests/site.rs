@@ -289,6 +289,7 @@ fn a_later_stage_can_point_at_a_key() {
 }
 
 /// Every key that a table of `site.toml` can have.
+#[expect(clippy::unwrap_used, reason = "a helper of tests")]
 fn schema_keys() -> Vec<String> {
     let schema: serde_json::Value = serde_json::from_str(&SiteFile::json_schema()).unwrap();
     let tables = schema["$defs"].as_object().unwrap().values().filter_map(|table| table["properties"].as_object());
