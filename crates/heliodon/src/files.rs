@@ -29,6 +29,7 @@ pub fn write_whole(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>)
 ///
 /// # Errors
 /// What `write` returns, or the operating system says; it speaks of `path`, not of the file beside it.
+#[cfg(any(feature = "viewer", test))]
 pub fn replace(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let beside = beside(path);
     let renamed = write(&beside).and_then(|()| Ok(fs::rename(&beside, path)?));
@@ -53,6 +54,71 @@ pub fn check_place(path: &Path) -> Result<()> {
     }
     let beside = beside(path);
     File::create(&beside).and_then(|_| fs::remove_file(&beside)).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// A folder that is written beside its place and put there when all of it is done. Dropped before, it leaves nothing behind.
+pub struct NewFolder {
+    target: PathBuf,
+    staged: PathBuf,
+}
+
+impl NewFolder {
+    /// Begins a folder that is to stand at `target`.
+    ///
+    /// # Errors
+    /// If none can be made there.
+    pub fn create(target: &Path) -> Result<Self> {
+        let staged = beside(target);
+        fs::create_dir(&staged).with_context(|| format!("cannot make the folder {}", target.display()))?;
+        Ok(Self { target: target.to_owned(), staged })
+    }
+
+    /// Where its files go until then.
+    pub fn path(&self) -> &Path {
+        &self.staged
+    }
+
+    /// Puts the folder in the place of what was there, does what else belongs to it, and removes what was there; a failure of
+    /// either puts everything back.
+    ///
+    /// # Errors
+    /// What `then` returns or the operating system says.
+    pub fn commit(self, then: impl FnOnce() -> Result<()>) -> Result<()> {
+        let failed = || format!("cannot write {}", self.target.display());
+        let old = self.staged.with_extension("old");
+        let had_old = self.target.exists();
+        if had_old {
+            fs::rename(&self.target, &old).with_context(failed)?;
+        }
+        let placed = fs::rename(&self.staged, &self.target).with_context(failed);
+        let done = placed.and_then(|()| {
+            then().inspect_err(|_| {
+                // dropped, it is removed
+                let _ = fs::rename(&self.target, &self.staged);
+            })
+        });
+        match (&done, had_old) {
+            (Ok(()), true) => drop(fs::remove_dir_all(&old)),
+            (Err(_), true) => fs::rename(&old, &self.target).with_context(failed)?,
+            (_, false) => {}
+        }
+        done
+    }
+}
+
+impl Drop for NewFolder {
+    fn drop(&mut self) {
+        // after a commit there is nothing there
+        let _ = fs::remove_dir_all(&self.staged);
+    }
+}
+
+/// Whether a path leads to something within a folder, or to the folder itself, however both are written.
+pub fn is_within(path: &Path, folder: &Path) -> bool {
+    match (path.canonicalize(), folder.canonicalize()) {
+        (Ok(path), Ok(folder)) => path.starts_with(folder),
+        _ => false,
+    }
 }
 
 /// A name in the same folder, with the same ending (writers look at it), that no other run uses.
@@ -80,6 +146,31 @@ mod tests {
         assert!(format!("{:#}", failed.unwrap_err()).contains("film.mp4"));
         assert_eq!(fs::read(&path).unwrap(), b"good");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_folder_changes_places_whole_or_not_at_all() {
+        let home = tempfile::tempdir().unwrap();
+        let target = home.path().join("day.sky");
+        let write = |content: &str, then: Result<()>| {
+            let folder = NewFolder::create(&target).unwrap();
+            fs::write(folder.path().join("0001.hdr"), content).unwrap();
+            folder.commit(|| then)
+        };
+        let held = || fs::read_to_string(target.join("0001.hdr")).ok();
+        assert!(write("none", Err(anyhow::anyhow!("no"))).is_err());
+        assert_eq!(held(), None);
+        write("first", Ok(())).unwrap();
+        assert!(write("second", Err(anyhow::anyhow!("no"))).is_err());
+        assert_eq!(held().as_deref(), Some("first"));
+        drop(NewFolder::create(&target).unwrap());
+        write("third", Ok(())).unwrap();
+        assert_eq!(held().as_deref(), Some("third"));
+        assert_eq!(fs::read_dir(home.path()).unwrap().count(), 1, "nothing is left beside it");
+        assert!(
+            is_within(&target.join("0001.hdr"), &target.join("..").join("day.sky"))
+                && !is_within(&target, &target.join("0001.hdr"))
+        );
     }
 
     #[test]

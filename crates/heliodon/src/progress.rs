@@ -75,7 +75,7 @@ impl Reporter for Progress {
         let bar = (self.terminal && !self.quiet).then(|| {
             let bar = ProgressBar::with_draw_target((total > 0).then_some(total), ProgressDrawTarget::stderr());
             let template =
-                if total > 0 { "{prefix:>18} [{bar:32}] {percent:>3} %  {msg}" } else { "{prefix:>18} {spinner} {msg}" };
+                if total > 0 { "{prefix:>18} [{bar:32}] {percent:>3} %  {msg}" } else { "{prefix:>18} {spinner} {elapsed}" };
             bar.set_style(
                 ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "),
             );
@@ -83,6 +83,10 @@ impl Reporter for Progress {
             bar.enable_steady_tick(Duration::from_millis(200));
             bar
         });
+        if bar.is_none() && !self.quiet && total == 0 {
+            // nothing else will be heard of it until it is over
+            line(&format!("{name} ..."));
+        }
         self.state().stage =
             Some(Stage { name: name.to_owned(), total, begun: now, head_start: None, done: 0, told: now, bar });
     }

@@ -5,10 +5,12 @@ use crate::failure::wrong_arguments;
 #[cfg(feature = "viewer")]
 use crate::output::duration;
 use crate::templates::{self, Template, TemplateParams};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
+use heliodon_bake::TOOL;
 use heliodon_bake::bake::{BakeReport, bake};
 use heliodon_bake::plan::{BakeOptions, Plan};
 use heliodon_bake::report::Reporter;
+use heliodon_bundle::StoredFile;
 use heliodon_bundle::site::Site;
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -39,7 +41,7 @@ pub struct Args {
     film_seconds: f64,
 }
 
-/// From what a demo's site was made, kept beside it, so that the next run need not make it again.
+/// From what a demo's site was made, kept in it, so that the next run need not make it again.
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct MadeFrom {
     tool: String,
@@ -48,7 +50,14 @@ struct MadeFrom {
     seed: u64,
 }
 
-const MADE_FROM_FILE: &str = "made-from.json";
+/// The mark of a demo: only what it lists, as it lists it, may a later run remove.
+#[derive(Debug, Serialize, Deserialize)]
+struct Mark {
+    made_from: MadeFrom,
+    files: Vec<StoredFile>,
+}
+
+const MARK_FILE: &str = "made-from.json";
 
 #[derive(Serialize)]
 struct DemoReport {
@@ -83,29 +92,53 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
 
 /// Makes the site, unless the same one is there.
 fn make_site(app: &App, args: &Args, folder: &Path) -> Result<()> {
-    let made_from = MadeFrom {
-        tool: env!("CARGO_PKG_VERSION").to_owned(),
-        template: format!("{:?}", args.name),
-        triangles: args.triangles,
-        seed: args.seed,
-    };
-    let mark = args.out.join(MADE_FROM_FILE);
-    let same =
-        fs::read(&mark).ok().and_then(|text| serde_json::from_slice(&text).ok()).is_some_and(|old: MadeFrom| old == made_from);
-    if same && Site::read(folder).is_ok() {
+    let made_from =
+        MadeFrom { tool: TOOL.to_owned(), template: format!("{:?}", args.name), triangles: args.triangles, seed: args.seed };
+    let mark: Option<Mark> = fs::read(folder.join(MARK_FILE)).ok().and_then(|text| serde_json::from_slice(&text).ok());
+    if mark.as_ref().is_some_and(|mark| mark.made_from == made_from) && Site::read(folder).is_ok() {
         return Ok(());
     }
-    // Only what a demo has made before is made anew; whatever else lies there is refused by the template itself.
-    if mark.exists() && folder.exists() {
-        fs::remove_dir_all(folder).with_context(|| format!("cannot remove the old site in {}", folder.display()))?;
+    if let Some(mark) = mark {
+        remove_site(folder, &mark)?;
     }
     app.progress.stage("building", 0);
-    fs::create_dir_all(&args.out).with_context(|| format!("cannot make the folder {}", args.out.display()))?;
-    let made = templates::make(folder, &TemplateParams { template: args.name, triangles: args.triangles, seed: args.seed });
+    let params = TemplateParams { template: args.name, triangles: args.triangles, seed: args.seed };
+    let made = templates::make(folder, &params, |begun, site| {
+        let hashes = site.files.iter().map(|name| StoredFile::hash(&begun.join(name), name));
+        let mark = Mark { made_from, files: hashes.collect::<Result<_, _>>().context("the demo's files")? };
+        let text = serde_json::to_vec_pretty(&mark).context("the demo's mark")?;
+        let path = begun.join(MARK_FILE);
+        fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
+    });
     app.progress.finished();
-    made?;
-    let text = serde_json::to_vec_pretty(&made_from).context("the demo's mark")?;
-    fs::write(&mark, text).with_context(|| format!("cannot write {}", mark.display()))
+    made.map(drop)
+}
+
+/// Removes the site that another demo has made, if nobody has put anything into it since.
+fn remove_site(folder: &Path, mark: &Mark) -> Result<()> {
+    let remedy = "move that folder away, or name another --out";
+    let ours = |name: &str| name == MARK_FILE || mark.files.iter().any(|file| file.path == name);
+    for entry in fs::read_dir(folder).with_context(|| format!("cannot look into {}", folder.display()))? {
+        let name = entry?.file_name();
+        ensure!(
+            name.to_str().is_some_and(ours),
+            "{} in {} was not made by a demo, which would make another site there; {remedy}",
+            name.display(),
+            folder.display()
+        );
+    }
+    for file in &mark.files {
+        let path = folder.join(&file.path);
+        if path.exists() {
+            let now = StoredFile::hash(&path, &file.path).with_context(|| format!("cannot read {}", path.display()))?;
+            ensure!(
+                now == *file,
+                "{} was changed since a demo made it, and this demo would make another site there; {remedy}",
+                path.display()
+            );
+        }
+    }
+    fs::remove_dir_all(folder).with_context(|| format!("cannot remove the old site in {}", folder.display()))
 }
 
 #[cfg(not(feature = "viewer"))]
@@ -179,4 +212,56 @@ fn pictures(app: &App, args: &Args, bundle: &Path) -> Result<Vec<PathBuf>> {
 fn clock_name(seconds: f64) -> String {
     let minutes = (seconds / 60.0).round() as u32;
     format!("{:02}{:02}", minutes / 60, minutes % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::Output;
+    use crate::progress::Progress;
+
+    fn args(out: &Path, triangles: u64) -> Args {
+        Args {
+            name: Template::Grey,
+            out: out.to_owned(),
+            headless: true,
+            triangles: Some(triangles),
+            seed: 0,
+            film_seconds: 1.0,
+        }
+    }
+
+    #[test]
+    fn a_demo_replaces_what_demos_have_made_and_nothing_else() {
+        let home = tempfile::tempdir().unwrap();
+        let folder = home.path().join("site");
+        let app = App { output: Output { json: false }, progress: Progress::new(true) };
+        let make = |triangles| make_site(&app, &args(home.path(), triangles), &folder);
+        let plate = || fs::read(folder.join("plate.obj")).unwrap();
+
+        // a killed run leaves no more than this
+        fs::create_dir_all(home.path().join(".heliodon-new-site/junk")).unwrap();
+        make(1000).unwrap();
+        let first = plate();
+        make(1000).unwrap();
+        assert_eq!(plate(), first);
+        make(2000).unwrap();
+        let second = plate();
+        assert!(second != first && fs::read_dir(home.path()).unwrap().count() == 1);
+
+        fs::write(folder.join("notes.txt"), "mine").unwrap();
+        assert!(make(1000).unwrap_err().to_string().contains("notes.txt"));
+        assert_eq!((plate(), fs::read(folder.join("notes.txt")).unwrap()), (second.clone(), b"mine".to_vec()));
+        fs::remove_file(folder.join("notes.txt")).unwrap();
+
+        let edited = fs::read_to_string(folder.join("site.toml")).unwrap().replace("samples = 256", "samples = 64");
+        fs::write(folder.join("site.toml"), &edited).unwrap();
+        make(2000).unwrap();
+        assert!(make(1000).unwrap_err().to_string().contains("site.toml"));
+        assert_eq!(fs::read_to_string(folder.join("site.toml")).unwrap(), edited, "what its user has changed stays");
+
+        fs::remove_file(folder.join(MARK_FILE)).unwrap();
+        assert!(make(1000).unwrap_err().to_string().contains("not empty"));
+        assert_eq!(plate(), second);
+    }
 }

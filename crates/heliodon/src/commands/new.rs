@@ -28,7 +28,7 @@ pub struct Args {
 pub fn run(app: &App, args: &Args) -> Result<()> {
     app.progress.stage("building", 0);
     let params = TemplateParams { template: args.template, triangles: args.triangles, seed: args.seed };
-    let site = templates::make(&args.dir, &params);
+    let site = templates::make(&args.dir, &params, |_, _| Ok(()));
     app.progress.finished();
     app.output.result(&site?, |site: &NewSite| {
         let dir = args.dir.display();

@@ -2,11 +2,11 @@
 
 use crate::App;
 use crate::failure::wrong_arguments;
-use crate::files;
-use anyhow::{Context, Result};
+use crate::files::{self, NewFolder};
+use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum;
 use heliodon_bake::report::Reporter;
-use heliodon_bake::sky::lapse_params;
+use heliodon_bake::sky::{lapse_params, place_warnings};
 use heliodon_bundle::site::Site;
 use heliodon_image::{HdrImage, SheetLayout, SrgbImage, contact_sheet};
 use heliodon_sky::day::{self, LapseParams, ProbeFile, ProbeSeries, SkySource};
@@ -19,10 +19,10 @@ use std::path::{Path, PathBuf};
 
 /// Finds the sun and the sky of each probe, or computes both from a site's sky model, and prints the day as a table.
 ///
-/// With --json the day lapse itself, as lapse.json holds it.
+/// With --json the day lapse itself, as lapse.json holds it. With -o it is written whole, with its maps, or not at all.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  heliodon sky mysite\n  heliodon sky sky/*.hdr --mapping angular -o lapse.json\n  heliodon sky noon.exr --mapping lat-long --json"
+    after_help = "Examples:\n  heliodon sky mysite\n  heliodon sky sky/*.hdr --mapping angular -o day.json\n  heliodon sky noon.exr --mapping lat-long --json"
 )]
 pub struct Args {
     /// A site's folder or site.toml; or probes (.hdr, .exr), whose times stand in their names
@@ -31,19 +31,19 @@ pub struct Args {
     /// How the probes map directions to pixels
     #[arg(long, value_enum)]
     mapping: Option<MappingName>,
-    /// Opening angle of a fisheye, degrees
-    #[arg(long, value_name = "DEG", default_value_t = 180.0, value_parser = |text: &str| crate::values::within(text, 1.0, 360.0))]
-    opening: f64,
-    /// The compass bearing, clockwise in degrees, of what the mapping calls north
-    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true, value_parser = |text: &str| crate::values::within(text, -360.0, 360.0))]
-    turn: f64,
+    /// Opening angle of a fisheye, degrees [default: 180]
+    #[arg(long, value_name = "DEG", value_parser = |text: &str| crate::values::within(text, 1.0, 360.0))]
+    opening: Option<f64>,
+    /// The compass bearing, clockwise in degrees, of what the mapping calls north [default: 0]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = |text: &str| crate::values::within(text, -360.0, 360.0))]
+    turn: Option<f64>,
     /// Entries of the sky for several probes [default: one for each]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16_384))]
     steps: Option<u32>,
-    /// Write the lapse, and its sky maps into sky/ beside it
+    /// Write the lapse, and its sky maps into a folder beside it: day.sky for day.json
     #[arg(short, long, value_name = "LAPSE")]
     output: Option<PathBuf>,
-    /// Draw what was found: probes with the sun marked, and the skies rebuilt from their coefficients [default with -o: sky.png beside it]
+    /// Draw what was found: probes with the sun marked, and the skies rebuilt from their coefficients [default with -o: found.png among the maps]
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
 }
@@ -72,37 +72,97 @@ enum MappingName {
 
 /// Runs it.
 pub fn run(app: &App, args: &Args) -> Result<()> {
-    let params = params(args)?;
+    let (params, inputs) = params(app, args)?;
+    let target = args.output.as_deref().map(Target::new).transpose()?;
     args.picture.as_deref().map_or(Ok(()), files::check_place)?;
-    app.progress.stage("sky", u64::from(params.sky_steps));
+    refuse_inputs(&inputs, target.as_ref(), args.picture.as_deref())?;
+    let maps = target.as_ref().map(|target| NewFolder::create(&target.maps)).transpose()?;
+    let draws = maps.is_some() || args.picture.is_some();
+    app.progress.stage("sky", u64::from(params.sky_count()?));
     app.progress.progress(0);
-    let maps = args.output.as_deref().map(maps_folder);
-    let picture = args.picture.clone().or_else(|| maps.as_ref().map(|folder| folder.join("sky.png")));
     let mut pictured: Vec<(String, HdrImage)> = Vec::new();
     let built = day::build(&params, &mut |map| {
         app.progress.progress(u64::from(map.index) + 1);
-        if picture.is_some() && is_pictured(map.index, map.count) {
+        if draws && is_pictured(map.index, map.count) {
             let width = if map.count == 1 { WIDE_ALONE } else { WIDE_AMONG_OTHERS }.min(map.image.width.max(2));
             pictured.push((map.name.to_owned(), map.image.resized_lat_long(width, width / 2)));
         }
         let Some(folder) = &maps else { return Ok(()) };
-        let path = folder.join(map.name);
-        let parent = path.parent().unwrap_or(folder);
-        fs::create_dir_all(parent).map_err(|error| format!("cannot make the folder {}: {error}", parent.display()))?;
-        files::replace(&path, |beside| Ok(map.image.write_hdr(beside)?)).map_err(|error| format!("{error:#}"))
+        map.image.write_hdr(folder.path().join(file_name(map.name))).map_err(|error| error.to_string())
     });
     app.progress.finished();
-    let built = built?;
+    let mut built = built?;
     built.notes.iter().for_each(|note| app.progress.warning(&note.to_string()));
-    if let Some(path) = &args.output {
-        let text = serde_json::to_vec_pretty(&built.lapse).context("the lapse cannot be written as JSON")?;
-        files::write_whole(path, |file| file.write_all(&text))?;
+    let drawn = if draws { draw(&built.lapse, &pictured).to_png_bytes()? } else { Vec::new() };
+    if let Some(path) = &args.picture {
+        files::write_whole(path, |file| file.write_all(&drawn))?;
     }
-    if let Some(path) = &picture {
-        let drawn = draw(&built.lapse, &pictured);
-        files::write_whole(path, |file| file.write_all(&drawn.to_png_bytes().map_err(std::io::Error::other)?))?;
+    if let (Some(target), Some(maps)) = (target, maps) {
+        for step in &mut built.lapse.steps {
+            step.sky_map = format!("{}/{}", target.maps_name, file_name(&step.sky_map));
+        }
+        let text = serde_json::to_vec_pretty(&built.lapse).context("the lapse cannot be written as JSON")?;
+        if args.picture.is_none() {
+            files::write_whole(&maps.path().join(PICTURE_FILE), |file| file.write_all(&drawn))?;
+        }
+        maps.commit(|| files::write_whole(&target.lapse, |file| file.write_all(&text)))?;
     }
     app.output.result(&built.lapse, |lapse: &Lapse| day::table(lapse, params.north_deg))
+}
+
+/// The picture's name among the maps.
+const PICTURE_FILE: &str = "found.png";
+
+/// The last part of a map's path.
+fn file_name(map: &str) -> &str {
+    map.rsplit('/').next().unwrap_or(map)
+}
+
+/// Where a lapse and its maps are written.
+struct Target {
+    lapse: PathBuf,
+    maps: PathBuf,
+    maps_name: String,
+}
+
+impl Target {
+    /// Looks whether both can be written, and whether nothing is lost by it.
+    fn new(lapse: &Path) -> Result<Self> {
+        files::check_place(lapse)?;
+        let Some(stem) = lapse.file_stem().and_then(|stem| stem.to_str()) else {
+            wrong_arguments!(
+                "{}: the lapse names its maps' folder after itself, so its name must be readable text",
+                lapse.display()
+            );
+        };
+        let maps_name = format!("{stem}.sky");
+        let maps = lapse.with_file_name(&maps_name);
+        let ours = |name: &str| name == PICTURE_FILE || name.strip_suffix(".hdr").is_some_and(|n| n.parse::<u32>().is_ok());
+        if maps.exists() {
+            ensure!(maps.is_dir(), "{} is a file, and the sky maps' folder would be there; name another -o", maps.display());
+            for entry in fs::read_dir(&maps).with_context(|| format!("cannot look into {}", maps.display()))? {
+                let name = entry?.file_name();
+                ensure!(
+                    name.to_str().is_some_and(ours),
+                    "{} holds {}, which is no sky map of an earlier run; name another -o",
+                    maps.display(),
+                    name.display()
+                );
+            }
+        }
+        Ok(Self { lapse: lapse.to_owned(), maps, maps_name })
+    }
+}
+
+/// Nothing that is read may be written over.
+fn refuse_inputs(inputs: &[PathBuf], target: Option<&Target>, picture: Option<&Path>) -> Result<()> {
+    let targets = target.iter().flat_map(|target| [target.lapse.as_path(), target.maps.as_path()]).chain(picture);
+    for place in targets {
+        if let Some(input) = inputs.iter().find(|input| files::is_within(input, place)) {
+            bail!("{} would be written over, and it is read here; name another place", input.display());
+        }
+    }
+    Ok(())
 }
 
 /// Whether a map is one of those that are drawn: evenly spread, the first among them.
@@ -125,38 +185,45 @@ fn draw(lapse: &Lapse, maps: &[(String, HdrImage)]) -> SrgbImage {
     contact_sheet(&drawn, &SheetLayout { columns: PICTURED_IN_ROW.min(drawn.len().max(1) as u32), ..SheetLayout::default() })
 }
 
-/// The folder from which the lapse's paths to its maps start.
-fn maps_folder(lapse: &Path) -> PathBuf {
-    lapse.parent().map(Path::to_owned).unwrap_or_default()
-}
-
-/// What the arguments mean together.
-fn params(args: &Args) -> Result<LapseParams> {
+/// What the arguments mean together, and the files that are read.
+fn params(app: &App, args: &Args) -> Result<(LapseParams, Vec<PathBuf>)> {
+    if let Some(missing) = args.paths.iter().find(|path| !path.exists()) {
+        bail!("{}: there is no such file or folder; name a site, or probes (.hdr, .exr)", missing.display());
+    }
     let is_site = |path: &Path| path.is_dir() || path.extension().is_some_and(|ending| ending == "toml");
     if args.paths.iter().any(|path| is_site(path)) {
         let [path] = &args.paths[..] else { wrong_arguments!("name one site, or probes only") };
-        if args.mapping.is_some() || args.steps.is_some() {
-            wrong_arguments!("a site's own site.toml says how its sky is read; leave out --mapping and --steps");
+        if args.mapping.is_some() || args.steps.is_some() || args.turn.is_some() || args.opening.is_some() {
+            wrong_arguments!(
+                "a site's own site.toml says how its sky is read; leave out --mapping, --opening, --turn and --steps"
+            );
         }
         let site = Site::read(path)?;
-        return Ok(lapse_params(&site, &site.input_files()?)?);
+        place_warnings(&site).iter().for_each(|warning| app.progress.warning(warning));
+        let read = site.input_files()?;
+        let params = lapse_params(&site, &read)?;
+        return Ok((params, read.into_iter().map(|file| file.path).chain([site.path().to_owned()]).collect()));
     }
     let Some(mapping) = args.mapping else {
         wrong_arguments!(
             "say how the probes map directions to pixels: --mapping lat-long (or angular, mirror-ball, cube-cross, fisheye)"
         )
     };
+    if args.opening.is_some() && mapping != MappingName::Fisheye {
+        wrong_arguments!("--opening is a fisheye's; leave it out, or say --mapping fisheye");
+    }
     let mapping = match mapping {
         MappingName::LatLong => Mapping::LatLong,
         MappingName::Angular => Mapping::Angular,
         MappingName::MirrorBall => Mapping::MirrorBall,
         MappingName::CubeCross => Mapping::CubeCross,
-        MappingName::Fisheye => Mapping::Fisheye { opening_deg: args.opening },
+        MappingName::Fisheye => Mapping::Fisheye { opening_deg: args.opening.unwrap_or(180.0) },
     };
     let probes: Vec<ProbeFile> = args.paths.iter().map(|path| ProbeFile { path: path.clone(), time: None }).collect();
     let steps = args.steps.unwrap_or(probes.len() as u32);
-    let series = ProbeSeries { turn_deg: args.turn, ..ProbeSeries::new(probes, mapping) };
-    Ok(LapseParams { sun_steps: steps.min(1024), sky_steps: steps, ..LapseParams::new(SkySource::Probes(series)) })
+    let series = ProbeSeries { turn_deg: args.turn.unwrap_or(0.0), ..ProbeSeries::new(probes, mapping) };
+    let params = LapseParams { sun_steps: steps.min(1024), sky_steps: steps, ..LapseParams::new(SkySource::Probes(series)) };
+    Ok((params, args.paths.clone()))
 }
 
 #[cfg(test)]

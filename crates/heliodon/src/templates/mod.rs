@@ -10,8 +10,9 @@ use clap::ValueEnum;
 use heliodon_bundle::site::{
     Bake, BelowHorizon, Display, LightStorage, Part, Role, SITE_FILE_NAME, SiteFile, SiteInfo, Sky, Unit, UpAxis,
 };
+use std::ffi::OsString;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What a new site holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -56,11 +57,14 @@ pub struct NewSite {
     pub files: Vec<String>,
 }
 
-/// Makes a site in an empty or new folder.
+/// Where a site is made before it is put in its place: an interrupted run leaves nothing else, and the next one removes it.
+const BEGUN_FOLDER: &str = ".heliodon-new";
+
+/// Makes a site in an empty or new folder, where it appears whole or not at all; `finish` may add to it before.
 ///
 /// # Errors
 /// A folder that holds something already, triangle counts that the template cannot have, files that cannot be written.
-pub fn make(folder: &Path, params: &TemplateParams) -> Result<NewSite> {
+pub fn make(folder: &Path, params: &TemplateParams, finish: impl FnOnce(&Path, &NewSite) -> Result<()>) -> Result<NewSite> {
     let (least, most) = params.template.triangles();
     if let Some(triangles) = params.triangles.filter(|triangles| !(least..=most).contains(triangles)) {
         wrong_arguments!(
@@ -70,21 +74,55 @@ pub fn make(folder: &Path, params: &TemplateParams) -> Result<NewSite> {
             count(triangles)
         );
     }
-    if folder.exists() {
-        ensure!(folder.is_dir(), "{} is a file; name a new folder", folder.display());
-        let mut entries = fs::read_dir(folder).with_context(|| format!("cannot look into {}", folder.display()))?;
+    let begun = begun_folder(folder)?;
+    let failed = || format!("cannot make the folder {}", folder.display());
+    match fs::remove_dir_all(&begun) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error).with_context(failed),
+        _ => fs::create_dir_all(&begun).with_context(failed)?,
+    }
+    let made = match params.template {
+        Template::Temple => temple::make(&begun, params),
+        Template::Sundial => sundial::make(&begun, params, sundial::Light::ClearSky),
+        Template::Grey => sundial::make(&begun, params, sundial::Light::GreyImage),
+    };
+    let placed = made.and_then(|site| {
+        finish(&begun, &site)?;
+        put_in_place(&begun, folder).with_context(|| format!("cannot write {}", folder.display()))?;
+        Ok(site)
+    });
+    placed.map_err(|error| {
+        let _ = fs::remove_dir_all(&begun);
+        anyhow::Error::msg(format!("{error:#}").replace(&begun.display().to_string(), &folder.display().to_string()))
+    })
+}
+
+/// Where the site for `folder` is made: beside it, or, where it stands there already and empty, in it (it may be the one that a shell is in).
+fn begun_folder(folder: &Path) -> Result<PathBuf> {
+    if !folder.exists() {
+        let mut name = OsString::from(format!("{BEGUN_FOLDER}-"));
+        name.push(folder.file_name().with_context(|| format!("{} is no name for a folder", folder.display()))?);
+        return Ok(folder.with_file_name(name));
+    }
+    ensure!(folder.is_dir(), "{} is a file; name a new folder", folder.display());
+    for entry in fs::read_dir(folder).with_context(|| format!("cannot look into {}", folder.display()))? {
         ensure!(
-            entries.next().is_none(),
+            entry?.file_name() == BEGUN_FOLDER,
             "{} is not empty; name a new folder, so that nothing is overwritten",
             folder.display()
         );
     }
-    fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
-    match params.template {
-        Template::Temple => temple::make(folder, params),
-        Template::Sundial => sundial::make(folder, params, sundial::Light::ClearSky),
-        Template::Grey => sundial::make(folder, params, sundial::Light::GreyImage),
+    Ok(folder.join(BEGUN_FOLDER))
+}
+
+/// Puts what is in `begun` into `folder`, `site.toml` last.
+fn put_in_place(begun: &Path, folder: &Path) -> std::io::Result<()> {
+    if !folder.exists() {
+        return fs::rename(begun, folder);
     }
+    let mut names: Vec<OsString> = fs::read_dir(begun)?.map(|entry| entry.map(|e| e.file_name())).collect::<Result<_, _>>()?;
+    names.sort_by_key(|name| name == SITE_FILE_NAME);
+    names.iter().try_for_each(|name| fs::rename(begun.join(name), folder.join(name)))?;
+    fs::remove_dir(begun)
 }
 
 /// Writes `site.toml`, last of all: what it names is there then.

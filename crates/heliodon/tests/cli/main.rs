@@ -9,6 +9,7 @@ mod looks;
 mod pictures;
 mod resume;
 mod sites;
+mod skies;
 
 use serde_json::Value;
 use std::ffi::OsStr;

@@ -70,6 +70,85 @@ fn damaged_leftovers_are_done_again() {
 }
 
 #[test]
+fn a_sky_goes_on_within_the_day() {
+    let site = TestSite::smallest(&waves(8));
+    site.edit("[site]", "[site]\nlatitude_deg = 37.97\nlongitude_deg = 23.7\nutc_offset = \"+03:00\"");
+    site.edit("probes = \"grey.hdr\"\nmapping = \"lat-long\"", "model = \"atmosphere\"\ndate = \"2006-06-21\"");
+    site.edit("[bake]", "[bake]\nsun_steps = 3\nsky_steps = 6");
+    done(&[&"bake", &site.folder(), &"--keep-cache"]);
+    let good = site.path("good");
+    std::fs::rename(site.path("bundle"), &good).unwrap();
+    // as a kill after four of the six would leave it, one of them damaged
+    for lapse in blocks(site.folder(), "fitted-lapse") {
+        std::fs::remove_file(lapse).unwrap();
+    }
+    let mut records = blocks(site.folder(), "sky-open");
+    records.sort();
+    assert_eq!(records.len(), 6);
+    records[4..].iter().for_each(|record| std::fs::remove_file(record).unwrap());
+    std::fs::write(&records[1], "damaged").unwrap();
+    let again = done(&[&"bake", &site.folder()]);
+    assert!(again.err.contains("going on: 4 of 6 skies are done"), "{}", again.err);
+    assert_same_bundle(&site.path("bundle"), &good);
+}
+
+#[test]
+fn a_shared_cache_tells_bundles_of_one_name_apart() {
+    let (one, other) = (long_site(), long_site());
+    other.edit("samples = 512", "samples = 16");
+    let cache = one.path("shared");
+    // both type ./bundle, each in its own folder
+    let bake = |site: &TestSite, more: &[&str]| {
+        let mut command = heliodon(&[&"bake", &".", &"-o", &"./bundle", &"--cache", &cache]);
+        let output = command.args(more).current_dir(site.folder()).output().unwrap();
+        let ran = ran(output);
+        assert_eq!(ran.code, 0, "{}", ran.err);
+    };
+    bake(&one, &["--keep-cache"]);
+    let kept = contents(&cache).len();
+    bake(&other, &[]);
+    assert_eq!(contents(&cache).len(), kept, "another's work stays");
+    // one's own goes, however its place is typed
+    done(&[&"bake", &one.folder(), &"--cache", &cache, &"--again"]);
+    assert!(!cache.exists());
+}
+
+#[test]
+fn a_bundle_of_another_revision_is_baked_again() {
+    let site = TestSite::smallest(&waves(8));
+    done(&[&"bake", &site.folder()]);
+    let path = site.path("bundle/manifest.json");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let manifest: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let tool = manifest["tool"].as_str().unwrap();
+    let (version, revision) = tool.rsplit_once(' ').unwrap();
+    assert!(revision.len() == 16 && u64::from_str_radix(revision, 16).is_ok(), "{tool}");
+    assert_eq!(json(&[&"bake", &site.folder()])["up_to_date"], true);
+    std::fs::write(&path, text.replace(tool, &format!("{version} 0123456789abcdef"))).unwrap();
+    assert_eq!(json(&[&"bake", &site.folder()])["up_to_date"], false);
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_new_site_on_a_full_disk_can_be_made_again() {
+    let home = tempfile::tempdir().unwrap();
+    let site = home.path().join("site");
+    let full = with_little_room(4, &["new", site.to_str().unwrap()]);
+    assert_eq!(full.code, 1, "{}", full.err);
+    assert!(full.err.contains("plate.obj") && !full.err.contains(".heliodon-new"), "{}", full.err);
+    assert_eq!(std::fs::read_dir(home.path()).unwrap().count(), 0);
+    // what a kill leaves is no hindrance, neither beside a new folder nor in one that is there
+    std::fs::create_dir_all(home.path().join(".heliodon-new-site/junk")).unwrap();
+    done(&[&"new", &site, &"--triangles", &"1000"]);
+    let there = home.path().join("there");
+    std::fs::create_dir_all(there.join(".heliodon-new/junk")).unwrap();
+    done(&[&"new", &there, &"--triangles", &"1000"]);
+    assert_eq!(contents(&site), contents(&there));
+    assert_eq!(std::fs::read_dir(home.path()).unwrap().count(), 2);
+}
+
+#[test]
 fn two_bakes_of_one_site_at_once_do_not_mix() {
     let site = long_site();
     let mut first = heliodon(&[&"bake", &site.folder()]).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
