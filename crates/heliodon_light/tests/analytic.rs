@@ -223,7 +223,7 @@ fn a_sundial_shows_the_hour() {
 #[test]
 fn a_shaded_valley_sees_its_own_shade_beside_it() {
     // all that the middle of a valley sees of its slopes lies within millimetres; leaves keep one sun off there, and off little else
-    let slope = |x: f32| [-1.0, 0.0, 1.0].map(|z| (Vec3::new(x, 0.4, z), Vec3::new(-0.4 * x, 1.0, 0.0).normalize()));
+    let slope = |x: f32| [-1.0, 0.0, 1.0].map(|z| (Vec3::new(x, 0.4, z), Vec3::new(-0.4 * x, 1.0, 0.0).normalize_or_zero()));
     let valley = [-1.0, 0.0, 1.0].map(|z| (Vec3::new(0.0, 0.0, z), Vec3::Y));
     let (positions, normals) = slope(-1.0).into_iter().chain(valley).chain(slope(1.0)).unzip();
     let triangles = [0, 1, 3, 4].into_iter().flat_map(|i| [[i, i + 1, i + 4], [i, i + 4, i + 3]]).collect();

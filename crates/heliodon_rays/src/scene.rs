@@ -72,7 +72,7 @@ impl TriangleScene {
     pub fn occluded(&self, rays: &[Ray], occluded: &mut [u64]) {
         assert_eq!(occluded.len(), rays.len().div_ceil(64), "one bit for each ray");
         occluded.fill(0);
-        let answer = |i: usize, any: Any| occluded[i / 64] |= u64::from(any.is_some()) << (i % 64);
+        let answer = |i: usize, any: Any| occluded[i / 64] |= u64::from(any.found()) << (i % 64);
         dispatch(self.instructions, Trace::new(self, rays, answer));
     }
 

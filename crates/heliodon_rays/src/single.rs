@@ -76,7 +76,7 @@ impl Question for Any {
 }
 
 impl Any {
-    pub fn is_some(self) -> bool {
+    pub fn found(self) -> bool {
         self.0
     }
 }
