@@ -56,6 +56,20 @@ pub fn check_place(path: &Path) -> Result<()> {
     File::create(&beside).and_then(|_| fs::remove_file(&beside)).with_context(|| format!("cannot write {}", path.display()))
 }
 
+/// The first thing in a folder whose name is not one of `ours`, as a thing that is somebody's.
+///
+/// # Errors
+/// A folder that cannot be read.
+pub fn find_foreign(folder: &Path, ours: impl Fn(&str) -> bool) -> Result<Option<OsString>> {
+    for entry in fs::read_dir(folder).with_context(|| format!("cannot look into {}", folder.display()))? {
+        let name = entry?.file_name();
+        if !name.to_str().is_some_and(&ours) {
+            return Ok(Some(name));
+        }
+    }
+    Ok(None)
+}
+
 /// A folder that is written beside its place and put there when all of it is done. Dropped before, it leaves nothing behind.
 pub struct NewFolder {
     target: PathBuf,

@@ -19,6 +19,7 @@ use heliodon_view::{DaylightCamera, Pose, Stage};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
+use tempfile::TempDir;
 use wgpu::{BufferDescriptor, BufferUsages};
 
 /// A court that is quickly made and has hidden clusters.
@@ -28,6 +29,22 @@ fn court(folder: &Path) {
 
 fn renderer(folder: &Path) -> Renderer {
     Renderer::new(folder, 80, 60, RenderOptions { samples: 1 }).unwrap()
+}
+
+/// A court that is drawn, with the folder that holds it.
+fn drawn_court() -> (TempDir, Renderer) {
+    let folder = tempfile::tempdir().unwrap();
+    court(folder.path());
+    let renderer = renderer(folder.path());
+    (folder, renderer)
+}
+
+/// Adds a system to the render world that is told when the count comes down to nothing.
+fn count_down<M>(renderer: &mut Renderer, set: RenderSystems, system: impl IntoSystem<(), (), M>) -> Countdown {
+    let due = Countdown(Arc::new(AtomicU32::new(0)));
+    let world = renderer.app_mut().sub_app_mut(RenderApp);
+    world.insert_resource(due.clone()).add_systems(Render, IntoSystem::into_system(system).in_set(set));
+    due
 }
 
 /// Frames until something happens in the render world.
@@ -42,26 +59,18 @@ impl Countdown {
 
 #[test]
 fn a_picture_in_which_the_gpu_fails_is_none() {
-    let folder = tempfile::tempdir().unwrap();
-    let bundle = folder.path().join("court");
-    court(&bundle);
-    let mut renderer = renderer(&bundle);
-    let due = Countdown(Arc::new(AtomicU32::new(0)));
-    renderer.app_mut().sub_app_mut(RenderApp).insert_resource(due.clone()).add_systems(
-        Render,
-        (|due: Res<Countdown>, device: Res<RenderDevice>| {
-            if due.is_due() {
-                // A buffer for nothing is an error on every device.
-                device.create_buffer(&BufferDescriptor {
-                    label: Some("faulty"),
-                    size: 16,
-                    usage: BufferUsages::empty(),
-                    mapped_at_creation: false,
-                });
-            }
-        })
-        .in_set(RenderSystems::Cleanup),
-    );
+    let (_folder, mut renderer) = drawn_court();
+    let due = count_down(&mut renderer, RenderSystems::Cleanup, |due: Res<Countdown>, device: Res<RenderDevice>| {
+        if due.is_due() {
+            // A buffer for nothing is an error on every device.
+            device.create_buffer(&BufferDescriptor {
+                label: Some("faulty"),
+                size: 16,
+                usage: BufferUsages::empty(),
+                mapped_at_creation: false,
+            });
+        }
+    });
     let shot = renderer.home_shot(12.0 * 3600.0);
     renderer.render(&shot).unwrap();
     due.0.store(1, Ordering::Release);
@@ -120,22 +129,18 @@ fn come_home(renderer: &mut Renderer) -> Shot {
 
 #[test]
 fn what_no_frame_asked_is_not_answered() {
-    let folder = tempfile::tempdir().unwrap();
-    let bundle = folder.path().join("court");
-    court(&bundle);
-    let mut renderer = renderer(&bundle);
-    let due = Countdown(Arc::new(AtomicU32::new(0)));
-    renderer.app_mut().sub_app_mut(RenderApp).insert_resource(due.clone()).add_systems(
-        Render,
-        (|due: Res<Countdown>, views: Query<Entity, With<ViewTarget>>, mut commands: Commands| {
+    let (_folder, mut renderer) = drawn_court();
+    let due = count_down(
+        &mut renderer,
+        RenderSystems::PrepareBindGroups,
+        |due: Res<Countdown>, views: Query<Entity, With<ViewTarget>>, mut commands: Commands| {
             // As in a minimised window, for which there is no texture.
             if due.is_due() {
                 views.iter().for_each(|view| {
                     commands.entity(view).remove::<ViewTarget>();
                 });
             }
-        })
-        .in_set(RenderSystems::PrepareBindGroups),
+        },
     );
     let home = come_home(&mut renderer);
     // The second frame at rest asks, but is not drawn.
@@ -149,10 +154,7 @@ fn what_no_frame_asked_is_not_answered() {
 
 #[test]
 fn stone_behind_guests_is_there_when_they_go() {
-    let folder = tempfile::tempdir().unwrap();
-    let bundle = folder.path().join("court");
-    court(&bundle);
-    let mut renderer = renderer(&bundle);
+    let (_folder, mut renderer) = drawn_court();
     let home = come_home(&mut renderer);
     let whole = renderer.render(&home).unwrap();
     let world = renderer.app_mut().world_mut();

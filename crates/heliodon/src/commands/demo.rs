@@ -2,10 +2,11 @@
 
 use crate::App;
 use crate::failure::wrong_arguments;
+use crate::files;
 #[cfg(feature = "viewer")]
 use crate::output::duration;
 use crate::templates::{self, Template, TemplateParams};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use heliodon_bake::TOOL;
 use heliodon_bake::bake::{BakeReport, bake};
 use heliodon_bake::plan::{BakeOptions, Plan};
@@ -118,10 +119,8 @@ fn make_site(app: &App, args: &Args, folder: &Path) -> Result<()> {
 fn remove_site(folder: &Path, mark: &Mark) -> Result<()> {
     let remedy = "move that folder away, or name another --out";
     let ours = |name: &str| name == MARK_FILE || mark.files.iter().any(|file| file.path == name);
-    for entry in fs::read_dir(folder).with_context(|| format!("cannot look into {}", folder.display()))? {
-        let name = entry?.file_name();
-        ensure!(
-            name.to_str().is_some_and(ours),
+    if let Some(name) = files::find_foreign(folder, ours)? {
+        bail!(
             "{} in {} was not made by a demo, which would make another site there; {remedy}",
             name.display(),
             folder.display()

@@ -13,7 +13,6 @@ use heliodon_sky::day::{self, LapseParams, ProbeFile, ProbeSeries, SkySource};
 use heliodon_sky::lapse::Lapse;
 use heliodon_sky::mapping::Mapping;
 use heliodon_sky::picture::found_picture;
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -140,14 +139,8 @@ impl Target {
         let ours = |name: &str| name == PICTURE_FILE || name.strip_suffix(".hdr").is_some_and(|n| n.parse::<u32>().is_ok());
         if maps.exists() {
             ensure!(maps.is_dir(), "{} is a file, and the sky maps' folder would be there; name another -o", maps.display());
-            for entry in fs::read_dir(&maps).with_context(|| format!("cannot look into {}", maps.display()))? {
-                let name = entry?.file_name();
-                ensure!(
-                    name.to_str().is_some_and(ours),
-                    "{} holds {}, which is no sky map of an earlier run; name another -o",
-                    maps.display(),
-                    name.display()
-                );
+            if let Some(name) = files::find_foreign(&maps, ours)? {
+                bail!("{} holds {}, which is no sky map of an earlier run; name another -o", maps.display(), name.display());
             }
         }
         Ok(Self { lapse: lapse.to_owned(), maps, maps_name })
