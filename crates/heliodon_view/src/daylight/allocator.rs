@@ -8,18 +8,22 @@
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const KEPT_BYTES: i32 = 64 << 20;
 
-/// Lets the allocator keep what is freed, where it would otherwise give it back to the system.
+/// As much as glibc keeps by itself.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+const USUAL_BYTES: i32 = 128 << 10;
+
+/// Lets the allocator keep what is freed, or give it back to the system as usual, from the next time something is freed.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 #[expect(unsafe_code, reason = "glibc's allocator is told by a C function; all of it is in this module")]
-pub fn keep_freed_memory() {
+pub fn keep_freed_memory(keep: bool) {
     // SAFETY: mallopt takes the allocator's own lock and sets one word; it touches no memory of the program, and an allocation
     // beside it sees the old word or the new one, both of which are right.
     unsafe {
-        libc::mallopt(libc::M_TRIM_THRESHOLD, KEPT_BYTES);
+        libc::mallopt(libc::M_TRIM_THRESHOLD, if keep { KEPT_BYTES } else { USUAL_BYTES });
     }
 }
 
-/// Gives back what is free now: much, after a bundle was read.
+/// Gives back what is free now, but for the ends of heaps other than the first: those go when something before them is freed.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 #[expect(unsafe_code, reason = "as above")]
 pub fn give_back_freed_memory() {
@@ -31,7 +35,7 @@ pub fn give_back_freed_memory() {
 
 /// Elsewhere the allocator is left as it is.
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
-pub fn keep_freed_memory() {}
+pub fn keep_freed_memory(_keep: bool) {}
 
 /// Elsewhere the allocator is left as it is.
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]

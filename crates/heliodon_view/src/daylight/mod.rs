@@ -15,6 +15,7 @@ pub mod pages;
 mod pass;
 pub mod pipelines;
 pub(crate) mod prepare;
+mod seen;
 #[cfg(test)]
 mod shader_tests;
 pub mod sight;
@@ -73,7 +74,6 @@ impl Plugin for DaylightPlugin {
         let software =
             render_app.world().get_resource::<RenderAdapterInfo>().is_some_and(|info| info.device_type == DeviceType::Cpu);
         if software {
-            allocator::keep_freed_memory();
             render_app.world_mut().resource_mut::<prepare::StageGpu>().software = true;
         }
     }

@@ -5,16 +5,17 @@
 
 use super::pipelines::Subject;
 use super::prepare::{StageGpu, StageView};
-use super::view::Draw;
+use super::seen::Draw;
 use bevy::camera::{MainPassResolutionOverride, Viewport};
 use bevy::prelude::*;
 use bevy::render::camera::ExtractedCamera;
 use bevy::render::render_resource::{
-    CommandEncoder, ComputePassDescriptor, IndexFormat, PipelineCache, RenderPassDescriptor, RenderPipeline, StoreOp,
+    Buffer, CommandEncoder, ComputePassDescriptor, IndexFormat, LoadOp, Operations, PipelineCache, RenderPassColorAttachment,
+    RenderPassDescriptor, RenderPipeline, StoreOp,
 };
 use bevy::render::renderer::{RenderContext, ViewQuery};
 use bevy::render::view::{ViewDepthTexture, ViewTarget};
-use wgpu::{QuerySet, RenderPass};
+use wgpu::RenderPass;
 
 /// Lights the visible vertices, if the moment is a new one for them.
 pub fn light_stage(gpu: Res<StageGpu>, cache: Res<PipelineCache>, mut context: RenderContext) {
@@ -46,14 +47,14 @@ pub fn draw_stage(
     let [stone @ .., sky] = ids.map(|id| cache.get_render_pipeline(id));
     let viewport = Viewport::from_viewport_and_override(camera.viewport.as_ref(), resolution);
     let encoder = context.command_encoder();
-    let begin = |encoder: &mut CommandEncoder, queries: Option<&QuerySet>| {
+    let begin = |encoder: &mut CommandEncoder, label, color| {
         let mut pass = encoder
             .begin_render_pass(&RenderPassDescriptor {
-                label: Some("stone_and_sky"),
-                color_attachments: &[Some(target.get_color_attachment())],
+                label: Some(label),
+                color_attachments: &[Some(color)],
                 depth_stencil_attachment: Some(depth.get_attachment(StoreOp::Store)),
                 timestamp_writes: None,
-                occlusion_query_set: queries,
+                occlusion_query_set: None,
                 multiview_mask: None,
             })
             .forget_lifetime();
@@ -67,22 +68,38 @@ pub fn draw_stage(
     };
 
     if let Some(question) = stage_view.sight.question() {
-        for (queries, range) in question.passes() {
-            let mut pass = begin(encoder, Some(queries));
-            let mut bound = Bound::default();
-            for (query, draw) in stage_view.draws[range].iter().enumerate() {
-                pass.begin_occlusion_query(query as u32);
-                bound.draw(&mut pass, &gpu, &stone, draw);
-                pass.end_occlusion_query();
-            }
-        }
-        question.resolve(encoder);
-    }
-    let mut pass = begin(encoder, None);
-    if stage_view.sight.question().is_none() {
+        let color = RenderPassColorAttachment {
+            view: &question.view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: Operations { load: LoadOp::Clear(wgpu::Color::TRANSPARENT), store: StoreOp::Store },
+        };
+        let numbering = stage_view.sight_pipelines.map(|ids| ids.map(|id| cache.get_render_pipeline(id)));
+        let mut pass = begin(encoder, "stone_sight", color);
         let mut bound = Bound::default();
-        for draw in &stage_view.draws {
-            bound.draw(&mut pass, &gpu, &stone, draw);
+        let mut first = 0;
+        for draw in &stage_view.seen.draws {
+            let closed = usize::from(gpu.chunks[draw.chunk as usize].closed);
+            if let Some(pipeline) = numbering.and_then(|pipelines| pipelines[closed]) {
+                bound.pipeline(&mut pass, closed, pipeline);
+                bound.draw(&mut pass, &gpu, None, draw, first);
+            }
+            first += draw.indices.len() as u32 / 3;
+        }
+        drop(pass);
+        question.read(encoder);
+    }
+    let mut pass = begin(encoder, "stone_and_sky", target.get_color_attachment());
+    let mut bound = Bound::default();
+    for draw in &stage_view.seen.draws {
+        let chunk = &gpu.chunks[draw.chunk as usize];
+        let subject = Subject::stone_index(chunk.texture.is_some(), chunk.closed);
+        // Until its pipeline and texture are there, nothing is drawn of a chunk.
+        if let Some(pipeline) = stone[subject]
+            && bound.texture(&mut pass, &gpu, chunk.texture)
+        {
+            bound.pipeline(&mut pass, subject, pipeline);
+            bound.draw(&mut pass, &gpu, stage_view.indices.as_ref(), draw, 0);
         }
     }
     if let (Some(pipeline), Some(maps)) = (sky, &stage_view.sky) {
@@ -95,38 +112,46 @@ pub fn draw_stage(
 /// What a pass has bound already.
 #[derive(Default)]
 struct Bound {
-    subject: Option<usize>,
+    pipeline: Option<usize>,
     page: Option<usize>,
     texture: Option<u32>,
 }
 
 impl Bound {
-    /// Records a draw of stone; nothing, while its pipeline or texture is not there.
-    fn draw(&mut self, pass: &mut RenderPass<'_>, gpu: &StageGpu, pipelines: &[Option<&RenderPipeline>], draw: &Draw) {
-        let subject = Subject::stone_index(draw.texture.is_some(), draw.closed);
-        let Some(pipeline) = pipelines[subject] else { return };
-        if let Some(texture) = draw.texture
-            && self.texture != Some(texture)
-        {
-            let Some(texture_group) = gpu.textures.get(texture as usize) else { return };
-            pass.set_bind_group(1, &*texture_group.bind_group, &[]);
-            self.texture = Some(texture);
-        }
-        if self.subject != Some(subject) {
+    /// Sets the pipeline, of this number in its pass.
+    fn pipeline(&mut self, pass: &mut RenderPass<'_>, number: usize, pipeline: &RenderPipeline) {
+        if self.pipeline != Some(number) {
             pass.set_pipeline(pipeline);
-            self.subject = Some(subject);
+            self.pipeline = Some(number);
         }
-        if self.page != Some(draw.page) {
-            let page = &gpu.pages[draw.page];
+    }
+
+    /// Sets the texture, if there is to be one; false if it is not there.
+    fn texture(&mut self, pass: &mut RenderPass<'_>, gpu: &StageGpu, texture: Option<u32>) -> bool {
+        if texture.is_some() && self.texture != texture {
+            let Some(group) = texture.and_then(|texture| gpu.textures.get(texture as usize)) else { return false };
+            pass.set_bind_group(1, &*group.bind_group, &[]);
+            self.texture = texture;
+        }
+        true
+    }
+
+    /// Records a draw of stone, with indices of `own` where there are any.
+    fn draw(&mut self, pass: &mut RenderPass<'_>, gpu: &StageGpu, own: Option<&Buffer>, draw: &Draw, instance: u32) {
+        let chunk = &gpu.chunks[draw.chunk as usize];
+        if self.page != Some(chunk.page) {
+            let page = &gpu.pages[chunk.page];
             pass.set_vertex_buffer(0, *page.positions.slice(..));
             pass.set_vertex_buffer(1, *page.light.slice(..));
             pass.set_vertex_buffer(2, *page.albedo.slice(..));
             if let Some(uvs) = &page.uvs {
                 pass.set_vertex_buffer(3, *uvs.slice(..));
             }
-            pass.set_index_buffer(*page.indices.slice(..), IndexFormat::Uint16);
-            self.page = Some(draw.page);
+            pass.set_index_buffer(*own.unwrap_or(&page.indices).slice(..), IndexFormat::Uint16);
+            self.page = Some(chunk.page);
         }
-        pass.draw_indexed(draw.indices.clone(), draw.base_vertex as i32, 0..1);
+        let first = if own.is_some() { 0 } else { chunk.first_index };
+        let indices = first + draw.indices.start..first + draw.indices.end;
+        pass.draw_indexed(indices, chunk.base_vertex as i32, instance..instance + 1);
     }
 }

@@ -1,6 +1,7 @@
 //! The pipelines that draw stone and sky, one for each kind of target.
 
 use super::layout::VertexLayout;
+use super::sight::NUMBER_FORMAT;
 use super::view::VIEW_BYTES;
 use crate::daylight::moment::MOMENT_BYTES;
 use crate::tonemap::{DisplayKey, ToneCurve};
@@ -80,6 +81,12 @@ impl PipelineKey {
     }
 }
 
+/// The whole text of the shader that numbers triangles.
+#[must_use]
+pub fn sight_wgsl() -> String {
+    format!("enable primitive_index;\n{VIEW_WGSL}\n{}", include_str!("sight.wgsl"))
+}
+
 /// stone.wgsl with its `#ifdef TEXTURED` lines resolved, so that what a test validates is what runs.
 fn without_textured(source: &str, textured: bool) -> String {
     let mut keep = true;
@@ -114,6 +121,7 @@ pub struct StagePipelines {
     made: HashMap<PipelineKey, CachedRenderPipelineId>,
     /// Bevy's cache frees none: bundles of one layout share theirs.
     light_made: Vec<(VertexLayout, CachedComputePipelineId)>,
+    sight_made: Option<[CachedRenderPipelineId; 2]>,
     shaders: u128,
 }
 
@@ -154,6 +162,7 @@ impl Default for StagePipelines {
             ),
             made: HashMap::new(),
             light_made: Vec::new(),
+            sight_made: None,
             shaders: 0,
         }
     }
@@ -186,6 +195,38 @@ impl StagePipelines {
         id
     }
 
+    /// The pipelines that number the triangles of surfaces and of closed bodies.
+    pub fn sight(&mut self, cache: &mut PipelineCache) -> [CachedRenderPipelineId; 2] {
+        if let Some(ids) = self.sight_made {
+            return ids;
+        }
+        let shader = self.shader(cache, sight_wgsl(), "sight");
+        let ids = [false, true].map(|closed| {
+            let target = ColorTargetState { format: NUMBER_FORMAT, blend: None, write_mask: ColorWrites::ALL };
+            cache.queue_render_pipeline(RenderPipelineDescriptor {
+                label: Some("stone_sight".into()),
+                layout: vec![self.view_layout.clone()],
+                vertex: VertexState {
+                    shader: shader.clone(),
+                    entry_point: Some("vertex".into()),
+                    buffers: vec![vertex_buffer(0, VertexFormat::Float32x3)],
+                    ..default()
+                },
+                primitive: sides(closed),
+                depth_stencil: Some(depth_test(true)),
+                fragment: Some(FragmentState {
+                    shader: shader.clone(),
+                    entry_point: Some("fragment".into()),
+                    targets: vec![Some(target)],
+                    ..default()
+                }),
+                ..default()
+            })
+        });
+        self.sight_made = Some(ids);
+        ids
+    }
+
     /// The colour pipeline for a target.
     pub fn colour(&mut self, cache: &mut PipelineCache, key: PipelineKey) -> CachedRenderPipelineId {
         if let Some(&id) = self.made.get(&key) {
@@ -208,18 +249,8 @@ impl StagePipelines {
                 buffers: if stone { vertex_buffers(key.subject.textured()) } else { Vec::new() },
                 ..default()
             },
-            primitive: PrimitiveState {
-                cull_mode: matches!(key.subject, Subject::Stone { closed: true, .. }).then_some(Face::Back),
-                ..default()
-            },
-            depth_stencil: Some(DepthStencilState {
-                format: CORE_3D_DEPTH_FORMAT,
-                depth_write_enabled: Some(stone),
-                // Depth is reversed: near is 1.
-                depth_compare: Some(CompareFunction::GreaterEqual),
-                stencil: default(),
-                bias: default(),
-            }),
+            primitive: sides(matches!(key.subject, Subject::Stone { closed: true, .. })),
+            depth_stencil: Some(depth_test(stone)),
             multisample: MultisampleState { count: key.samples, ..default() },
             fragment: Some(FragmentState {
                 shader,
@@ -234,17 +265,36 @@ impl StagePipelines {
     }
 }
 
-/// Position, light, albedo, and texture coordinates, each from a buffer of its own.
-fn vertex_buffers(textured: bool) -> Vec<VertexBufferLayout> {
-    let one = |location: u32, format: VertexFormat| VertexBufferLayout {
+/// Which sides of a triangle are drawn.
+fn sides(closed: bool) -> PrimitiveState {
+    PrimitiveState { cull_mode: closed.then_some(Face::Back), ..default() }
+}
+
+/// Nothing is drawn behind what is there, and stone hides what comes after it.
+fn depth_test(stone: bool) -> DepthStencilState {
+    DepthStencilState {
+        format: CORE_3D_DEPTH_FORMAT,
+        depth_write_enabled: Some(stone),
+        // Depth is reversed: near is 1.
+        depth_compare: Some(CompareFunction::GreaterEqual),
+        stencil: default(),
+        bias: default(),
+    }
+}
+
+fn vertex_buffer(location: u32, format: VertexFormat) -> VertexBufferLayout {
+    VertexBufferLayout {
         array_stride: format.size(),
         step_mode: VertexStepMode::Vertex,
         attributes: vec![VertexAttribute { format, offset: 0, shader_location: location }],
-    };
-    let mut buffers =
-        vec![one(0, VertexFormat::Float32x3), one(1, VertexFormat::Float16x4), one(2, VertexFormat::Unorm10_10_10_2)];
-    if textured {
-        buffers.push(one(3, VertexFormat::Float32x2));
     }
-    buffers
+}
+
+/// Position, light, albedo, and texture coordinates, each from a buffer of its own.
+fn vertex_buffers(textured: bool) -> Vec<VertexBufferLayout> {
+    let mut formats = vec![VertexFormat::Float32x3, VertexFormat::Float16x4, VertexFormat::Unorm10_10_10_2];
+    if textured {
+        formats.push(VertexFormat::Float32x2);
+    }
+    (0..).zip(formats).map(|(location, format)| vertex_buffer(location, format)).collect()
 }

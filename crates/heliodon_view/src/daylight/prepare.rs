@@ -4,8 +4,9 @@ use super::layout::BLOCK;
 use super::moment::MomentUniform;
 use super::pages::{GpuChunk, GpuTexture, Page, Remaining, upload};
 use super::pipelines::{PipelineKey, SUBJECTS, StagePipelines};
-use super::sight::{Sight, SightKey};
-use super::view::{ClusterRef, Draw, Eye, ViewUniform, cull, draw_of, join_draws};
+use super::seen::{LightBlock, Seen};
+use super::sight::{Change, Sight, SightKey};
+use super::view::{Eye, ViewUniform, cull};
 use super::{DaylightCamera, allocator};
 use crate::sky::SkyResources;
 use crate::stage::feed::Delivery;
@@ -43,13 +44,13 @@ pub struct StageGpu {
     moment: Option<MomentUniform>,
     moment_serial: u64,
     moment_buffer: Option<(Buffer, BindGroup)>,
-    /// What some camera sees.
-    visible: Vec<ClusterRef>,
+    /// The light that some camera needs.
+    needed: Vec<LightBlock>,
     /// Whether a processor draws: then cameras at rest find out what they see, and textures are read with fewer samples.
     pub software: bool,
     /// Whether it is known which chunks are closed.
     closed_known: bool,
-    /// Frames since the last of the bundle was taken.
+    /// Frames since less was needed than before: since the last of the bundle was taken, or a camera came to know what it sees.
     settled_frames: u32,
     /// Blocks to be lit, per page.
     work: Vec<Vec<u32>>,
@@ -72,12 +73,16 @@ impl StageGpu {
 #[derive(Component, Default)]
 pub struct StageView {
     buffer: Option<(Buffer, BindGroup)>,
-    /// What is seen.
+    /// What is known of what is seen.
     pub sight: Sight,
-    /// Draws, near chunks first; one a cluster in a frame that asks what is seen.
-    pub draws: Vec<Draw>,
+    /// What is drawn, near chunks first.
+    pub seen: Seen,
+    /// Its indices, where it has its own.
+    pub indices: Option<Buffer>,
     /// Pipelines for all subjects.
     pub pipelines: Option<[CachedRenderPipelineId; SUBJECTS.len()]>,
+    /// Pipelines that find out what is seen, for surfaces and for closed bodies.
+    pub sight_pipelines: Option<[CachedRenderPipelineId; 2]>,
     /// The dome's maps, when there are any.
     pub sky: Option<BindGroup>,
 }
@@ -87,6 +92,21 @@ impl StageView {
     #[must_use]
     pub fn bind_group(&self) -> Option<&BindGroup> {
         self.buffer.as_ref().map(|(_, group)| group)
+    }
+
+    /// Draws this from now on.
+    fn see(&mut self, device: &RenderDevice, mut seen: Seen) {
+        let mut indices = std::mem::take(&mut seen.indices);
+        self.seen = seen;
+        self.indices = (!indices.is_empty()).then(|| {
+            // Buffers are made in multiples of four bytes.
+            indices.resize(indices.len().next_multiple_of(2), 0);
+            device.create_buffer_with_data(&BufferInitDescriptor {
+                label: Some("stone_seen"),
+                contents: bytemuck::cast_slice(&indices),
+                usage: BufferUsages::INDEX,
+            })
+        });
     }
 }
 
@@ -147,16 +167,19 @@ pub fn receive(
             }
         }
     }
-    if feed.is_uploaded() {
+    if gpu.software && feed.is_uploaded() {
         gpu.settled_frames = gpu.settled_frames.saturating_add(1);
-        if gpu.software && gpu.settled_frames == SETTLED_FRAMES {
+        if gpu.settled_frames == SETTLED_FRAMES {
             allocator::give_back_freed_memory();
+        }
+        if gpu.settled_frames == 2 * SETTLED_FRAMES {
+            allocator::keep_freed_memory(true);
         }
     }
 }
 
-/// Frames after which what uploads have used is free.
-const SETTLED_FRAMES: u32 = 8;
+/// Frames after which what is not needed any more is free; and as many more in which it is given back.
+const SETTLED_FRAMES: u32 = 4;
 
 /// What is needed of a camera.
 type SeenCamera = (Entity, &'static ExtractedCamera, &'static ExtractedView, &'static Msaa, Option<&'static mut StageView>);
@@ -180,7 +203,7 @@ pub fn prepare_views(
     prepassed: Query<(), WithPrepass>,
     mut views: Query<SeenCamera, With<DaylightCamera>>,
 ) {
-    gpu.visible.clear();
+    gpu.needed.clear();
     for (entity, camera, view, msaa, stage_view) in &mut views {
         let Some(mut stage_view) = stage_view else {
             // From the next frame on; the commands are applied before it.
@@ -204,20 +227,31 @@ pub fn prepare_views(
             samples: msaa.samples(),
             stage: (gpu.serial, gpu.chunks.len() + usize::from(gpu.closed_known)),
         };
+        let numbering =
+            (gpu.software && device.features().contains(WgpuFeatures::PRIMITIVE_INDEX)).then(|| pipelines.sight(&mut cache));
+        stage_view.sight_pipelines = numbering;
         // A frame without its pipelines would find that nothing is seen, and one whose depth begins with guests would find that
         // what they hide is not: they may move while the eye rests.
-        let may_ask =
-            gpu.software && !prepassed.contains(entity) && ids[..4].iter().all(|&id| cache.get_render_pipeline(id).is_some());
+        let needed = ids[..4].iter().chain(numbering.iter().flatten());
+        let may_ask = (numbering.is_some() && msaa.samples() == 1 && !prepassed.contains(entity))
+            .then_some(camera.physical_target_size)
+            .flatten()
+            .filter(|_| needed.into_iter().all(|&id| cache.get_render_pipeline(id).is_some()));
         let stage_view = &mut *stage_view;
-        if stage_view.sight.next(&device, key, may_ask, |seen| cull(&gpu.chunks, &clip_from_world, eye, seen)) {
-            stage_view.draws.clear();
-            let seen = &stage_view.sight.seen;
-            match stage_view.sight.question() {
-                Some(_) => stage_view.draws.extend(seen.iter().map(|&one| draw_of(&gpu.chunks, one))),
-                None => join_draws(&gpu.chunks, seen, &mut stage_view.draws),
+        match stage_view.sight.next(&device, key, may_ask) {
+            Change::None => {}
+            Change::Moved => {
+                let clusters = cull(&gpu.chunks, &clip_from_world, eye);
+                stage_view.see(&device, Seen::clusters(&gpu.chunks, &clusters));
+            }
+            Change::Shown(shown) => {
+                gpu.settled_frames = 0;
+                allocator::keep_freed_memory(false);
+                let seen = stage_view.seen.only(&gpu.chunks, &shown);
+                stage_view.see(&device, seen);
             }
         }
-        gpu.visible.extend_from_slice(&stage_view.sight.seen);
+        gpu.needed.extend_from_slice(&stage_view.seen.blocks);
 
         let height = camera.physical_viewport_size.map_or(1, |size| size.y.max(1));
         let world_from_view = Mat4::from_quat(view.world_from_view.rotation());
@@ -288,14 +322,12 @@ pub fn prepare_light(
         let layout = cache.get_bind_group_layout(&pipelines.moment_layout);
         write_uniform(&mut gpu.moment_buffer, &device, &queue, &layout, bytemuck::bytes_of(&uniform), "stone_moment");
     }
-    for one in &gpu.visible {
-        let chunk = &mut gpu.chunks[one.chunk as usize];
-        for &block in &chunk.kept.clusters[one.cluster as usize].blocks {
-            let lit_at = &mut chunk.lit_at[usize::from(block)];
-            if *lit_at != gpu.moment_serial {
-                *lit_at = gpu.moment_serial;
-                gpu.work[chunk.page].push(chunk.base_vertex / BLOCK + u32::from(block));
-            }
+    for &LightBlock { chunk, block } in &gpu.needed {
+        let chunk = &mut gpu.chunks[chunk as usize];
+        let lit_at = &mut chunk.lit_at[usize::from(block)];
+        if *lit_at != gpu.moment_serial {
+            *lit_at = gpu.moment_serial;
+            gpu.work[chunk.page].push(chunk.base_vertex / BLOCK + u32::from(block));
         }
     }
     for (page, work) in gpu.pages.iter().zip(&gpu.work) {

@@ -2,7 +2,7 @@
 
 use super::layout::VertexLayout;
 use super::moment::MOMENT_BYTES;
-use super::pipelines::{PipelineKey, SUBJECTS};
+use super::pipelines::{PipelineKey, SUBJECTS, sight_wgsl};
 use super::view::VIEW_BYTES;
 use crate::tonemap::ToneCurve;
 use bevy::render::render_resource::TextureFormat;
@@ -11,8 +11,8 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 fn compile(source: &str) -> naga::Module {
     let module = naga::front::wgsl::parse_str(source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(source)));
-    // Half floats read as words: every WebGPU device does that.
-    Validator::new(ValidationFlags::all(), Capabilities::SHADER_FLOAT16_IN_FLOAT32)
+    // Half floats read as words: every WebGPU device does that. Triangles are numbered where the device can.
+    Validator::new(ValidationFlags::all(), Capabilities::SHADER_FLOAT16_IN_FLOAT32 | Capabilities::PRIMITIVE_INDEX)
         .validate(&module)
         .unwrap_or_else(|error| panic!("{}", error.emit_to_string(source)));
     module
@@ -48,4 +48,9 @@ fn the_colour_shaders_are_valid_for_every_target() {
             }
         }
     }
+}
+
+#[test]
+fn the_shader_that_numbers_triangles_is_valid() {
+    assert_eq!(size_of_struct(&compile(&sight_wgsl()), "View"), Some(VIEW_BYTES as u32));
 }

@@ -1,21 +1,25 @@
-//! What an eye at rest sees: the clusters that put something into the picture, found out by the GPU and exact.
+//! What an eye at rest sees: the triangles that the picture shows, found out by the GPU and exact.
 //!
-//! An eye that watches the day pass stands still, and much of what it faces is hidden behind nearer stone. Once a camera has
-//! not moved for a frame, the next frame draws each cluster by itself within an occlusion query. A cluster of which no sample
-//! passed is strictly behind what was drawn before it, so that frames without it are the same to the last bit, until the
-//! camera or the stage changes. Nobody waits for the answer: until it is there, everything is drawn.
+//! An eye that watches the day pass stands still, and most of what it faces is hidden behind nearer stone or lies between the
+//! pixels. Once a camera has not moved for a frame, the next frame also draws the number of the triangle that each pixel shows,
+//! by the same depth test. A triangle whose number is nowhere in that picture gave no pixel its colour, so that frames without
+//! it are the same to the last bit, until the camera or the stage changes. Nobody waits for the answer: until it is there,
+//! everything is drawn.
 
-use super::view::ClusterRef;
-use bevy::prelude::{Mat4, UVec4};
+use super::seen::Triangles;
+use bevy::prelude::{Mat4, UVec2, UVec4};
 use bevy::render::renderer::RenderDevice;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
-use wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoder, MapMode, QuerySet, QuerySetDescriptor, QueryType};
+use wgpu::{
+    Buffer, BufferDescriptor, BufferUsages, CommandEncoder, Extent3d, MapMode, TexelCopyBufferInfo, TexelCopyBufferLayout,
+    Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureView, TextureViewDescriptor,
+};
 
-/// Queries of a set: what WebGPU promises.
-const SET_QUERIES: usize = wgpu::QUERY_SET_MAX_QUERIES as usize;
-/// Bytes of an answer.
-const ANSWER_BYTES: u64 = wgpu::QUERY_SIZE as u64;
+/// What a pixel of the question is: 0 where it shows no stone, else the triangle's number in the order of drawing plus 1.
+pub const NUMBER_FORMAT: TextureFormat = TextureFormat::R32Uint;
+/// Bytes of it.
+const NUMBER_BYTES: u32 = 4;
 
 /// What must stay the same for the answer to hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,48 +34,58 @@ pub struct SightKey {
     pub stage: (u64, usize),
 }
 
-/// The question, as the frame that asks it needs it: one query a cluster, in the order of drawing.
+/// The question, as the frame that asks it needs it.
 #[derive(Debug)]
 pub struct Question {
-    sets: Vec<QuerySet>,
-    clusters: usize,
-    resolved: Buffer,
+    numbers: Texture,
+    /// What its pass draws to.
+    pub view: TextureView,
     readable: Buffer,
+    bytes_per_row: u32,
     asked: AtomicBool,
 }
 
 impl Question {
-    fn new(device: &RenderDevice, clusters: usize) -> Self {
+    fn new(device: &RenderDevice, size: UVec2) -> Self {
         let device = device.wgpu_device();
-        let sets = (0..clusters).step_by(SET_QUERIES).map(|first| {
-            let count = (clusters - first).min(SET_QUERIES) as u32;
-            device.create_query_set(&QuerySetDescriptor { label: Some("stone_sight"), ty: QueryType::Occlusion, count })
+        let bytes_per_row = (size.x * NUMBER_BYTES).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let numbers = device.create_texture(&TextureDescriptor {
+            label: Some("stone_sight"),
+            size: Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: TextureDimension::D2,
+            format: NUMBER_FORMAT,
+            usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC,
+            view_formats: &[],
         });
-        let buffer = |label, usage| {
-            let size = (clusters as u64 * ANSWER_BYTES).next_multiple_of(wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT);
-            device.create_buffer(&BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
-        };
-        Self {
-            sets: sets.collect(),
-            clusters,
-            resolved: buffer("stone_sight", BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
-            readable: buffer("stone_sight_read", BufferUsages::MAP_READ | BufferUsages::COPY_DST),
-            asked: AtomicBool::new(false),
-        }
+        let readable = device.create_buffer(&BufferDescriptor {
+            label: Some("stone_sight_read"),
+            size: u64::from(bytes_per_row) * u64::from(size.y),
+            usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let view = numbers.create_view(&TextureViewDescriptor::default());
+        Self { numbers, view, readable, bytes_per_row, asked: AtomicBool::new(false) }
     }
 
-    /// The query sets, each with the range of clusters that it asks for: a pass of its own for each.
-    pub fn passes(&self) -> impl Iterator<Item = (&QuerySet, std::ops::Range<usize>)> {
-        self.sets.iter().enumerate().map(|(i, set)| (set, i * SET_QUERIES..((i + 1) * SET_QUERIES).min(self.clusters)))
-    }
-
-    /// Makes the answers readable, after the passes.
-    pub fn resolve(&self, encoder: &mut CommandEncoder) {
-        for (set, range) in self.passes() {
-            encoder.resolve_query_set(set, 0..range.len() as u32, &self.resolved, range.start as u64 * ANSWER_BYTES);
-        }
-        encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.readable, 0, self.resolved.size());
+    /// Makes the answer readable, after the pass.
+    pub fn read(&self, encoder: &mut CommandEncoder) {
+        let layout = TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(self.bytes_per_row), rows_per_image: None };
+        let to = TexelCopyBufferInfo { buffer: &self.readable, layout };
+        encoder.copy_texture_to_buffer(self.numbers.as_image_copy(), to, self.numbers.size());
         self.asked.store(true, Ordering::Release);
+    }
+
+    /// The triangles of the answer.
+    fn shown(&self) -> Triangles {
+        let mapped = self.readable.slice(..).get_mapped_range();
+        let mut shown = Triangles::default();
+        for row in mapped.chunks_exact(self.bytes_per_row as usize) {
+            let numbers: &[u32] = bytemuck::cast_slice(&row[..(self.numbers.width() * NUMBER_BYTES) as usize]);
+            shown.extend(numbers.iter().filter_map(|number| number.checked_sub(1)));
+        }
+        shown
     }
 }
 
@@ -85,62 +99,63 @@ enum Rest {
     Asks(Question),
     /// The answer is on its way.
     Waits(Question, Arc<OnceLock<bool>>),
-    /// Only what is seen is listed; or there is no answer to be had.
+    /// Only what is seen is drawn; or there is no answer to be had.
     Settled,
 }
 
-/// What a camera draws.
+/// What a frame changes of what is drawn.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Change {
+    /// Nothing.
+    None,
+    /// The camera or the stage is another: all that it may see must be found anew.
+    Moved,
+    /// Of what was drawn so far, only these triangles are seen.
+    Shown(Triangles),
+}
+
+/// What a camera knows of what it sees.
 #[derive(Debug, Default)]
 pub struct Sight {
     key: Option<SightKey>,
     rest: Rest,
-    /// The clusters, in the order of drawing.
-    pub seen: Vec<ClusterRef>,
 }
 
 impl Sight {
-    /// Goes on to the next frame. `cull` lists what could be seen after a change; `may_ask` says whether a frame that is drawn
-    /// now can ask. True if [`Sight::seen`] is another than before.
-    pub fn next(
-        &mut self,
-        device: &RenderDevice,
-        key: SightKey,
-        may_ask: bool,
-        cull: impl FnOnce(&mut Vec<ClusterRef>),
-    ) -> bool {
+    /// Goes on to the next frame. `may_ask` is the size of the camera's picture, if a frame that is drawn now can ask.
+    pub fn next(&mut self, device: &RenderDevice, key: SightKey, may_ask: Option<UVec2>) -> Change {
         if self.key != Some(key) {
             self.key = Some(key);
             self.rest = Rest::Moved;
-            self.seen.clear();
-            cull(&mut self.seen);
-            return true;
+            return Change::Moved;
         }
-        let (rest, changed) = match std::mem::take(&mut self.rest) {
-            Rest::Moved if may_ask && !self.seen.is_empty() => (Rest::Asks(Question::new(device, self.seen.len())), true),
+        let mut change = Change::None;
+        self.rest = match (std::mem::take(&mut self.rest), may_ask) {
+            (Rest::Moved, Some(size)) => Rest::Asks(Question::new(device, size)),
             // The frame was not drawn, as in a minimised window: nobody asked, and an answer would be that nothing is seen.
-            Rest::Asks(question) if !question.asked.load(Ordering::Acquire) => (Rest::Moved, true),
+            (Rest::Asks(question), _) if !question.asked.load(Ordering::Acquire) => Rest::Moved,
             // The frame that asked was submitted.
-            Rest::Asks(question) => {
+            (Rest::Asks(question), _) => {
                 let answer = Arc::new(OnceLock::new());
                 let told = Arc::clone(&answer);
                 question.readable.slice(..).map_async(MapMode::Read, move |result| {
                     // Set once: there is one callback.
                     told.set(result.is_ok()).ok();
                 });
-                (Rest::Waits(question, answer), true)
+                Rest::Waits(question, answer)
             }
-            Rest::Waits(question, answer) => match answer.get() {
-                None => (Rest::Waits(question, answer), false),
-                Some(false) => (Rest::Settled, false),
-                Some(true) => {
-                    self.keep_seen(&question);
-                    (Rest::Settled, true)
+            (Rest::Waits(question, answer), _) => match answer.get() {
+                None => Rest::Waits(question, answer),
+                Some(readable) => {
+                    if *readable {
+                        change = Change::Shown(question.shown());
+                    }
+                    Rest::Settled
                 }
             },
-            same @ (Rest::Moved | Rest::Settled) => (same, false),
+            (same @ (Rest::Moved | Rest::Settled), _) => same,
         };
-        self.rest = rest;
-        changed
+        change
     }
 
     /// The question of this frame, if it asks one.
@@ -150,12 +165,5 @@ impl Sight {
             Rest::Asks(question) => Some(question),
             _ => None,
         }
-    }
-
-    fn keep_seen(&mut self, question: &Question) {
-        let mapped = question.readable.slice(..).get_mapped_range();
-        let answers: &[u64] = bytemuck::cast_slice(&mapped);
-        let mut answers = answers.iter();
-        self.seen.retain(|_| answers.next().is_none_or(|&samples| samples > 0));
     }
 }

@@ -12,7 +12,7 @@ struct Vertex {
 }
 
 struct Fragment {
-    @builtin(position) clip: vec4<f32>,
+    @invariant @builtin(position) clip: vec4<f32>,
     @location(0) light: vec3<f32>,
     @location(1) albedo: vec3<f32>,
 #ifdef TEXTURED

@@ -3,7 +3,6 @@
 use super::pages::GpuChunk;
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3, Vec4};
-use std::ops::Range;
 
 /// `View` of view.wgsl.
 #[repr(C)]
@@ -44,21 +43,6 @@ impl Eye {
     }
 }
 
-/// One indexed draw.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Draw {
-    /// Page of the buffers.
-    pub page: usize,
-    /// Texture, if any.
-    pub texture: Option<u32>,
-    /// Whether its backs are left out.
-    pub closed: bool,
-    /// What is added to each index.
-    pub base_vertex: u32,
-    /// Range of the page's indices.
-    pub indices: Range<u32>,
-}
-
 /// A cluster of a chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClusterRef {
@@ -79,13 +63,11 @@ pub fn frustum_planes(clip_from_world: &Mat4) -> [Vec4; 5] {
     })
 }
 
-/// Clusters that are not drawn although between two that are: fewer than these indices cost less than another draw.
-const BRIDGED_INDICES: u32 = 3 * 128;
-
 /// The clusters that a view meets, in the order in which they are drawn: those that show a front, the nearest chunk first; then
 /// those that show nothing but backs, unless they are part of a closed body. Stone is seen from both sides, but most backs lie
 /// behind fronts, and there the depth test refuses them before they are shaded.
-pub fn cull(chunks: &[GpuChunk], clip_from_world: &Mat4, eye: Eye, seen: &mut Vec<ClusterRef>) {
+#[must_use]
+pub fn cull(chunks: &[GpuChunk], clip_from_world: &Mat4, eye: Eye) -> Vec<ClusterRef> {
     let planes = frustum_planes(clip_from_world);
     let mut order: Vec<(f32, usize)> = Vec::new();
     for (index, chunk) in chunks.iter().enumerate() {
@@ -100,62 +82,33 @@ pub fn cull(chunks: &[GpuChunk], clip_from_world: &Mat4, eye: Eye, seen: &mut Ve
         }
     }
     order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut backs = Vec::new();
+    let (mut seen, mut backs) = (Vec::new(), Vec::new());
     for (_, index) in order {
         for (number, cluster) in chunks[index].kept.clusters.iter().enumerate() {
             if cluster.meets(&planes) {
                 let side = match cluster.faces_away(eye) {
                     true if chunks[index].closed => continue,
                     true => &mut backs,
-                    false => &mut *seen,
+                    false => &mut seen,
                 };
                 side.push(ClusterRef { chunk: index as u32, cluster: number as u32 });
             }
         }
     }
     seen.append(&mut backs);
-}
-
-/// The draw of one cluster.
-#[must_use]
-pub fn draw_of(chunks: &[GpuChunk], one: ClusterRef) -> Draw {
-    let chunk = &chunks[one.chunk as usize];
-    let range = &chunk.kept.clusters[one.cluster as usize].indices;
-    Draw {
-        page: chunk.page,
-        texture: chunk.texture,
-        closed: chunk.closed,
-        base_vertex: chunk.base_vertex,
-        indices: chunk.first_index + range.start..chunk.first_index + range.end,
-    }
-}
-
-/// The draws of clusters, neighbours in one; what is bridged between two of them is drawn as well.
-pub fn join_draws(chunks: &[GpuChunk], seen: &[ClusterRef], draws: &mut Vec<Draw>) {
-    let mut last_chunk = None;
-    for &one in seen {
-        let next = draw_of(chunks, one);
-        match draws.last_mut() {
-            Some(last)
-                if last_chunk == Some(one.chunk)
-                    && next.indices.start.checked_sub(last.indices.end).is_some_and(|gap| gap <= BRIDGED_INDICES) =>
-            {
-                last.indices.end = next.indices.end;
-            }
-            _ => draws.push(next),
-        }
-        last_chunk = Some(one.chunk);
-    }
+    seen
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::daylight::chunk::KeptChunk;
-    use crate::daylight::cluster::{Cluster, cluster};
+    use crate::daylight::cluster::cluster;
+    use crate::daylight::seen::{Draw, Seen};
     use std::sync::Arc;
 
-    fn quad_at(center: Vec3, first_index: u32) -> GpuChunk {
+    /// A square of two metres and two triangles.
+    pub fn quad_at(center: Vec3, first_index: u32) -> GpuChunk {
         let positions: Vec<Vec3> =
             [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| center + Vec3::new(x, y, 0.0)).into();
         let made = cluster(&positions, &[[0, 1, 2], [0, 2, 3]]);
@@ -184,12 +137,9 @@ mod tests {
             quad_at(Vec3::new(40.0, 0.0, -5.0), 18),
         ];
         let clip = Mat4::perspective_infinite_reverse_rh(1.0, 1.0, 0.1);
-        let mut seen = Vec::new();
-        cull(&chunks, &clip, Eye::At(Vec3::ZERO), &mut seen);
+        let seen = cull(&chunks, &clip, Eye::At(Vec3::ZERO));
         assert_eq!(seen.iter().map(|one| one.chunk).collect::<Vec<_>>(), [1, 0]);
-        let mut draws = Vec::new();
-        join_draws(&chunks, &seen, &mut draws);
-        assert_eq!(draws.iter().map(|draw| draw.indices.start).collect::<Vec<_>>(), [6, 0]);
+        assert_eq!(Seen::clusters(&chunks, &seen).draws, [1, 0].map(|chunk| Draw { chunk, indices: 0..6 }));
     }
 
     #[test]
@@ -199,12 +149,10 @@ mod tests {
         turned.clusters[0].cone_axis *= -1.0;
         chunks[0].kept = Arc::new(turned);
         let clip = Mat4::perspective_infinite_reverse_rh(1.0, 1.0, 0.1);
-        let mut seen = Vec::new();
-        cull(&chunks, &clip, Eye::At(Vec3::ZERO), &mut seen);
+        let seen = cull(&chunks, &clip, Eye::At(Vec3::ZERO));
         assert_eq!(seen.iter().map(|one| one.chunk).collect::<Vec<_>>(), [1, 0]);
         chunks[0].closed = true;
-        seen.clear();
-        cull(&chunks, &clip, Eye::At(Vec3::ZERO), &mut seen);
+        let seen = cull(&chunks, &clip, Eye::At(Vec3::ZERO));
         assert_eq!(seen.iter().map(|one| one.chunk).collect::<Vec<_>>(), [1]);
     }
 
@@ -214,30 +162,14 @@ mod tests {
         let chunks = [quad_at(Vec3::new(30.0, 0.0, -5.0), 0), quad_at(Vec3::new(-30.0, 0.0, 20.0), 6)];
         let clip = Mat4::orthographic_rh(-40.0, 40.0, -40.0, 40.0, 100.0, -100.0);
         for (forward, wanted) in [(Vec3::NEG_Z, [1, 0]), (Vec3::Z, [0, 1])] {
-            let mut seen = Vec::new();
-            cull(&chunks, &clip, Eye::Along(forward), &mut seen);
+            let seen = cull(&chunks, &clip, Eye::Along(forward));
             assert_eq!(seen.iter().map(|one| one.chunk).collect::<Vec<_>>(), wanted);
         }
         let mut closed = chunks;
         closed.iter_mut().for_each(|chunk| chunk.closed = true);
         for (forward, wanted) in [(Vec3::NEG_Z, 2), (Vec3::Z, 0)] {
-            let mut seen = Vec::new();
-            cull(&closed, &clip, Eye::Along(forward), &mut seen);
+            let seen = cull(&closed, &clip, Eye::Along(forward));
             assert_eq!(seen.len(), wanted);
         }
-    }
-
-    #[test]
-    fn neighbours_are_joined_over_small_gaps_and_only_forwards() {
-        let mut chunk = quad_at(Vec3::ZERO, 100);
-        let mut kept = (*chunk.kept).clone();
-        let starts = [0, 30, 30 + BRIDGED_INDICES + 60];
-        kept.clusters = starts.map(|start| Cluster { indices: start..start + 30, ..kept.clusters[0].clone() }).into();
-        chunk.kept = Arc::new(kept);
-        let seen = [0, 1, 2, 0].map(|cluster| ClusterRef { chunk: 0, cluster });
-        let mut draws = Vec::new();
-        join_draws(&[chunk], &seen, &mut draws);
-        let ranges: Vec<Range<u32>> = draws.into_iter().map(|draw| draw.indices).collect();
-        assert_eq!(ranges, [100..160, 100 + starts[2]..130 + starts[2], 100..130]);
     }
 }

@@ -1,0 +1,156 @@
+//! What a view draws: whole clusters, or the triangles that matter.
+
+use super::layout::BLOCK;
+use super::pages::GpuChunk;
+use super::view::ClusterRef;
+use std::ops::Range;
+
+/// One indexed draw.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Draw {
+    /// Index of the chunk.
+    pub chunk: u32,
+    /// Range of the chunk's indices, or of [`Seen::indices`] where there are any.
+    pub indices: Range<u32>,
+}
+
+/// A block of vertices whose light is needed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LightBlock {
+    /// Index of the chunk.
+    pub chunk: u32,
+    /// Number of the block in it.
+    pub block: u16,
+}
+
+/// What a view draws.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Seen {
+    /// In the order of drawing.
+    pub draws: Vec<Draw>,
+    /// The light that they need; some more than once.
+    pub blocks: Vec<LightBlock>,
+    /// Indices of its own, of single triangles; none where whole clusters are drawn.
+    pub indices: Vec<u16>,
+}
+
+/// Clusters that are not drawn although between two that are: fewer than these indices cost less than another draw.
+const BRIDGED_INDICES: u32 = 3 * 128;
+
+impl Seen {
+    /// Draws of whole clusters, neighbours in one; what is bridged between two of them is drawn as well.
+    #[must_use]
+    pub fn clusters(chunks: &[GpuChunk], clusters: &[ClusterRef]) -> Self {
+        let mut seen = Self::default();
+        for &ClusterRef { chunk, cluster } in clusters {
+            let cluster = &chunks[chunk as usize].kept.clusters[cluster as usize];
+            let next = cluster.indices.clone();
+            seen.blocks.extend(cluster.blocks.iter().map(|&block| LightBlock { chunk, block }));
+            match seen.draws.last_mut() {
+                Some(last)
+                    if last.chunk == chunk
+                        && next.start.checked_sub(last.indices.end).is_some_and(|gap| gap <= BRIDGED_INDICES) =>
+                {
+                    last.indices.end = next.end;
+                }
+                _ => seen.draws.push(Draw { chunk, indices: next }),
+            }
+        }
+        seen
+    }
+
+    /// Of these draws of whole clusters, the triangles that `shown` says, by their number in the order of drawing.
+    #[must_use]
+    pub fn only(&self, chunks: &[GpuChunk], shown: &Triangles) -> Self {
+        let mut seen = Self::default();
+        let mut numbers = 0..;
+        for Draw { chunk, indices } in &self.draws {
+            let kept = &chunks[*chunk as usize].kept;
+            let mut needed = vec![false; kept.positions.len().div_ceil(BLOCK as usize)];
+            let from = seen.indices.len() as u32;
+            let triangles = kept.indices[indices.start as usize..indices.end as usize].chunks_exact(3);
+            for (triangle, _) in triangles.zip(&mut numbers).filter(|&(_, number)| shown.contains(number)) {
+                seen.indices.extend_from_slice(triangle);
+                triangle.iter().for_each(|&vertex| needed[usize::from(vertex) / BLOCK as usize] = true);
+            }
+            let to = seen.indices.len() as u32;
+            if to > from {
+                let blocks = (0u16..).zip(needed).filter_map(|(block, needed)| needed.then_some(block));
+                seen.blocks.extend(blocks.map(|block| LightBlock { chunk: *chunk, block }));
+                match seen.draws.last_mut() {
+                    Some(last) if last.chunk == *chunk => last.indices.end = to,
+                    _ => seen.draws.push(Draw { chunk: *chunk, indices: from..to }),
+                }
+            }
+        }
+        seen
+    }
+
+    /// Triangles that are drawn.
+    #[must_use]
+    pub fn triangle_count(&self) -> u64 {
+        self.draws.iter().map(|draw| draw.indices.len() as u64 / 3).sum()
+    }
+}
+
+/// A set of triangles by their number.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Triangles {
+    bits: Vec<u64>,
+}
+
+impl Triangles {
+    /// Whether `number` is in the set.
+    #[must_use]
+    pub fn contains(&self, number: u32) -> bool {
+        self.bits.get(number as usize / 64).is_some_and(|word| word >> (number % 64) & 1 == 1)
+    }
+}
+
+impl Extend<u32> for Triangles {
+    fn extend<I: IntoIterator<Item = u32>>(&mut self, numbers: I) {
+        for number in numbers {
+            let word = number as usize / 64;
+            if word >= self.bits.len() {
+                self.bits.resize(word + 1, 0);
+            }
+            self.bits[word] |= 1 << (number % 64);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::daylight::cluster::Cluster;
+    use crate::daylight::view::tests::quad_at;
+    use glam::Vec3;
+    use std::sync::Arc;
+
+    #[test]
+    fn neighbours_are_joined_over_small_gaps_and_only_forwards() {
+        let mut chunk = quad_at(Vec3::ZERO, 100);
+        let mut kept = (*chunk.kept).clone();
+        let starts = [0, 30, 30 + BRIDGED_INDICES + 60];
+        kept.clusters = starts.map(|start| Cluster { indices: start..start + 30, ..kept.clusters[0].clone() }).into();
+        chunk.kept = Arc::new(kept);
+        let clusters = [0, 1, 2, 0].map(|cluster| ClusterRef { chunk: 0, cluster });
+        let ranges: Vec<Range<u32>> = Seen::clusters(&[chunk], &clusters).draws.into_iter().map(|draw| draw.indices).collect();
+        assert_eq!(ranges, [0..60, starts[2]..30 + starts[2], 0..30]);
+    }
+
+    #[test]
+    fn single_triangles_keep_their_order_and_their_light() {
+        let chunks = [quad_at(Vec3::ZERO, 0), quad_at(Vec3::Z, 6), quad_at(Vec3::X, 12)];
+        let all = Seen::clusters(&chunks, &[2, 0, 1].map(|chunk| ClusterRef { chunk, cluster: 0 }));
+        let mut shown = Triangles::default();
+        shown.extend([5, 1, 4]);
+        let seen = all.only(&chunks, &shown);
+        // The second triangle of chunk 2, nothing of chunk 0, all of chunk 1.
+        assert_eq!(seen.draws, [Draw { chunk: 2, indices: 0..3 }, Draw { chunk: 1, indices: 3..9 }]);
+        let indices: Vec<u16> = [&chunks[2].kept.indices[3..], &chunks[1].kept.indices].concat();
+        assert_eq!(seen.indices, indices);
+        assert_eq!(seen.blocks, [2, 1].map(|chunk| LightBlock { chunk, block: 0 }));
+        assert_eq!((all.triangle_count(), seen.triangle_count()), (6, 3));
+    }
+}
