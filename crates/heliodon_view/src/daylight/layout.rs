@@ -1,9 +1,10 @@
 //! How a vertex's baked light lies in GPU memory.
 //!
 //! Blocks of [`BLOCK`] vertices; in a block, one row of `BLOCK` words after the other: the normal (octahedral, 2 x snorm16),
-//! the sun mask's words, the sky transfer and the sun bounce as half floats, two a word. Neighbouring shader lanes read
-//! neighbouring words, a moment reads only the two mask words that it needs, and a chunk is one contiguous upload. With the
-//! paper's 92 steps and grey transfer that is 24 bytes a vertex.
+//! the sun mask's words, the sky transfer as half floats, two a word, and the sun bounce: grey, likewise; in colour, a word for
+//! each function ([`shared_exponent`]). Neighbouring shader lanes read neighbouring words, a moment reads only the two mask
+//! words that it needs, and a chunk is one contiguous upload. With the paper's 92 steps and grey transfer that is 24 bytes a
+//! vertex.
 
 use glam::Vec3;
 use half::f16;
@@ -27,7 +28,7 @@ impl VertexLayout {
     /// Words of the sun bounce.
     #[must_use]
     pub fn bounce_words(self) -> u32 {
-        (self.0.bounce_floats() as u32).div_ceil(2)
+        if self.0.channels == 3 { self.0.sun_bounce_functions } else { self.0.sun_bounce_functions.div_ceil(2) }
     }
 
     /// 32-bit words a vertex.
@@ -88,8 +89,11 @@ pub fn pack(layout: VertexLayout, baked: Baked<'_>, order: &[u32]) -> Vec<u32> {
         for pair in baked.light.sky_transfer[from * transfer..][..transfer].chunks(2) {
             put(halves(pair));
         }
-        for pair in baked.light.sun_bounce[from * bounce..][..bounce].chunks(2) {
-            put(halves(pair));
+        let bounced = &baked.light.sun_bounce[from * bounce..][..bounce];
+        if layout.0.channels == 3 {
+            bounced.as_chunks().0.iter().for_each(|&rgb| put(shared_exponent(rgb)));
+        } else {
+            bounced.chunks(2).for_each(|pair| put(halves(pair)));
         }
     }
     packed
@@ -100,6 +104,18 @@ fn halves(pair: &[f32]) -> u32 {
     let low = u32::from(f16::from_f32(pair[0]).to_bits());
     let high = pair.get(1).map_or(0, |&value| u32::from(f16::from_f32(value).to_bits()));
     low | high << 16
+}
+
+/// Three numbers of either sign as multiples, nine bits each, of one power of two from 2^-24 on, whose exponent is the highest
+/// five bits: at most 1/256 of the largest of them off. (Textures of RGB9E5 have no sign.)
+#[must_use]
+pub fn shared_exponent(rgb: [f32; 3]) -> u32 {
+    let largest = rgb.into_iter().fold(0.0f32, |largest, v| largest.max(v.abs())).min(32_640.0);
+    // The least step of which the largest is at most 255.
+    let exponent = ((largest / 255.0).log2().ceil() + 24.0).clamp(0.0, 31.0) as u32;
+    let step = (exponent as f32 - 24.0).exp2();
+    let nine_bits = |v: f32| ((v / step).round().clamp(-255.0, 255.0) as i32 as u32) & 0x1ff;
+    nine_bits(rgb[0]) | nine_bits(rgb[1]) << 9 | nine_bits(rgb[2]) << 18 | exponent << 27
 }
 
 /// A unit vector on the octahedron, 2 x snorm16: at most 0.004 degrees off (Cigolle, Donow, Evangelakos, Mara, McGuire,
@@ -126,6 +142,7 @@ pub fn albedo_roots(albedo: Vec3) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use heliodon_math::random::hash2_u32;
     use heliodon_math::sphere::fibonacci_sphere;
 
     fn decode(word: u32) -> Vec3 {
@@ -154,6 +171,29 @@ mod tests {
             let back = (code as f32 / 1023.0).powi(2);
             assert!((back - albedo).abs() <= 0.001 * albedo.sqrt() + 1e-6);
         }
+    }
+
+    #[test]
+    fn shared_exponents_keep_nine_bits_of_the_largest() {
+        let decode = |word: u32| {
+            let step = ((word >> 27) as f32 - 24.0).exp2();
+            [23, 14, 5].map(|shift| (((word << shift) as i32) >> 23) as f32 * step)
+        };
+        for i in 0..2000u32 {
+            let value = |k: u32| {
+                let bits = hash2_u32(i, k);
+                let magnitude = ((bits & 0xff) as f32 / 12.0 - 12.0).exp2();
+                if bits & 0x100 == 0 { magnitude } else { -magnitude }
+            };
+            let rgb = [0, 1, 2].map(value);
+            let largest = rgb.into_iter().fold(0.0f32, |a, b| a.max(b.abs()));
+            for (got, wanted) in decode(shared_exponent(rgb)).into_iter().zip(rgb) {
+                assert!((got - wanted).abs() <= largest / 254.0, "{got} for {wanted} of {rgb:?}");
+            }
+        }
+        assert_eq!(decode(shared_exponent([0.0; 3])), [0.0; 3]);
+        assert_eq!(decode(shared_exponent([1e9, -1e9, 255.0])), [32_640.0, -32_640.0, 256.0]);
+        assert_eq!(decode(shared_exponent([-1.0, 0.5, 0.25])), [-1.0, 0.5, 0.25]);
     }
 
     #[test]

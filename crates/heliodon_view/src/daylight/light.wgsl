@@ -44,8 +44,15 @@ fn sky_part(index: u32, value: f32) -> vec3<f32> {
     return to_channels(index, value) * moment.sky[index / CHANNELS].rgb;
 }
 
-fn bounce_part(index: u32, value: f32) -> vec3<f32> {
-    return to_channels(index, value) * moment.bounce[index / CHANNELS].x;
+// What word `k` of the bounced sunlight gives: a function's three channels, or two grey functions.
+fn bounce_part(k: u32, word: u32) -> vec3<f32> {
+    if (CHANNELS == 3u) {
+        let steps = vec3<f32>(vec3<i32>(vec3<u32>(word << 23u, word << 14u, word << 5u)) >> vec3<u32>(23u));
+        // The exponent of steps begins at -24.
+        return steps * bitcast<f32>(((word >> 27u) + 103u) << 23u) * moment.bounce[k].x;
+    }
+    let pair = unpack2x16float(word);
+    return vec3<f32>(pair.x * moment.bounce[2u * k].x + pair.y * moment.bounce[2u * k + 1u].x);
 }
 
 @compute @workgroup_size(BLOCK)
@@ -75,8 +82,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
 
     var bounced = vec3<f32>(0.0);
     for (var k = 0u; k < BOUNCE_WORDS; k++) {
-        let pair = unpack2x16float(baked[base + (BOUNCE_AT + k) * BLOCK]);
-        bounced += bounce_part(2u * k, pair.x) + bounce_part(2u * k + 1u, pair.y);
+        bounced += bounce_part(k, baked[base + (BOUNCE_AT + k) * BLOCK]);
     }
     sum += moment.sun.rgb * max(bounced, vec3<f32>(0.0));
 
