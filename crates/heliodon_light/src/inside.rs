@@ -18,6 +18,9 @@ const LOOK_STRIDE: usize = 8;
 /// About so many directions upwards tell how many surfaces a point lies within.
 const DIRECTIONS_THROUGH: usize = 64;
 
+/// Every how-maniest of them is enough where those agree.
+const FEW_STRIDE: usize = 8;
+
 /// A vertex at the foot of a wall that reaches a little into the floor lies inside the floor, even where its origin was moved out of
 /// it: the larger `back` of both places counts. Returns the number of rays.
 pub(crate) fn look_from_unmoved(
@@ -58,12 +61,23 @@ pub(crate) fn look_from_unmoved(
 pub(crate) fn look_through(surfaces: &Surfaces, origins: &[Vec3], shut: &[usize], lattice: &Lattice, back: &mut [f32]) -> u64 {
     let stride = (lattice.directions.len() / (2 * DIRECTIONS_THROUGH)).max(1);
     let upwards: Vec<Vec3> = lattice.directions.iter().copied().step_by(stride).filter(|d| d.y > 0.0).collect();
-    let mut counts = vec![0; upwards.len()];
+    let few: Vec<Vec3> = upwards.iter().copied().step_by(FEW_STRIDE).collect();
+    let others: Vec<Vec3> = upwards.iter().copied().enumerate().filter(|(i, _)| i % FEW_STRIDE != 0).map(|(_, d)| d).collect();
+    let mut rays = 0;
+    let mut count_within = |origin: Vec3, directions: &[Vec3]| {
+        let ray = |&direction: &Vec3| Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
+        let mut counts = vec![0; directions.len()];
+        surfaces.rays.enclosures(&directions.iter().map(ray).collect::<Vec<_>>(), &mut counts);
+        rays += directions.len() as u64;
+        counts.iter().filter(|&&count| count > 0).count()
+    };
     for &point in shut {
-        let ray = |&direction: &Vec3| Ray { origin: origins[point], direction, t_min: 0.0, t_max: f32::INFINITY };
-        surfaces.rays.enclosures(&upwards.iter().map(ray).collect::<Vec<_>>(), &mut counts);
-        let within = counts.iter().filter(|&&count| count > 0).count();
-        back[point] = back[point].max(within as f32 / upwards.len().max(1) as f32);
+        let (mut within, mut asked) = (count_within(origins[point], &few), few.len());
+        if within > 0 && within < asked {
+            within += count_within(origins[point], &others);
+            asked = upwards.len();
+        }
+        back[point] = back[point].max(within as f32 / asked.max(1) as f32);
     }
-    (shut.len() * upwards.len()) as u64
+    rays
 }
