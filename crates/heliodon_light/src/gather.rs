@@ -18,7 +18,7 @@ use crate::masks::facing;
 use crate::{BouncedSun, Layout, LightError, LightParams, PointSet, Surfaces};
 use glam::Vec3;
 use heliodon_math::sh::{basis9, open_transfer9};
-use heliodon_rays::{Hit, NO_HIT};
+use heliodon_rays::{Hit, NO_HIT, beam_order};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -27,6 +27,9 @@ pub(crate) const UNIT: usize = 1024;
 
 /// A point whose likely error is larger than this over the number of samples looks around in further lattices.
 const ERROR_PER_SAMPLE: f32 = 20.0;
+
+/// The same where no sun bounces: to see whether the sky is seen costs less.
+const SKY_ERROR_PER_SAMPLE: f32 = 5.0;
 
 /// Rays that escape below the horizon do not speak for the open, but never count for nothing by more than this part of all.
 const LEAST_COUNTED: f32 = 0.5;
@@ -77,6 +80,8 @@ impl UnitHits {
 pub(crate) struct Lattice {
     pub directions: Vec<Vec3>,
     pub basis: Vec<[f32; 9]>,
+    /// The directions in an order in which neighbours are alike.
+    pub neighbours: Vec<u32>,
 }
 
 impl Lattice {
@@ -93,7 +98,8 @@ impl Lattice {
     fn turned(params: &LightParams, number: u32) -> Self {
         let directions = gather_directions(params.directions(), params.seed ^ (number << 16));
         let basis = directions.iter().map(|&d| basis9(d)).collect();
-        Self { directions, basis }
+        let neighbours = beam_order(&directions, None);
+        Self { directions, basis, neighbours }
     }
 }
 
@@ -215,14 +221,21 @@ pub(crate) fn gather_unit(
     look.rays += look_through(surfaces, origins, &shut, lattice, &mut back);
 
     // what lies inside shows what it borrows
-    let limit = ERROR_PER_SAMPLE / params.samples as f32;
+    let limit = if sun.is_some() { ERROR_PER_SAMPLE } else { SKY_ERROR_PER_SAMPLE } / params.samples as f32;
     let errs = |&point: &u32| back[point as usize] <= BACK_LIMIT && look.likely_error(point as usize, sun) > limit;
     let erring: Vec<u32> = if lattices.len() > 1 { (0..count as u32).filter(errs).collect() } else { Vec::new() };
     let of_erring = |all: &[Vec3]| erring.iter().map(|&point| all[point as usize]).collect::<Vec<_>>();
     let (origins, erring_normals) = (of_erring(origins), of_erring(normals));
     let once: Vec<f32> = (0..count).map(|point| look.all(point)).collect();
     for lattice in lattices[1..].iter().filter(|_| !erring.is_empty()) {
-        look.add(&erring, Look::around(surfaces, layout, sun, (&origins, &erring_normals), lattice, None));
+        let points = (origins.as_slice(), erring_normals.as_slice());
+        look.add(
+            &erring,
+            match sun {
+                Some(_) => Look::around(surfaces, layout, sun, points, lattice, None),
+                None => Look::for_sky(surfaces, points, lattice),
+            },
+        );
     }
     // what the points that looked several times saw counts as if they had once
     let share: Vec<f32> = (0..count).map(|point| over(look.all(point), once[point])).collect();

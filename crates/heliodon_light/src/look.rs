@@ -5,6 +5,7 @@
 
 use crate::follow::Near;
 use crate::gather::{Lattice, UnitHits, bits, for_each_direction};
+use crate::masks::facing;
 use crate::{BouncedSun, Layout, Surfaces};
 use glam::Vec3;
 use heliodon_math::sh::basis9;
@@ -14,6 +15,9 @@ use heliodon_rays::NO_HIT;
 /// about the mean of a sunny scene, and as much of a sky.
 const SUN_FLOOR: f32 = 0.0075;
 const SKY_FLOOR: f32 = 0.05;
+
+/// Directions in which the sky is looked for together.
+const FAN: usize = 32;
 
 /// What some points see.
 pub(crate) struct Look {
@@ -47,30 +51,14 @@ impl Look {
     ) -> Self {
         let count = normals.len();
         let len = sun.map_or(0, |sun| sun.patches.curve_len());
-        let mut look = Self {
-            escaped: vec![[0.0; 9]; count],
-            stopped: vec![[0.0; 9]; count],
-            even: vec![[0.0; 2]; count],
-            curves: vec![0.0; 2 * count * len],
-            back: vec![0.0; count],
-            sunk: vec![0.0; count],
-            near: Vec::new(),
-            rays: 0,
-        };
+        let mut look = Self::nothing_seen(count, len);
         look.rays = for_each_direction(surfaces, origins, normals, lattice.directions.iter().copied(), |at| {
             let (basis, half) = (&lattice.basis[at.index], at.index % 2);
             for point in bits(at.active) {
                 let cos = normals[point].dot(at.direction);
                 let hit = &at.hits[point];
                 let escapes = hit.triangle == NO_HIT;
-                let sums = if escapes { &mut look.escaped[point] } else { &mut look.stopped[point] };
-                for (sum, y) in sums.iter_mut().zip(basis) {
-                    *sum += cos * y;
-                }
-                if half == 0 {
-                    look.even[point][0] += if escapes { cos } else { 0.0 };
-                    look.even[point][1] += cos;
-                }
+                look.add_sky(point, (cos, escapes), (half, basis));
                 if escapes {
                     look.sunk[point] += if at.direction.y < 0.0 { cos } else { 0.0 };
                     continue;
@@ -89,6 +77,55 @@ impl Look {
             }
         });
         look
+    }
+
+    /// Looks only whether the sky is seen in all directions of a lattice, which asks for no hits and costs a fraction.
+    pub fn for_sky(surfaces: &Surfaces, (origins, normals): (&[Vec3], &[Vec3]), lattice: &Lattice) -> Self {
+        let (count, words) = (normals.len(), normals.len().div_ceil(64));
+        let mut look = Self::nothing_seen(count, 0);
+        let (mut active, mut occluded) = (vec![0_u64; words * FAN], vec![0_u64; words * FAN]);
+        for fan in lattice.neighbours.chunks(FAN) {
+            let directions: Vec<Vec3> = fan.iter().map(|&d| lattice.directions[d as usize]).collect();
+            let asked = 0..words * fan.len();
+            for (direction, active) in directions.iter().zip(active.chunks_exact_mut(words.max(1))) {
+                look.rays += u64::from(facing(normals, *direction, active));
+            }
+            surfaces.rays.occluded_fan(origins, &directions, &active[asked.clone()], &mut occluded[asked]);
+            for (i, (&index, &direction)) in fan.iter().zip(&directions).enumerate() {
+                let of_direction = i * words..(i + 1) * words;
+                for point in bits(&active[of_direction.clone()]) {
+                    let stopped = occluded[of_direction.start + point / 64] >> (point % 64) & 1 == 1;
+                    let cos = normals[point].dot(direction);
+                    look.add_sky(point, (cos, !stopped), (index as usize % 2, &lattice.basis[index as usize]));
+                }
+            }
+        }
+        look
+    }
+
+    fn nothing_seen(count: usize, curve_len: usize) -> Self {
+        Self {
+            escaped: vec![[0.0; 9]; count],
+            stopped: vec![[0.0; 9]; count],
+            even: vec![[0.0; 2]; count],
+            curves: vec![0.0; 2 * count * curve_len],
+            back: vec![0.0; count],
+            sunk: vec![0.0; count],
+            near: Vec::new(),
+            rays: 0,
+        }
+    }
+
+    /// Adds what a point sees of the sky in a direction of one half of a lattice.
+    fn add_sky(&mut self, point: usize, (cos, escapes): (f32, bool), (half, basis): (usize, &[f32; 9])) {
+        let sums = if escapes { &mut self.escaped[point] } else { &mut self.stopped[point] };
+        for (sum, y) in sums.iter_mut().zip(basis) {
+            *sum += cos * y;
+        }
+        if half == 0 {
+            self.even[point][0] += if escapes { cos } else { 0.0 };
+            self.even[point][1] += cos;
+        }
     }
 
     /// The sum of the basis function 0 over all directions of a point.

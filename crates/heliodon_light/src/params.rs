@@ -42,7 +42,7 @@ pub struct LightParams {
     /// power -3/4, for the directions are a lattice. 4 to 65,536.
     pub samples: u32,
     /// Points at which a lattice of directions likely errs by more than `20 / samples` of their light (a streak of sun in deep shade) look
-    /// around in so many further ones.
+    /// around in so many further ones; where no sun bounces from `5 / samples` on, for the sky alone.
     pub further_lattices: u32,
     /// Further diffuse bounces after the light's first arrival. Each costs one pass over the kept hits, no new rays; what the
     /// next one would add is at most albedo to the power `bounces + 1` of the light.
