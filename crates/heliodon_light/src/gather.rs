@@ -229,13 +229,11 @@ pub(crate) fn gather_unit(
     let once: Vec<f32> = (0..count).map(|point| look.all(point)).collect();
     for lattice in lattices[1..].iter().filter(|_| !erring.is_empty()) {
         let points = (origins.as_slice(), erring_normals.as_slice());
-        look.add(
-            &erring,
-            match sun {
-                Some(_) => Look::around(surfaces, layout, sun, points, lattice, None),
-                None => Look::for_sky(surfaces, points, lattice),
-            },
-        );
+        let more = match sun {
+            Some(_) => Look::around(surfaces, layout, sun, points, lattice, None),
+            None => Look::for_sky(surfaces, points, lattice),
+        };
+        look.add(&erring, more);
     }
     // what the points that looked several times saw counts as if they had once
     let share: Vec<f32> = (0..count).map(|point| over(look.all(point), once[point])).collect();

@@ -74,8 +74,6 @@ impl Plugin for DaylightPlugin {
         let software =
             render_app.world().get_resource::<RenderAdapterInfo>().is_some_and(|info| info.device_type == DeviceType::Cpu);
         if software {
-            // From now on large blocks, as loading needs them, are the system's again as soon as they are freed.
-            allocator::keep_freed_memory(false);
             render_app.world_mut().resource_mut::<prepare::StageGpu>().software = true;
         }
     }

@@ -129,6 +129,10 @@ pub fn receive(
     if gpu.serial != feed.serial {
         *gpu = StageGpu { serial: feed.serial, moment_serial: gpu.moment_serial, software: gpu.software, ..default() };
         gpu.light_pipeline = Some(pipelines.light(&mut cache, feed.layout));
+        if gpu.software {
+            // What the bundle before has had, and what loading this one frees, is not kept.
+            allocator::keep_freed_memory(false);
+        }
     }
     let light_layout = cache.get_bind_group_layout(&pipelines.light_layout);
     let mut bytes = 0;
@@ -180,6 +184,9 @@ pub fn receive(
 
 /// Frames after which what is not needed any more is free; and as many more in which it is given back.
 const SETTLED_FRAMES: u32 = 4;
+
+/// Larger pictures do not ask what they show: each pixel takes eight bytes for it.
+const MAX_ASKED_PIXELS: u32 = 16 << 20;
 
 /// What is needed of a camera.
 type SeenCamera = (Entity, &'static ExtractedCamera, &'static ExtractedView, &'static Msaa, Option<&'static mut StageView>);
@@ -236,6 +243,7 @@ pub fn prepare_views(
         let may_ask = (numbering.is_some() && msaa.samples() == 1 && !prepassed.contains(entity))
             .then_some(camera.physical_target_size)
             .flatten()
+            .filter(|size| size.element_product() <= MAX_ASKED_PIXELS)
             .filter(|_| needed.into_iter().all(|&id| cache.get_render_pipeline(id).is_some()));
         let stage_view = &mut *stage_view;
         match stage_view.sight.next(&device, key, may_ask) {
