@@ -17,6 +17,10 @@ use bevy::render::renderer::{RenderContext, ViewQuery};
 use bevy::render::view::{ViewDepthTexture, ViewTarget};
 use wgpu::RenderPass;
 
+/// The most triangles of a pass where a processor draws. Such a driver (llvmpipe) keeps some 300 bytes of each triangle until the
+/// pass is done, in scenes that it keeps for the next frame. docs/decisions/008-drawing-stone.md has the figures.
+const PASS_TRIANGLES: u64 = 200_000;
+
 /// Lights the visible vertices, if the moment is a new one for them.
 pub fn light_stage(gpu: Res<StageGpu>, cache: Res<PipelineCache>, mut context: RenderContext) {
     let (Some(id), Some(moment)) = (gpu.light_pipeline, gpu.moment_bind_group()) else { return };
@@ -67,42 +71,52 @@ pub fn draw_stage(
         pass
     };
 
+    // A day that passes before an eye at rest is what must be quick: that is one pass.
+    let split = gpu.software && stage_view.indices.is_none();
+    let parts = || stage_view.seen.parts(if split { PASS_TRIANGLES } else { u64::MAX });
+
     if let Some(question) = stage_view.sight.question() {
-        let color = RenderPassColorAttachment {
-            view: &question.view,
-            depth_slice: None,
-            resolve_target: None,
-            ops: Operations { load: LoadOp::Clear(wgpu::Color::TRANSPARENT), store: StoreOp::Store },
-        };
         let numbering = stage_view.sight_pipelines.map(|ids| ids.map(|id| cache.get_render_pipeline(id)));
-        let mut pass = begin(encoder, "stone_sight", color);
-        let mut bound = Bound::default();
         let mut first = 0;
-        for draw in &stage_view.seen.draws {
-            let closed = usize::from(gpu.chunks[draw.chunk as usize].closed);
-            if let Some(pipeline) = numbering.and_then(|pipelines| pipelines[closed]) {
-                bound.pipeline(&mut pass, closed, pipeline);
-                bound.draw(&mut pass, &gpu, None, draw, first);
+        for (part, draws) in parts().enumerate() {
+            let load = if part == 0 { LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { LoadOp::Load };
+            let color = RenderPassColorAttachment {
+                view: &question.view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: Operations { load, store: StoreOp::Store },
+            };
+            let mut pass = begin(encoder, "stone_sight", color);
+            let mut bound = Bound::default();
+            for draw in draws {
+                let closed = usize::from(gpu.chunks[draw.chunk as usize].closed);
+                if let Some(pipeline) = numbering.and_then(|pipelines| pipelines[closed]) {
+                    bound.pipeline(&mut pass, closed, pipeline);
+                    bound.draw(&mut pass, &gpu, None, draw, first);
+                }
+                first += draw.indices.len() as u32 / 3;
             }
-            first += draw.indices.len() as u32 / 3;
         }
-        drop(pass);
         question.read(encoder);
     }
-    let mut pass = begin(encoder, "stone_and_sky", target.get_color_attachment());
-    let mut bound = Bound::default();
-    for draw in &stage_view.seen.draws {
-        let chunk = &gpu.chunks[draw.chunk as usize];
-        let subject = Subject::stone_index(chunk.texture.is_some(), chunk.closed);
-        // Until its pipeline and texture are there, nothing is drawn of a chunk.
-        if let Some(pipeline) = stone[subject]
-            && bound.texture(&mut pass, &gpu, chunk.texture)
-        {
-            bound.pipeline(&mut pass, subject, pipeline);
-            bound.draw(&mut pass, &gpu, stage_view.indices.as_ref(), draw, 0);
+    let mut last = None;
+    for draws in parts() {
+        drop(last.take());
+        let pass = last.insert(begin(encoder, "stone_and_sky", target.get_color_attachment()));
+        let mut bound = Bound::default();
+        for draw in draws {
+            let chunk = &gpu.chunks[draw.chunk as usize];
+            let subject = Subject::stone_index(chunk.texture.is_some(), chunk.closed);
+            // Until its pipeline and texture are there, nothing is drawn of a chunk.
+            if let Some(pipeline) = stone[subject]
+                && bound.texture(pass, &gpu, chunk.texture)
+            {
+                bound.pipeline(pass, subject, pipeline);
+                bound.draw(pass, &gpu, stage_view.indices.as_ref(), draw, 0);
+            }
         }
     }
-    if let (Some(pipeline), Some(maps)) = (sky, &stage_view.sky) {
+    if let (Some(mut pass), Some(pipeline), Some(maps)) = (last, sky, &stage_view.sky) {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(1, &**maps, &[]);
         pass.draw(0..3, 0..1);

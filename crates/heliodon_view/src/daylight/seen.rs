@@ -14,6 +14,12 @@ pub struct Draw {
     pub indices: Range<u32>,
 }
 
+impl Draw {
+    fn triangles(&self) -> u64 {
+        self.indices.len() as u64 / 3
+    }
+}
+
 /// A block of vertices whose light is needed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightBlock {
@@ -86,10 +92,27 @@ impl Seen {
         seen
     }
 
+    /// The draws in their order, in parts of about `triangles` at most; an empty part if there are none.
+    pub fn parts(&self, triangles: u64) -> impl Iterator<Item = &[Draw]> {
+        let mut rest = Some(&self.draws[..]);
+        std::iter::from_fn(move || {
+            let draws = rest?;
+            let mut count = 0;
+            let end = draws.iter().take_while(|draw| {
+                let fits = count == 0 || count + draw.triangles() <= triangles;
+                count += draw.triangles();
+                fits
+            });
+            let (part, left) = draws.split_at(end.count());
+            rest = (!left.is_empty()).then_some(left);
+            Some(part)
+        })
+    }
+
     /// Triangles that are drawn.
     #[must_use]
     pub fn triangle_count(&self) -> u64 {
-        self.draws.iter().map(|draw| draw.indices.len() as u64 / 3).sum()
+        self.draws.iter().map(Draw::triangles).sum()
     }
 }
 
@@ -137,6 +160,19 @@ mod tests {
         let clusters = [0, 1, 2, 0].map(|cluster| ClusterRef { chunk: 0, cluster });
         let ranges: Vec<Range<u32>> = Seen::clusters(&[chunk], &clusters).draws.into_iter().map(|draw| draw.indices).collect();
         assert_eq!(ranges, [0..60, starts[2]..30 + starts[2], 0..30]);
+    }
+
+    #[test]
+    fn parts_hold_all_draws_in_their_order() {
+        let draws: Vec<Draw> = [10, 20, 300, 5, 5].map(|n| Draw { chunk: n, indices: 0..3 * n }).into();
+        let mut seen = Seen { draws, ..Seen::default() };
+        let lengths = |seen: &Seen, triangles| seen.parts(triangles).map(<[Draw]>::len).collect::<Vec<_>>();
+        assert_eq!(lengths(&seen, 30), [2, 1, 2], "a draw that is too large has a part of its own");
+        assert_eq!(lengths(&seen, 1), [1; 5]);
+        assert_eq!(lengths(&seen, u64::MAX), [5]);
+        assert_eq!(seen.parts(30).flatten().collect::<Vec<_>>(), seen.draws.iter().collect::<Vec<_>>());
+        seen.draws.clear();
+        assert_eq!(lengths(&seen, 30), [0], "the sky needs a pass");
     }
 
     #[test]
