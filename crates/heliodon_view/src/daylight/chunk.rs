@@ -19,6 +19,15 @@ pub struct KeptChunk {
     pub bounds: (Vec3, Vec3),
 }
 
+impl KeptChunk {
+    /// The vertices of a triangle.
+    #[must_use]
+    pub fn triangle(&self, number: u32) -> [u16; 3] {
+        let at = 3 * number as usize;
+        [self.indices[at], self.indices[at + 1], self.indices[at + 2]]
+    }
+}
+
 /// What the GPU gets of a chunk.
 #[derive(Clone, Debug)]
 pub struct PreparedChunk {

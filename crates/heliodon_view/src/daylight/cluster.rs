@@ -5,7 +5,7 @@
 //! or all of whose triangles show their backs, is not drawn; on software Vulkan the front end handles triangles on one thread,
 //! so what it never sees is the cheapest frame time there is. The measures are in docs/decisions/008-drawing-stone.md.
 
-use super::layout::BLOCK;
+use super::layout::GROUP;
 use super::view::Eye;
 use glam::{Vec3, Vec4};
 use heliodon_math::frame::unit_or;
@@ -19,10 +19,12 @@ pub const CLUSTER_TRIANGLES: usize = 128;
 pub struct Cluster {
     /// Range of the chunk's index buffer.
     pub indices: Range<u32>,
-    /// Blocks of [`BLOCK`] vertices that hold the cluster's.
-    pub blocks: Box<[u16]>,
-    /// Centre of the bounding sphere.
+    /// Groups of [`GROUP`] vertices that hold the cluster's.
+    pub groups: Box<[u16]>,
+    /// Centre of the bounding box and of the bounding sphere.
     pub center: Vec3,
+    /// Half the bounding box.
+    pub half: Vec3,
     /// Radius of the bounding sphere.
     pub radius: f32,
     /// Axis of the cone that holds the triangles' normals.
@@ -107,10 +109,10 @@ pub fn cluster(positions: &[Vec3], triangles: &[[u32; 3]]) -> Clustered {
             }
         }
         let points = members.iter().flat_map(|item| triangles[item.triangle as usize]).map(|vertex| positions[vertex as usize]);
-        let mut blocks: Vec<u16> = out.indices[start as usize..].iter().map(|&index| index / BLOCK as u16).collect();
-        blocks.sort_unstable();
-        blocks.dedup();
-        out.clusters.push(bound(points, members, start..out.indices.len() as u32, blocks.into()));
+        let mut groups: Vec<u16> = out.indices[start as usize..].iter().map(|&index| index / GROUP as u16).collect();
+        groups.sort_unstable();
+        groups.dedup();
+        out.clusters.push(bound(points, members, start..out.indices.len() as u32, groups.into()));
     }
     out
 }
@@ -149,7 +151,7 @@ fn split(items: &mut [Item], start: usize, leaves: &mut Vec<Range<usize>>) {
     split(right, start + middle, leaves);
 }
 
-fn bound(points: impl Iterator<Item = Vec3> + Clone, members: &[Item], indices: Range<u32>, blocks: Box<[u16]>) -> Cluster {
+fn bound(points: impl Iterator<Item = Vec3> + Clone, members: &[Item], indices: Range<u32>, groups: Box<[u16]>) -> Cluster {
     let (low, high) =
         points.clone().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)));
     let center = (low + high) * 0.5;
@@ -160,7 +162,7 @@ fn bound(points: impl Iterator<Item = Vec3> + Clone, members: &[Item], indices: 
     let least =
         members.iter().filter(|item| item.normal != Vec3::ZERO).map(|item| item.normal.dot(cone_axis)).fold(1.0, f32::min);
     let cone_cutoff = if least <= 0.1 { 1.0 } else { (1.0 - least * least).max(0.0).sqrt() };
-    Cluster { indices, blocks, center, radius, cone_axis, cone_cutoff }
+    Cluster { indices, groups, center, half: (high - low) * 0.5, radius, cone_axis, cone_cutoff }
 }
 
 #[cfg(test)]

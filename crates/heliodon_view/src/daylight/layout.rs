@@ -14,6 +14,9 @@ use heliodon_bundle::{LightLayout, VertexLight};
 /// fixed time, so few large ones are quicker.
 pub const BLOCK: u32 = 256;
 
+/// Vertices that are lit together: as many as a processor handles at once, and few, for most triangles do not show.
+pub const GROUP: u32 = 8;
+
 /// The light shader and the packing for one [`LightLayout`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct VertexLayout(pub LightLayout);
@@ -44,7 +47,7 @@ impl VertexLayout {
         let transfer_at = mask_at + self.0.mask_words() as u32;
         let bounce_at = transfer_at + self.transfer_words();
         format!(
-            "const BLOCK: u32 = {BLOCK}u;\nconst WORDS: u32 = {}u;\nconst MASK_AT: u32 = {mask_at}u;\n\
+            "const BLOCK: u32 = {BLOCK}u;\nconst GROUP: u32 = {GROUP}u;\nconst WORDS: u32 = {}u;\nconst MASK_AT: u32 = {mask_at}u;\n\
              const TRANSFER_AT: u32 = {transfer_at}u;\nconst TRANSFER_WORDS: u32 = {}u;\nconst CHANNELS: u32 = {}u;\n\
              const BOUNCE_AT: u32 = {bounce_at}u;\nconst BOUNCE_WORDS: u32 = {}u;\n{}",
             self.words(),

@@ -3,10 +3,10 @@
 //
 //   light = (w0 bit_t0 + w1 bit_t1) max(n.l, 0) E / pi  +  max(0, sum_i T_i S_i)  +  E max(0, sum_r b_r f_r)
 //
-// Prepended by VertexLayout::light_wgsl: BLOCK, WORDS, MASK_AT, TRANSFER_AT, TRANSFER_WORDS, CHANNELS, BOUNCE_AT, BOUNCE_WORDS.
+// Prepended by VertexLayout::light_wgsl: BLOCK, GROUP, WORDS, MASK_AT, TRANSFER_AT, TRANSFER_WORDS, CHANNELS, BOUNCE_AT, BOUNCE_WORDS.
 //
 // Vertices lie in blocks of BLOCK; a block holds WORDS rows of BLOCK words, so that neighbours read neighbouring words and
-// only the mask words of the moment are read.
+// only the mask words of the moment are read. Groups of GROUP vertices are lit that are listed.
 
 struct Moment {
     // xyz: unit direction to the sun.
@@ -25,9 +25,12 @@ struct Moment {
 }
 
 @group(0) @binding(0) var<uniform> moment: Moment;
-@group(1) @binding(0) var<storage, read> blocks: array<u32>;
+@group(1) @binding(0) var<storage, read> groups: array<u32>;
 @group(1) @binding(1) var<storage, read> baked: array<u32>;
 @group(1) @binding(2) var<storage, read_write> light: array<vec2<u32>>;
+
+// What fills the list's last workgroup.
+const NO_GROUP: u32 = 0xffffffffu;
 
 const HALF_MAX: vec3<f32> = vec3<f32>(65504.0);
 
@@ -56,9 +59,13 @@ fn bounce_part(k: u32, word: u32) -> vec3<f32> {
 }
 
 @compute @workgroup_size(BLOCK)
-fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let block = blocks[group.x];
-    let base = block * WORDS * BLOCK + lane;
+fn main(@builtin(global_invocation_id) at: vec3<u32>) {
+    let group = groups[at.x / GROUP];
+    if (group == NO_GROUP) {
+        return;
+    }
+    let vertex = group * GROUP + at.x % GROUP;
+    let base = vertex / BLOCK * (WORDS * BLOCK) + vertex % BLOCK;
 
     let normal_xy = unpack2x16snorm(baked[base]);
     var normal = vec3<f32>(normal_xy, 1.0 - abs(normal_xy.x) - abs(normal_xy.y));
@@ -87,5 +94,5 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     sum += moment.sun.rgb * max(bounced, vec3<f32>(0.0));
 
     sum = min(sum, HALF_MAX);
-    light[block * BLOCK + lane] = vec2<u32>(pack2x16float(sum.rg), pack2x16float(vec2<f32>(sum.b, 0.0)));
+    light[vertex] = vec2<u32>(pack2x16float(sum.rg), pack2x16float(vec2<f32>(sum.b, 0.0)));
 }

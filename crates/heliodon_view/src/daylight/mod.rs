@@ -11,6 +11,7 @@ pub mod closed;
 pub mod cluster;
 pub mod layout;
 pub mod moment;
+mod occlusion;
 pub mod pages;
 mod pass;
 pub mod pipelines;
@@ -32,7 +33,7 @@ use bevy::render::extract_resource::ExtractResourcePlugin;
 use bevy::render::renderer::{RenderAdapterInfo, RenderGraph};
 use bevy::render::view::Msaa;
 use bevy::render::{Render, RenderApp, RenderSystems};
-use wgpu::DeviceType;
+use wgpu::{DeviceType, TextureUsages};
 
 /// A camera that sees the stage. It writes display values itself, so Bevy's tone mapping and dithering are off; multisampling
 /// is off unless you ask for it.
@@ -55,6 +56,7 @@ impl Plugin for DaylightPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<StageFrame>()
             .add_plugins((ExtractResourcePlugin::<StageFrame>::default(), ExtractComponentPlugin::<DaylightCamera>::default()));
+        app.add_systems(PostUpdate, let_depth_be_read);
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else { return };
         render_app
             .init_resource::<prepare::StageGpu>()
@@ -76,5 +78,12 @@ impl Plugin for DaylightPlugin {
         if software {
             render_app.world_mut().resource_mut::<prepare::StageGpu>().software = true;
         }
+    }
+}
+
+/// The depth of a camera that finds out what is hidden is copied (occlusion.rs).
+fn let_depth_be_read(info: Option<Res<RenderAdapterInfo>>, mut cameras: Query<&mut Camera3d, Added<DaylightCamera>>) {
+    if info.is_some_and(|info| info.device_type == DeviceType::Cpu) {
+        cameras.iter_mut().for_each(|mut camera| camera.depth_texture_usages.0 |= TextureUsages::COPY_SRC.bits());
     }
 }

@@ -4,7 +4,7 @@
 //! page costs a dispatch and a few bindings a frame. A chunk begins at a whole block of vertices.
 
 use super::chunk::{KeptChunk, PreparedChunk};
-use super::layout::{BLOCK, VertexLayout};
+use super::layout::{BLOCK, GROUP, VertexLayout};
 use crate::stage::texture::LevelledTexture;
 use bevy::render::render_resource::{BindGroup, BindGroupEntries, BindGroupLayout, Buffer, BufferDescriptor, BufferUsages};
 use bevy::render::renderer::{RenderDevice, RenderQueue};
@@ -71,7 +71,7 @@ pub struct Page {
     pub light: Buffer,
     /// 16-bit indices.
     pub indices: Buffer,
-    /// Blocks that the light shader must do, and how many.
+    /// Groups that the light shader must do.
     pub work: Buffer,
     /// What the light shader binds.
     pub light_bind_group: BindGroup,
@@ -95,7 +95,7 @@ pub struct GpuChunk {
     pub texture: Option<u32>,
     /// Whether it is part of closed bodies only: their backs are not drawn.
     pub closed: bool,
-    /// The moments, by their serial numbers, whose light the blocks have.
+    /// The moments, by their serial numbers, whose light the groups of vertices have.
     pub lit_at: Vec<u64>,
 }
 
@@ -128,7 +128,7 @@ impl Page {
         let count = u64::from(vertices);
         let baked = buffer("stone_baked", count * 4 * u64::from(layout.words()), BufferUsages::STORAGE);
         let light = buffer("stone_light", count * 8, BufferUsages::STORAGE | BufferUsages::VERTEX);
-        let work = buffer("stone_light_work", count / u64::from(BLOCK) * 4, BufferUsages::STORAGE);
+        let work = buffer("stone_light_work", count / u64::from(GROUP) * 4, BufferUsages::STORAGE);
         let light_bind_group = device.create_bind_group(
             "stone_light",
             light_layout,
@@ -209,7 +209,7 @@ pub fn upload(
         kept: Arc::clone(kept),
         texture: chunk.texture,
         closed: false,
-        lit_at: vec![0; kept.positions.len().div_ceil(BLOCK as usize)],
+        lit_at: vec![0; kept.positions.len().div_ceil(GROUP as usize)],
     }
 }
 

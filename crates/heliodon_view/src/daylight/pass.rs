@@ -3,19 +3,20 @@
 //! The pass writes Bevy's main texture and Bevy's depth, so whatever else the camera sees (guests, the head-up display) is
 //! drawn by Bevy over it, occluded as it should be. A frame that asks what is seen (sight.rs) takes a pass more.
 
+use super::occlusion::{DepthReadback, may_show};
 use super::pipelines::Subject;
-use super::prepare::{StageGpu, StageView};
-use super::seen::Draw;
+use super::prepare::{Drawn, StageGpu, StageView};
+use super::seen::{Draw, Seen};
 use bevy::camera::{MainPassResolutionOverride, Viewport};
 use bevy::prelude::*;
 use bevy::render::camera::ExtractedCamera;
 use bevy::render::render_resource::{
-    Buffer, CommandEncoder, ComputePassDescriptor, IndexFormat, LoadOp, Operations, PipelineCache, RenderPassColorAttachment,
-    RenderPassDescriptor, RenderPipeline, StoreOp,
+    BindGroup, Buffer, CommandEncoder, CommandEncoderDescriptor, ComputePassDescriptor, IndexFormat, LoadOp, Operations,
+    PipelineCache, RenderPassColorAttachment, RenderPassDescriptor, RenderPipeline, StoreOp,
 };
-use bevy::render::renderer::{RenderContext, ViewQuery};
-use bevy::render::view::{ViewDepthTexture, ViewTarget};
-use wgpu::RenderPass;
+use bevy::render::renderer::{PendingCommandBuffers, RenderContext, RenderDevice, RenderQueue, ViewQuery};
+use bevy::render::view::{ExtractedView, ViewDepthTexture, ViewTarget};
+use wgpu::{RenderPass, TextureView};
 
 /// The most triangles of a pass where a processor draws. Such a driver (llvmpipe) keeps some 300 bytes of each triangle until the
 /// pass is done, in scenes that it keeps for the next frame. docs/decisions/008-drawing-stone.md has the figures.
@@ -23,6 +24,11 @@ const PASS_TRIANGLES: u64 = 200_000;
 
 /// Lights the visible vertices, if the moment is a new one for them.
 pub fn light_stage(gpu: Res<StageGpu>, cache: Res<PipelineCache>, mut context: RenderContext) {
+    encode_light(&gpu, &cache, &mut context);
+}
+
+/// Lights the groups that are listed.
+fn encode_light(gpu: &StageGpu, cache: &PipelineCache, context: &mut RenderContext) {
     let (Some(id), Some(moment)) = (gpu.light_pipeline, gpu.moment_bind_group()) else { return };
     let Some(pipeline) = cache.get_compute_pipeline(id) else { return };
     if gpu.lit_pages().next().is_none() {
@@ -33,93 +39,157 @@ pub fn light_stage(gpu: Res<StageGpu>, cache: Res<PipelineCache>, mut context: R
         .begin_compute_pass(&ComputePassDescriptor { label: Some("stone_light"), timestamp_writes: None });
     pass.set_pipeline(pipeline);
     pass.set_bind_group(0, &**moment, &[]);
-    for (page, blocks) in gpu.lit_pages() {
+    for (page, workgroups) in gpu.lit_pages() {
         pass.set_bind_group(1, &*page.light_bind_group, &[]);
-        pass.dispatch_workgroups(blocks, 1, 1);
+        pass.dispatch_workgroups(workgroups, 1, 1);
     }
 }
 
+/// What drawing needs of a camera.
+type DrawnView = (
+    &'static ExtractedCamera,
+    &'static ExtractedView,
+    &'static ViewTarget,
+    &'static ViewDepthTexture,
+    &'static mut StageView,
+    Option<&'static MainPassResolutionOverride>,
+);
+
 /// Draws stone and sky for the current camera.
 pub fn draw_stage(
-    view: ViewQuery<(&ExtractedCamera, &ViewTarget, &ViewDepthTexture, &StageView, Option<&MainPassResolutionOverride>)>,
-    gpu: Res<StageGpu>,
+    view: ViewQuery<DrawnView>,
+    mut gpu: ResMut<StageGpu>,
+    mut pending: ResMut<PendingCommandBuffers>,
     cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
     mut context: RenderContext,
 ) {
-    let (camera, target, depth, stage_view, resolution) = view.into_inner();
-    let (Some(ids), Some(view_group)) = (stage_view.pipelines, stage_view.bind_group()) else { return };
+    let (camera, extracted, target, depth, mut stage_view, resolution) = view.into_inner();
+    let stage_view = &mut *stage_view;
+    let (Some(ids), Some(view_group)) = (stage_view.pipelines, stage_view.bind_group().cloned()) else { return };
     let [stone @ .., sky] = ids.map(|id| cache.get_render_pipeline(id));
     let viewport = Viewport::from_viewport_and_override(camera.viewport.as_ref(), resolution);
+    let canvas = Canvas { target, depth, viewport, view_group, stone };
+
+    let moving = stage_view.undecided.is_some() || stage_view.drawn.seen.single.is_none();
+    // A day that passes before an eye at rest is what must be quick: that is one pass.
+    let most = if gpu.software && moving { PASS_TRIANGLES } else { u64::MAX };
+
+    // What a moving eye saw a frame ago is drawn at once, and then what that does not hide.
+    let mut later = None;
+    if let Some(clusters) = stage_view.undecided.take() {
+        let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor { label: Some("stone_seen_before") });
+        drop(canvas.stone(&mut encoder, &gpu, &stage_view.drawn, most));
+        let size = UVec2::new(depth.texture.width(), depth.texture.height());
+        let readback = match stage_view.depth.take() {
+            Some(readback) if readback.size() == size => readback,
+            _ => DepthReadback::new(&device, size),
+        };
+        readback.copy(&mut encoder, &depth.texture);
+        queue.submit(pending.take().into_iter().chain([encoder.finish()]));
+        let before = &stage_view.drawn.seen;
+        let known = before.single.is_some().then(|| before.sets(gpu.chunks.len()));
+        let found = readback.read(&device, extracted.viewport, |picture| {
+            may_show(&gpu.chunks, &clusters, known.as_deref(), picture, &stage_view.clip_from_world)
+        });
+        let (shown, new) = found.unwrap_or_else(|| [(); 2].map(|()| Seen::clusters(&gpu.chunks, &clusters)).into());
+        gpu.list_stale(&new.groups, &queue);
+        encode_light(&gpu, &cache, &mut context);
+        stage_view.depth = Some(readback);
+        stage_view.drawn = Drawn::new(&device, &gpu.chunks, shown);
+        later = Some(Drawn::new(&device, &gpu.chunks, new));
+    }
+
     let encoder = context.command_encoder();
-    let begin = |encoder: &mut CommandEncoder, label, color| {
+    if let Some(question) = stage_view.sight.question() {
+        let pipelines = stage_view.sight_pipelines.map_or([None; 2], |ids| ids.map(|id| cache.get_render_pipeline(id)));
+        canvas.numbers(encoder, &gpu, &stage_view.drawn, &question.view, pipelines);
+        question.read(encoder);
+    }
+    let mut pass = canvas.stone(encoder, &gpu, later.as_ref().unwrap_or(&stage_view.drawn), most);
+    if let (Some(pipeline), Some(maps)) = (sky, &stage_view.sky) {
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(1, &**maps, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}
+
+/// Where a camera's passes draw, and by which pipelines.
+struct Canvas<'a> {
+    target: &'a ViewTarget,
+    depth: &'a ViewDepthTexture,
+    viewport: Option<Viewport>,
+    view_group: BindGroup,
+    stone: [Option<&'a RenderPipeline>; 4],
+}
+
+impl Canvas<'_> {
+    fn begin(&self, encoder: &mut CommandEncoder, label: &str, color: RenderPassColorAttachment<'_>) -> RenderPass<'static> {
         let mut pass = encoder
             .begin_render_pass(&RenderPassDescriptor {
                 label: Some(label),
                 color_attachments: &[Some(color)],
-                depth_stencil_attachment: Some(depth.get_attachment(StoreOp::Store)),
+                depth_stencil_attachment: Some(self.depth.get_attachment(StoreOp::Store)),
                 timestamp_writes: None,
                 occlusion_query_set: None,
                 multiview_mask: None,
             })
             .forget_lifetime();
-        if let Some(viewport) = &viewport {
+        if let Some(viewport) = &self.viewport {
             let (at, size) = (viewport.physical_position, viewport.physical_size);
             let [x, y, width, height] = [at.x, at.y, size.x, size.y].map(|v| v as f32);
             pass.set_viewport(x, y, width, height, viewport.depth.start, viewport.depth.end);
         }
-        pass.set_bind_group(0, &**view_group, &[]);
+        pass.set_bind_group(0, &*self.view_group, &[]);
         pass
-    };
+    }
 
-    // A day that passes before an eye at rest is what must be quick: that is one pass.
-    let split = gpu.software && stage_view.indices.is_none();
-    let parts = || stage_view.seen.parts(if split { PASS_TRIANGLES } else { u64::MAX });
-
-    if let Some(question) = stage_view.sight.question() {
-        let numbering = stage_view.sight_pipelines.map(|ids| ids.map(|id| cache.get_render_pipeline(id)));
-        let mut first = 0;
-        for (part, draws) in parts().enumerate() {
-            let load = if part == 0 { LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { LoadOp::Load };
-            let color = RenderPassColorAttachment {
-                view: &question.view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: Operations { load, store: StoreOp::Store },
-            };
-            let mut pass = begin(encoder, "stone_sight", color);
+    /// Draws stone, in passes of `most` triangles; the last is left open.
+    fn stone(&self, encoder: &mut CommandEncoder, gpu: &StageGpu, drawn: &Drawn, most: u64) -> RenderPass<'static> {
+        let mut pass = None;
+        for draws in drawn.seen.parts(most) {
+            drop(pass.take());
+            let pass = pass.insert(self.begin(encoder, "stone_and_sky", self.target.get_color_attachment()));
             let mut bound = Bound::default();
             for draw in draws {
-                let closed = usize::from(gpu.chunks[draw.chunk as usize].closed);
-                if let Some(pipeline) = numbering.and_then(|pipelines| pipelines[closed]) {
-                    bound.pipeline(&mut pass, closed, pipeline);
-                    bound.draw(&mut pass, &gpu, None, draw, first);
+                let chunk = &gpu.chunks[draw.chunk as usize];
+                let subject = Subject::stone_index(chunk.texture.is_some(), chunk.closed);
+                // Until its pipeline and texture are there, nothing is drawn of a chunk.
+                if let Some(pipeline) = self.stone[subject]
+                    && bound.texture(pass, gpu, chunk.texture)
+                {
+                    bound.pipeline(pass, subject, pipeline);
+                    bound.draw(pass, gpu, drawn.indices.as_ref(), draw, 0);
                 }
-                first += draw.indices.len() as u32 / 3;
             }
         }
-        question.read(encoder);
+        pass.expect("there is a part")
     }
-    let mut last = None;
-    for draws in parts() {
-        drop(last.take());
-        let pass = last.insert(begin(encoder, "stone_and_sky", target.get_color_attachment()));
+
+    /// Draws the triangles' numbers.
+    fn numbers(
+        &self,
+        encoder: &mut CommandEncoder,
+        gpu: &StageGpu,
+        drawn: &Drawn,
+        numbers: &TextureView,
+        pipelines: [Option<&RenderPipeline>; 2],
+    ) {
+        let load = LoadOp::Clear(wgpu::Color::TRANSPARENT);
+        let ops = Operations { load, store: StoreOp::Store };
+        let color = RenderPassColorAttachment { view: numbers, depth_slice: None, resolve_target: None, ops };
+        let mut pass = self.begin(encoder, "stone_sight", color);
         let mut bound = Bound::default();
-        for draw in draws {
-            let chunk = &gpu.chunks[draw.chunk as usize];
-            let subject = Subject::stone_index(chunk.texture.is_some(), chunk.closed);
-            // Until its pipeline and texture are there, nothing is drawn of a chunk.
-            if let Some(pipeline) = stone[subject]
-                && bound.texture(pass, &gpu, chunk.texture)
-            {
-                bound.pipeline(pass, subject, pipeline);
-                bound.draw(pass, &gpu, stage_view.indices.as_ref(), draw, 0);
+        let mut first = 0;
+        for draw in &drawn.seen.draws {
+            let closed = usize::from(gpu.chunks[draw.chunk as usize].closed);
+            if let Some(pipeline) = pipelines[closed] {
+                bound.pipeline(&mut pass, closed, pipeline);
+                bound.draw(&mut pass, gpu, drawn.indices.as_ref(), draw, first);
             }
+            first += draw.indices.len() as u32 / 3;
         }
-    }
-    if let (Some(mut pass), Some(pipeline), Some(maps)) = (last, sky, &stage_view.sky) {
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(1, &**maps, &[]);
-        pass.draw(0..3, 0..1);
     }
 }
 

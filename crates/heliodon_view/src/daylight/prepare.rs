@@ -1,17 +1,19 @@
 //! Before the GPU's work of a frame: what was loaded goes up, each camera's draws are found, the stale light is listed.
 
-use super::layout::BLOCK;
+use super::layout::{BLOCK, GROUP};
 use super::moment::MomentUniform;
+use super::occlusion::{DepthReadback, LEAST_TRIANGLES};
 use super::pages::{GpuChunk, GpuTexture, Page, Remaining, upload};
 use super::pipelines::{PipelineKey, SUBJECTS, StagePipelines};
-use super::seen::{LightBlock, Seen};
+use super::seen::{LightGroup, Seen};
 use super::sight::{Change, Sight, SightKey};
-use super::view::{Eye, ViewUniform, cull};
+use super::view::{ClusterRef, Eye, ViewUniform, cull};
 use super::{DaylightCamera, allocator};
 use crate::sky::SkyResources;
 use crate::stage::feed::Delivery;
 use crate::stage::frame::StageFrame;
 use crate::stage::texture::{self, LevelledTexture};
+use bevy::camera::{Camera3d, MainPassResolutionOverride};
 use bevy::core_pipeline::prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass, NormalPrepass};
 use bevy::prelude::*;
 use bevy::render::camera::ExtractedCamera;
@@ -45,14 +47,14 @@ pub struct StageGpu {
     moment_serial: u64,
     moment_buffer: Option<(Buffer, BindGroup)>,
     /// The light that some camera needs.
-    needed: Vec<LightBlock>,
+    needed: Vec<LightGroup>,
     /// Whether a processor draws: then cameras at rest find out what they see, and textures are read with fewer samples.
     pub software: bool,
     /// Whether it is known which chunks are closed.
     closed_known: bool,
     /// Frames since less was needed than before: since the last of the bundle was taken, or a camera came to know what it sees.
     settled_frames: u32,
-    /// Blocks to be lit, per page.
+    /// Groups of vertices to be lit, per page.
     work: Vec<Vec<u32>>,
 }
 
@@ -63,9 +65,43 @@ impl StageGpu {
         self.moment_buffer.as_ref().map(|(_, group)| group)
     }
 
-    /// Pages that have blocks to be lit this frame, and how many.
+    /// Pages that have vertices to be lit this frame, and how many workgroups do it.
     pub fn lit_pages(&self) -> impl Iterator<Item = (&Page, u32)> {
-        self.pages.iter().zip(&self.work).map(|(page, work)| (page, work.len() as u32)).filter(|&(_, blocks)| blocks > 0)
+        self.pages
+            .iter()
+            .zip(&self.work)
+            .map(|(page, work)| (page, work.len() as u32 * GROUP / BLOCK))
+            .filter(|&(_, workgroups)| workgroups > 0)
+    }
+
+    /// Lists those of `groups` that have not the moment's light, for [`Self::lit_pages`]. There must be a moment.
+    pub fn list_stale(&mut self, groups: &[LightGroup], queue: &RenderQueue) {
+        self.work.iter_mut().for_each(Vec::clear);
+        self.work.resize_with(self.pages.len(), Vec::new);
+        if self.moment.is_none() {
+            return;
+        }
+        for &LightGroup { chunk, group } in groups {
+            let chunk = &mut self.chunks[chunk as usize];
+            let lit_at = &mut chunk.lit_at[usize::from(group)];
+            if *lit_at != self.moment_serial {
+                *lit_at = self.moment_serial;
+                self.work[chunk.page].push(chunk.base_vertex / GROUP + u32::from(group));
+            }
+        }
+        for (page, work) in self.pages.iter().zip(&mut self.work) {
+            if !work.is_empty() {
+                // Whole workgroups; light.wgsl passes over what is added.
+                work.resize(work.len().next_multiple_of((BLOCK / GROUP) as usize), u32::MAX);
+                queue.write_buffer(&page.work, 0, bytemuck::cast_slice(work));
+            }
+        }
+    }
+
+    /// Triangles of clusters.
+    fn triangles(&self, clusters: &[ClusterRef]) -> u64 {
+        let indices = |one: &ClusterRef| self.chunks[one.chunk as usize].kept.clusters[one.cluster as usize].indices.len();
+        clusters.iter().map(|one| indices(one) as u64 / 3).sum()
     }
 }
 
@@ -75,10 +111,16 @@ pub struct StageView {
     buffer: Option<(Buffer, BindGroup)>,
     /// What is known of what is seen.
     pub sight: Sight,
-    /// What is drawn, near chunks first.
-    pub seen: Seen,
-    /// Its indices, where it has its own.
-    pub indices: Option<Buffer>,
+    /// The camera.
+    pub clip_from_world: Mat4,
+    /// What is drawn, near chunks first; first, where something is [`Self::undecided`].
+    pub drawn: Drawn,
+    /// What a moving eye may see: drawing decides what of it shows.
+    pub undecided: Option<Vec<ClusterRef>>,
+    /// The depth of what is drawn first.
+    pub depth: Option<DepthReadback>,
+    /// The bundle that it sees.
+    stage: u64,
     /// Pipelines for all subjects.
     pub pipelines: Option<[CachedRenderPipelineId; SUBJECTS.len()]>,
     /// Pipelines that find out what is seen, for surfaces and for closed bodies.
@@ -93,20 +135,29 @@ impl StageView {
     pub fn bind_group(&self) -> Option<&BindGroup> {
         self.buffer.as_ref().map(|(_, group)| group)
     }
+}
 
-    /// Draws this from now on.
-    fn see(&mut self, device: &RenderDevice, mut seen: Seen) {
-        let mut indices = std::mem::take(&mut seen.indices);
-        self.seen = seen;
-        self.indices = (!indices.is_empty()).then(|| {
-            // Buffers are made in multiples of four bytes.
-            indices.resize(indices.len().next_multiple_of(2), 0);
-            device.create_buffer_with_data(&BufferInitDescriptor {
-                label: Some("stone_seen"),
-                contents: bytemuck::cast_slice(&indices),
-                usage: BufferUsages::INDEX,
-            })
-        });
+/// What is drawn, with its indices where it has its own.
+#[derive(Default)]
+pub struct Drawn {
+    /// What is drawn.
+    pub seen: Seen,
+    /// [`Seen::indices`].
+    pub indices: Option<Buffer>,
+}
+
+impl Drawn {
+    /// Puts the indices on the GPU.
+    pub fn new(device: &RenderDevice, chunks: &[GpuChunk], seen: Seen) -> Self {
+        let mut indices = seen.indices(chunks);
+        // Buffers are made in multiples of four bytes.
+        indices.resize(indices.len().next_multiple_of(2), 0);
+        let descriptor = BufferInitDescriptor {
+            label: Some("stone_seen"),
+            contents: bytemuck::cast_slice(&indices),
+            usage: BufferUsages::INDEX,
+        };
+        Self { indices: (!indices.is_empty()).then(|| device.create_buffer_with_data(&descriptor)), seen }
     }
 }
 
@@ -189,7 +240,15 @@ const SETTLED_FRAMES: u32 = 4;
 const MAX_ASKED_PIXELS: u32 = 16 << 20;
 
 /// What is needed of a camera.
-type SeenCamera = (Entity, &'static ExtractedCamera, &'static ExtractedView, &'static Msaa, Option<&'static mut StageView>);
+type SeenCamera = (
+    Entity,
+    &'static ExtractedCamera,
+    &'static Camera3d,
+    &'static ExtractedView,
+    &'static Msaa,
+    Option<&'static MainPassResolutionOverride>,
+    Option<&'static mut StageView>,
+);
 
 /// A camera for which Bevy draws guests' depth before the stone.
 type WithPrepass = Or<(With<DepthPrepass>, With<NormalPrepass>, With<MotionVectorPrepass>, With<DeferredPrepass>)>;
@@ -211,7 +270,7 @@ pub fn prepare_views(
     mut views: Query<SeenCamera, With<DaylightCamera>>,
 ) {
     gpu.needed.clear();
-    for (entity, camera, view, msaa, stage_view) in &mut views {
+    for (entity, camera, camera_3d, view, msaa, resolution, stage_view) in &mut views {
         let Some(mut stage_view) = stage_view else {
             // From the next frame on; the commands are applied before it.
             commands.entity(entity).insert(StageView::default());
@@ -245,21 +304,38 @@ pub fn prepare_views(
             .flatten()
             .filter(|size| size.element_product() <= MAX_ASKED_PIXELS)
             .filter(|_| needed.into_iter().all(|&id| cache.get_render_pipeline(id).is_some()));
+        // Likewise what guests hide is not hidden from an eye that comes to rest.
+        let may_occlude = gpu.software
+            && msaa.samples() == 1
+            && !prepassed.contains(entity)
+            && resolution.is_none()
+            && camera.viewport.as_ref().is_none_or(|viewport| viewport.depth == (0.0..1.0))
+            && TextureUsages::from(camera_3d.depth_texture_usages).contains(TextureUsages::COPY_SRC);
         let stage_view = &mut *stage_view;
-        match stage_view.sight.next(&device, key, may_ask) {
-            Change::None => {}
-            Change::Moved => {
+        stage_view.clip_from_world = clip_from_world;
+        // A frame that was not drawn has decided nothing.
+        let undecided = stage_view.undecided.is_some();
+        match stage_view.sight.next(&device, key, may_ask.filter(|_| !undecided)) {
+            Change::None if !undecided => {}
+            Change::None | Change::Moved => {
                 let clusters = cull(&gpu.chunks, &clip_from_world, eye);
-                stage_view.see(&device, Seen::clusters(&gpu.chunks, &clusters));
+                let occludes = may_occlude && gpu.triangles(&clusters) >= LEAST_TRIANGLES;
+                // What was seen a frame ago, or everything.
+                if !(occludes && stage_view.stage == gpu.serial && stage_view.drawn.seen.single.is_some()) {
+                    stage_view.drawn = Drawn::new(&device, &gpu.chunks, Seen::clusters(&gpu.chunks, &clusters));
+                }
+                stage_view.undecided = occludes.then_some(clusters);
+                stage_view.stage = gpu.serial;
             }
             Change::Shown(shown) => {
+                stage_view.depth = None;
                 gpu.settled_frames = 0;
                 allocator::keep_freed_memory(false);
-                let seen = stage_view.seen.only(&gpu.chunks, &shown);
-                stage_view.see(&device, seen);
+                let seen = stage_view.drawn.seen.only(&gpu.chunks, &shown);
+                stage_view.drawn = Drawn::new(&device, &gpu.chunks, seen);
             }
         }
-        gpu.needed.extend_from_slice(&stage_view.seen.blocks);
+        gpu.needed.extend_from_slice(&stage_view.drawn.seen.groups);
 
         let height = camera.physical_viewport_size.map_or(1, |size| size.y.max(1));
         let world_from_view = Mat4::from_quat(view.world_from_view.rotation());
@@ -306,7 +382,7 @@ fn write_uniform(
     queue.write_buffer(buffer, 0, bytes);
 }
 
-/// Lists the visible blocks whose light is not the moment's.
+/// Lists the visible vertices whose light is not the moment's.
 pub fn prepare_light(
     frame: Res<StageFrame>,
     mut gpu: ResMut<StageGpu>,
@@ -316,8 +392,7 @@ pub fn prepare_light(
     queue: Res<RenderQueue>,
 ) {
     let gpu = &mut *gpu;
-    gpu.work.iter_mut().for_each(Vec::clear);
-    gpu.work.resize_with(gpu.pages.len(), Vec::new);
+    gpu.work.clear();
     let (Some(feed), Some(moment)) = (&frame.feed, &frame.moment) else { return };
     // Until the pipeline is there nothing would be lit, and chunks must not be taken for lit.
     if gpu.light_pipeline.is_none_or(|id| cache.get_compute_pipeline(id).is_none()) {
@@ -330,17 +405,7 @@ pub fn prepare_light(
         let layout = cache.get_bind_group_layout(&pipelines.moment_layout);
         write_uniform(&mut gpu.moment_buffer, &device, &queue, &layout, bytemuck::bytes_of(&uniform), "stone_moment");
     }
-    for &LightBlock { chunk, block } in &gpu.needed {
-        let chunk = &mut gpu.chunks[chunk as usize];
-        let lit_at = &mut chunk.lit_at[usize::from(block)];
-        if *lit_at != gpu.moment_serial {
-            *lit_at = gpu.moment_serial;
-            gpu.work[chunk.page].push(chunk.base_vertex / BLOCK + u32::from(block));
-        }
-    }
-    for (page, work) in gpu.pages.iter().zip(&gpu.work) {
-        if !work.is_empty() {
-            queue.write_buffer(&page.work, 0, bytemuck::cast_slice(work));
-        }
-    }
+    let needed = std::mem::take(&mut gpu.needed);
+    gpu.list_stale(&needed, &queue);
+    gpu.needed = needed;
 }

@@ -1,6 +1,6 @@
 //! What a view draws: whole clusters, or the triangles that matter.
 
-use super::layout::BLOCK;
+use super::layout::GROUP;
 use super::pages::GpuChunk;
 use super::view::ClusterRef;
 use std::ops::Range;
@@ -10,7 +10,7 @@ use std::ops::Range;
 pub struct Draw {
     /// Index of the chunk.
     pub chunk: u32,
-    /// Range of the chunk's indices, or of [`Seen::indices`] where there are any.
+    /// Range of the chunk's indices, or of [`Seen::indices`] where single triangles are drawn.
     pub indices: Range<u32>,
 }
 
@@ -20,13 +20,13 @@ impl Draw {
     }
 }
 
-/// A block of vertices whose light is needed.
+/// A group of vertices whose light is needed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LightBlock {
+pub struct LightGroup {
     /// Index of the chunk.
     pub chunk: u32,
-    /// Number of the block in it.
-    pub block: u16,
+    /// Number of the group in it.
+    pub group: u16,
 }
 
 /// What a view draws.
@@ -35,9 +35,9 @@ pub struct Seen {
     /// In the order of drawing.
     pub draws: Vec<Draw>,
     /// The light that they need; some more than once.
-    pub blocks: Vec<LightBlock>,
-    /// Indices of its own, of single triangles; none where whole clusters are drawn.
-    pub indices: Vec<u16>,
+    pub groups: Vec<LightGroup>,
+    /// Where single triangles are drawn, their numbers in their chunks; a draw's indices are three for each.
+    pub single: Option<Vec<u32>>,
 }
 
 /// Clusters that are not drawn although between two that are: fewer than these indices cost less than another draw.
@@ -51,7 +51,7 @@ impl Seen {
         for &ClusterRef { chunk, cluster } in clusters {
             let cluster = &chunks[chunk as usize].kept.clusters[cluster as usize];
             let next = cluster.indices.clone();
-            seen.blocks.extend(cluster.blocks.iter().map(|&block| LightBlock { chunk, block }));
+            seen.groups.extend(cluster.groups.iter().map(|&group| LightGroup { chunk, group }));
             match seen.draws.last_mut() {
                 Some(last)
                     if last.chunk == chunk
@@ -65,31 +65,65 @@ impl Seen {
         seen
     }
 
-    /// Of these draws of whole clusters, the triangles that `shown` says, by their number in the order of drawing.
+    /// Single triangles by chunk and their numbers in it, in the order of drawing.
+    #[must_use]
+    pub fn triangles<'a>(chunks: &[GpuChunk], groups: impl IntoIterator<Item = (u32, &'a [u32])>) -> Self {
+        let (mut draws, mut lit, mut single): (Vec<Draw>, Vec<LightGroup>, Vec<u32>) = Default::default();
+        for (chunk, numbers) in groups.into_iter().filter(|(_, numbers)| !numbers.is_empty()) {
+            let kept = &chunks[chunk as usize].kept;
+            let from = 3 * single.len() as u32;
+            single.extend_from_slice(numbers);
+            let to = 3 * single.len() as u32;
+            match draws.last_mut() {
+                Some(last) if last.chunk == chunk => last.indices.end = to,
+                _ => draws.push(Draw { chunk, indices: from..to }),
+            }
+            let mut needed = vec![false; kept.positions.len().div_ceil(GROUP as usize)];
+            let vertices = numbers.iter().flat_map(|&number| kept.triangle(number));
+            vertices.for_each(|vertex| needed[usize::from(vertex) / GROUP as usize] = true);
+            let needed = (0u16..).zip(needed).filter_map(|(group, needed)| needed.then_some(group));
+            lit.extend(needed.map(|group| LightGroup { chunk, group }));
+        }
+        Self { draws, groups: lit, single: Some(single) }
+    }
+
+    /// Of what is drawn, the triangles that `shown` says, by their number in the order of drawing.
     #[must_use]
     pub fn only(&self, chunks: &[GpuChunk], shown: &Triangles) -> Self {
-        let mut seen = Self::default();
-        let mut numbers = 0..;
-        for Draw { chunk, indices } in &self.draws {
-            let kept = &chunks[*chunk as usize].kept;
-            let mut needed = vec![false; kept.positions.len().div_ceil(BLOCK as usize)];
-            let from = seen.indices.len() as u32;
-            let triangles = kept.indices[indices.start as usize..indices.end as usize].chunks_exact(3);
-            for (triangle, _) in triangles.zip(&mut numbers).filter(|&(_, number)| shown.contains(number)) {
-                seen.indices.extend_from_slice(triangle);
-                triangle.iter().for_each(|&vertex| needed[usize::from(vertex) / BLOCK as usize] = true);
-            }
-            let to = seen.indices.len() as u32;
-            if to > from {
-                let blocks = (0u16..).zip(needed).filter_map(|(block, needed)| needed.then_some(block));
-                seen.blocks.extend(blocks.map(|block| LightBlock { chunk: *chunk, block }));
-                match seen.draws.last_mut() {
-                    Some(last) if last.chunk == *chunk => last.indices.end = to,
-                    _ => seen.draws.push(Draw { chunk: *chunk, indices: from..to }),
-                }
-            }
-        }
-        seen
+        let mut drawn = 0..;
+        let groups: Vec<(u32, Vec<u32>)> = self
+            .numbers()
+            .map(|(chunk, numbers)| {
+                let shown = numbers.zip(&mut drawn).filter(|&(_, place)| shown.contains(place));
+                (chunk, shown.map(|(number, _)| number).collect())
+            })
+            .collect();
+        Self::triangles(chunks, groups.iter().map(|(chunk, numbers)| (*chunk, &numbers[..])))
+    }
+
+    /// Each draw's chunk, and the numbers in it of the triangles that are drawn.
+    fn numbers(&self) -> impl Iterator<Item = (u32, impl Iterator<Item = u32>)> {
+        self.draws.iter().map(|draw| {
+            let numbers = draw.indices.start / 3..draw.indices.end / 3;
+            (draw.chunk, numbers.map(|number| self.single.as_ref().map_or(number, |single| single[number as usize])))
+        })
+    }
+
+    /// For each of `chunks` chunks, the triangles that are drawn.
+    #[must_use]
+    pub fn sets(&self, chunks: usize) -> Vec<Triangles> {
+        let mut sets = vec![Triangles::default(); chunks];
+        self.numbers().for_each(|(chunk, numbers)| sets[chunk as usize].extend(numbers));
+        sets
+    }
+
+    /// The vertices of single triangles, as an index buffer holds them; nothing where whole clusters are drawn.
+    #[must_use]
+    pub fn indices(&self, chunks: &[GpuChunk]) -> Vec<u16> {
+        let groups = self.numbers().filter(|_| self.single.is_some());
+        groups
+            .flat_map(|(chunk, numbers)| numbers.flat_map(move |number| chunks[chunk as usize].kept.triangle(number)))
+            .collect()
     }
 
     /// The draws in their order, in parts of about `triangles` at most; an empty part if there are none.
@@ -185,8 +219,15 @@ mod tests {
         // The second triangle of chunk 2, nothing of chunk 0, all of chunk 1.
         assert_eq!(seen.draws, [Draw { chunk: 2, indices: 0..3 }, Draw { chunk: 1, indices: 3..9 }]);
         let indices: Vec<u16> = [&chunks[2].kept.indices[3..], &chunks[1].kept.indices].concat();
-        assert_eq!(seen.indices, indices);
-        assert_eq!(seen.blocks, [2, 1].map(|chunk| LightBlock { chunk, block: 0 }));
+        assert_eq!((seen.indices(&chunks), all.indices(&chunks)), (indices, Vec::new()));
+        let sets = seen.sets(3);
+        assert!(sets[2].contains(1) && !sets[2].contains(0) && sets[1].contains(1) && sets[0] == Triangles::default());
+        assert_eq!(seen.groups, [2, 1].map(|chunk| LightGroup { chunk, group: 0 }));
         assert_eq!((all.triangle_count(), seen.triangle_count()), (6, 3));
+        // Of those three, the second.
+        let mut shown = Triangles::default();
+        shown.extend([1]);
+        let fewer = seen.only(&chunks, &shown);
+        assert_eq!((&fewer.draws[..], fewer.single), (&[Draw { chunk: 1, indices: 0..3 }][..], Some(vec![0])));
     }
 }

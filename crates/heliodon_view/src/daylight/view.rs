@@ -44,7 +44,7 @@ impl Eye {
 }
 
 /// A cluster of a chunk.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ClusterRef {
     /// Index of the chunk.
     pub chunk: u32,
