@@ -143,12 +143,17 @@ fn what_no_frame_asked_is_not_answered() {
         },
     );
     let home = come_home(&mut renderer);
-    // The second frame at rest asks, but is not drawn.
-    due.0.store(2, Ordering::Release);
     let whole = renderer.render(&home).unwrap();
-    for frame in 0..8 {
-        let picture = renderer.render(&home).unwrap();
-        assert!(picture == whole, "frame {frame}");
+    // The first frame at rest decides what a moving eye sees, the second asks what one at rest does; neither is drawn.
+    for undrawn in [1, 2] {
+        come_home(&mut renderer);
+        due.0.store(undrawn, Ordering::Release);
+        for _ in 0..undrawn {
+            renderer.render(&home).unwrap();
+        }
+        for frame in 0..8 {
+            assert!(renderer.render(&home).unwrap() == whole, "frame {frame} after frame {undrawn}");
+        }
     }
 }
 

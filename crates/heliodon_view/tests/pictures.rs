@@ -7,9 +7,10 @@ mod common;
 
 use bevy::asset::Assets;
 use bevy::camera::ScalingMode;
+use bevy::core_pipeline::prepass::DepthPrepass;
 use bevy::prelude::{
-    Color, Cuboid, Mesh, Mesh3d, MeshMaterial3d, OrthographicProjection, Projection, Query, StandardMaterial, Transform,
-    Update, With,
+    Color, Cuboid, Entity, Mesh, Mesh3d, MeshMaterial3d, OrthographicProjection, Projection, Query, StandardMaterial,
+    Transform, Update, With,
 };
 use bevy::render::RenderApp;
 use bevy::render::renderer::RenderAdapterInfo;
@@ -330,6 +331,37 @@ fn an_eye_at_rest_sees_the_same_with_fewer_triangles() {
         assert!(seen * 10 < all * 9, "{seen} of {all}");
     } else {
         assert_eq!(seen, all);
+    }
+}
+
+#[test]
+fn a_moving_eye_sees_all_that_there_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let bundle = folder.path().join("court");
+    let court = common::Court { quads: 80, sun_steps: 4, sky_columns: 64, ..common::Court::small() };
+    court.write(&bundle).unwrap();
+    let [mut renderer, mut whole] = [(); 2].map(|()| Renderer::new(&bundle, 160, 120, RenderOptions { samples: 1 }).unwrap());
+    // Where guests' depth comes first, everything is drawn in every frame.
+    let world = whole.app_mut().world_mut();
+    let camera = world.query_filtered::<Entity, With<DaylightCamera>>().single(world).unwrap();
+    world.entity_mut(camera).insert(DepthPrepass);
+    let (mut drawn, mut all) = (0, 0);
+    // A walk through the court, and jumps across it.
+    for step in 0..40u16 {
+        let angle = f32::from(step) * if step < 30 { 0.03 } else { 2.4 };
+        let eye = Vec3::new(libm::sinf(angle) * 9.0, 2.0 + 0.05 * f32::from(step), libm::cosf(angle) * 9.0);
+        let shot = Shot {
+            pose: Pose::looking(eye, Vec3::new(0.0, 2.0, 0.0)),
+            ..renderer.home_shot(3600.0 * (7.0 + 0.2 * f64::from(step)))
+        };
+        assert!(renderer.render(&shot).unwrap() == whole.render(&shot).unwrap(), "step {step}");
+        (drawn, all) = (drawn + renderer.triangles_drawn(), all + whole.triangles_drawn());
+    }
+    let device = renderer.app_mut().sub_app(RenderApp).world().resource::<RenderAdapterInfo>().device_type;
+    if device == wgpu::DeviceType::Cpu {
+        assert!(drawn * 4 < all * 3, "{drawn} of {all}");
+    } else {
+        assert_eq!(drawn, all);
     }
 }
 
