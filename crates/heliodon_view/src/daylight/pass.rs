@@ -1,7 +1,8 @@
 //! The GPU's work of a frame: light where it is stale, then stone and sky in one pass, before Bevy's opaque pass.
 //!
 //! The pass writes Bevy's main texture and Bevy's depth, so whatever else the camera sees (guests, the head-up display) is
-//! drawn by Bevy over it, occluded as it should be. A frame that asks what is seen (sight.rs) takes a pass more.
+//! drawn by Bevy over it, occluded as it should be. A frame that asks what is seen (sight.rs) takes a pass more, and one of a moving
+//! eye is submitted in two parts (occlusion.rs).
 
 use super::occlusion::{DepthReadback, may_show};
 use super::pipelines::Subject;
