@@ -1,10 +1,10 @@
 //! How a vertex's baked light lies in GPU memory.
 //!
-//! Blocks of [`BLOCK`] vertices; in a block, one row of `BLOCK` words after the other: the normal (octahedral, 2 x snorm16),
-//! the sun mask's words, the sky transfer as half floats, two a word, and the sun bounce: grey, likewise; in colour, a word for
-//! each function ([`shared_exponent`]). Neighbouring shader lanes read neighbouring words, a moment reads only the two mask
-//! words that it needs, and a chunk is one contiguous upload. With the paper's 92 steps and grey transfer that is 24 bytes a
-//! vertex.
+//! In texels of four words, for a processor that draws loads texels much faster than words of a buffer. A row of a page's texture
+//! is a texel of each of [`BLOCK`] vertices; a block of vertices takes one row after the other: the normal (octahedral,
+//! 2 x snorm16), the sky transfer as half floats, two a word, the sun bounce (grey, likewise; in colour, a word for each function,
+//! [`shared_exponent`]), and the sun mask's words, of which a moment reads two. Neighbouring shader lanes read neighbouring
+//! texels, and a chunk is one contiguous upload. With the paper's 92 steps and grey transfer that is 32 bytes a vertex.
 
 use glam::Vec3;
 use half::f16;
@@ -16,6 +16,9 @@ pub const BLOCK: u32 = 256;
 
 /// Vertices that are lit together: as many as a processor handles at once, and few, for most triangles do not show.
 pub const GROUP: u32 = 8;
+
+/// Words of a texel.
+pub const TEXEL_WORDS: u32 = 4;
 
 /// The light shader and the packing for one [`LightLayout`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,26 +37,39 @@ impl VertexLayout {
         if self.0.channels == 3 { self.0.sun_bounce_functions } else { self.0.sun_bounce_functions.div_ceil(2) }
     }
 
-    /// 32-bit words a vertex.
+    /// Where the mask begins, in words.
+    fn mask_at(self) -> u32 {
+        1 + self.transfer_words() + self.bounce_words()
+    }
+
+    /// Texels a vertex.
     #[must_use]
-    pub fn words(self) -> u32 {
-        1 + self.0.mask_words() as u32 + self.transfer_words() + self.bounce_words()
+    pub fn texels(self) -> u32 {
+        (self.mask_at() + self.0.mask_words() as u32).div_ceil(TEXEL_WORDS)
     }
 
     /// The light shader for this layout, complete.
     #[must_use]
     pub fn light_wgsl(self) -> String {
-        let mask_at = 1;
-        let transfer_at = mask_at + self.0.mask_words() as u32;
-        let bounce_at = transfer_at + self.transfer_words();
+        let mut gather = String::new();
+        for word in 0..self.mask_at() {
+            let (texel, lane) = (word / TEXEL_WORDS, ["x", "y", "z", "w"][(word % TEXEL_WORDS) as usize]);
+            if word % TEXEL_WORDS == 0 {
+                gather += &format!("    texel = textureLoad(baked, at + vec2<u32>(0u, {texel}u), 0);\n");
+            }
+            gather += &match word.checked_sub(1) {
+                None => format!("    found.normal = texel.{lane};\n"),
+                Some(k) if k < self.transfer_words() => format!("    found.sky += sky_part({k}u, texel.{lane});\n"),
+                Some(k) => format!("    found.bounced += bounce_part({}u, texel.{lane});\n", k - self.transfer_words()),
+            };
+        }
         format!(
-            "const BLOCK: u32 = {BLOCK}u;\nconst GROUP: u32 = {GROUP}u;\nconst WORDS: u32 = {}u;\nconst MASK_AT: u32 = {mask_at}u;\n\
-             const TRANSFER_AT: u32 = {transfer_at}u;\nconst TRANSFER_WORDS: u32 = {}u;\nconst CHANNELS: u32 = {}u;\n\
-             const BOUNCE_AT: u32 = {bounce_at}u;\nconst BOUNCE_WORDS: u32 = {}u;\n{}",
-            self.words(),
-            self.transfer_words(),
+            "const BLOCK: u32 = {BLOCK}u;\nconst GROUP: u32 = {GROUP}u;\nconst TEXELS: u32 = {}u;\nconst MASK_AT: u32 = {}u;\n\
+             const CHANNELS: u32 = {}u;\n{}\nfn gather(at: vec2<u32>) -> Found {{\n    var found: Found;\n    \
+             var texel: vec4<u32>;\n{gather}    return found;\n}}\n",
+            self.texels(),
+            self.mask_at(),
             self.0.channels,
-            self.bounce_words(),
             include_str!("light.wgsl"),
         )
     }
@@ -68,27 +84,25 @@ pub struct Baked<'a> {
     pub light: &'a VertexLight,
 }
 
-/// The words of a chunk whose vertex `i` is vertex `order[i]` of `baked`; whole blocks, the rest zero.
+/// The texels' words of a chunk whose vertex `i` is vertex `order[i]` of `baked`; whole blocks, the rest zero.
 #[must_use]
 pub fn pack(layout: VertexLayout, baked: Baked<'_>, order: &[u32]) -> Vec<u32> {
     let block = BLOCK as usize;
-    let words = layout.words() as usize;
+    let lanes = TEXEL_WORDS as usize;
+    let words = layout.texels() as usize * lanes;
     let mask = layout.0.mask_words();
     let transfer = layout.0.transfer_floats();
     let bounce = layout.0.bounce_floats();
     let mut packed = vec![0u32; order.len().div_ceil(block) * block * words];
     for (to, &from) in order.iter().enumerate() {
         let from = from as usize;
-        let base = to / block * block * words + to % block;
-        let mut row = 0;
+        let base = to / block * block * words + to % block * lanes;
+        let mut number = 0;
         let mut put = |word: u32| {
-            packed[base + row * block] = word;
-            row += 1;
+            packed[base + number / lanes * lanes * block + number % lanes] = word;
+            number += 1;
         };
         put(octahedral(baked.normals[from]));
-        for &word in &baked.light.sun_mask[from * mask..][..mask] {
-            put(word);
-        }
         for pair in baked.light.sky_transfer[from * transfer..][..transfer].chunks(2) {
             put(halves(pair));
         }
@@ -98,6 +112,7 @@ pub fn pack(layout: VertexLayout, baked: Baked<'_>, order: &[u32]) -> Vec<u32> {
         } else {
             bounced.chunks(2).for_each(|pair| put(halves(pair)));
         }
+        baked.light.sun_mask[from * mask..][..mask].iter().for_each(|&word| put(word));
     }
     packed
 }
@@ -203,7 +218,7 @@ mod tests {
     fn vertices_take_their_place_in_the_blocks() {
         let shape = LightLayout { sun_steps: 40, coefficients: 4, channels: 1, sun_bounce_functions: 3 };
         let layout = VertexLayout(shape);
-        assert_eq!(layout.words(), 1 + 2 + 2 + 2);
+        assert_eq!((layout.mask_at(), layout.texels()), (1 + 2 + 2, 2));
         let count = 300usize;
         let light = VertexLight {
             sun_mask: (0..count as u32 * 2).collect(),
@@ -214,13 +229,13 @@ mod tests {
         let baked = Baked { normals: &vec![Vec3::Y; count], light: &light };
         let order: Vec<u32> = (0..count as u32).rev().collect();
         let packed = pack(layout, baked, &order);
-        assert_eq!(packed.len(), 2 * BLOCK as usize * 7);
+        assert_eq!(packed.len(), 2 * BLOCK as usize * 8);
         // Vertex 0 of the chunk is vertex 299 of the input; vertex 299 lies in the second block.
-        let at = |vertex: usize, row: usize| packed[(vertex / 256 * 7 + row) * 256 + vertex % 256];
-        assert_eq!((at(0, 1), at(0, 2)), (598, 599));
-        assert_eq!((at(299, 1), at(299, 2)), (0, 1));
-        assert_eq!(f16::from_bits((at(299, 3) >> 16) as u16).to_f32(), 1.0);
-        assert_eq!(f16::from_bits(at(7, 5) as u16).to_f32(), 0.5);
-        assert_eq!(at(7, 6) >> 16, 0, "the odd half is padding");
+        let at = |vertex: usize, word: usize| packed[((vertex / 256 * 2 + word / 4) * 256 + vertex % 256) * 4 + word % 4];
+        assert_eq!((at(0, 5), at(0, 6)), (598, 599));
+        assert_eq!((at(299, 5), at(299, 6)), (0, 1));
+        assert_eq!(f16::from_bits((at(299, 1) >> 16) as u16).to_f32(), 1.0);
+        assert_eq!(f16::from_bits(at(7, 3) as u16).to_f32(), 0.5);
+        assert_eq!((at(7, 4) >> 16, at(7, 7)), (0, 0), "the odd half and the last word are padding");
     }
 }

@@ -3,10 +3,11 @@
 //
 //   light = (w0 bit_t0 + w1 bit_t1) max(n.l, 0) E / pi  +  max(0, sum_i T_i S_i)  +  E max(0, sum_r b_r f_r)
 //
-// Prepended by VertexLayout::light_wgsl: BLOCK, GROUP, WORDS, MASK_AT, TRANSFER_AT, TRANSFER_WORDS, CHANNELS, BOUNCE_AT, BOUNCE_WORDS.
+// Prepended by VertexLayout::light_wgsl: BLOCK, GROUP, TEXELS, MASK_AT, CHANNELS. Appended: gather, which reads all but the mask,
+// word by word, so that a driver need not decide anything for a word.
 //
-// Vertices lie in blocks of BLOCK; a block holds WORDS rows of BLOCK words, so that neighbours read neighbouring words and
-// only the mask words of the moment are read. Groups of GROUP vertices are lit that are listed.
+// Vertices lie in blocks of BLOCK; a block takes TEXELS rows, so that neighbours read neighbouring texels and only the mask words of
+// the moment are read. Groups of GROUP vertices are lit that are listed.
 
 struct Moment {
     // xyz: unit direction to the sun.
@@ -26,7 +27,7 @@ struct Moment {
 
 @group(0) @binding(0) var<uniform> moment: Moment;
 @group(1) @binding(0) var<storage, read> groups: array<u32>;
-@group(1) @binding(1) var<storage, read> baked: array<u32>;
+@group(1) @binding(1) var baked: texture_2d<u32>;
 @group(1) @binding(2) var<storage, read_write> light: array<vec2<u32>>;
 
 // What fills the list's last workgroup.
@@ -43,8 +44,11 @@ fn to_channels(index: u32, value: f32) -> vec3<f32> {
     return value * vec3<f32>(f32(channel == 0u), f32(channel == 1u), f32(channel == 2u));
 }
 
-fn sky_part(index: u32, value: f32) -> vec3<f32> {
-    return to_channels(index, value) * moment.sky[index / CHANNELS].rgb;
+// What word `k` of the transfer gives: two numbers.
+fn sky_part(k: u32, word: u32) -> vec3<f32> {
+    let pair = unpack2x16float(word);
+    return to_channels(2u * k, pair.x) * moment.sky[2u * k / CHANNELS].rgb
+        + to_channels(2u * k + 1u, pair.y) * moment.sky[(2u * k + 1u) / CHANNELS].rgb;
 }
 
 // What word `k` of the bounced sunlight gives: a function's three channels, or two grey functions.
@@ -58,40 +62,40 @@ fn bounce_part(k: u32, word: u32) -> vec3<f32> {
     return vec3<f32>(pair.x * moment.bounce[2u * k].x + pair.y * moment.bounce[2u * k + 1u].x);
 }
 
+// What is baked, but for the mask, in the light of the moment.
+struct Found {
+    normal: u32,
+    sky: vec3<f32>,
+    bounced: vec3<f32>,
+}
+
+fn mask_word(at: vec2<u32>, word: u32) -> u32 {
+    let number = MASK_AT + word;
+    return textureLoad(baked, at + vec2<u32>(0u, number / 4u), 0)[number % 4u];
+}
+
 @compute @workgroup_size(BLOCK)
-fn main(@builtin(global_invocation_id) at: vec3<u32>) {
-    let group = groups[at.x / GROUP];
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let group = groups[id.x / GROUP];
     if (group == NO_GROUP) {
         return;
     }
-    let vertex = group * GROUP + at.x % GROUP;
-    let base = vertex / BLOCK * (WORDS * BLOCK) + vertex % BLOCK;
+    let vertex = group * GROUP + id.x % GROUP;
+    let at = vec2<u32>(vertex % BLOCK, vertex / BLOCK * TEXELS);
+    let found = gather(at);
 
-    let normal_xy = unpack2x16snorm(baked[base]);
+    let normal_xy = unpack2x16snorm(found.normal);
     var normal = vec3<f32>(normal_xy, 1.0 - abs(normal_xy.x) - abs(normal_xy.y));
     let fold = max(-normal.z, 0.0);
     normal.x -= select(-fold, fold, normal.x >= 0.0);
     normal.y -= select(-fold, fold, normal.y >= 0.0);
     normal = normalize(normal);
 
-    let mask_a = baked[base + (MASK_AT + moment.mask.x) * BLOCK];
-    let mask_b = baked[base + (MASK_AT + moment.mask.z) * BLOCK];
-    let reached = moment.mask_weights.x * f32((mask_a >> moment.mask.y) & 1u)
-        + moment.mask_weights.y * f32((mask_b >> moment.mask.w) & 1u);
+    let reached = moment.mask_weights.x * f32((mask_word(at, moment.mask.x) >> moment.mask.y) & 1u)
+        + moment.mask_weights.y * f32((mask_word(at, moment.mask.z) >> moment.mask.w) & 1u);
     var sum = reached * max(dot(normal, moment.sun_direction.xyz), 0.0) * moment.sun_over_pi.rgb;
-
-    var sky = vec3<f32>(0.0);
-    for (var k = 0u; k < TRANSFER_WORDS; k++) {
-        let pair = unpack2x16float(baked[base + (TRANSFER_AT + k) * BLOCK]);
-        sky += sky_part(2u * k, pair.x) + sky_part(2u * k + 1u, pair.y);
-    }
-    sum += max(sky, vec3<f32>(0.0));
-
-    var bounced = vec3<f32>(0.0);
-    for (var k = 0u; k < BOUNCE_WORDS; k++) {
-        bounced += bounce_part(k, baked[base + (BOUNCE_AT + k) * BLOCK]);
-    }
-    sum += moment.sun.rgb * max(bounced, vec3<f32>(0.0));
+    sum += max(found.sky, vec3<f32>(0.0));
+    sum += moment.sun.rgb * max(found.bounced, vec3<f32>(0.0));
 
     sum = min(sum, HALF_MAX);
     light[vertex] = vec2<u32>(pack2x16float(sum.rg), pack2x16float(vec2<f32>(sum.b, 0.0)));

@@ -1,17 +1,24 @@
-//! The stone in GPU memory: chunks in pages, a page a handful of buffers.
+//! The stone in GPU memory: chunks in pages, a page a texture and a handful of buffers.
 //!
-//! Pages exist because a storage buffer ends at 128 MiB on portable devices, and are as large as that allows because every
+//! Pages exist because textures and buffers end somewhere on portable devices, and are as large as that allows because every
 //! page costs a dispatch and a few bindings a frame. A chunk begins at a whole block of vertices.
 
 use super::chunk::{KeptChunk, PreparedChunk};
-use super::layout::{BLOCK, GROUP, VertexLayout};
+use super::layout::{BLOCK, GROUP, TEXEL_WORDS, VertexLayout};
 use crate::stage::texture::LevelledTexture;
-use bevy::render::render_resource::{BindGroup, BindGroupEntries, BindGroupLayout, Buffer, BufferDescriptor, BufferUsages};
+use bevy::render::render_resource::{
+    BindGroup, BindGroupEntries, BindGroupLayout, Buffer, BufferDescriptor, BufferUsages, Extent3d, Origin3d,
+    TexelCopyBufferLayout, TexelCopyTextureInfo, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
+    TextureViewDescriptor,
+};
 use bevy::render::renderer::{RenderDevice, RenderQueue};
 use std::sync::Arc;
 
-/// The largest buffer of a page; half of the least that a device must bind, so that a page more or less costs little.
-const MAX_BUFFER_BYTES: u64 = 64 << 20;
+/// Rows of a page's texture: what every WebGPU device has.
+const MAX_ROWS: u32 = 8192;
+
+/// The most indices of a page.
+const MAX_INDICES: u64 = 32 << 20;
 
 /// How much of a bundle is still to come, of what goes into the same pages: they are not made larger than that.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -46,12 +53,12 @@ impl Remaining {
     fn room(self, layout: VertexLayout, vertices: u32, indices: u32) -> (u32, u32) {
         let wanted_vertices = in_blocks(self.vertices + self.chunks * u64::from(BLOCK));
         let wanted_indices = self.triangles * 3 + self.chunks * 2;
-        let most = in_blocks(MAX_BUFFER_BYTES / (4 * u64::from(layout.words()).max(3)) - u64::from(BLOCK));
+        let most = u64::from(MAX_ROWS / layout.texels() * BLOCK);
         let room = wanted_vertices.min(most).max(u64::from(vertices));
         // Where not all vertices fit, neither need all indices; chunks have more triangles a vertex here and fewer there.
         let share = room as f64 / wanted_vertices.max(1) as f64 * INDEX_SLACK;
         let index_room = (wanted_indices as f64 * share.min(1.0)).ceil() as u64;
-        (room as u32, index_room.min(MAX_BUFFER_BYTES / 2).max(u64::from(indices)) as u32)
+        (room as u32, index_room.min(MAX_INDICES).max(u64::from(indices)) as u32)
     }
 }
 
@@ -75,7 +82,7 @@ pub struct Page {
     pub work: Buffer,
     /// What the light shader binds.
     pub light_bind_group: BindGroup,
-    baked: Buffer,
+    baked: Texture,
     capacity: (u32, u32),
     used: (u32, u32),
 }
@@ -126,17 +133,23 @@ impl Page {
             })
         };
         let count = u64::from(vertices);
-        let baked = buffer("stone_baked", count * 4 * u64::from(layout.words()), BufferUsages::STORAGE);
+        let baked = device.create_texture(&TextureDescriptor {
+            label: Some("stone_baked"),
+            size: Extent3d { width: BLOCK, height: vertices / BLOCK * layout.texels(), depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: TextureDimension::D2,
+            format: TextureFormat::Rgba32Uint,
+            usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let baked_view = baked.create_view(&TextureViewDescriptor::default());
         let light = buffer("stone_light", count * 8, BufferUsages::STORAGE | BufferUsages::VERTEX);
         let work = buffer("stone_light_work", count / u64::from(GROUP) * 4, BufferUsages::STORAGE);
         let light_bind_group = device.create_bind_group(
             "stone_light",
             light_layout,
-            &BindGroupEntries::sequential((
-                work.as_entire_buffer_binding(),
-                baked.as_entire_buffer_binding(),
-                light.as_entire_buffer_binding(),
-            )),
+            &BindGroupEntries::sequential((work.as_entire_buffer_binding(), &baked_view, light.as_entire_buffer_binding())),
         );
         Self {
             positions: buffer("stone_positions", count * 12, BufferUsages::VERTEX),
@@ -195,7 +208,14 @@ pub fn upload(
     if let Some(uvs) = &to.uvs {
         queue.write_buffer(uvs, at * 8, bytemuck::cast_slice(&chunk.uvs));
     }
-    queue.write_buffer(&to.baked, at * 4 * u64::from(layout.words()), bytemuck::cast_slice(&chunk.baked));
+    let blocks = vertices / BLOCK;
+    let into = TexelCopyTextureInfo {
+        origin: Origin3d { x: 0, y: base_vertex / BLOCK * layout.texels(), z: 0 },
+        ..to.baked.as_image_copy()
+    };
+    let row = TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(BLOCK * 4 * TEXEL_WORDS), rows_per_image: None };
+    let size = Extent3d { width: BLOCK, height: blocks * layout.texels(), depth_or_array_layers: 1 };
+    queue.write_texture(into, bytemuck::cast_slice(&chunk.baked), row, size);
     if kept.indices.len().is_multiple_of(2) {
         queue.write_buffer(&to.indices, u64::from(first_index) * 2, bytemuck::cast_slice(&kept.indices));
     } else {
@@ -226,7 +246,7 @@ mod tests {
         let (mut vertices, mut indices) = (0u64, 0u64);
         while left.chunks > 0 {
             let (room, index_room) = left.room(layout, 10_240, 58_000);
-            assert!(u64::from(room) * 4 * u64::from(layout.words()) <= MAX_BUFFER_BYTES);
+            assert!(room / BLOCK * layout.texels() <= MAX_ROWS);
             (vertices, indices) = (vertices + u64::from(room), indices + u64::from(index_room));
             let chunks = (u64::from(room) / 7_756).min(u64::from(index_room) / 43_502).min(left.chunks);
             assert!(chunks > 0, "a page takes a chunk");

@@ -140,7 +140,7 @@ impl Default for StagePipelines {
                     ShaderStages::COMPUTE,
                     (
                         storage_buffer_read_only_sized(false, None),
-                        storage_buffer_read_only_sized(false, None),
+                        texture_2d(TextureSampleType::Uint),
                         storage_buffer_sized(false, None),
                     ),
                 ),
