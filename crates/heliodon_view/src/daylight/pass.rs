@@ -148,24 +148,27 @@ impl Canvas<'_> {
 
     /// Draws stone, in passes of `most` triangles; the last is left open.
     fn stone(&self, encoder: &mut CommandEncoder, gpu: &StageGpu, drawn: &Drawn, most: u64) -> RenderPass<'static> {
-        let mut pass = None;
-        for draws in drawn.seen.parts(most) {
-            drop(pass.take());
-            let pass = pass.insert(self.begin(encoder, "stone_and_sky", self.target.get_color_attachment()));
+        let begin = |encoder: &mut CommandEncoder| self.begin(encoder, "stone_and_sky", self.target.get_color_attachment());
+        let mut pass = begin(encoder);
+        for (part, draws) in drawn.seen.parts(most).enumerate() {
+            if part > 0 {
+                drop(pass);
+                pass = begin(encoder);
+            }
             let mut bound = Bound::default();
             for draw in draws {
                 let chunk = &gpu.chunks[draw.chunk as usize];
                 let subject = Subject::stone_index(chunk.texture.is_some(), chunk.closed);
                 // Until its pipeline and texture are there, nothing is drawn of a chunk.
                 if let Some(pipeline) = self.stone[subject]
-                    && bound.texture(pass, gpu, chunk.texture)
+                    && bound.texture(&mut pass, gpu, chunk.texture)
                 {
-                    bound.pipeline(pass, subject, pipeline);
-                    bound.draw(pass, gpu, drawn.indices.as_ref(), draw, 0);
+                    bound.pipeline(&mut pass, subject, pipeline);
+                    bound.draw(&mut pass, gpu, drawn.indices.as_ref(), draw, 0);
                 }
             }
         }
-        pass.expect("there is a part")
+        pass
     }
 
     /// Draws the triangles' numbers.

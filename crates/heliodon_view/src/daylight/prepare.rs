@@ -74,7 +74,7 @@ impl StageGpu {
             .filter(|&(_, workgroups)| workgroups > 0)
     }
 
-    /// Lists those of `groups` that have not the moment's light, for [`Self::lit_pages`]. There must be a moment.
+    /// Lists those of `groups` that have not the moment's light, for [`Self::lit_pages`]: none before there is a moment.
     pub fn list_stale(&mut self, groups: &[LightGroup], queue: &RenderQueue) {
         self.work.iter_mut().for_each(Vec::clear);
         self.work.resize_with(self.pages.len(), Vec::new);
