@@ -15,6 +15,7 @@ pub mod guests;
 pub mod headless;
 pub mod hud;
 pub mod navigation;
+mod readback;
 pub mod sky;
 pub mod stage;
 pub mod time_lapse;

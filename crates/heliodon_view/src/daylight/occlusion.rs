@@ -12,14 +12,12 @@ use super::layout::GROUP;
 use super::pages::GpuChunk;
 use super::seen::{Seen, Triangles};
 use super::view::ClusterRef;
+use crate::readback::TextureReadback;
 use bevy::prelude::UVec4;
 use bevy::render::renderer::RenderDevice;
 use bevy::tasks::ComputeTaskPool;
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec3A};
-use wgpu::{
-    Buffer, BufferDescriptor, BufferUsages, CommandEncoder, MapMode, PollType, TexelCopyBufferInfo, TexelCopyBufferLayout,
-    Texture,
-};
+use wgpu::{CommandEncoder, PollType, Texture};
 
 /// Frames with fewer triangles draw all of them: waiting for the depth would cost more.
 pub const LEAST_TRIANGLES: u64 = 50_000;
@@ -38,51 +36,39 @@ const DEPTH_SLACK: f32 = 1e-3;
 
 /// A camera's depth, where the processor can read it.
 #[derive(Debug)]
-pub struct DepthReadback {
-    buffer: Buffer,
-    size: UVec2,
-    bytes_per_row: u32,
-}
+pub struct DepthReadback(TextureReadback);
 
 impl DepthReadback {
     /// For pictures of this size.
     #[must_use]
     pub fn new(device: &RenderDevice, size: UVec2) -> Self {
-        let bytes_per_row = (size.x * size_of::<f32>() as u32).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let buffer = device.wgpu_device().create_buffer(&BufferDescriptor {
-            label: Some("stone_depth"),
-            size: u64::from(bytes_per_row) * u64::from(size.y),
-            usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        Self { buffer, size, bytes_per_row }
+        Self(TextureReadback::new(device, "stone_depth", size, size_of::<f32>() as u32))
     }
 
     /// The size of its pictures.
     #[must_use]
     pub fn size(&self) -> UVec2 {
-        self.size
+        self.0.size()
     }
 
     /// Copies `depth` here.
     pub fn copy(&self, encoder: &mut CommandEncoder, depth: &Texture) {
-        let layout = TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(self.bytes_per_row), rows_per_image: None };
-        let to = TexelCopyBufferInfo { buffer: &self.buffer, layout };
-        encoder.copy_texture_to_buffer(depth.as_image_copy(), to, depth.size());
+        self.0.copy(encoder, depth);
     }
 
     /// Waits for what was copied and submitted, and looks at it; `None` if there is none to be had.
     pub fn read<T>(&self, device: &RenderDevice, viewport: UVec4, look: impl FnOnce(&DepthPicture<'_>) -> T) -> Option<T> {
-        if viewport.x + viewport.z > self.size.x || viewport.y + viewport.w > self.size.y {
+        let size = self.size();
+        if viewport.x + viewport.z > size.x || viewport.y + viewport.w > size.y {
             return None;
         }
-        let slice = self.buffer.slice(..);
-        slice.map_async(MapMode::Read, |_| {});
+        self.0.map(|_| {});
         device.wgpu_device().poll(PollType::wait_indefinitely()).ok()?;
-        let mapped = slice.get_mapped_range();
-        let found = look(&DepthPicture::new(bytemuck::cast_slice(&mapped), self.bytes_per_row as usize / 4, viewport));
+        let mapped = self.0.mapped();
+        let stride = self.0.padded_bytes() / size_of::<f32>();
+        let found = look(&DepthPicture::new(bytemuck::cast_slice(&mapped), stride, viewport));
         drop(mapped);
-        self.buffer.unmap();
+        self.0.unmap();
         Some(found)
     }
 }

@@ -7,13 +7,14 @@
 //! everything is drawn.
 
 use super::seen::Triangles;
+use crate::readback::TextureReadback;
 use bevy::prelude::{Mat4, UVec2, UVec4};
 use bevy::render::renderer::RenderDevice;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use wgpu::{
-    Buffer, BufferDescriptor, BufferUsages, CommandEncoder, Extent3d, MapMode, TexelCopyBufferInfo, TexelCopyBufferLayout,
-    Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureView, TextureViewDescriptor,
+    CommandEncoder, Extent3d, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureView,
+    TextureViewDescriptor,
 };
 
 /// What a pixel of the question is: 0 where it shows no stone, else the triangle's number in the order of drawing plus 1.
@@ -40,16 +41,13 @@ pub struct Question {
     numbers: Texture,
     /// What its pass draws to.
     pub view: TextureView,
-    readable: Buffer,
-    bytes_per_row: u32,
+    readback: TextureReadback,
     asked: AtomicBool,
 }
 
 impl Question {
     fn new(device: &RenderDevice, size: UVec2) -> Self {
-        let device = device.wgpu_device();
-        let bytes_per_row = (size.x * NUMBER_BYTES).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let numbers = device.create_texture(&TextureDescriptor {
+        let numbers = device.wgpu_device().create_texture(&TextureDescriptor {
             label: Some("stone_sight"),
             size: Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
             mip_level_count: 1,
@@ -59,30 +57,23 @@ impl Question {
             usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC,
             view_formats: &[],
         });
-        let readable = device.create_buffer(&BufferDescriptor {
-            label: Some("stone_sight_read"),
-            size: u64::from(bytes_per_row) * u64::from(size.y),
-            usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+        let readback = TextureReadback::new(device, "stone_sight_read", size, NUMBER_BYTES);
         let view = numbers.create_view(&TextureViewDescriptor::default());
-        Self { numbers, view, readable, bytes_per_row, asked: AtomicBool::new(false) }
+        Self { numbers, view, readback, asked: AtomicBool::new(false) }
     }
 
     /// Makes the answer readable, after the pass.
     pub fn read(&self, encoder: &mut CommandEncoder) {
-        let layout = TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(self.bytes_per_row), rows_per_image: None };
-        let to = TexelCopyBufferInfo { buffer: &self.readable, layout };
-        encoder.copy_texture_to_buffer(self.numbers.as_image_copy(), to, self.numbers.size());
+        self.readback.copy(encoder, &self.numbers);
         self.asked.store(true, Ordering::Release);
     }
 
     /// The triangles of the answer.
     fn shown(&self) -> Triangles {
-        let mapped = self.readable.slice(..).get_mapped_range();
+        let mapped = self.readback.mapped();
         let mut shown = Triangles::default();
-        for row in mapped.chunks_exact(self.bytes_per_row as usize) {
-            let numbers: &[u32] = bytemuck::cast_slice(&row[..(self.numbers.width() * NUMBER_BYTES) as usize]);
+        for row in self.readback.rows(&mapped) {
+            let numbers: &[u32] = bytemuck::cast_slice(row);
             shown.extend(numbers.iter().filter_map(|number| number.checked_sub(1)));
         }
         shown
@@ -138,7 +129,7 @@ impl Sight {
             (Rest::Asks(question), _) => {
                 let answer = Arc::new(OnceLock::new());
                 let told = Arc::clone(&answer);
-                question.readable.slice(..).map_async(MapMode::Read, move |result| {
+                question.readback.map(move |result| {
                     // Set once: there is one callback.
                     told.set(result.is_ok()).ok();
                 });
