@@ -128,7 +128,7 @@ impl Studio {
     ///
     /// # Errors
     /// What keeps a picture from being made, or what `take` says.
-    pub fn pictures(&mut self, times: &[f64], mut take: impl FnMut(usize, SrgbImage) -> Result<()>) -> Result<()> {
+    pub fn pictures(&mut self, times: &[f64], mut take: impl FnMut(usize, SrgbImage) -> Result<()> + Send) -> Result<()> {
         let shots: Vec<Shot> = times.iter().map(|&clock_s| self.shot(clock_s)).collect();
         match &mut self.painter {
             Painter::Viewer(renderer) => renderer.render_all(shots, take),

@@ -32,6 +32,7 @@ use heliodon_bundle::{BundleReader, ReadError};
 use heliodon_image::{HdrImage, SrgbImage};
 use readback::{Pending, ReadbackError, begin_readback};
 use std::path::Path;
+use std::sync::mpsc::{SyncSender, sync_channel};
 use std::time::Duration;
 use thiserror::Error;
 
@@ -250,7 +251,8 @@ impl Renderer {
     /// If its sky cannot be read, or the GPU fails or does not give it back.
     pub fn render(&mut self, shot: &Shot) -> Result<SrgbImage, HeadlessError> {
         let pending = self.draw(shot, shot.curve)?;
-        self.finish(pending)
+        let bytes = self.wait(pending)?;
+        Ok(downsample::srgb(&bytes, self.size, self.samples))
     }
 
     /// The picture's radiance: linear, not exposed, not clamped but for half floats' range around the lapse's exposure.
@@ -264,31 +266,44 @@ impl Renderer {
         Ok(downsample::linear(&bytes, self.size, self.samples, (-stops).exp2()))
     }
 
-    /// Draws one picture after the other and hands each to `take`; while the GPU draws one, the one before is taken.
+    /// Draws one picture after the other and hands each to `take`, which has a thread of its own: while a picture is taken, the
+    /// next ones are drawn.
     ///
     /// # Errors
     /// Why the first picture that cannot be made cannot, or what `take` says.
-    pub fn render_all<E: From<HeadlessError>>(
+    pub fn render_all<E: From<HeadlessError> + Send>(
         &mut self,
         shots: impl IntoIterator<Item = Shot>,
-        mut take: impl FnMut(usize, SrgbImage) -> Result<(), E>,
+        mut take: impl FnMut(usize, SrgbImage) -> Result<(), E> + Send,
     ) -> Result<(), E> {
-        let mut before: Option<(usize, Pending)> = None;
-        for (index, shot) in shots.into_iter().enumerate() {
-            let drawn = self.draw(&shot, shot.curve).map_err(E::from)?;
-            if let Some((index, pending)) = before.replace((index, drawn)) {
-                take(index, self.finish(pending).map_err(E::from)?)?;
-            }
-        }
-        if let Some((index, pending)) = before {
-            take(index, self.finish(pending).map_err(E::from)?)?;
-        }
-        Ok(())
+        let (size, samples) = (self.size, self.samples);
+        let (sender, drawn) = sync_channel::<Vec<u8>>(1);
+        std::thread::scope(|scope| {
+            let taker = scope.spawn(move || {
+                drawn.iter().enumerate().try_for_each(|(index, bytes)| take(index, downsample::srgb(&bytes, size, samples)))
+            });
+            let made = self.draw_all(shots, sender);
+            let taken = taker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            made.map_err(E::from).and(taken)
+        })
     }
 
-    fn finish(&self, pending: Pending) -> Result<SrgbImage, HeadlessError> {
-        let bytes = self.wait(pending)?;
-        Ok(downsample::srgb(&bytes, self.size, self.samples))
+    /// Draws one picture after the other; while the GPU draws one, the one before is sent. Ends early if nobody takes them.
+    fn draw_all(&mut self, shots: impl IntoIterator<Item = Shot>, taker: SyncSender<Vec<u8>>) -> Result<(), HeadlessError> {
+        let mut before: Option<Pending> = None;
+        for shot in shots {
+            let drawn = self.draw(&shot, shot.curve)?;
+            if let Some(pending) = before.replace(drawn)
+                && taker.send(self.wait(pending)?).is_err()
+            {
+                return Ok(());
+            }
+        }
+        if let Some(pending) = before {
+            // Whoever does not take it has said why.
+            taker.send(self.wait(pending)?).ok();
+        }
+        Ok(())
     }
 
     fn wait(&self, pending: Pending) -> Result<Vec<u8>, HeadlessError> {

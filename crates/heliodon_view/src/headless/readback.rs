@@ -9,6 +9,7 @@ use bevy::render::renderer::{RenderDevice, RenderQueue};
 use bevy::render::texture::GpuImage;
 use std::sync::mpsc::{Receiver, channel};
 use thiserror::Error;
+use wgpu::SubmissionIndex;
 
 /// Why a picture did not come back.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -29,6 +30,7 @@ pub(super) fn longest_side(app: &App) -> u32 {
 /// A copy under way.
 pub(super) struct Pending {
     readback: TextureReadback,
+    submission: SubmissionIndex,
     mapped: Receiver<Result<(), String>>,
 }
 
@@ -43,28 +45,24 @@ pub(super) fn begin_readback(app: &App, target: &Handle<Image>) -> Result<Pendin
     let readback = TextureReadback::new(device, "picture", UVec2::new(size.width, size.height), texel_bytes);
     let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor { label: Some("picture") });
     readback.copy(&mut encoder, &image.texture);
-    queue.submit([encoder.finish()]);
+    let submission = queue.submit([encoder.finish()]);
     let (sender, mapped) = channel();
     readback.map(move |result| {
         // Whoever does not wait any more does not want to know.
         sender.send(result.map_err(|error| error.to_string())).ok();
     });
-    Ok(Pending { readback, mapped })
+    Ok(Pending { readback, submission, mapped })
 }
 
 impl Pending {
     /// The rows, without padding, once the copy is done.
     pub(super) fn wait(self, app: &App) -> Result<Vec<u8>, ReadbackError> {
         let device = app.sub_app(RenderApp).world().resource::<RenderDevice>();
-        loop {
-            if let Ok(result) = self.mapped.try_recv() {
-                result.map_err(ReadbackError::Device)?;
-                break;
-            }
-            device
-                .poll(PollType::Wait { submission_index: None, timeout: None })
-                .map_err(|error| ReadbackError::Device(error.to_string()))?;
-        }
+        // Not for what was submitted since: the GPU draws the next picture while this one is taken.
+        let poll = PollType::Wait { submission_index: Some(self.submission), timeout: None };
+        device.poll(poll).map_err(|error| ReadbackError::Device(error.to_string()))?;
+        let told = self.mapped.recv().map_err(|error| ReadbackError::Device(error.to_string()))?;
+        told.map_err(ReadbackError::Device)?;
         let mapped = self.readback.mapped();
         Ok(self.readback.rows(&mapped).collect::<Vec<_>>().concat())
     }
