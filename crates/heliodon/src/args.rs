@@ -53,6 +53,8 @@ pub enum Command {
     /// Writes stills, contact sheets and films
     #[cfg(feature = "viewer")]
     Render(commands::render::Args),
+    /// Ambient occlusion, bent normals or image-based light of any mesh, or the visibility matrix itself
+    Visibility(commands::visibility::Args),
     /// Writes what was baked as NumPy arrays
     Arrays(commands::arrays::Args),
     /// Writes the monument lit as at one hour, for programs that know nothing of Heliodon

@@ -7,6 +7,7 @@ mod files;
 #[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "only the viewer's pictures make films"))]
 mod film;
 mod output;
+mod probe_args;
 mod progress;
 #[cfg(feature = "viewer")]
 mod reference;
@@ -57,6 +58,7 @@ fn run(args: Args) -> Result<()> {
         Command::View(args) => commands::view::run(&app, &args),
         #[cfg(feature = "viewer")]
         Command::Render(args) => commands::render::run(&app, &args),
+        Command::Visibility(args) => commands::visibility::run(&app, &args),
         Command::Arrays(args) => commands::arrays::run(&app, &args),
         Command::Export(args) => commands::export::run(&app, &args),
         Command::Inspect(args) => commands::inspect::run(&app, &args),

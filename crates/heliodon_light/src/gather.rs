@@ -14,11 +14,10 @@ use crate::directions::gather_directions;
 use crate::follow::{Arrival, Followed, follow};
 use crate::inside::{BACK_LIMIT, SHUT, look_from_unmoved, look_through};
 use crate::look::Look;
-use crate::masks::facing;
 use crate::{BouncedSun, Layout, LightError, LightParams, PointSet, Surfaces};
 use glam::Vec3;
 use heliodon_math::sh::{basis9, open_transfer9};
-use heliodon_rays::{Hit, NO_HIT, beam_order};
+use heliodon_rays::{Hit, NO_HIT, beam_order, facing};
 use rayon::prelude::*;
 use std::ops::Range;
 

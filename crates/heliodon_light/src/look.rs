@@ -5,11 +5,10 @@
 
 use crate::follow::Near;
 use crate::gather::{Lattice, UnitHits, bits, for_each_direction};
-use crate::masks::facing;
 use crate::{BouncedSun, Layout, Surfaces};
 use glam::Vec3;
 use heliodon_math::sh::basis9;
-use heliodon_rays::NO_HIT;
+use heliodon_rays::{NO_HIT, facing};
 
 /// Light (irradiance / pi, of suns of unit irradiance or of a sky of unit radiance) below which errors do not count: a twentieth of
 /// about the mean of a sunny scene, and as much of a sky.

@@ -6,6 +6,7 @@
 use crate::params::MAX_SUN_STEPS;
 use crate::{LightError, PointSet, Surfaces};
 use glam::Vec3;
+use heliodon_rays::facing;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -195,19 +196,6 @@ fn unit_masks(surfaces: &Surfaces, origins: &[Vec3], normals: &[Vec3], suns: &[V
         }
     }
     rays
-}
-
-/// Sets the bit of every point whose surface faces `direction`, and returns how many there are.
-pub(crate) fn facing(normals: &[Vec3], direction: Vec3, active: &mut [u64]) -> u32 {
-    let mut count = 0;
-    for (word, normals) in active.iter_mut().zip(normals.chunks(64)) {
-        *word = 0;
-        for (bit, n) in normals.iter().enumerate() {
-            *word |= u64::from(n.dot(direction) > 0.0) << bit;
-        }
-        count += word.count_ones();
-    }
-    count
 }
 
 /// Transposes a matrix of 32 x 32 bits: bit j of word i changes places with bit i of word j (H. S. Warren: "Hacker's

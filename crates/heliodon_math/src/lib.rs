@@ -7,9 +7,11 @@
 
 pub mod color;
 pub mod frame;
+pub mod light_sphere;
 pub mod random;
 pub mod sh;
 pub mod sphere;
 pub mod unit;
+pub mod visibility;
 
 pub use glam;

@@ -44,6 +44,7 @@ mod single;
 mod triangle;
 mod types;
 mod view;
+mod visibility;
 
 pub use build::{BuildError, BuildParams, MAX_COORDINATE, MAX_TRIANGLES, Quality};
 pub use morton::morton_order;
@@ -51,3 +52,4 @@ pub use order::beam_order;
 pub use scene::TriangleScene;
 pub use simd::Instructions;
 pub use types::{Hit, NO_HIT, Ray};
+pub use visibility::facing;

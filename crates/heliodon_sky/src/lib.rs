@@ -5,6 +5,7 @@
 
 pub mod civil;
 pub mod day;
+pub mod environment;
 pub mod error;
 pub mod fit;
 pub mod lapse;

@@ -12,6 +12,7 @@ use heliodon_bake::report::Reporter;
 use heliodon_light::{
     GatherBlock, Layout, LightParams, MaskParams, PointSet, Surfaces, bake_sun_masks, default_offset_m, gather, solve,
 };
+use heliodon_math::light_sphere::{LightSphere, MAX_LEVEL};
 use heliodon_mesh::Mesh;
 use heliodon_mesh::import::{ImportOptions, NormalSource, read};
 use heliodon_mesh::temple::{TempleParams, build};
@@ -44,6 +45,9 @@ pub struct Args {
     /// Sun positions
     #[arg(long, value_name = "N", default_value_t = 92, value_parser = clap::value_parser!(u32).range(1..=1024))]
     suns: u32,
+    /// Level of the light sphere: 2 is 66 directions, 3 is 258, 4 is 1026
+    #[arg(long, value_name = "L", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_LEVEL)))]
+    level: u32,
     /// Rays of each point of the transfer
     #[arg(long, value_name = "N", default_value_t = LightParams::default().samples)]
     samples: u32,
@@ -63,6 +67,8 @@ enum Benchmark {
     Build,
     /// Shadow rays to the suns of a day
     SunMasks,
+    /// The visibility matrix of the light sphere
+    Visibility,
     /// The sky's transfer with its bounces
     Transfer,
     /// Frames of the viewer while the day passes, 1024x768, off screen
@@ -99,7 +105,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         Benchmark::Import => bench_import(args)?,
         #[cfg(feature = "viewer")]
         Benchmark::Frame => bench_frame(args)?,
-        Benchmark::Build | Benchmark::SunMasks | Benchmark::Transfer => bench_mesh(app, args, &params)?,
+        Benchmark::Build | Benchmark::SunMasks | Benchmark::Visibility | Benchmark::Transfer => bench_mesh(app, args, &params)?,
     };
     figures.seconds.iter_mut().for_each(|seconds| *seconds = (*seconds * 1e6).round() / 1e6);
     let mut sorted = figures.seconds.clone();
@@ -199,6 +205,7 @@ fn bench_mesh(app: &App, args: &Args, params: &LightParams) -> Result<Figures> {
             }
         }
         Benchmark::SunMasks => bench_masks(args, &surfaces, &mut figures)?,
+        Benchmark::Visibility => bench_visibility(args, &surfaces, &mut figures),
         Benchmark::Transfer => bench_transfer(args, &surfaces, params, &mut figures)?,
         // the others need no hierarchy
         _ => {}
@@ -252,9 +259,32 @@ fn equinox_suns(count: u32) -> Vec<Vec3> {
 /// The part of the scene's diagonal by which shadow rays start off the surface, as in the program that is compared with.
 const OFFSET_PER_DIAGONAL: f32 = 1e-4;
 
+fn peers_offset_m(rays: &TriangleScene) -> f32 {
+    let (low, high) = rays.bounds().unwrap_or_default();
+    low.distance(high) * OFFSET_PER_DIAGONAL
+}
+
+fn bench_visibility(args: &Args, surfaces: &Surfaces, figures: &mut Figures) {
+    let sphere = LightSphere::new(args.level);
+    let offset_m = peers_offset_m(surfaces.rays);
+    for _ in 0..args.runs {
+        let begun = Instant::now();
+        let matrix = surfaces.rays.visibility(surfaces.positions, surfaces.normals, sphere.directions(), offset_m);
+        figures.seconds.push(begun.elapsed().as_secs_f64());
+        let mut facing = vec![0; surfaces.normals.len().div_ceil(64)];
+        let asked = |&l: &Vec3| u64::from(heliodon_rays::facing(surfaces.normals, l, &mut facing));
+        figures.rays = sphere.directions().iter().map(asked).sum();
+        figures.more.insert("occluded_part".to_owned(), 1.0 - matrix.visible_count() as f64 / figures.rays.max(1) as f64);
+        let begun = Instant::now();
+        let occlusion = matrix.ambient_occlusion(sphere.weights());
+        figures.more.insert("gather_seconds".to_owned(), begun.elapsed().as_secs_f64());
+        let mean = occlusion.iter().map(|&ao| f64::from(ao)).sum::<f64>() / occlusion.len().max(1) as f64;
+        figures.more.insert("mean_ambient_occlusion".to_owned(), mean);
+    }
+}
+
 fn bench_masks(args: &Args, surfaces: &Surfaces, figures: &mut Figures) -> Result<()> {
-    let (low, high) = surfaces.rays.bounds().unwrap_or_default();
-    let points = PointSet::at_vertices(surfaces, low.distance(high) * OFFSET_PER_DIAGONAL);
+    let points = PointSet::at_vertices(surfaces, peers_offset_m(surfaces.rays));
     let suns = equinox_suns(args.suns);
     for _ in 0..args.runs {
         let begun = Instant::now();

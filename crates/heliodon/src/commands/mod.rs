@@ -13,3 +13,4 @@ pub mod render;
 pub mod sky;
 #[cfg(feature = "viewer")]
 pub mod view;
+pub mod visibility;

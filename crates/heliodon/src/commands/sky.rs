@@ -3,15 +3,14 @@
 use crate::App;
 use crate::failure::wrong_arguments;
 use crate::files::{self, NewFolder};
+use crate::probe_args::ProbeArgs;
 use anyhow::{Context, Result, bail, ensure};
-use clap::ValueEnum;
 use heliodon_bake::report::Reporter;
 use heliodon_bake::sky::{lapse_params, place_warnings};
 use heliodon_bundle::site::Site;
 use heliodon_image::{HdrImage, SheetLayout, SrgbImage, contact_sheet};
 use heliodon_sky::day::{self, LapseParams, ProbeFile, ProbeSeries, SkySource};
 use heliodon_sky::lapse::Lapse;
-use heliodon_sky::mapping::Mapping;
 use heliodon_sky::picture::found_picture;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -27,15 +26,8 @@ pub struct Args {
     /// A site's folder or site.toml; or probes (.hdr, .exr), whose times stand in their names
     #[arg(required = true, value_name = "SITE|HDR")]
     paths: Vec<PathBuf>,
-    /// How the probes map directions to pixels
-    #[arg(long, value_enum)]
-    mapping: Option<MappingName>,
-    /// Opening angle of a fisheye, degrees [default: 180]
-    #[arg(long, value_name = "DEG", value_parser = |text: &str| crate::values::within(text, 1.0, 360.0))]
-    opening: Option<f64>,
-    /// The compass bearing, clockwise in degrees, of what the mapping calls north [default: 0]
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = |text: &str| crate::values::within(text, -360.0, 360.0))]
-    turn: Option<f64>,
+    #[command(flatten)]
+    probes: ProbeArgs,
     /// Entries of the sky for several probes [default: one for each]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16_384))]
     steps: Option<u32>,
@@ -53,21 +45,6 @@ const PICTURED_IN_ROW: u32 = 4;
 /// Columns of each sky, alone and among others.
 const WIDE_ALONE: u32 = 1024;
 const WIDE_AMONG_OTHERS: u32 = 384;
-
-/// A mapping by the name that `site.toml` gives it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum MappingName {
-    /// Latitude and longitude, north in the middle
-    LatLong,
-    /// Light probe: the whole sphere seen along -Z
-    Angular,
-    /// Mirror ball seen along -Z
-    MirrorBall,
-    /// The faces of a cube, 3 x 4 or 4 x 3
-    CubeCross,
-    /// The upper half seen from below
-    Fisheye,
-}
 
 /// Runs it.
 pub fn run(app: &App, args: &Args) -> Result<()> {
@@ -186,7 +163,7 @@ fn params(app: &App, args: &Args) -> Result<(LapseParams, Vec<PathBuf>)> {
     let is_site = |path: &Path| path.is_dir() || path.extension().is_some_and(|ending| ending == "toml");
     if args.paths.iter().any(|path| is_site(path)) {
         let [path] = &args.paths[..] else { wrong_arguments!("name one site, or probes only") };
-        if args.mapping.is_some() || args.steps.is_some() || args.turn.is_some() || args.opening.is_some() {
+        if args.probes.any() || args.steps.is_some() {
             wrong_arguments!(
                 "a site's own site.toml says how its sky is read; leave out --mapping, --opening, --turn and --steps"
             );
@@ -197,24 +174,14 @@ fn params(app: &App, args: &Args) -> Result<(LapseParams, Vec<PathBuf>)> {
         let params = lapse_params(&site, &read)?;
         return Ok((params, read.into_iter().map(|file| file.path).chain([site.path().to_owned()]).collect()));
     }
-    let Some(mapping) = args.mapping else {
+    let Some(mapping) = args.probes.mapping()? else {
         wrong_arguments!(
             "say how the probes map directions to pixels: --mapping lat-long (or angular, mirror-ball, cube-cross, fisheye)"
         )
     };
-    if args.opening.is_some() && mapping != MappingName::Fisheye {
-        wrong_arguments!("--opening is a fisheye's; leave it out, or say --mapping fisheye");
-    }
-    let mapping = match mapping {
-        MappingName::LatLong => Mapping::LatLong,
-        MappingName::Angular => Mapping::Angular,
-        MappingName::MirrorBall => Mapping::MirrorBall,
-        MappingName::CubeCross => Mapping::CubeCross,
-        MappingName::Fisheye => Mapping::Fisheye { opening_deg: args.opening.unwrap_or(180.0) },
-    };
     let probes: Vec<ProbeFile> = args.paths.iter().map(|path| ProbeFile { path: path.clone(), time: None }).collect();
     let steps = args.steps.unwrap_or(probes.len() as u32);
-    let series = ProbeSeries { turn_deg: args.turn.unwrap_or(0.0), ..ProbeSeries::new(probes, mapping) };
+    let series = ProbeSeries { turn_deg: args.probes.turn_deg(), ..ProbeSeries::new(probes, mapping) };
     let params = LapseParams { sun_steps: steps.min(1024), sky_steps: steps, ..LapseParams::new(SkySource::Probes(series)) };
     Ok((params, args.paths.clone()))
 }

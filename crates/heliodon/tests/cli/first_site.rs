@@ -1,21 +1,7 @@
 //! A first site, from mesh to numbers, with closed-form light.
 
 use crate::sites::{TestSite, plane, sunny_probe, waves};
-use crate::{assert_same_bundle, done, json};
-use std::path::Path;
-
-/// Shape and numbers of a NumPy file of little-endian f32.
-fn read_npy_f32(path: &Path) -> (Vec<usize>, Vec<f32>) {
-    let bytes = std::fs::read(path).unwrap();
-    assert_eq!(&bytes[..8], b"\x93NUMPY\x01\x00");
-    let header_end = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
-    let header = std::str::from_utf8(&bytes[10..header_end]).unwrap();
-    assert!(header.contains("'<f4'") && header.contains("'fortran_order': False"), "{header}");
-    let shape = header.split("'shape': (").nth(1).unwrap().split(')').next().unwrap();
-    let shape = shape.split(',').filter_map(|number| number.trim().parse().ok()).collect();
-    let numbers = bytes[header_end..].chunks_exact(4).map(|number| f32::from_le_bytes(number.try_into().unwrap())).collect();
-    (shape, numbers)
-}
+use crate::{assert_same_bundle, done, json, read_npy_f32};
 
 /// Spherical harmonics coefficients of a sky of constant radiance 1 in band 0; the others are 0.
 fn constant_sky() -> f32 {

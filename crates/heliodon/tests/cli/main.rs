@@ -10,6 +10,7 @@ mod pictures;
 mod resume;
 mod sites;
 mod skies;
+mod visibility;
 
 use serde_json::Value;
 use std::ffi::OsStr;
@@ -56,6 +57,19 @@ fn json(arguments: &[&dyn AsRef<OsStr>]) -> Value {
     let value: Value = serde_json::from_str(&ran.out).unwrap_or_else(|error| panic!("{error}: {}", ran.out));
     assert!(value.is_object(), "one JSON object, not {value}");
     value
+}
+
+/// Shape and numbers of a NumPy file of little-endian f32.
+fn read_npy_f32(path: &Path) -> (Vec<usize>, Vec<f32>) {
+    let bytes = std::fs::read(path).unwrap();
+    assert_eq!(&bytes[..8], b"\x93NUMPY\x01\x00");
+    let header_end = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    let header = std::str::from_utf8(&bytes[10..header_end]).unwrap();
+    assert!(header.contains("'<f4'") && header.contains("'fortran_order': False"), "{header}");
+    let shape = header.split("'shape': (").nth(1).unwrap().split(')').next().unwrap();
+    let shape = shape.split(',').filter_map(|number| number.trim().parse().ok()).collect();
+    let numbers = bytes[header_end..].chunks_exact(4).map(|number| f32::from_le_bytes(number.try_into().unwrap())).collect();
+    (shape, numbers)
 }
 
 /// Names and bytes of all files below a folder, in order.

@@ -19,6 +19,8 @@ pub(crate) struct Assembly<'a> {
     pub site_from_file: Affine,
     /// The format's own angle for hard edges, where it has one.
     pub own_crease_deg: Option<f32>,
+    /// Vertices before seams split some; all of them, if none did.
+    pub file_vertices: Option<u64>,
     bad_colors: u64,
 }
 
@@ -27,7 +29,16 @@ impl<'a> Assembly<'a> {
         let site_from_file = options.placement.affine().map_err(|error| {
             ImportError::new(file, Place::File, format!("cannot be placed: {error}"), "mend the part's placement")
         })?;
-        Ok(Self { file, options, report, mesh: Mesh::default(), site_from_file, own_crease_deg: None, bad_colors: 0 })
+        Ok(Self {
+            file,
+            options,
+            report,
+            mesh: Mesh::default(),
+            site_from_file,
+            own_crease_deg: None,
+            file_vertices: None,
+            bad_colors: 0,
+        })
     }
 
     /// Appends a vertex at a position of the file; one that is out of reach is remembered as NaN.
@@ -79,6 +90,7 @@ impl<'a> Assembly<'a> {
 
     /// The mesh, every promise of [`Mesh`] kept.
     pub fn finish(mut self) -> Result<Mesh, ImportError> {
+        self.report.file_vertices = self.file_vertices.unwrap_or(self.mesh.positions.len() as u64);
         self.drop_bad_vertices()?;
         if self.mesh.triangles.is_empty() {
             let (problem, remedy) = if self.mesh.positions.is_empty() {

@@ -91,6 +91,8 @@ impl ImportError {
 pub struct ImportReport {
     /// One sentence each, with the file's name; at most [`ImportReport::MOST_WARNINGS`] of one file, the rest is counted in the last.
     pub warnings: Vec<String>,
+    /// Vertices of the file itself, in its order; those that seams and hard edges split come behind them.
+    pub file_vertices: u64,
     /// Triangles left out because a vertex is not finite or out of reach.
     pub dropped_triangles: u64,
     /// Triangles left out because two of their corners are one vertex.
@@ -109,6 +111,7 @@ impl ImportReport {
     /// Adds what another file's import met.
     pub fn add(&mut self, other: Self) {
         self.warnings.extend(other.warnings);
+        self.file_vertices += other.file_vertices;
         self.dropped_triangles += other.dropped_triangles;
         self.collapsed_triangles += other.collapsed_triangles;
         self.bad_vertices += other.bad_vertices;

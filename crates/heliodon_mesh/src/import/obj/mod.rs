@@ -302,6 +302,7 @@ impl Reader<'_> {
         if !self.uses_corners {
             return;
         }
+        self.assembly.file_vertices = Some(count as u64);
         let mesh = &mut self.assembly.mesh;
         Corners::number(&mut mesh.triangles, count as u32);
         repeat(&mut mesh.positions, self.corners.extra_bases());

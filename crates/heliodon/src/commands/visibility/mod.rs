@@ -1,0 +1,263 @@
+//! `heliodon visibility`: the light that reaches the vertices of any mesh, with nothing computed beforehand.
+
+mod found;
+mod scene;
+
+use crate::App;
+use crate::failure::wrong_arguments;
+use crate::files;
+use crate::output::{count, duration};
+use crate::probe_args::ProbeArgs;
+use anyhow::{Context, Result, bail};
+use clap::ValueEnum;
+use found::{Found, write_found, write_npy, write_sphere};
+use glam::Quat;
+use heliodon_bake::memory::peak_resident_bytes;
+use heliodon_bake::report::Reporter;
+use heliodon_image::HdrImage;
+use heliodon_math::light_sphere::{LightSphere, MAX_LEVEL};
+use heliodon_math::visibility::VisibilityMatrix;
+use heliodon_rays::{BuildParams, TriangleScene};
+use heliodon_sky::environment::{Environment, blur_rad};
+use heliodon_sky::mapping::Mapping;
+use heliodon_sky::probe::Probe;
+use scene::read_scene;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::io;
+use std::ops::Range;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Computes which directions of a light sphere reach each vertex, and from that ambient occlusion, bent normals or the light of an
+/// environment. Several meshes stand in one scene and occlude one another.
+///
+/// What is written depends on the output's ending. .npy: one row a vertex in the order of the files' own vertices, f32: ambient occlusion
+/// (N), 1 where no face uses a vertex; with --bent (N,3); with --env the light itself, irradiance / pi (N,3); with --matrix M (N,k), n.l
+/// where visible and 0 where not, and beside it *.directions.npy (k,3) and *.weights.npy (k). .ply: the meshes with ambient occlusion as
+/// `quality` and as colour; with --bent with bent normals; with --env lit, albedo times light.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  heliodon visibility bunny.ply --level 4 -o occluded.ply\n  heliodon visibility statue.glb pedestal.obj --env studio.hdr --exposure 1 -o lit.ply\n  heliodon visibility bunny.ply --matrix -o m.npy --json"
+)]
+pub struct Args {
+    /// Meshes: .ply, .obj, .gltf, .glb, .stl
+    #[arg(required = true, value_name = "MESH")]
+    meshes: Vec<PathBuf>,
+    /// Level of the light sphere: 0 to 8 for 6, 18, 66, 258, 1026, 4098, 16386, 65538, 262146 directions
+    #[arg(long, value_name = "L", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_LEVEL)))]
+    level: u32,
+    /// What computes
+    #[arg(long, value_enum, default_value_t = Backend::Auto)]
+    backend: Backend,
+    /// Light of this environment (.hdr, .exr), latitude-longitude unless --mapping says otherwise
+    #[arg(long, value_name = "SKY")]
+    env: Option<PathBuf>,
+    #[command(flatten)]
+    probe: ProbeArgs,
+    /// Standard deviation of the environment's blur, degrees [default: half the distance between directions]
+    #[arg(long, value_name = "DEG", requires = "env", value_parser = |text: &str| crate::values::within(text, 0.01, 180.0))]
+    blur: Option<f64>,
+    /// Brightness of lit colours: 2^STOPS
+    #[arg(long, value_name = "STOPS", requires = "env", default_value_t = 0.0, allow_negative_numbers = true, value_parser = |text: &str| crate::values::within(text, -40.0, 40.0).map(|stops| stops as f32))]
+    exposure: f32,
+    /// Write bent normals: the mean direction from which light comes
+    #[arg(long, conflicts_with = "matrix")]
+    bent: bool,
+    /// Write the visibility matrix itself, as .npy
+    #[arg(long, conflicts_with = "env")]
+    matrix: bool,
+    /// How far off the surface rays start, metres [default: a ten-thousandth of the scene's diagonal]
+    #[arg(long, value_name = "M", value_parser = |text: &str| crate::values::within(text, 0.0, 1e6).map(|offset| offset as f32))]
+    offset: Option<f32>,
+    /// Where the result goes; without it, only what was found is told
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+/// What computes visibility.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum Backend {
+    /// What suits the mesh and the machine
+    Auto,
+    /// Rays on the processor: exact
+    Cpu,
+}
+
+/// The part of the scene's diagonal by which rays start off the surface.
+const OFFSET_PER_DIAGONAL: f32 = 1e-4;
+
+/// Bits of the matrix that are kept at once, in bytes; larger ones are computed in runs of vertices.
+const MATRIX_BYTES: u64 = 1 << 30;
+
+#[derive(Serialize)]
+struct VisibilityReport {
+    vertices: u64,
+    triangles: u64,
+    directions: u64,
+    backend: Backend,
+    offset_m: f32,
+    /// Entries of the matrix that are not 0.
+    visible: u64,
+    /// Over the vertices that faces use.
+    mean_ambient_occlusion: f64,
+    /// By phase.
+    seconds: BTreeMap<&'static str, f64>,
+    peak_memory_bytes: Option<u64>,
+    output: Vec<PathBuf>,
+}
+
+/// What is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    Ply,
+    Npy,
+}
+
+/// Runs it.
+pub fn run(app: &App, args: &Args) -> Result<()> {
+    let form = form(args)?;
+    let environment = environment(app, args)?;
+    let mut phases = Phases::default();
+    app.progress.stage("reading", args.meshes.len() as u64);
+    let scene = phases.time("reading", || read_scene(app, &args.meshes))?;
+    app.progress.finished();
+    let rays = phases
+        .time("hierarchy", || TriangleScene::build(&scene.mesh.positions, &scene.mesh.triangles, &BuildParams::default()))?;
+    let (low, high) = rays.bounds().unwrap_or_default();
+    let offset_m = args.offset.unwrap_or((low.distance(high) * OFFSET_PER_DIAGONAL).max(rays.start_offset()));
+    let sphere = LightSphere::new(args.level);
+    let radiance = environment.map(|environment| {
+        let sigma_rad = args.blur.map_or_else(|| blur_rad(sphere.directions().len()), f64::to_radians);
+        phases.time("environment", || environment.radiance(sphere.directions(), sphere.weights(), sigma_rad, Quat::IDENTITY))
+    });
+
+    let mut found = Found::new(scene.mesh.positions.len());
+    let mut ask = |phases: &mut Phases, rows: &mut dyn FnMut(Range<usize>, &VisibilityMatrix) -> io::Result<()>| {
+        let (positions, normals) = (&scene.mesh.positions, &scene.normals);
+        let at_once = (MATRIX_BYTES * 8 / sphere.directions().len() as u64).max(1) as usize;
+        app.progress.stage("visibility", positions.len() as u64);
+        for first in (0..positions.len()).step_by(at_once) {
+            let run = first..(first + at_once).min(positions.len());
+            let asked = || rays.visibility(&positions[run.clone()], &normals[run.clone()], sphere.directions(), offset_m);
+            let matrix = phases.time("visibility", asked);
+            phases.time("light", || found.add(run.clone(), &matrix, &sphere, radiance.as_deref()));
+            phases.time("writing", || rows(run.clone(), &matrix))?;
+            app.progress.progress(run.end as u64);
+        }
+        app.progress.finished();
+        io::Result::Ok(())
+    };
+    let written = match (&args.output, form) {
+        (Some(path), Some(Form::Npy)) if args.matrix => {
+            write_npy(path, &[scene.own_count() as u64, sphere.directions().len() as u64], |out| {
+                ask(&mut phases, &mut |run, matrix| scene.write_rows(out, run, matrix))
+            })?;
+            write_sphere(path, &sphere)?
+        }
+        (path, form) => {
+            ask(&mut phases, &mut |_, _| Ok(()))?;
+            found.open_unused(&scene);
+            match (path, form) {
+                (Some(path), Some(form)) => phases.time("writing", || write_found(path, form, &scene, &found, args))?,
+                _ => Vec::new(),
+            }
+        }
+    };
+    let used: Vec<f64> =
+        found.occlusion.iter().zip(&scene.used).filter(|(_, used)| **used).map(|(&ao, _)| f64::from(ao)).collect();
+    let report = VisibilityReport {
+        vertices: scene.mesh.positions.len() as u64,
+        triangles: scene.mesh.triangles.len() as u64,
+        directions: sphere.directions().len() as u64,
+        backend: Backend::Cpu,
+        offset_m,
+        visible: found.visible,
+        mean_ambient_occlusion: used.iter().sum::<f64>() / used.len().max(1) as f64,
+        seconds: phases.seconds,
+        peak_memory_bytes: peak_resident_bytes(),
+        output: written,
+    };
+    app.output.result(&report, describe)
+}
+
+fn describe(report: &VisibilityReport) -> String {
+    let mut text = format!(
+        "{} vertices, {} triangles, {} directions: mean ambient occlusion {:.4}",
+        count(report.vertices),
+        count(report.triangles),
+        count(report.directions),
+        report.mean_ambient_occlusion
+    );
+    let phases: Vec<String> =
+        report.seconds.iter().map(|(name, &seconds)| format!("{name} {}", milliseconds(seconds))).collect();
+    text += &format!("\n{}", phases.join(", "));
+    for path in &report.output {
+        text += &format!("\n{}", path.display());
+    }
+    text
+}
+
+fn milliseconds(seconds: f64) -> String {
+    if seconds < 1.0 { format!("{:.1} ms", seconds * 1e3) } else { duration(seconds) }
+}
+
+/// Seconds by phase.
+#[derive(Default)]
+struct Phases {
+    seconds: BTreeMap<&'static str, f64>,
+}
+
+impl Phases {
+    fn time<T>(&mut self, phase: &'static str, work: impl FnOnce() -> T) -> T {
+        let begun = Instant::now();
+        let result = work();
+        *self.seconds.entry(phase).or_default() += begun.elapsed().as_secs_f64();
+        result
+    }
+}
+
+/// Looks whether what is asked for goes together and can be written.
+fn form(args: &Args) -> Result<Option<Form>> {
+    if args.env.is_none() && args.probe.any() {
+        wrong_arguments!("--mapping, --opening and --turn say how --env is read; name one, or leave them out");
+    }
+    let Some(path) = &args.output else {
+        if args.matrix || args.bent {
+            wrong_arguments!("say where the result goes: -o FILE.npy");
+        }
+        return Ok(None);
+    };
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    let form = match ending.as_deref() {
+        Some("ply") if args.matrix => wrong_arguments!("a matrix is written as .npy, not as .ply"),
+        Some("ply") => Form::Ply,
+        Some("npy") if args.bent && args.env.is_some() => {
+            wrong_arguments!("one .npy holds either bent normals or light; leave out --bent or --env")
+        }
+        Some("npy") => Form::Npy,
+        _ => wrong_arguments!("{}: the output's ending says what is written; name a .ply or a .npy", path.display()),
+    };
+    files::check_place(path)?;
+    if let Some(read) = args.meshes.iter().chain(&args.env).find(|read| files::is_within(read, path)) {
+        bail!("{} would be written over, and it is read here; name another place", read.display());
+    }
+    Ok(Some(form))
+}
+
+fn environment(app: &App, args: &Args) -> Result<Option<Environment>> {
+    let Some(path) = &args.env else { return Ok(None) };
+    let mapping = args.probe.mapping()?.unwrap_or(Mapping::LatLong);
+    let (image, repairs) = HdrImage::read_counted(path)?;
+    let repaired = repairs.nan + repairs.infinite + repairs.negative;
+    if repaired > 0 {
+        app.progress.warning(&format!(
+            "{}: {} values were NaN, infinite or negative, and are mended",
+            path.display(),
+            count(repaired)
+        ));
+    }
+    let probe = Probe::new(image, mapping, args.probe.turn_deg().to_radians()).with_context(|| path.display().to_string())?;
+    Ok(Some(Environment::from_probe(&probe)))
+}

@@ -1,0 +1,74 @@
+//! The meshes that are asked about.
+
+use crate::App;
+use anyhow::{Context, Result};
+use glam::Vec3;
+use heliodon_bake::report::Reporter;
+use heliodon_math::visibility::VisibilityMatrix;
+use heliodon_mesh::Mesh;
+use heliodon_mesh::import::{ImportOptions, ImportReport, read_reporting};
+use std::io::{self, Write};
+use std::ops::Range;
+use std::path::PathBuf;
+
+/// All meshes in one.
+pub struct Scene {
+    pub mesh: Mesh,
+    /// By vertex; zero where no face uses one.
+    pub normals: Vec<Vec3>,
+    pub used: Vec<bool>,
+    /// The vertices that the files themselves have, file after file.
+    own: Vec<Range<usize>>,
+}
+
+/// Reads the meshes, and tells what was left out of them.
+///
+/// # Errors
+/// What keeps one from being read.
+pub fn read_scene(app: &App, paths: &[PathBuf]) -> Result<Scene> {
+    let mut all = Mesh::default();
+    let mut own = Vec::new();
+    for (path, number) in paths.iter().zip(1..) {
+        let mut report = ImportReport::default();
+        let mesh = read_reporting(path, &ImportOptions::default(), &mut report)?;
+        report.warnings.iter().for_each(|warning| app.progress.warning(warning));
+        let first = all.positions.len();
+        own.push(first..first + report.file_vertices as usize);
+        if first == 0 {
+            all = mesh
+        } else {
+            all.append(&mesh).with_context(|| path.display().to_string())?
+        }
+        app.progress.progress(number);
+    }
+    let mut used = vec![false; all.positions.len()];
+    all.triangles.as_flattened().iter().for_each(|&i| used[i as usize] = true);
+    let normals = all.normals.iter().zip(&used).map(|(&n, &used)| if used { n } else { Vec3::ZERO }).collect();
+    Ok(Scene { mesh: all, normals, used, own })
+}
+
+impl Scene {
+    /// How many vertices the files have.
+    pub fn own_count(&self) -> usize {
+        self.own.iter().map(Range::len).sum()
+    }
+
+    /// The entries of the files' own vertices.
+    pub fn own_of<'a, T>(&'a self, values: &'a [T]) -> impl Iterator<Item = &'a T> {
+        self.own.iter().flat_map(|range| &values[range.clone()])
+    }
+
+    /// The rows of M of those vertices of `run` that are the files' own, in their order.
+    pub fn write_rows(&self, out: &mut dyn Write, run: Range<usize>, matrix: &VisibilityMatrix) -> io::Result<()> {
+        let mut row_of = vec![0; run.len()];
+        matrix.order().iter().enumerate().for_each(|(row, &vertex)| row_of[vertex as usize] = row);
+        let own = |vertex: &usize| self.own.iter().any(|own| own.contains(vertex));
+        let mut bytes = Vec::with_capacity(4 * matrix.directions().len());
+        for vertex in run.clone().filter(own) {
+            bytes.clear();
+            matrix.row(row_of[vertex - run.start]).for_each(|entry| bytes.extend(entry.to_le_bytes()));
+            out.write_all(&bytes)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,139 @@
+//! `heliodon visibility`, driven as its users would.
+
+use crate::{done, json, read_npy_f32, run};
+use glam::Vec3;
+use heliodon_image::HdrImage;
+use heliodon_mesh::import::{ImportOptions, read};
+use std::path::PathBuf;
+
+struct Desk(tempfile::TempDir);
+
+impl Desk {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) -> PathBuf {
+        std::fs::write(self.path(name), text).unwrap();
+        self.path(name)
+    }
+
+    /// A square of two triangles on the ground, and behind its four vertices one that nothing uses.
+    fn square(&self) -> PathBuf {
+        self.write("square.obj", "v -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv 0 9 0\nf 1 2 3 4\n")
+    }
+
+    /// A long, high wall at the square's eastern edge.
+    fn wall(&self) -> PathBuf {
+        self.write("wall.obj", "v 1.01 -1 -900\nv 1.01 -1 900\nv 1.01 1800 900\nv 1.01 1800 -900\nf 1 2 3 4\n")
+    }
+}
+
+#[test]
+fn occlusion_is_in_the_order_of_the_files_own_vertices() {
+    let desk = Desk::new();
+    let out = desk.path("ao.npy");
+    let report = json(&[&"visibility", &desk.square(), &"--level", &"2", &"-o", &out]);
+    assert_eq!((&report["vertices"], &report["directions"]), (&5.into(), &66.into()));
+    assert_eq!(report["mean_ambient_occlusion"], 1.0);
+    for phase in ["reading", "hierarchy", "visibility", "light", "writing"] {
+        assert!(report["seconds"][phase].as_f64().is_some(), "{phase}");
+    }
+    assert_eq!(read_npy_f32(&out), (vec![5], vec![1.0; 5]));
+
+    // Corners with texture coordinates of their own are split; the file's vertices stay as many.
+    let split =
+        desk.write("split.obj", "v -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nvt 0 0\nvt 1 1\nf 1/1 2/1 3/1\nf 1/2 3/2 4/2\n");
+    assert_eq!(json(&[&"visibility", &split, &desk.square(), &"-o", &out])["vertices"], 11);
+    assert_eq!(read_npy_f32(&out).0, [9]);
+}
+
+#[test]
+fn several_meshes_occlude_one_another() {
+    let desk = Desk::new();
+    let (square, wall, out) = (desk.square(), desk.wall(), desk.path("ao.npy"));
+    done(&[&"visibility", &square, &wall, &"--level", &"4", &"-o", &out]);
+    let (shape, ao) = read_npy_f32(&out);
+    assert_eq!(shape, [9]);
+    // East corners have the wall beside them, west ones see it from afar: it hides all of the east from both, as high as it is.
+    for corner in &ao[..4] {
+        assert!((corner - 0.5).abs() < 0.05, "{ao:?}");
+    }
+    assert_eq!(ao[4], 1.0);
+    let bent = desk.path("bent.npy");
+    done(&[&"visibility", &square, &wall, &"--bent", &"-o", &bent]);
+    let (shape, bent) = read_npy_f32(&bent);
+    assert_eq!(shape, [9, 3]);
+    assert!(bent[0] < -0.3 && bent[1] > 0.7, "away from the wall: {bent:?}");
+}
+
+#[test]
+fn the_matrix_says_what_occlusion_sums() {
+    let desk = Desk::new();
+    let (square, wall, out) = (desk.square(), desk.wall(), desk.path("m.npy"));
+    let report = json(&[&"visibility", &square, &wall, &"--level", &"1", &"--matrix", &"-o", &out]);
+    let (shape, m) = read_npy_f32(&out);
+    assert_eq!(shape, [9, 18]);
+    let (shape, directions) = read_npy_f32(&desk.path("m.directions.npy"));
+    assert_eq!(shape, [18, 3]);
+    let (shape, weights) = read_npy_f32(&desk.path("m.weights.npy"));
+    assert_eq!(shape, [18]);
+    assert_eq!(m.iter().filter(|&&entry| entry > 0.0).count() as u64, report["visible"].as_u64().unwrap());
+    done(&[&"visibility", &square, &wall, &"--level", &"1", &"-o", &out]);
+    let ao = read_npy_f32(&out).1;
+    for corner in 0..4 {
+        let sum = |entry: &dyn Fn(usize) -> f32| (0..18).map(|j| weights[j] * entry(j)).sum::<f32>();
+        // The ground looks up, so n.l is the direction's y.
+        let open = sum(&|j| directions[3 * j + 1].max(0.0));
+        assert!((sum(&|j| m[18 * corner + j]) / open - ao[corner]).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn an_environment_lights_what_it_reaches() {
+    let desk = Desk::new();
+    let (square, wall) = (desk.square(), desk.wall());
+    let (sky, out, ply) = (desk.path("grey.hdr"), desk.path("light.npy"), desk.path("lit.ply"));
+    HdrImage::filled(32, 16, Vec3::new(2.0, 1.0, 0.5)).write_hdr(&sky).unwrap();
+    done(&[&"visibility", &square, &wall, &"--level", &"4", &"--env", &sky, &"-o", &out]);
+    let (shape, light) = read_npy_f32(&out);
+    assert_eq!(shape, [9, 3]);
+    for (channel, radiance) in [2.0, 1.0, 0.5].into_iter().enumerate() {
+        assert!((light[channel] - 0.5 * radiance).abs() < 0.05 * radiance, "{light:?}");
+    }
+    // Albedo 0.5, one stop brighter: as bright as the light.
+    done(&[&"visibility", &square, &"--level", &"4", &"--env", &sky, &"--exposure", &"-1", &"-o", &ply]);
+    let lit = read(&ply, &ImportOptions::default()).unwrap();
+    assert!((lit.colors_linear[0] - Vec3::new(0.5, 0.25, 0.125)).abs().max_element() < 0.01, "{}", lit.colors_linear[0]);
+}
+
+#[test]
+fn what_does_not_go_together_is_refused() {
+    let desk = Desk::new();
+    let (square, npy, ply) = (desk.square(), desk.path("a.npy"), desk.path("a.ply"));
+    let wrong: [&[&dyn AsRef<std::ffi::OsStr>]; 7] = [
+        &[&"visibility"],
+        &[&"visibility", &square, &"--level", &"9"],
+        &[&"visibility", &square, &"--matrix"],
+        &[&"visibility", &square, &"--matrix", &"-o", &ply],
+        &[&"visibility", &square, &"--mapping", &"angular", &"-o", &npy],
+        &[&"visibility", &square, &"--blur", &"5"],
+        &[&"visibility", &square, &"-o", &"a.jpg"],
+    ];
+    for arguments in wrong {
+        assert_eq!(run(arguments).code, 2, "{}", run(arguments).err);
+    }
+    let missing = run(&[&"visibility", &desk.path("nothing.ply"), &"-o", &npy]);
+    assert!(missing.code == 1 && missing.err.contains("nothing.ply"), "{}", missing.err);
+    let over = run(&[&"visibility", &square, &"--env", &desk.path("no.hdr"), &"-o", &ply]);
+    assert!(over.code == 1 && over.err.contains("no.hdr"), "{}", over.err);
+    done(&[&"visibility", &square, &"-o", &ply]);
+    let before = std::fs::read(&ply).unwrap();
+    let over = run(&[&"visibility", &ply, &"-o", &ply]);
+    assert!(over.code == 1 && over.err.contains("written over"), "{}", over.err);
+    assert_eq!(std::fs::read(&ply).unwrap(), before);
+}

@@ -1,0 +1,274 @@
+//! The visibility matrix: which of k directions reach which of n points.
+//!
+//! M. Sattler, R. Sarlette, G. Zachmann, R. Klein: "Hardware-accelerated ambient occlusion computation", VMV 2004. The paper's
+//! `M_ij` is `n_i . l_j` where the light of direction j reaches point i, and 0 elsewhere. Here one bit says which, and the cosine is
+//! computed anew where it is needed: M takes a thirty-second of the memory, and is read faster than floats would be.
+//!
+//! Whoever computes a matrix chooses the order of its rows ([`VisibilityMatrix::order`]); what is computed from it is in the order
+//! of the points.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// Points whose bits lie together.
+pub const BLOCK: usize = 512;
+/// Words of a block's column.
+pub const BLOCK_WORDS: usize = BLOCK / 64;
+/// Lanes that are worked on at once.
+const LANES: usize = 8;
+
+/// Which directions reach which points.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VisibilityMatrix {
+    order: Vec<u32>,
+    normals: Vec<Vec3>,
+    directions: Vec<Vec3>,
+    words: Vec<u64>,
+}
+
+/// Two matrices that cannot be joined, or one whose parts contradict one another.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("visibility matrix: {0}")]
+pub struct VisibilityError(pub &'static str);
+
+impl VisibilityMatrix {
+    /// A matrix in which nothing is visible yet. Row r is of point `order[r]`; `normals` are by point, unit or zero: a point without
+    /// one sees nothing.
+    ///
+    /// # Panics
+    /// If `order` names points without a normal.
+    #[must_use]
+    pub fn new(order: Vec<u32>, normals: &[Vec3], directions: &[Vec3]) -> Self {
+        let normals: Vec<Vec3> = order.iter().map(|&point| normals[point as usize]).collect();
+        let words = vec![0; order.len().div_ceil(BLOCK) * BLOCK_WORDS * directions.len()];
+        Self { order, normals, directions: directions.to_vec(), words }
+    }
+
+    /// Bytes of the bits of a matrix.
+    #[must_use]
+    pub fn bytes(points: usize, directions: usize) -> u64 {
+        (points.div_ceil(BLOCK) * BLOCK_WORDS * 8) as u64 * directions as u64
+    }
+
+    /// The point of each row.
+    #[must_use]
+    pub fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// The normal of each row.
+    #[must_use]
+    pub fn normals(&self) -> &[Vec3] {
+        &self.normals
+    }
+
+    /// Unit directions to the light, one a column.
+    #[must_use]
+    pub fn directions(&self) -> &[Vec3] {
+        &self.directions
+    }
+
+    /// Bits of the block from row `block * BLOCK` on: for each direction [`BLOCK_WORDS`] words, of which bit i % 64 of word i / 64 is that of
+    /// the block's row i.
+    pub fn blocks_mut(&mut self) -> impl IndexedParallelIterator<Item = &mut [u64]> {
+        let length = (BLOCK_WORDS * self.directions.len()).max(1);
+        self.words.par_chunks_exact_mut(length)
+    }
+
+    /// Whether the light of a direction reaches a row's point.
+    #[must_use]
+    pub fn is_visible(&self, row: usize, direction: usize) -> bool {
+        let block = row / BLOCK * BLOCK_WORDS * self.directions.len();
+        let word = self.words[block + direction * BLOCK_WORDS + row % BLOCK / 64];
+        word >> (row % 64) & 1 == 1
+    }
+
+    /// Entries that are not 0.
+    #[must_use]
+    pub fn visible_count(&self) -> u64 {
+        self.words.par_iter().map(|word| u64::from(word.count_ones())).sum()
+    }
+
+    /// `M_ij` for a row and each direction.
+    pub fn row(&self, row: usize) -> impl Iterator<Item = f32> + '_ {
+        let normal = self.normals[row];
+        let entry = move |(j, &l): (usize, &Vec3)| if self.is_visible(row, j) { normal.dot(l).max(0.0) } else { 0.0 };
+        self.directions.iter().enumerate().map(entry)
+    }
+
+    /// Adds the columns of further directions, as of a finer light sphere.
+    ///
+    /// # Errors
+    /// Another order of rows.
+    pub fn append(&mut self, more: &Self) -> Result<(), VisibilityError> {
+        if self.order != more.order {
+            return Err(VisibilityError("columns of other rows cannot be added"));
+        }
+        let [own, new] = [self.directions.len(), more.directions.len()].map(|k| k * BLOCK_WORDS);
+        let block = |b: usize| [&self.words[b * own..(b + 1) * own], &more.words[b * new..(b + 1) * new]];
+        self.words = (0..self.order.len().div_ceil(BLOCK)).flat_map(block).flatten().copied().collect();
+        self.directions.extend_from_slice(&more.directions);
+        Ok(())
+    }
+
+    /// Whether the parts agree: every point once, and no bits where there are no points.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn validate(&self) -> Result<(), VisibilityError> {
+        let points = self.order.len();
+        let mut met = vec![false; points];
+        if self.order.iter().any(|&p| met.get_mut(p as usize).is_none_or(|met| std::mem::replace(met, true))) {
+            return Err(VisibilityError("rows that are not each of one point"));
+        }
+        let length = BLOCK_WORDS * self.directions.len();
+        if self.normals.len() != points || self.words.len() != points.div_ceil(BLOCK) * length {
+            return Err(VisibilityError("parts of different sizes"));
+        }
+        let last = points % BLOCK;
+        let rows_in = |word: usize| last.saturating_sub(64 * word).min(64) as u32;
+        let stray = |(word, bits): (usize, u64)| rows_in(word) < 64 && bits >> rows_in(word) != 0;
+        let columns = self.words[self.words.len() - length.min(self.words.len())..].chunks_exact(BLOCK_WORDS);
+        if last != 0 && columns.into_iter().any(|column| column.iter().copied().enumerate().any(stray)) {
+            return Err(VisibilityError("bits behind the last row"));
+        }
+        Ok(())
+    }
+
+    /// `sum_j M_ij q_j` for each point i.
+    ///
+    /// # Panics
+    /// If there is not one quantity for each direction.
+    #[must_use]
+    pub fn gather<const C: usize>(&self, quantities: &[[f32; C]]) -> Vec<[f32; C]> {
+        self.sum(quantities, |words, direction| words[direction])
+    }
+
+    /// The same where nothing occludes: `sum_j max(n_i.l_j, 0) q_j`. Where all is visible, the bits of both are equal.
+    ///
+    /// # Panics
+    /// If there is not one quantity for each direction.
+    #[must_use]
+    pub fn gather_open<const C: usize>(&self, quantities: &[[f32; C]]) -> Vec<[f32; C]> {
+        self.sum(quantities, |_, _| [u64::MAX; BLOCK_WORDS])
+    }
+
+    fn sum<const C: usize>(
+        &self,
+        quantities: &[[f32; C]],
+        bits: impl Fn(&[[u64; BLOCK_WORDS]], usize) -> [u64; BLOCK_WORDS] + Sync,
+    ) -> Vec<[f32; C]> {
+        assert_eq!(quantities.len(), self.directions.len(), "one quantity for each direction");
+        let mut sums = vec![[0.0; C]; self.order.len()];
+        let length = BLOCK_WORDS * self.directions.len();
+        let by_row: Vec<[f32; C]> = self
+            .normals
+            .par_chunks(BLOCK)
+            .enumerate()
+            .flat_map_iter(|(block, normals)| {
+                let (words, _) = self.words[block * length..(block + 1) * length].as_chunks();
+                block_sums(normals, &self.directions, quantities, |direction| bits(words, direction))
+            })
+            .collect();
+        for (&point, sum) in self.order.iter().zip(by_row) {
+            sums[point as usize] = sum;
+        }
+        sums
+    }
+
+    /// Ambient occlusion of each point: `sum w_j M_ij / sum w_j max(n_i.l_j, 0)`, exactly 1 where nothing occludes, 0 where no direction
+    /// faces a point.
+    ///
+    /// # Panics
+    /// If there is not one weight for each direction.
+    #[must_use]
+    pub fn ambient_occlusion(&self, weights: &[f32]) -> Vec<f32> {
+        let weights: Vec<[f32; 1]> = weights.iter().map(|&w| [w]).collect();
+        let open = self.gather_open(&weights);
+        let ratio = |([seen], [open]): ([f32; 1], [f32; 1])| if open > 0.0 { seen / open } else { 0.0 };
+        self.gather(&weights).into_iter().zip(open).map(ratio).collect()
+    }
+
+    /// The mean direction, unit, that light comes from under an even sky; the normal where none comes.
+    ///
+    /// # Panics
+    /// If there is not one weight for each direction.
+    #[must_use]
+    pub fn bent_normals(&self, weights: &[f32]) -> Vec<Vec3> {
+        assert_eq!(weights.len(), self.directions.len(), "one weight for each direction");
+        let toward: Vec<[f32; 3]> = self.directions.iter().zip(weights).map(|(&l, &w)| (l * w).to_array()).collect();
+        let mut bent: Vec<Vec3> = self.gather(&toward).into_iter().map(Vec3::from_array).collect();
+        for (&point, &normal) in self.order.iter().zip(&self.normals) {
+            let mean = &mut bent[point as usize];
+            *mean = crate::frame::unit_or(*mean, normal);
+        }
+        bent
+    }
+
+    /// The light of each point, irradiance / pi: `c_i = 1/pi sum w_j M_ij L_j`. An open point under radiance 1 from everywhere has 1 but
+    /// for what k directions cannot say; [`Self::ambient_occlusion`] times a mean is free of that.
+    ///
+    /// # Panics
+    /// If there is not one weight and one radiance for each direction.
+    #[must_use]
+    pub fn image_light(&self, weights: &[f32], radiance: &[Vec3]) -> Vec<Vec3> {
+        assert_eq!(weights.len(), radiance.len(), "one weight for each radiance");
+        let share = |(&w, &l): (&f32, &Vec3)| (l * (w * std::f32::consts::FRAC_1_PI)).to_array();
+        let quantities: Vec<[f32; 3]> = weights.iter().zip(radiance).map(share).collect();
+        self.gather(&quantities).into_iter().map(Vec3::from_array).collect()
+    }
+}
+
+/// What each byte means for eight lanes: all bits or none.
+static MASKS: [[u32; LANES]; 256] = {
+    let mut masks = [[0; LANES]; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        let mut lane = 0;
+        while lane < LANES {
+            masks[byte][lane] = if byte >> lane & 1 == 1 { u32::MAX } else { 0 };
+            lane += 1;
+        }
+        byte += 1;
+    }
+    masks
+};
+
+/// The sums of a block's rows, in the order of the directions: the same for any width of vectors.
+fn block_sums<const C: usize>(
+    normals: &[Vec3],
+    directions: &[Vec3],
+    quantities: &[[f32; C]],
+    bits: impl Fn(usize) -> [u64; BLOCK_WORDS],
+) -> Vec<[f32; C]> {
+    let mut lanes = [[[0.0f32; LANES]; 3]; BLOCK / LANES];
+    for (i, normal) in normals.iter().enumerate() {
+        for (axis, value) in normal.to_array().into_iter().enumerate() {
+            lanes[i / LANES][axis][i % LANES] = value;
+        }
+    }
+    let mut sums = [[[0.0f32; LANES]; C]; BLOCK / LANES];
+    for (direction, (l, quantity)) in directions.iter().zip(quantities).enumerate() {
+        for (word, of_word) in bits(direction).into_iter().zip(0..) {
+            if word == 0 {
+                continue;
+            }
+            for (byte, &mask) in word.to_le_bytes().iter().enumerate() {
+                let group = of_word * (64 / LANES) + byte;
+                let ([x, y, z], sums) = (&lanes[group], &mut sums[group]);
+                let mask = &MASKS[usize::from(mask)];
+                let mut entry = [0.0f32; LANES];
+                for lane in 0..LANES {
+                    let cosine = (x[lane] * l.x + y[lane] * l.y + z[lane] * l.z).max(0.0);
+                    entry[lane] = f32::from_bits(cosine.to_bits() & mask[lane]);
+                }
+                for (sum, &q) in sums.iter_mut().zip(quantity) {
+                    for lane in 0..LANES {
+                        sum[lane] += entry[lane] * q;
+                    }
+                }
+            }
+        }
+    }
+    (0..normals.len()).map(|i| std::array::from_fn(|c| sums[i / LANES][c][i % LANES])).collect()
+}
