@@ -4,6 +4,9 @@
 //! `M_ij` is `n_i . l_j` where the light of direction j reaches point i, and 0 elsewhere. Here one bit says which, and the cosine is
 //! computed anew where it is needed: M takes a thirty-second of the memory, and is read faster than floats would be.
 //!
+//! Under a radiance that is each direction itself, the light of a point is its bent normal, but for its length: the mean direction that
+//! light comes from.
+//!
 //! Whoever computes a matrix chooses the order of its rows ([`VisibilityMatrix::order`]); what is computed from it is in the order
 //! of the points.
 
@@ -30,6 +33,79 @@ pub struct VisibilityMatrix {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("visibility matrix: {0}")]
 pub struct VisibilityError(pub &'static str);
+
+/// Whatever computes the visibility matrix of a mesh: rays on the processor, or depth maps on a GPU. All vertices ask, and all triangles
+/// occlude, from both sides.
+pub trait VisibilityBackend {
+    /// What can go wrong.
+    type Error: std::error::Error + Send + Sync + 'static;
+
+    /// Takes a mesh; the matrix of the one before is gone. A vertex sees nothing that has no normal, or a position that is not finite.
+    ///
+    /// # Errors
+    /// Indices beyond the vertices, not one normal for each, or more than the backend holds.
+    fn set_mesh(&mut self, positions: &[Vec3], normals: &[Vec3], triangles: &[[u32; 3]]) -> Result<(), Self::Error>;
+
+    /// The same mesh, moved or deformed: as many vertices as before. The matrix is to be computed anew.
+    ///
+    /// # Errors
+    /// No mesh, or another number of vertices.
+    fn move_vertices(&mut self, positions: &[Vec3], normals: &[Vec3]) -> Result<(), Self::Error>;
+
+    /// Computes the matrix of the unit `directions` to the light, and keeps it.
+    ///
+    /// # Errors
+    /// No mesh, or more than the backend holds.
+    fn compute(&mut self, directions: &[Vec3]) -> Result<(), Self::Error>;
+
+    /// Waits until the matrix is there; whoever asks for anything waits anyway.
+    ///
+    /// # Errors
+    /// A backend that fails.
+    fn wait(&mut self) -> Result<(), Self::Error>;
+
+    /// What the matrix makes of one radiance from each direction.
+    ///
+    /// # Errors
+    /// No matrix, or not one weight and one radiance for each of its directions.
+    fn light(&mut self, weights: &[f32], radiance: &[Vec3]) -> Result<PointLight, Self::Error>;
+
+    /// The matrix itself.
+    ///
+    /// # Errors
+    /// No matrix, or a backend that fails.
+    fn matrix(&mut self) -> Result<VisibilityMatrix, Self::Error>;
+
+    /// How many directions fit into one [`Self::compute`] for so many points.
+    fn most_directions(&self, points: usize) -> usize;
+}
+
+/// The light at each point, from all directions or from some of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PointLight {
+    /// Irradiance / pi: `1/pi sum w_j M_ij L_j`.
+    pub light: Vec<Vec3>,
+    /// Ambient occlusion of these directions: `sum w_j M_ij / open`; exactly 1 where all that face a point reach it, 0 where none faces it.
+    pub ambient_occlusion: Vec<f32>,
+    /// `sum w_j max(n_i.l_j, 0)`.
+    pub open: Vec<f32>,
+}
+
+impl PointLight {
+    /// Adds the light of other directions.
+    ///
+    /// # Panics
+    /// If it is of another number of points.
+    pub fn add(&mut self, other: &Self) {
+        assert_eq!(self.light.len(), other.light.len(), "light of as many points");
+        self.light.iter_mut().zip(&other.light).for_each(|(sum, &more)| *sum += more);
+        let sums = self.ambient_occlusion.iter_mut().zip(&mut self.open);
+        for ((ao, open), (&more, &more_open)) in sums.zip(other.ambient_occlusion.iter().zip(&other.open)) {
+            let (seen, sum) = (*ao * *open + more * more_open, *open + more_open);
+            (*ao, *open) = (if sum > 0.0 { seen / sum } else { 0.0 }, sum);
+        }
+    }
+}
 
 impl VisibilityMatrix {
     /// A matrix in which nothing is visible yet. Row r is of point `order[r]`; `normals` are by point, unit or zero: a point without
@@ -176,6 +252,26 @@ impl VisibilityMatrix {
         sums
     }
 
+    /// The light of each point under one radiance from each direction. An open point under radiance 1 from everywhere has light 1 but for
+    /// what k directions cannot say; [`PointLight::ambient_occlusion`] is free of that.
+    ///
+    /// # Panics
+    /// If there is not one weight and one radiance for each direction.
+    #[must_use]
+    pub fn light(&self, weights: &[f32], radiance: &[Vec3]) -> PointLight {
+        assert_eq!(weights.len(), radiance.len(), "one weight for each radiance");
+        let share = |(&w, &l): (&f32, &Vec3)| (l * (w * std::f32::consts::FRAC_1_PI)).extend(w).to_array();
+        let quantities: Vec<[f32; 4]> = weights.iter().zip(radiance).map(share).collect();
+        let open = self.gather_open(&weights.iter().map(|&w| [w]).collect::<Vec<_>>());
+        let seen = self.gather(&quantities);
+        let part = |([.., seen], [open]): (&[f32; 4], &[f32; 1])| if *open > 0.0 { seen / open } else { 0.0 };
+        PointLight {
+            light: seen.iter().map(|&[r, g, b, _]| Vec3::new(r, g, b)).collect(),
+            ambient_occlusion: seen.iter().zip(&open).map(part).collect(),
+            open: open.into_iter().map(|[open]| open).collect(),
+        }
+    }
+
     /// Ambient occlusion of each point: `sum w_j M_ij / sum w_j max(n_i.l_j, 0)`, exactly 1 where nothing occludes, 0 where no direction
     /// faces a point.
     ///
@@ -183,39 +279,7 @@ impl VisibilityMatrix {
     /// If there is not one weight for each direction.
     #[must_use]
     pub fn ambient_occlusion(&self, weights: &[f32]) -> Vec<f32> {
-        let weights: Vec<[f32; 1]> = weights.iter().map(|&w| [w]).collect();
-        let open = self.gather_open(&weights);
-        let ratio = |([seen], [open]): ([f32; 1], [f32; 1])| if open > 0.0 { seen / open } else { 0.0 };
-        self.gather(&weights).into_iter().zip(open).map(ratio).collect()
-    }
-
-    /// The mean direction, unit, that light comes from under an even sky; the normal where none comes.
-    ///
-    /// # Panics
-    /// If there is not one weight for each direction.
-    #[must_use]
-    pub fn bent_normals(&self, weights: &[f32]) -> Vec<Vec3> {
-        assert_eq!(weights.len(), self.directions.len(), "one weight for each direction");
-        let toward: Vec<[f32; 3]> = self.directions.iter().zip(weights).map(|(&l, &w)| (l * w).to_array()).collect();
-        let mut bent: Vec<Vec3> = self.gather(&toward).into_iter().map(Vec3::from_array).collect();
-        for (&point, &normal) in self.order.iter().zip(&self.normals) {
-            let mean = &mut bent[point as usize];
-            *mean = crate::frame::unit_or(*mean, normal);
-        }
-        bent
-    }
-
-    /// The light of each point, irradiance / pi: `c_i = 1/pi sum w_j M_ij L_j`. An open point under radiance 1 from everywhere has 1 but
-    /// for what k directions cannot say; [`Self::ambient_occlusion`] times a mean is free of that.
-    ///
-    /// # Panics
-    /// If there is not one weight and one radiance for each direction.
-    #[must_use]
-    pub fn image_light(&self, weights: &[f32], radiance: &[Vec3]) -> Vec<Vec3> {
-        assert_eq!(weights.len(), radiance.len(), "one weight for each radiance");
-        let share = |(&w, &l): (&f32, &Vec3)| (l * (w * std::f32::consts::FRAC_1_PI)).to_array();
-        let quantities: Vec<[f32; 3]> = weights.iter().zip(radiance).map(share).collect();
-        self.gather(&quantities).into_iter().map(Vec3::from_array).collect()
+        self.light(weights, &vec![Vec3::ZERO; weights.len()]).ambient_occlusion
     }
 }
 

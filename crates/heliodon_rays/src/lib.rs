@@ -52,4 +52,4 @@ pub use order::beam_order;
 pub use scene::TriangleScene;
 pub use simd::Instructions;
 pub use types::{Hit, NO_HIT, Ray};
-pub use visibility::facing;
+pub use visibility::{VisibilityCpu, VisibilityCpuError, facing};

@@ -5,15 +5,124 @@
 //! direction share their way, and neighbouring directions the top of the hierarchy ([`TriangleScene::occluded_fan`]).
 
 use crate::beam::usable;
+use crate::build::{BuildError, BuildParams};
 use crate::order::beam_order;
 use crate::scene::TriangleScene;
 use glam::Vec3;
 use heliodon_math::frame::unit_or;
-use heliodon_math::visibility::{BLOCK, BLOCK_WORDS, VisibilityMatrix};
+use heliodon_math::visibility::{BLOCK, BLOCK_WORDS, PointLight, VisibilityBackend, VisibilityMatrix};
 use rayon::prelude::*;
+
+/// Bits of a matrix that are kept at once, in bytes.
+const MATRIX_BYTES: usize = 1 << 30;
+
+/// The part of the scene's diagonal by which rays start off the surface: enough for the facets of a smooth surface, and too little to
+/// lose a contact that its triangles could show.
+const OFFSET_PER_DIAGONAL: f32 = 1e-4;
 
 /// Directions that are asked for together: each asks for a bit of 512 points, and their answers must stay in the cache.
 const TOGETHER: usize = 64;
+
+/// The visibility matrix of a mesh, by rays on the current rayon pool.
+#[derive(Default)]
+pub struct VisibilityCpu {
+    offset_m: Option<f32>,
+    mesh: Option<Mesh>,
+    matrix: Option<VisibilityMatrix>,
+}
+
+struct Mesh {
+    rays: TriangleScene,
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+/// Why there is no visibility.
+#[derive(Debug, thiserror::Error, PartialEq, Eq)]
+pub enum VisibilityCpuError {
+    /// The mesh cannot be asked.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// What was given does not go together.
+    #[error("{0}")]
+    Input(&'static str),
+}
+
+const NO_MESH: VisibilityCpuError = VisibilityCpuError::Input("there is no mesh yet");
+const NO_MATRIX: VisibilityCpuError = VisibilityCpuError::Input("the matrix is not computed yet");
+
+impl VisibilityCpu {
+    /// Rays start `offset_m` metres off the surface; `None` for a ten-thousandth of the mesh's diagonal, or what rounding asks for
+    /// where that is more ([`TriangleScene::start_offset`]).
+    #[must_use]
+    pub fn new(offset_m: Option<f32>) -> Self {
+        Self { offset_m, ..Self::default() }
+    }
+
+    /// How far off the surface rays start, in metres; 0 without a mesh.
+    #[must_use]
+    pub fn offset_m(&self) -> f32 {
+        let of_mesh = |mesh: &Mesh| {
+            let (low, high) = mesh.rays.bounds().unwrap_or_default();
+            (low.distance(high) * OFFSET_PER_DIAGONAL).max(mesh.rays.start_offset())
+        };
+        self.offset_m.or_else(|| self.mesh.as_ref().map(of_mesh)).unwrap_or(0.0)
+    }
+}
+
+impl VisibilityBackend for VisibilityCpu {
+    type Error = VisibilityCpuError;
+
+    fn set_mesh(&mut self, positions: &[Vec3], normals: &[Vec3], triangles: &[[u32; 3]]) -> Result<(), Self::Error> {
+        (self.mesh, self.matrix) = (None, None);
+        if positions.len() != normals.len() {
+            return Err(VisibilityCpuError::Input("there must be one normal for each vertex"));
+        }
+        let rays = TriangleScene::build(positions, triangles, &BuildParams::default())?;
+        let (positions, normals, triangles) = (positions.to_vec(), normals.to_vec(), triangles.to_vec());
+        self.mesh = Some(Mesh { rays, positions, normals, triangles });
+        Ok(())
+    }
+
+    fn move_vertices(&mut self, positions: &[Vec3], normals: &[Vec3]) -> Result<(), Self::Error> {
+        let mesh = self.mesh.as_ref().ok_or(NO_MESH)?;
+        if [positions.len(), normals.len()] != [mesh.positions.len(); 2] {
+            return Err(VisibilityCpuError::Input("a mesh that moves keeps its number of vertices"));
+        }
+        let triangles = mesh.triangles.clone();
+        self.set_mesh(positions, normals, &triangles)
+    }
+
+    fn compute(&mut self, directions: &[Vec3]) -> Result<(), Self::Error> {
+        let mesh = self.mesh.as_ref().ok_or(NO_MESH)?;
+        self.matrix = Some(mesh.rays.visibility(&mesh.positions, &mesh.normals, directions, self.offset_m()));
+        Ok(())
+    }
+
+    fn wait(&mut self) -> Result<(), Self::Error> {
+        Ok(())
+    }
+
+    fn light(&mut self, weights: &[f32], radiance: &[Vec3]) -> Result<PointLight, Self::Error> {
+        let matrix = self.matrix.as_ref().ok_or(NO_MATRIX)?;
+        let count = matrix.directions().len();
+        if weights.len() != count || radiance.len() != count {
+            return Err(VisibilityCpuError::Input(
+                "the light needs one weight and one radiance for each direction of the matrix",
+            ));
+        }
+        Ok(matrix.light(weights, radiance))
+    }
+
+    fn matrix(&mut self) -> Result<VisibilityMatrix, Self::Error> {
+        self.matrix.clone().ok_or(NO_MATRIX)
+    }
+
+    fn most_directions(&self, points: usize) -> usize {
+        (MATRIX_BYTES / (points.div_ceil(BLOCK) * BLOCK_WORDS * 8).max(1)).max(1)
+    }
+}
 
 impl TriangleScene {
     /// Which of the unit `directions` to the light reach points with `normals` (made unit): those that face it (`n.l > 0`) and whose ray, from

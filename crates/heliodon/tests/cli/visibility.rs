@@ -137,3 +137,27 @@ fn what_does_not_go_together_is_refused() {
     assert!(over.code == 1 && over.err.contains("written over"), "{}", over.err);
     assert_eq!(std::fs::read(&ply).unwrap(), before);
 }
+
+#[cfg(feature = "gpu")]
+#[test]
+fn a_gpu_answers_as_the_processor_does() {
+    use crate::{heliodon, ran};
+
+    let desk = Desk::new();
+    let (square, wall) = (desk.square(), desk.write("low.obj", "v 1.3 0 -4\nv 1.3 0 4\nv 1.3 8 4\nv 1.3 8 -4\nf 1 2 3 4\n"));
+    let answers = ["cpu", "gpu"].map(|backend| {
+        let out = desk.path("ao.npy");
+        let report = json(&[&"visibility", &square, &wall, &"--backend", &backend, &"-o", &out]);
+        assert_eq!(report["backend"], backend);
+        read_npy_f32(&out).1
+    });
+    for (exact, found) in answers[0].iter().zip(&answers[1]) {
+        assert!((exact - found).abs() < 0.05, "{answers:?}");
+    }
+    assert_eq!(run(&[&"visibility", &square, &"--backend", &"gpu", &"--offset", &"0.1"]).code, 2);
+
+    let arguments: [&dyn AsRef<std::ffi::OsStr>; 4] = [&"visibility", &square, &"--backend", &"gpu"];
+    let nowhere = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"].map(|name| (name, "/nowhere.json"));
+    let none = ran(heliodon(&arguments).envs(nowhere).output().unwrap());
+    assert!(!cfg!(target_os = "linux") || none.code == 1 && none.err.contains("no GPU"), "{}", none.err);
+}

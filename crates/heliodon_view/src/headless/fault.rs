@@ -7,11 +7,10 @@
 use bevy::app::PluginsState;
 use bevy::prelude::*;
 use bevy::render::renderer::RenderDevice;
-use std::sync::{Arc, Mutex, PoisonError};
 
 /// The first thing that went wrong.
 #[derive(Resource, Clone, Debug, Default)]
-pub(crate) struct DeviceFault(Arc<Mutex<Option<String>>>);
+pub(crate) struct DeviceFault(heliodon_gpu::DeviceFault);
 
 impl DeviceFault {
     /// Makes `app` ready to be stepped or run, and listens to its device from then on.
@@ -24,29 +23,13 @@ impl DeviceFault {
         app.cleanup();
         let fault = Self::default();
         if let Some(device) = app.world().get_resource::<RenderDevice>() {
-            let device = device.wgpu_device();
-            let told = fault.clone();
-            device.on_uncaptured_error(Arc::new(move |error| told.tell(describe(&error))));
-            let told = fault.clone();
-            device.set_device_lost_callback(move |_, why| told.tell(format!("the device was lost: {why}")));
+            fault.0.listen(device.wgpu_device());
         }
         fault
     }
 
-    /// Only the first is kept: it often causes the others.
-    fn tell(&self, what: String) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(what);
-    }
-
     /// What went wrong so far, if anything.
     pub(crate) fn first(&self) -> Option<String> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-}
-
-fn describe(error: &wgpu::Error) -> String {
-    match error {
-        wgpu::Error::OutOfMemory { .. } => "out of memory; a smaller picture, or fewer samples a pixel, need less".to_owned(),
-        other => other.to_string(),
+        self.0.first()
     }
 }

@@ -7,52 +7,33 @@ use anyhow::Result;
 use glam::Vec3;
 use heliodon_bundle::npy;
 use heliodon_math::light_sphere::LightSphere;
-use heliodon_math::visibility::VisibilityMatrix;
+use heliodon_math::visibility::{PointLight, VisibilityMatrix};
 use heliodon_mesh::Mesh;
 use heliodon_mesh::albedo::MeshAlbedo;
 use heliodon_mesh::export::write_ply;
 use std::io::{self, BufWriter, Write};
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// What was found, by vertex.
 pub struct Found {
-    pub occlusion: Vec<f32>,
-    bent: Vec<Vec3>,
-    light: Vec<Vec3>,
-    /// Entries of M that are not 0.
-    pub visible: u64,
+    pub light: PointLight,
+    /// Unit mean directions that light comes from, if they were asked for.
+    pub bent: Vec<Vec3>,
+    /// The whole matrix, if it was asked for.
+    pub matrix: Option<VisibilityMatrix>,
 }
 
 impl Found {
-    pub fn new(vertices: usize) -> Self {
-        Self { occlusion: vec![0.0; vertices], bent: vec![Vec3::ZERO; vertices], light: vec![Vec3::ZERO; vertices], visible: 0 }
-    }
-
     /// A vertex that no face uses is nowhere on a surface: nothing occludes it.
     pub fn open_unused(&mut self, scene: &Scene) {
-        for (i, _) in scene.used.iter().enumerate().filter(|(_, used)| !**used) {
-            self.occlusion[i] = 1.0;
-            self.bent[i] = scene.mesh.normals[i];
-        }
-    }
-
-    /// Takes what the matrix of the vertices `run` says.
-    pub fn add(&mut self, run: Range<usize>, matrix: &VisibilityMatrix, sphere: &LightSphere, radiance: Option<&[Vec3]>) {
-        self.visible += matrix.visible_count();
-        self.occlusion[run.clone()].copy_from_slice(&matrix.ambient_occlusion(sphere.weights()));
-        self.bent[run.clone()].copy_from_slice(&matrix.bent_normals(sphere.weights()));
-        if let Some(radiance) = radiance {
-            self.light[run].copy_from_slice(&matrix.image_light(sphere.weights(), radiance));
+        for (ao, _) in self.light.ambient_occlusion.iter_mut().zip(&scene.used).filter(|(_, used)| !**used) {
+            *ao = 1.0;
         }
     }
 }
 
 /// Writes a NumPy array of f32.
-///
-/// # Errors
-/// What the operating system or `data` says.
-pub fn write_npy(path: &Path, shape: &[u64], data: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
+fn write_npy(path: &Path, shape: &[u64], data: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
     files::write_whole(path, |file| {
         let mut out = BufWriter::with_capacity(1 << 18, file);
         out.write_all(&npy::header("<f4", shape))?;
@@ -65,16 +46,17 @@ fn write_floats(path: &Path, shape: &[u64], mut floats: impl Iterator<Item = f32
     write_npy(path, shape, |out| floats.try_for_each(|float| out.write_all(&float.to_le_bytes())))
 }
 
-/// Writes the directions and weights beside a matrix; answers with all three files.
+/// Writes M, and its directions and weights beside it; answers with all three files.
 ///
 /// # Errors
 /// What the operating system says.
-pub fn write_sphere(matrix: &Path, sphere: &LightSphere) -> Result<Vec<PathBuf>> {
+pub fn write_matrix(path: &Path, scene: &Scene, sphere: &LightSphere, matrix: &VisibilityMatrix) -> Result<Vec<PathBuf>> {
     let k = sphere.directions().len() as u64;
-    let (directions, weights) = (matrix.with_extension("directions.npy"), matrix.with_extension("weights.npy"));
+    let (directions, weights) = (path.with_extension("directions.npy"), path.with_extension("weights.npy"));
+    write_npy(path, &[scene.own_count() as u64, k], |out| scene.write_rows(out, matrix))?;
     write_floats(&directions, &[k, 3], sphere.directions().iter().flat_map(|l| l.to_array()))?;
     write_floats(&weights, &[k], sphere.weights().iter().copied())?;
-    Ok(vec![matrix.to_owned(), directions, weights])
+    Ok(vec![path.to_owned(), directions, weights])
 }
 
 /// Writes what the form asks for.
@@ -83,13 +65,13 @@ pub fn write_sphere(matrix: &Path, sphere: &LightSphere) -> Result<Vec<PathBuf>>
 /// What the operating system says.
 pub fn write_found(path: &Path, form: Form, scene: &Scene, found: &Found, args: &Args) -> Result<Vec<PathBuf>> {
     let count = scene.own_count() as u64;
-    let vectors = if args.bent { Some(&found.bent) } else { args.env.is_some().then_some(&found.light) };
+    let vectors = if args.bent { Some(&found.bent) } else { args.env.is_some().then_some(&found.light.light) };
     match (form, vectors) {
         (Form::Ply, _) => write_mesh(path, scene.mesh.clone(), found, args)?,
         (Form::Npy, Some(vectors)) => {
             write_floats(path, &[count, 3], scene.own_of(vectors).flat_map(|v| v.to_array()))?;
         }
-        (Form::Npy, None) => write_floats(path, &[count], scene.own_of(&found.occlusion).copied())?,
+        (Form::Npy, None) => write_floats(path, &[count], scene.own_of(&found.light.ambient_occlusion).copied())?,
     }
     Ok(vec![path.to_owned()])
 }
@@ -99,17 +81,18 @@ fn write_mesh(path: &Path, mut mesh: Mesh, found: &Found, args: &Args) -> Result
         let albedo = vertex_albedo(&mesh);
         found
             .light
+            .light
             .iter()
             .zip(albedo)
             .map(|(&light, albedo)| (light * albedo * args.exposure.exp2()).clamp(Vec3::ZERO, Vec3::ONE))
             .collect()
     } else {
-        found.occlusion.iter().map(|&ao| Vec3::splat(ao)).collect()
+        found.light.ambient_occlusion.iter().map(|&ao| Vec3::splat(ao)).collect()
     };
     if args.bent {
         mesh.normals.clone_from(&found.bent);
     }
-    Ok(write_ply(path, &mesh, Some(&found.occlusion))?)
+    Ok(write_ply(path, &mesh, Some(&found.light.ambient_occlusion))?)
 }
 
 /// The albedo of each vertex, as the first of its triangles has it there.

@@ -1,5 +1,6 @@
 //! `heliodon visibility`: the light that reaches the vertices of any mesh, with nothing computed beforehand.
 
+mod engine;
 mod found;
 mod scene;
 
@@ -10,22 +11,20 @@ use crate::output::{count, duration};
 use crate::probe_args::ProbeArgs;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
-use found::{Found, write_found, write_npy, write_sphere};
+use engine::Question;
+use found::{write_found, write_matrix};
 use glam::Quat;
 use heliodon_bake::memory::peak_resident_bytes;
 use heliodon_bake::report::Reporter;
 use heliodon_image::HdrImage;
 use heliodon_math::light_sphere::{LightSphere, MAX_LEVEL};
 use heliodon_math::visibility::VisibilityMatrix;
-use heliodon_rays::{BuildParams, TriangleScene};
 use heliodon_sky::environment::{Environment, blur_rad};
 use heliodon_sky::mapping::Mapping;
 use heliodon_sky::probe::Probe;
 use scene::read_scene;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::io;
-use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -79,17 +78,14 @@ pub struct Args {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 enum Backend {
-    /// What suits the mesh and the machine
+    /// A GPU for much work, where there is one; else the processor
     Auto,
     /// Rays on the processor: exact
     Cpu,
+    /// Depth maps on the GPU
+    #[cfg(feature = "gpu")]
+    Gpu,
 }
-
-/// The part of the scene's diagonal by which rays start off the surface.
-const OFFSET_PER_DIAGONAL: f32 = 1e-4;
-
-/// Bits of the matrix that are kept at once, in bytes; larger ones are computed in runs of vertices.
-const MATRIX_BYTES: u64 = 1 << 30;
 
 #[derive(Serialize)]
 struct VisibilityReport {
@@ -97,9 +93,12 @@ struct VisibilityReport {
     triangles: u64,
     directions: u64,
     backend: Backend,
-    offset_m: f32,
-    /// Entries of the matrix that are not 0.
-    visible: u64,
+    /// Which processor or GPU.
+    device: String,
+    /// How far off the surface rays start; depth maps have none.
+    offset_m: Option<f32>,
+    /// Entries of the matrix that are not 0, where it is written.
+    visible: Option<u64>,
     /// Over the vertices that faces use.
     mean_ambient_occlusion: f64,
     /// By phase.
@@ -123,57 +122,29 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     app.progress.stage("reading", args.meshes.len() as u64);
     let scene = phases.time("reading", || read_scene(app, &args.meshes))?;
     app.progress.finished();
-    let rays = phases
-        .time("hierarchy", || TriangleScene::build(&scene.mesh.positions, &scene.mesh.triangles, &BuildParams::default()))?;
-    let (low, high) = rays.bounds().unwrap_or_default();
-    let offset_m = args.offset.unwrap_or((low.distance(high) * OFFSET_PER_DIAGONAL).max(rays.start_offset()));
     let sphere = LightSphere::new(args.level);
     let radiance = environment.map(|environment| {
         let sigma_rad = args.blur.map_or_else(|| blur_rad(sphere.directions().len()), f64::to_radians);
         phases.time("environment", || environment.radiance(sphere.directions(), sphere.weights(), sigma_rad, Quat::IDENTITY))
     });
-
-    let mut found = Found::new(scene.mesh.positions.len());
-    let mut ask = |phases: &mut Phases, rows: &mut dyn FnMut(Range<usize>, &VisibilityMatrix) -> io::Result<()>| {
-        let (positions, normals) = (&scene.mesh.positions, &scene.normals);
-        let at_once = (MATRIX_BYTES * 8 / sphere.directions().len() as u64).max(1) as usize;
-        app.progress.stage("visibility", positions.len() as u64);
-        for first in (0..positions.len()).step_by(at_once) {
-            let run = first..(first + at_once).min(positions.len());
-            let asked = || rays.visibility(&positions[run.clone()], &normals[run.clone()], sphere.directions(), offset_m);
-            let matrix = phases.time("visibility", asked);
-            phases.time("light", || found.add(run.clone(), &matrix, &sphere, radiance.as_deref()));
-            phases.time("writing", || rows(run.clone(), &matrix))?;
-            app.progress.progress(run.end as u64);
-        }
-        app.progress.finished();
-        io::Result::Ok(())
+    let question = Question { scene: &scene, sphere: &sphere, radiance, bent: args.bent, matrix: args.matrix };
+    let (mut found, engine) = engine::answer(app, args, &question, &mut phases)?;
+    found.open_unused(&scene);
+    let written = match (&args.output, form, &found.matrix) {
+        (Some(path), Some(_), Some(matrix)) => phases.time("writing", || write_matrix(path, &scene, &sphere, matrix))?,
+        (Some(path), Some(form), None) => phases.time("writing", || write_found(path, form, &scene, &found, args))?,
+        _ => Vec::new(),
     };
-    let written = match (&args.output, form) {
-        (Some(path), Some(Form::Npy)) if args.matrix => {
-            write_npy(path, &[scene.own_count() as u64, sphere.directions().len() as u64], |out| {
-                ask(&mut phases, &mut |run, matrix| scene.write_rows(out, run, matrix))
-            })?;
-            write_sphere(path, &sphere)?
-        }
-        (path, form) => {
-            ask(&mut phases, &mut |_, _| Ok(()))?;
-            found.open_unused(&scene);
-            match (path, form) {
-                (Some(path), Some(form)) => phases.time("writing", || write_found(path, form, &scene, &found, args))?,
-                _ => Vec::new(),
-            }
-        }
-    };
-    let used: Vec<f64> =
-        found.occlusion.iter().zip(&scene.used).filter(|(_, used)| **used).map(|(&ao, _)| f64::from(ao)).collect();
+    let occlusion = &found.light.ambient_occlusion;
+    let used: Vec<f64> = occlusion.iter().zip(&scene.used).filter(|(_, used)| **used).map(|(&ao, _)| f64::from(ao)).collect();
     let report = VisibilityReport {
         vertices: scene.mesh.positions.len() as u64,
         triangles: scene.mesh.triangles.len() as u64,
         directions: sphere.directions().len() as u64,
-        backend: Backend::Cpu,
-        offset_m,
-        visible: found.visible,
+        backend: engine.backend,
+        device: engine.device,
+        offset_m: engine.offset_m,
+        visible: found.matrix.as_ref().map(VisibilityMatrix::visible_count),
         mean_ambient_occlusion: used.iter().sum::<f64>() / used.len().max(1) as f64,
         seconds: phases.seconds,
         peak_memory_bytes: peak_resident_bytes(),
@@ -184,10 +155,11 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
 
 fn describe(report: &VisibilityReport) -> String {
     let mut text = format!(
-        "{} vertices, {} triangles, {} directions: mean ambient occlusion {:.4}",
+        "{} vertices, {} triangles, {} directions on {}: mean ambient occlusion {:.4}",
         count(report.vertices),
         count(report.triangles),
         count(report.directions),
+        report.device,
         report.mean_ambient_occlusion
     );
     let phases: Vec<String> =
@@ -220,6 +192,10 @@ impl Phases {
 
 /// Looks whether what is asked for goes together and can be written.
 fn form(args: &Args) -> Result<Option<Form>> {
+    #[cfg(feature = "gpu")]
+    if args.offset.is_some() && args.backend == Backend::Gpu {
+        wrong_arguments!("--offset is where rays start, and depth maps have none; leave it out, or say --backend cpu");
+    }
     if args.env.is_none() && args.probe.any() {
         wrong_arguments!("--mapping, --opening and --turn say how --env is read; name one, or leave them out");
     }

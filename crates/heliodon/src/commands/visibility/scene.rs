@@ -58,15 +58,14 @@ impl Scene {
         self.own.iter().flat_map(|range| &values[range.clone()])
     }
 
-    /// The rows of M of those vertices of `run` that are the files' own, in their order.
-    pub fn write_rows(&self, out: &mut dyn Write, run: Range<usize>, matrix: &VisibilityMatrix) -> io::Result<()> {
-        let mut row_of = vec![0; run.len()];
+    /// The rows of M of the files' own vertices, in their order.
+    pub fn write_rows(&self, out: &mut dyn Write, matrix: &VisibilityMatrix) -> io::Result<()> {
+        let mut row_of = vec![0; matrix.order().len()];
         matrix.order().iter().enumerate().for_each(|(row, &vertex)| row_of[vertex as usize] = row);
-        let own = |vertex: &usize| self.own.iter().any(|own| own.contains(vertex));
         let mut bytes = Vec::with_capacity(4 * matrix.directions().len());
-        for vertex in run.clone().filter(own) {
+        for &row in self.own_of(&row_of) {
             bytes.clear();
-            matrix.row(row_of[vertex - run.start]).for_each(|entry| bytes.extend(entry.to_le_bytes()));
+            matrix.row(row).for_each(|entry| bytes.extend(entry.to_le_bytes()));
             out.write_all(&bytes)?;
         }
         Ok(())

@@ -1,0 +1,174 @@
+//! The visibility matrix on a GPU, software if need be: analytic scenes, and rays as the truth.
+
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+use glam::Vec3;
+use heliodon_gpu::{DepthMaps, GpuError, Headless, VisibilityGpu, headless};
+use heliodon_math::light_sphere::LightSphere;
+use heliodon_math::visibility::{VisibilityBackend, VisibilityMatrix};
+use heliodon_rays::VisibilityCpu;
+use heliodon_testkit::scenes::{Scene, ball, cuboid, ground, rectangle};
+use std::sync::OnceLock;
+
+/// One device for all tests.
+fn own() -> &'static Headless {
+    static DEVICE: OnceLock<Headless> = OnceLock::new();
+    DEVICE.get_or_init(|| headless().expect("software Vulkan at least: ./x test installs it"))
+}
+
+fn gpu(maps: DepthMaps) -> VisibilityGpu {
+    let Headless { device, queue, fault, .. } = own();
+    VisibilityGpu::new(device, queue, fault, maps)
+}
+
+fn set(backend: &mut impl VisibilityBackend, scene: &Scene) {
+    backend.set_mesh(&scene.positions, &scene.normals, &scene.triangles).unwrap();
+}
+
+fn occlusion(scene: &Scene, level: u32) -> Vec<f32> {
+    let sphere = LightSphere::new(level);
+    let mut gpu = gpu(DepthMaps::default());
+    set(&mut gpu, scene);
+    gpu.compute(sphere.directions()).unwrap();
+    gpu.light(sphere.weights(), sphere.directions()).unwrap().ambient_occlusion
+}
+
+/// Entries of both matrices by point and direction.
+fn entries<'a>(matrix: &'a VisibilityMatrix) -> impl Fn(usize, usize) -> bool + 'a {
+    let mut row_of = vec![0; matrix.order().len()];
+    matrix.order().iter().enumerate().for_each(|(row, &point)| row_of[point as usize] = row);
+    move |point, direction| matrix.is_visible(row_of[point], direction)
+}
+
+/// Balls on the ground beside a wall: contacts, penumbrae and grazing light.
+fn still_life() -> Scene {
+    let turned = rectangle(Vec3::new(-2.0, 0.0, -1.3), Vec3::new(3.9, 0.0, 0.8), Vec3::Y * 2.0, 30);
+    let balls = ball(0.5, 32).moved(Vec3::Y * 0.5).and(ball(0.3, 24).moved(Vec3::new(0.7, 0.3, 0.4)));
+    ground(6.0, 80).and(turned).and(balls)
+}
+
+#[test]
+fn depth_maps_agree_with_rays() {
+    let scene = still_life();
+    let sphere = LightSphere::new(3);
+    let (mut cpu, mut gpu) = (VisibilityCpu::new(None), gpu(DepthMaps::default()));
+    set(&mut cpu, &scene);
+    set(&mut gpu, &scene);
+    cpu.compute(sphere.directions()).unwrap();
+    gpu.compute(sphere.directions()).unwrap();
+    let (exact, found) = (cpu.matrix().unwrap(), gpu.matrix().unwrap());
+    assert_eq!(found.validate(), Ok(()));
+    let (exact, found) = (entries(&exact), entries(&found));
+    let (points, count) = (scene.positions.len(), sphere.directions().len());
+    let differing =
+        (0..points).flat_map(|i| (0..count).map(move |j| (i, j))).filter(|&(i, j)| exact(i, j) != found(i, j)).count();
+    let share = differing as f64 / (points * count) as f64;
+    println!("{:.2} % of entries differ", 100.0 * share);
+    assert!(share < 0.02, "{share}");
+
+    let exact = cpu.light(sphere.weights(), sphere.directions()).unwrap();
+    let found = gpu.light(sphere.weights(), sphere.directions()).unwrap();
+    let differences = exact.ambient_occlusion.iter().zip(&found.ambient_occlusion).map(|(a, b)| f64::from((a - b).abs()));
+    let mean = differences.sum::<f64>() / points as f64;
+    println!("mean difference of ambient occlusion {mean:.4}");
+    assert!(mean < 0.01, "{mean}");
+}
+
+#[test]
+fn light_is_summed_on_the_gpu_as_from_the_matrix() {
+    let scene = still_life();
+    // Not whole words: 66 and 18.
+    for level in [1, 2] {
+        let sphere = LightSphere::new(level);
+        let radiance: Vec<Vec3> = sphere.directions().iter().map(|l| Vec3::new(1.0 + l.x, 1.0 + l.y, 2.0)).collect();
+        let mut gpu = gpu(DepthMaps { size_px: Some(256), ..DepthMaps::default() });
+        set(&mut gpu, &scene);
+        gpu.compute(sphere.directions()).unwrap();
+        let there = gpu.light(sphere.weights(), &radiance).unwrap();
+        let here = gpu.matrix().unwrap().light(sphere.weights(), &radiance);
+        for i in 0..scene.positions.len() {
+            assert!((there.light[i] - here.light[i]).abs().max_element() < 1e-4, "{} {}", there.light[i], here.light[i]);
+            assert!((there.ambient_occlusion[i] - here.ambient_occlusion[i]).abs() < 1e-5);
+            assert!((there.open[i] - here.open[i]).abs() < 1e-4);
+        }
+    }
+}
+
+#[test]
+fn convex_solids_are_open() {
+    let turned = |mut scene: Scene| {
+        let turn = glam::Quat::from_euler(glam::EulerRot::XYZ, 0.3, 0.5, 0.7);
+        scene.positions.iter_mut().chain(&mut scene.normals).for_each(|v| *v = turn * *v);
+        scene
+    };
+    for solid in [ball(1.0, 24), turned(cuboid(Vec3::splat(-1.0), Vec3::new(1.0, 2.0, 3.0), 9)), turned(ground(10.0, 3))] {
+        let ao = occlusion(&solid, 3);
+        let mean = ao.iter().sum::<f32>() / ao.len() as f32;
+        let least = ao.iter().fold(1.0f32, |least, &ao| least.min(ao));
+        println!("mean {mean}, least {least}");
+        assert!(mean > 0.999 && least > 0.98, "mean {mean}, least {least}");
+    }
+}
+
+#[test]
+fn a_wall_takes_half_of_the_ground_at_its_foot() {
+    let wall = rectangle(Vec3::new(-8.0, 0.0, 0.0), Vec3::X * 16.0, Vec3::Y * 16.0, 1);
+    let mut scene = ground(2.0, 20).moved(Vec3::Z * 1.05).and(wall);
+    let turn = glam::Quat::from_rotation_y(0.3);
+    scene.positions.iter_mut().chain(&mut scene.normals).for_each(|v| *v = turn * *v);
+    let ao = occlusion(&scene, 4);
+    for (p, ao) in scene.positions.iter().zip(ao).take(21 * 21).filter(|(p, _)| (turn.inverse() * **p).z < 0.3) {
+        assert!((ao - 0.5).abs() < 0.03, "{p}: {ao}");
+    }
+}
+
+#[test]
+fn a_mesh_that_moves_is_seen_where_it_is() {
+    let (above, beside) = (Vec3::Y * 0.5, Vec3::new(9.0, 0.5, 0.0));
+    let at = |place: Vec3| ground(2.0, 10).and(ball(0.4, 16).moved(place));
+    let sphere = LightSphere::new(2);
+    let mut gpu = gpu(DepthMaps { size_px: Some(512), ..DepthMaps::default() });
+    set(&mut gpu, &at(above));
+    let middle = |gpu: &mut VisibilityGpu, scene: &Scene| {
+        gpu.move_vertices(&scene.positions, &scene.normals).unwrap();
+        gpu.compute(sphere.directions()).unwrap();
+        gpu.light(sphere.weights(), sphere.directions()).unwrap().ambient_occlusion[60]
+    };
+    let (dark, open) = (middle(&mut gpu, &at(above)), middle(&mut gpu, &at(beside)));
+    assert!(dark < 0.4 && open > 0.98, "{dark} {open}");
+    assert!(gpu.move_vertices(&[Vec3::ZERO], &[Vec3::Y]).is_err());
+}
+
+#[test]
+fn what_cannot_be_asked_is_told() {
+    let mut gpu = gpu(DepthMaps::default());
+    assert!(matches!(gpu.compute(&[Vec3::Y]), Err(GpuError::Input(_))));
+    assert!(matches!(gpu.set_mesh(&[Vec3::ZERO], &[], &[]), Err(GpuError::Input(_))));
+    assert!(matches!(gpu.set_mesh(&[Vec3::ZERO], &[Vec3::Y], &[[0, 0, 1]]), Err(GpuError::Input(_))));
+    set(&mut gpu, &ground(1.0, 2));
+    assert!(matches!(gpu.light(&[], &[]), Err(GpuError::Input(_))));
+    gpu.compute(&[Vec3::Y]).unwrap();
+    assert!(matches!(gpu.light(&[1.0], &[]), Err(GpuError::Input(_))));
+    let most = gpu.most_directions(9);
+    let too_many = vec![Vec3::Y; (own().device.limits().max_storage_buffer_binding_size / 4 / 9 * 32 + 320) as usize];
+    assert!(most < too_many.len());
+    match gpu.compute(&too_many) {
+        Err(GpuError::TooLarge { needed_bytes, most_bytes, .. }) => assert!(needed_bytes > most_bytes),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn hostile_meshes_give_finite_numbers() {
+    let sphere = LightSphere::new(1);
+    let mut gpu = gpu(DepthMaps { size_px: Some(64), ..DepthMaps::default() });
+    for hostile in heliodon_testkit::hostile::meshes() {
+        set(&mut gpu, &hostile.scene);
+        gpu.compute(sphere.directions()).unwrap_or_else(|error| panic!("{}: {error}", hostile.name));
+        let light = gpu.light(sphere.weights(), sphere.directions()).unwrap();
+        assert_eq!(light.light.len(), hostile.scene.positions.len(), "{}", hostile.name);
+        assert!(light.ambient_occlusion.iter().all(|ao| (0.0..=1.0).contains(ao)), "{}: {light:?}", hostile.name);
+        assert!(light.light.iter().all(|light| light.is_finite()), "{}", hostile.name);
+        assert_eq!(gpu.matrix().unwrap().validate(), Ok(()), "{}", hostile.name);
+    }
+}
