@@ -28,7 +28,7 @@ enum MappingName {
     Angular,
     /// Mirror ball seen along -Z
     MirrorBall,
-    /// The faces of a cube, 3 x 4 or 4 x 3
+    /// The faces of a cube: a cross, 3 x 4 or 4 x 3, or a strip, 6 x 1 or 1 x 6
     CubeCross,
     /// The upper half seen from below
     Fisheye,

@@ -90,6 +90,7 @@ impl Probe {
 
     fn radiance_of(&self, direction: DVec3, counts: impl Fn(usize) -> bool) -> Vec3 {
         let Some((x, y)) = self.geometry().position(direction) else { return Vec3::ZERO };
+        let own = ((x as u32).min(self.image.width.saturating_sub(1)), (y as u32).min(self.image.height.saturating_sub(1)));
         let (x, y) = (x - 0.5, y - 0.5);
         let (x_low, y_low) = (x.floor(), y.floor());
         let (fx, fy) = ((x - x_low) as f32, (y - y_low) as f32);
@@ -104,7 +105,8 @@ impl Probe {
             let column = if wraps { column.rem_euclid(width) } else { column.clamp(0, width - 1) };
             let row = (y_low as i64 + dy).clamp(0, height - 1);
             let index = (row * width + column) as usize;
-            if self.grid.solid_angles()[index] > 0.0 && counts(index) {
+            let parted = self.geometry().are_parted(own, (column as u32, row as u32));
+            if self.grid.solid_angles()[index] > 0.0 && !parted && counts(index) {
                 sum += self.image.pixels[index] * weight;
                 weights += weight;
             }

@@ -68,9 +68,13 @@ fn probes_of_all_mappings_shine_alike() {
     let sphere = LightSphere::new(2);
     let look = |environment: &Environment| environment.radiance(sphere.directions(), sphere.weights(), 0.2, Quat::IDENTITY);
     let expected = look(&Environment::from_lat_long(lat_long(512, sky)));
-    for (mapping, width, height) in
-        [(Mapping::Angular, 256, 256), (Mapping::CubeCross, 192, 256), (Mapping::CubeCross, 256, 192)]
-    {
+    for (mapping, width, height) in [
+        (Mapping::Angular, 256, 256),
+        (Mapping::CubeCross, 192, 256),
+        (Mapping::CubeCross, 256, 192),
+        (Mapping::CubeCross, 384, 64),
+        (Mapping::CubeCross, 64, 384),
+    ] {
         let geometry = Geometry::new(mapping, width, height, 0.0).unwrap();
         let image = HdrImage::from_fn(width, height, |x, y| {
             geometry.direction(f64::from(x) + 0.5, f64::from(y) + 0.5).map_or(Vec3::ZERO, |d| sky(d.as_vec3()))

@@ -19,6 +19,8 @@ fn all(scale: u32) -> Vec<(Mapping, u32, u32)> {
         (Mapping::Fisheye { opening_deg: 360.0 }, scale, scale),
         (Mapping::CubeCross, 3 * scale, 4 * scale),
         (Mapping::CubeCross, 4 * scale, 3 * scale),
+        (Mapping::CubeCross, 6 * scale, scale),
+        (Mapping::CubeCross, scale, 6 * scale),
     ]
 }
 
@@ -41,6 +43,14 @@ fn published_places_are_where_they_belong() {
     close(at(Mapping::CubeCross, 300, 400, DVec3::Z), (150.0, 350.0));
     close(at(Mapping::CubeCross, 400, 300, DVec3::Z), (350.0, 150.0));
     close(at(Mapping::CubeCross, 400, 300, DVec3::X), (250.0, 150.0));
+    let faces = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::NEG_Z, DVec3::Z];
+    for (face, place) in faces.into_iter().zip([50.0, 150.0, 250.0, 350.0, 450.0, 550.0]) {
+        close(at(Mapping::CubeCross, 600, 100, face), (place, 50.0));
+        close(at(Mapping::CubeCross, 100, 600, face), (50.0, place));
+    }
+    // seen from inside: south of the east is on its right, north of the nadir above it
+    close(at(Mapping::CubeCross, 600, 100, DVec3::new(1.0, 0.0, 0.5)), (75.0, 50.0));
+    close(at(Mapping::CubeCross, 600, 100, DVec3::new(0.0, -1.0, -0.5)), (350.0, 25.0));
     // a turn of 90 degrees: what the image calls north lies in the east
     let turned = Geometry::new(Mapping::LatLong, 400, 200, 0.5 * PI).unwrap();
     close(turned.position(DVec3::X).unwrap(), (200.0, 100.0));
@@ -96,7 +106,11 @@ fn solid_angles_sum_to_the_sphere_and_agree_with_small_triangles() {
     for (mapping, w, h) in all(96) {
         let grid = ProbeGrid::new(mapping, w, h, 0.0).unwrap();
         let geometry = grid.geometry();
-        let (x, y) = if mapping == Mapping::CubeCross { (w / 3 + 5, h / 3 + 7) } else { (w / 2 + 9, h / 3 + 2) };
+        let (x, y) = if mapping == Mapping::CubeCross && w.max(h) < 6 * w.min(h) {
+            (w / 3 + 5, h / 3 + 7)
+        } else {
+            (w / 2 + 9, h / 3 + 2)
+        };
         let mut sum = 0.0;
         for j in 0..64 {
             for i in 0..64 {

@@ -72,6 +72,31 @@ fn several_meshes_occlude_one_another() {
 }
 
 #[test]
+fn survey_coordinates_change_nothing() {
+    let desk = Desk::new();
+    let moved = |name: &str, file: PathBuf| {
+        let text = std::fs::read_to_string(file).unwrap();
+        let lines = text.lines().map(|line| match line.strip_prefix("v ") {
+            Some(numbers) => {
+                let [x, y, z] = numbers.split(' ').map(|n| n.parse::<f64>().unwrap()).collect::<Vec<_>>()[..] else { panic!() };
+                format!("v {} {} {}\n", x + 476_312.0, y + 151.0, z - 4_202_187.0)
+            }
+            None => format!("{line}\n"),
+        });
+        desk.write(name, &lines.collect::<String>())
+    };
+    let low = desk.write("low.obj", "v 1.3 0 -4\nv 1.3 0 4\nv 1.3 8 4\nv 1.3 8 -4\nf 1 2 3 4\n");
+    let (far, far_low) = (moved("far.obj", desk.square()), moved("far_low.obj", low.clone()));
+    let out = desk.path("ao.npy");
+    let answers = [[desk.square(), low], [far, far_low]].map(|[square, wall]| {
+        let ran = done(&[&"visibility", &square, &wall, &"-o", &out]);
+        assert!(!ran.err.contains("warning"), "{}", ran.err);
+        read_npy_f32(&out).1
+    });
+    assert_eq!(answers[0], answers[1]);
+}
+
+#[test]
 fn the_matrix_says_what_occlusion_sums() {
     let desk = Desk::new();
     let (square, wall, out) = (desk.square(), desk.wall(), desk.path("m.npy"));

@@ -250,7 +250,7 @@ pub enum Mapping {
     Angular,
     /// Mirror ball: as angular, radius = sin(angle / 2).
     MirrorBall,
-    /// Cube cross, vertical 3 x 4 or horizontal 4 x 3.
+    /// Faces of a cube: a cross, 3 x 4 or 4 x 3, or a strip, 6 x 1 or 1 x 6.
     CubeCross,
     /// Equidistant fisheye of the upper half, north at the top, east at the left.
     Fisheye,

@@ -1,4 +1,4 @@
-//! The cube unfolded to a cross.
+//! The cube unfolded to a cross, or its faces in a row.
 
 use glam::DVec3;
 
@@ -19,34 +19,75 @@ const WEST: Face = face((0.0, 1.0), DVec3::NEG_X, DVec3::NEG_Z, DVec3::Y);
 const EAST: Face = face((2.0, 1.0), DVec3::X, DVec3::Z, DVec3::Y);
 const UP: Face = face((1.0, 0.0), DVec3::Y, DVec3::X, DVec3::Z);
 const DOWN: Face = face((1.0, 2.0), DVec3::NEG_Y, DVec3::X, DVec3::NEG_Z);
+/// Right of the east face, its left edge the east face's right one.
+const SOUTH: Face = face((3.0, 1.0), DVec3::Z, DVec3::NEG_X, DVec3::Y);
+/// Below the lower face, so upside down.
+const SOUTH_BELOW: Face = face((1.0, 3.0), DVec3::Z, DVec3::X, DVec3::NEG_Y);
 
-/// 4 x 3: right of the east face, its left edge the east face's right one.
-static HORIZONTAL: [Face; 6] = [NORTH, WEST, EAST, UP, DOWN, face((3.0, 1.0), DVec3::Z, DVec3::NEG_X, DVec3::Y)];
-/// 3 x 4: below the lower face, so upside down.
-static VERTICAL: [Face; 6] = [NORTH, WEST, EAST, UP, DOWN, face((1.0, 3.0), DVec3::Z, DVec3::X, DVec3::NEG_Y)];
-
-/// (columns, rows) of faces of an image that has the shape of a cross.
-pub(super) fn face_count(width: u32, height: u32) -> Option<(f64, f64)> {
-    if u64::from(width) * 4 == u64::from(height) * 3 {
-        Some((3.0, 4.0))
-    } else if u64::from(width) * 3 == u64::from(height) * 4 {
-        Some((4.0, 3.0))
-    } else {
-        None
-    }
+/// How the faces lie in an image.
+struct Layout {
+    /// Cells, in columns and rows.
+    cells: (u32, u32),
+    faces: [Face; 6],
 }
 
-fn layout(w: f64, h: f64) -> (&'static [Face; 6], f64) {
-    if w < h { (&VERTICAL, w / 3.0) } else { (&HORIZONTAL, w / 4.0) }
+const fn at(cell: (f64, f64), of: Face) -> Face {
+    face(cell, of.forward, of.right, of.up)
+}
+
+static LAYOUTS: [Layout; 4] = [
+    Layout { cells: (4, 3), faces: [NORTH, WEST, EAST, UP, DOWN, SOUTH] },
+    Layout { cells: (3, 4), faces: [NORTH, WEST, EAST, UP, DOWN, SOUTH_BELOW] },
+    Layout {
+        cells: (6, 1),
+        faces: [
+            at((0.0, 0.0), EAST),
+            at((1.0, 0.0), WEST),
+            at((2.0, 0.0), UP),
+            at((3.0, 0.0), DOWN),
+            at((4.0, 0.0), NORTH),
+            at((5.0, 0.0), SOUTH),
+        ],
+    },
+    Layout {
+        cells: (1, 6),
+        faces: [
+            at((0.0, 0.0), EAST),
+            at((0.0, 1.0), WEST),
+            at((0.0, 2.0), UP),
+            at((0.0, 3.0), DOWN),
+            at((0.0, 4.0), NORTH),
+            at((0.0, 5.0), SOUTH),
+        ],
+    },
+];
+
+fn find(width: u32, height: u32) -> Option<&'static Layout> {
+    LAYOUTS.iter().find(|layout| u64::from(width) * u64::from(layout.cells.1) == u64::from(height) * u64::from(layout.cells.0))
+}
+
+/// (columns, rows) of faces of an image that has the shape of a cross or a strip.
+pub(super) fn face_count(width: u32, height: u32) -> Option<(f64, f64)> {
+    find(width, height).map(|layout| (f64::from(layout.cells.0), f64::from(layout.cells.1)))
+}
+
+/// Pixels of a face's side where the faces lie in a row, so that those side by side are no neighbours on the cube.
+pub(super) fn strip_side(width: u32, height: u32) -> Option<u32> {
+    find(width, height).filter(|layout| layout.cells.0.min(layout.cells.1) == 1).map(|_| width.min(height))
+}
+
+/// The layout and the pixels of a face's side. What is no layout was refused before.
+fn layout(w: f64, h: f64) -> (&'static Layout, f64) {
+    let layout = find(w as u32, h as u32).unwrap_or(&LAYOUTS[0]);
+    (layout, w / f64::from(layout.cells.0))
 }
 
 /// The face at a position, and the place on it: s to the right and t up, in [-1, 1].
 fn locate(w: f64, h: f64, x: f64, y: f64) -> Option<(&'static Face, f64, f64)> {
-    let (faces, size) = layout(w, h);
+    let (layout, size) = layout(w, h);
     let (column, row) = ((x / size).floor(), (y / size).floor());
-    let (columns, rows) = if w < h { (3.0, 4.0) } else { (4.0, 3.0) };
-    let cell = (column.min(columns - 1.0), row.min(rows - 1.0));
-    let face = faces.iter().find(|f| f.cell == cell)?;
+    let cell = (column.min(f64::from(layout.cells.0) - 1.0), row.min(f64::from(layout.cells.1) - 1.0));
+    let face = layout.faces.iter().find(|f| f.cell == cell)?;
     Some((face, 2.0 * (x / size - cell.0) - 1.0, 1.0 - 2.0 * (y / size - cell.1)))
 }
 
@@ -56,9 +97,9 @@ pub(super) fn direction(w: f64, h: f64, x: f64, y: f64) -> Option<DVec3> {
 }
 
 pub(super) fn position(w: f64, h: f64, d: DVec3) -> (f64, f64) {
-    let (faces, size) = layout(w, h);
-    let mut best = &faces[0];
-    for face in faces {
+    let (layout, size) = layout(w, h);
+    let mut best = &layout.faces[0];
+    for face in &layout.faces {
         if face.forward.dot(d) > best.forward.dot(d) {
             best = face;
         }

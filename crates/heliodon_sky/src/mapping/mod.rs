@@ -9,7 +9,8 @@
 //! - **fisheye**: seen from below, equidistant from the zenith, north at the top, east at the left.
 //! - **cube-cross**: the face that looks north (-Z) in the middle, west (-X) on its left, east (+X) on its right, up above it and down
 //!   below it; the face that looks south is right of the east face in a 4 x 3 cross, and upside down below the lower face
-//!   in a 3 x 4 cross.
+//!   in a 3 x 4 cross. Six faces in a row or a column (6 x 1, 1 x 6) come as graphics libraries number them, right, left, top, bottom,
+//!   front, back: looking east, west, up, down, north, south; up with south at its upper edge, down with north there.
 
 mod cross;
 mod disc;
@@ -35,7 +36,7 @@ pub enum Mapping {
         /// The angle across the whole disc, in degrees: 180 for the upper half.
         opening_deg: f64,
     },
-    /// Six faces of a cube, 3 x 4 or 4 x 3.
+    /// Six faces of a cube: a cross, 3 x 4 or 4 x 3, or a strip, 6 x 1 or 1 x 6.
     CubeCross,
 }
 
@@ -123,7 +124,7 @@ impl Geometry {
     /// The geometry of images of a size. `turn_rad` is the compass bearing, clockwise, of what the mapping calls north.
     ///
     /// # Errors
-    /// Where the size is nothing, or a cross is neither 3 x 4 nor 4 x 3.
+    /// Where the size is nothing, or the faces of a cube are neither 3 x 4, 4 x 3, 6 x 1 nor 1 x 6.
     pub fn new(mapping: Mapping, width: u32, height: u32, turn_rad: f64) -> Result<Self, SkyError> {
         let wrong = |problem: String, remedy| Err(SkyError::Probe { name: mapping.name().into(), problem, remedy });
         if width == 0 || height == 0 {
@@ -131,8 +132,8 @@ impl Geometry {
         }
         if mapping == Mapping::CubeCross && cross::face_count(width, height).is_none() {
             return wrong(
-                format!("{width} x {height} pixels are no cross of six square faces"),
-                "give an image of 3 x 4 or 4 x 3 faces, or another mapping",
+                format!("{width} x {height} pixels are no six square faces of a cube"),
+                "give an image of 3 x 4, 4 x 3, 6 x 1 or 1 x 6 faces, or another mapping",
             );
         }
         if !turn_rad.is_finite() {
@@ -157,6 +158,12 @@ impl Geometry {
     #[must_use]
     pub fn height(&self) -> u32 {
         self.height
+    }
+
+    /// Whether two pixels belong to images that only lie side by side: faces of a cube in a row.
+    pub(crate) fn are_parted(&self, a: (u32, u32), b: (u32, u32)) -> bool {
+        let side = (self.mapping == Mapping::CubeCross).then(|| cross::strip_side(self.width, self.height)).flatten();
+        side.is_some_and(|side| (a.0 / side, a.1 / side) != (b.0 / side, b.1 / side))
     }
 
     /// The unit direction in which the image looks at a position; `None` outside of the disc, the cross or the image.

@@ -2,11 +2,12 @@
 
 use crate::App;
 use anyhow::{Context, Result};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use heliodon_bake::report::Reporter;
 use heliodon_math::visibility::VisibilityMatrix;
 use heliodon_mesh::Mesh;
 use heliodon_mesh::import::{ImportOptions, ImportReport, read_reporting};
+use heliodon_mesh::place::Placement;
 use std::io::{self, Write};
 use std::ops::Range;
 use std::path::PathBuf;
@@ -21,30 +22,54 @@ pub struct Scene {
     own: Vec<Range<usize>>,
 }
 
-/// Reads the meshes, and tells what was left out of them.
+/// A scene that is farther away than this many times its size is read again about its own middle: f32 would leave it less than 14 bits.
+const FAR: f32 = 1000.0;
+
+/// Reads the meshes, and tells what was left out of them. What lies far from the origin, as survey coordinates do, is moved to it.
 ///
 /// # Errors
 /// What keeps one from being read.
 pub fn read_scene(app: &App, paths: &[PathBuf]) -> Result<Scene> {
+    let (mut scene, mut report) = read_about(app, paths, DVec3::ZERO)?;
+    let corners = scene.mesh.triangles.as_flattened().iter().map(|&i| scene.mesh.positions[i as usize]);
+    let (low, high) = corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    let farthest = low.abs().max(high.abs()).max_element();
+    if farthest > FAR * (high - low).max_element() {
+        let origin = (0.5 * (low.as_dvec3() + high.as_dvec3())).round();
+        (scene, report) = read_about(app, paths, origin)?;
+        let [x, y, z] = origin.to_array();
+        app.progress
+            .note(&format!("the scene lies far from the origin; it is computed, and written as a mesh, about [{x}, {y}, {z}]"));
+    }
+    report.warnings.iter().for_each(|warning| app.progress.warning(warning));
+    Ok(scene)
+}
+
+fn read_about(app: &App, paths: &[PathBuf], origin: DVec3) -> Result<(Scene, ImportReport)> {
+    let placement = Placement { origin: origin.to_array(), ..Placement::default() };
+    let options = ImportOptions { placement, ..ImportOptions::default() };
     let mut all = Mesh::default();
     let mut own = Vec::new();
+    let mut told = ImportReport::default();
     for (path, number) in paths.iter().zip(1..) {
         let mut report = ImportReport::default();
-        let mesh = read_reporting(path, &ImportOptions::default(), &mut report)?;
-        report.warnings.iter().for_each(|warning| app.progress.warning(warning));
+        let mesh = read_reporting(path, &options, &mut report)?;
         let first = all.positions.len();
         own.push(first..first + report.file_vertices as usize);
+        told.add(report);
         if first == 0 {
             all = mesh
         } else {
             all.append(&mesh).with_context(|| path.display().to_string())?
         }
-        app.progress.progress(number);
+        if origin == DVec3::ZERO {
+            app.progress.progress(number);
+        }
     }
     let mut used = vec![false; all.positions.len()];
     all.triangles.as_flattened().iter().for_each(|&i| used[i as usize] = true);
     let normals = all.normals.iter().zip(&used).map(|(&n, &used)| if used { n } else { Vec3::ZERO }).collect();
-    Ok(Scene { mesh: all, normals, used, own })
+    Ok((Scene { mesh: all, normals, used, own }, told))
 }
 
 impl Scene {
