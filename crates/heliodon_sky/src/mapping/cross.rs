@@ -31,35 +31,26 @@ struct Layout {
     faces: [Face; 6],
 }
 
-const fn at(cell: (f64, f64), of: Face) -> Face {
-    face(cell, of.forward, of.right, of.up)
+/// Right, left, top, bottom, front, back, each so many columns and rows from the one before.
+const fn strip(columns: f64, rows: f64) -> [Face; 6] {
+    const fn at(number: f64, columns: f64, rows: f64, of: Face) -> Face {
+        face((number * columns, number * rows), of.forward, of.right, of.up)
+    }
+    [
+        at(0.0, columns, rows, EAST),
+        at(1.0, columns, rows, WEST),
+        at(2.0, columns, rows, UP),
+        at(3.0, columns, rows, DOWN),
+        at(4.0, columns, rows, NORTH),
+        at(5.0, columns, rows, SOUTH),
+    ]
 }
 
 static LAYOUTS: [Layout; 4] = [
     Layout { cells: (4, 3), faces: [NORTH, WEST, EAST, UP, DOWN, SOUTH] },
     Layout { cells: (3, 4), faces: [NORTH, WEST, EAST, UP, DOWN, SOUTH_BELOW] },
-    Layout {
-        cells: (6, 1),
-        faces: [
-            at((0.0, 0.0), EAST),
-            at((1.0, 0.0), WEST),
-            at((2.0, 0.0), UP),
-            at((3.0, 0.0), DOWN),
-            at((4.0, 0.0), NORTH),
-            at((5.0, 0.0), SOUTH),
-        ],
-    },
-    Layout {
-        cells: (1, 6),
-        faces: [
-            at((0.0, 0.0), EAST),
-            at((0.0, 1.0), WEST),
-            at((0.0, 2.0), UP),
-            at((0.0, 3.0), DOWN),
-            at((0.0, 4.0), NORTH),
-            at((0.0, 5.0), SOUTH),
-        ],
-    },
+    Layout { cells: (6, 1), faces: strip(1.0, 0.0) },
+    Layout { cells: (1, 6), faces: strip(0.0, 1.0) },
 ];
 
 fn find(width: u32, height: u32) -> Option<&'static Layout> {
