@@ -131,6 +131,8 @@ fn a_mesh_that_moves_is_seen_where_it_is() {
     set(&mut gpu, &at(above));
     let middle = |gpu: &mut VisibilityGpu, scene: &Scene| {
         gpu.move_vertices(&scene.positions, &scene.normals).unwrap();
+        let stale = gpu.light(sphere.weights(), sphere.directions());
+        assert!(matches!(stale, Err(GpuError::Input(_))), "the matrix was of another place");
         gpu.compute(sphere.directions()).unwrap();
         gpu.light(sphere.weights(), sphere.directions()).unwrap().ambient_occlusion[60]
     };

@@ -14,7 +14,7 @@ use heliodon_math::visibility::{BLOCK, BLOCK_WORDS, PointLight, VisibilityBacken
 use rayon::prelude::*;
 
 /// Bits of a matrix that are kept at once, in bytes.
-const MATRIX_BYTES: usize = 1 << 30;
+const MATRIX_BYTES: u64 = 1 << 30;
 
 /// The part of the scene's diagonal by which rays start off the surface: enough for the facets of a smooth surface, and too little to
 /// lose a contact that its triangles could show.
@@ -120,7 +120,7 @@ impl VisibilityBackend for VisibilityCpu {
     }
 
     fn most_directions(&self, points: usize) -> usize {
-        (MATRIX_BYTES / (points.div_ceil(BLOCK) * BLOCK_WORDS * 8).max(1)).max(1)
+        (MATRIX_BYTES / VisibilityMatrix::bytes(points, 1).max(1)).max(1) as usize
     }
 }
 

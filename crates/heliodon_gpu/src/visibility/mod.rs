@@ -87,6 +87,8 @@ pub struct VisibilityGpu {
     points: Option<Points>,
     atlas: Option<Atlas>,
     columns: Option<Columns>,
+    /// The bits of a matrix that no longer holds, for the next.
+    spare: Option<Buffer>,
 }
 
 /// The matrix.
@@ -101,7 +103,8 @@ impl VisibilityGpu {
     #[must_use]
     pub fn new(device: &Device, queue: &Queue, fault: &DeviceFault, maps: DepthMaps) -> Self {
         let (pipelines, fault) = (Pipelines::new(device), fault.clone());
-        Self { device: device.clone(), queue: queue.clone(), fault, pipelines, maps, points: None, atlas: None, columns: None }
+        let (device, queue) = (device.clone(), queue.clone());
+        Self { device, queue, fault, pipelines, maps, points: None, atlas: None, columns: None, spare: None }
     }
 
     /// [`VisibilityBackend::light`], left on the GPU: for each point the light's red, green, blue and ambient occlusion, `f32`; and
@@ -157,7 +160,9 @@ impl VisibilityBackend for VisibilityGpu {
 
     fn move_vertices(&mut self, positions: &[Vec3], normals: &[Vec3]) -> Result<(), GpuError> {
         let points = self.points.as_mut().ok_or(NO_MESH)?;
-        points.write(&self.queue, positions, normals)
+        points.write(&self.queue, positions, normals)?;
+        self.spare = self.columns.take().map(|columns| columns.bits).or(self.spare.take());
+        Ok(())
     }
 
     fn compute(&mut self, directions: &[Vec3]) -> Result<(), GpuError> {
@@ -172,8 +177,9 @@ impl VisibilityBackend for VisibilityGpu {
         }
         let atlas = self.atlas.get_or_insert_with(|| Atlas::new(&self.device, &limits, points, self.maps.size_px));
         let direction_buffer = storage(&self.device, "light_directions", bytemuck::cast_slice(&padded(directions)));
-        let bits = match self.columns.take() {
-            Some(columns) if columns.bits.size() == needed_bytes.max(4) => columns.bits,
+        let spare = self.columns.take().map(|columns| columns.bits).or(self.spare.take());
+        let bits = match spare {
+            Some(bits) if bits.size() == needed_bytes.max(4) => bits,
             _ => self.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("visibility_bits"),
                 size: needed_bytes.max(4),
