@@ -24,12 +24,16 @@ pub(crate) struct Element {
 }
 
 impl Element {
+    /// The sides along the image's rows and columns.
+    fn sides(&self) -> [DVec3; 2] {
+        let last = LOOKS as usize - 1;
+        [last, last * LOOKS as usize].map(|end| (self.looks[end] - self.looks[0]) * (f64::from(LOOKS) / f64::from(LOOKS - 1)))
+    }
+
     /// The longer side: pixels of a mirror ball's rim and of a lat-long map's pole are long and narrow.
     fn long_side(&self) -> DVec3 {
-        let last = LOOKS as usize - 1;
-        let across = self.looks[last] - self.looks[0];
-        let down = self.looks[last * LOOKS as usize] - self.looks[0];
-        (if across.length() > down.length() { across } else { down }) * (f64::from(LOOKS) / f64::from(LOOKS - 1))
+        let [across, down] = self.sides();
+        if across.length() > down.length() { across } else { down }
     }
 }
 
@@ -135,7 +139,7 @@ impl Patch {
         }
         let (irradiance, replaced) = result?;
         let direction =
-            if core < 2.0 * SUN_RADIUS_DEG.to_radians() { self.refined(geometry, direction, radius) } else { direction };
+            if core < 2.0 * SUN_RADIUS_DEG.to_radians() + pixel { self.refined(geometry, direction, radius) } else { direction };
         Some(Measured { direction, irradiance, radius, ring, replaced })
     }
 
@@ -169,8 +173,12 @@ impl Patch {
         let spots: Vec<Spot> =
             self.elements.iter().filter(touches).map(|e| Spot::new(e, geometry, &behind, direction)).collect();
         let whole: f64 = spots.iter().map(|s| s.value * s.value).sum();
-        let (right, up) = heliodon_math::frame::orthonormal_basis(direction.as_vec3());
-        let (right, up) = (right.as_dvec3(), up.as_dvec3());
+        // along the longer side of the brightest pixel and across it: what is told ill and what is told well
+        let brightest = self.elements.iter().filter(touches).max_by(|a, b| a.luminance.total_cmp(&b.luminance));
+        let Some(right) = brightest.and_then(|e| e.long_side().reject_from(direction).try_normalize()) else {
+            return direction;
+        };
+        let up = direction.cross(right);
         let at = |x: f64, y: f64| (direction + right * x + up * y).try_normalize().unwrap_or(direction);
         let misfit = |x: f64, y: f64| {
             let sun = at(x, y);
@@ -180,16 +188,24 @@ impl Patch {
             // the best amplitude is along / squares
             if squares > 0.0 { whole - along * along / squares } else { whole }
         };
-        let (mut x, mut y) = (0.0, 0.0);
-        let mut best = misfit(x, y);
+        // A long pixel that holds nearly all of the disc explains it nearly as well anywhere along it; the neighbour that a sliver of it touches tells
+        // where. That valley is narrow, so it is looked for before anything is followed downhill.
+        let narrow = 0.02_f64.to_radians();
+        let reach = (radius / narrow) as i32;
+        let (mut best, mut x) = (-reach..=reach)
+            .map(|k| (f64::from(k) * narrow, k.abs()))
+            .map(|(x, off)| (misfit(x, 0.0), off, x))
+            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+            .map_or((whole, 0.0), |found| (found.0, found.2));
+        let mut y = 0.0;
         let mut step = 0.15_f64.to_radians();
         while step > 0.002_f64.to_radians() {
-            let tries = [(step, 0.0), (-step, 0.0), (0.0, step), (0.0, -step)];
+            // in the corners too: a slanted pixel makes a slanted valley
+            let tries = (0..9).map(|k| (step * f64::from(k % 3 - 1), step * f64::from(k / 3 - 1)));
             let better = tries
-                .iter()
                 .map(|(dx, dy)| (misfit(x + dx, y + dy), x + dx, y + dy))
                 .min_by(|a, b| a.0.total_cmp(&b.0))
-                .filter(|found| found.0 < best - 2e-4 * whole);
+                .filter(|found| found.0 < best - 1e-6 * whole);
             match better {
                 Some(found) if libm::hypot(found.1, found.2) < radius => (best, x, y) = found,
                 _ => step *= 0.5,
@@ -200,13 +216,8 @@ impl Patch {
         }
         // Where one pixel holds all of the disc (pixels of a mirror ball's rim are degrees long), many places along it explain it as well: the
         // middle of them errs least.
-        let brightest = self.elements.iter().filter(touches).max_by(|a, b| a.luminance.total_cmp(&b.luminance));
-        let Some(long) = brightest.and_then(|e| DVec2::new(e.long_side().dot(right), e.long_side().dot(up)).try_normalize())
-        else {
-            return at(x, y);
-        };
         let step = 0.005_f64.to_radians();
-        for axis in [long, long.perp(), long] {
+        for axis in [DVec2::X, DVec2::Y, DVec2::X] {
             let reach = |sign: f64| {
                 let as_good =
                     |k: f64| misfit(x + sign * k * step * axis.x, y + sign * k * step * axis.y) <= best + 2e-5 * whole;
@@ -246,11 +257,12 @@ struct Spot {
 
 impl Spot {
     fn new(e: &Element, geometry: &Geometry, behind: &Behind, sun: DVec3) -> Self {
-        // a look every 0.03 degrees along the pixel's longer side, as far as that is many
-        let fine = ((e.long_side().length().to_degrees() / 0.03) as u32).clamp(12, 32);
+        // a look every 0.02 degrees along each side, as far as that is many
+        let [across, down] = e.sides().map(|side| ((side.length().to_degrees() / 0.02) as u32).clamp(12, 256));
         let (x, y) = (f64::from(e.index % geometry.width()), f64::from(e.index / geometry.width()));
-        let at = |k: u32| (f64::from(k) + 0.5) / f64::from(fine);
-        let looks = (0..fine * fine).map(|k| geometry.direction_drawn_in(x + at(k % fine), y + at(k / fine))).collect();
+        let at = |k: u32, of: u32| (f64::from(k) + 0.5) / f64::from(of);
+        let look = |k: u32| geometry.direction_drawn_in(x + at(k % across, across), y + at(k / across, down));
+        let looks = (0..across * down).map(look).collect();
         Self { value: e.luminance - luminance(behind.at(angle(e.middle, sun))), looks }
     }
 
