@@ -1,17 +1,16 @@
 //! Cuts the ground into triangles that are even on the screen from the visitor's feet to the horizon.
 //!
 //! Rings about the visitor, with somewhat fewer vertices than most of the ground at that distance asks; then the longest
-//! edge of every triangle that shows too large is halved, again and again (Rivara, "Algorithms for refining triangular grids
-//! suitable for adaptive and multigrid techniques", 1984). Rock that rises towards the visitor gets the triangles that
+//! edge of every triangle that shows too large is halved, again and again. Rock that rises towards the visitor gets the triangles that
 //! slopes behind it do not need. An edge is halved for both of its triangles, so no crack opens.
 
 use super::ground::{Ground, beyond_steps};
+use super::halve::{Halving, edge};
 use super::noise::smoothstep;
 use super::sizing::{FOCAL_PX, Grain, View};
 use super::solid::{RowVertex, SolidMesh, zip_rows};
 use glam::Vec3;
 use rayon::prelude::*;
-use std::collections::HashMap;
 use std::f32::consts::TAU;
 
 /// Where the ground ends, metres from the visitor.
@@ -203,23 +202,13 @@ impl GroundCut {
                     too_large(grain, t.map(|i| mesh.positions[i as usize])).map(|k| edge(t[k], t[(k + 1) % 3]))
                 })
                 .collect();
-            let mut middles: HashMap<(u32, u32), u32> = HashMap::new();
-            let mut edges = Vec::new();
-            let first = mesh.positions.len();
-            for edge in marked.into_iter().flatten() {
-                middles.entry(edge).or_insert_with(|| {
-                    edges.push(edge);
-                    (first + edges.len() - 1) as u32
-                });
-            }
-            if edges.is_empty() {
+            let mut halving = Halving::new(mesh.positions.len());
+            marked.into_iter().flatten().for_each(|edge| halving.mark(edge));
+            if halving.edges().is_empty() {
                 return;
             }
-            let mut touched = vec![false; first];
-            for &(a, b) in &edges {
-                (touched[a as usize], touched[b as usize]) = (true, true);
-            }
-            let new: Vec<Vec3> = edges
+            let new: Vec<Vec3> = halving
+                .edges()
                 .par_iter()
                 .map(|&(a, b)| {
                     let p = (mesh.positions[a as usize] + mesh.positions[b as usize]) * 0.5;
@@ -227,27 +216,9 @@ impl GroundCut {
                 })
                 .collect();
             mesh.positions.extend(new);
-            let mut triangles = Vec::with_capacity(mesh.triangles.len() + 2 * edges.len());
-            fresh.clear();
-            for t in std::mem::take(&mut mesh.triangles) {
-                let middle: [Option<u32>; 3] = std::array::from_fn(|k| {
-                    let (a, b) = edge(t[k], t[(k + 1) % 3]);
-                    (touched[a as usize] && touched[b as usize]).then(|| middles.get(&(a, b)).copied()).flatten()
-                });
-                let before = triangles.len();
-                split(t, middle, &mesh.positions, &mut triangles);
-                if triangles.len() > before + 1 {
-                    fresh.extend(before as u32..triangles.len() as u32);
-                }
-            }
-            mesh.triangles = triangles;
+            fresh = halving.cut(&mesh.positions, &mut mesh.triangles);
         }
     }
-}
-
-/// An edge by its ends, the same from both sides.
-fn edge(a: u32, b: u32) -> (u32, u32) {
-    (a.min(b), a.max(b))
 }
 
 /// The edge to halve of a triangle that shows too large to some eye: edge k runs from corner k to the next.
@@ -280,35 +251,6 @@ fn too_large(grain: &Grain, corner: [Vec3; 3]) -> Option<usize> {
         }
     }
     worst.1
-}
-
-/// The one to four triangles of a triangle some of whose edges have a middle vertex; edge k runs from corner k to the next.
-fn split(t: [u32; 3], middle: [Option<u32>; 3], positions: &[Vec3], triangles: &mut Vec<[u32; 3]>) {
-    let marked = middle.iter().flatten().count();
-    // turned so that the odd edge, marked or not, is the first
-    let first = match marked {
-        1 => middle.iter().position(Option::is_some),
-        2 => middle.iter().position(Option::is_none),
-        _ => Some(0),
-    }
-    .unwrap_or(0);
-    let [a, b, c] = [0, 1, 2].map(|k| t[(first + k) % 3]);
-    let [m, n, o] = [0, 1, 2].map(|k| middle[(first + k) % 3]);
-    match (m, n, o) {
-        (Some(m), None, None) => triangles.extend([[a, m, c], [m, b, c]]),
-        (None, Some(n), Some(o)) => {
-            triangles.push([n, c, o]);
-            // the shorter diagonal of the rest
-            let length = |i: u32, j: u32| (positions[i as usize] - positions[j as usize]).length_squared();
-            if length(a, n) <= length(b, o) {
-                triangles.extend([[a, b, n], [a, n, o]]);
-            } else {
-                triangles.extend([[a, b, o], [b, n, o]]);
-            }
-        }
-        (Some(m), Some(n), Some(o)) => triangles.extend([[a, m, o], [m, b, n], [o, n, c], [m, n, o]]),
-        _ => triangles.push(t),
-    }
 }
 
 /// Every other ring is turned by half a step, so that triangles are nearly equilateral and fewer edges are too long.

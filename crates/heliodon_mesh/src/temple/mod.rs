@@ -22,8 +22,10 @@ mod contact;
 mod debris;
 mod entablature;
 mod figures;
+mod finish;
 mod ground;
 mod ground_cut;
+mod halve;
 mod krepis;
 mod marble;
 pub mod measures;
@@ -285,6 +287,7 @@ pub fn build(params: &TempleParams) -> Temple {
         .collect();
     let ground = site.cut.mesh(&site.ground, &grain);
     parts.push(TemplePart { name: "ground", role: PartRole::Ground, mesh: join(vec![ground]) });
+    finish::finish(&mut parts.iter_mut().map(|part| &mut part.mesh).collect::<Vec<_>>(), &site.view, site.look_at, px);
     Temple { parts, room: site.room, look_at: site.look_at }
 }
 

@@ -36,6 +36,8 @@ pub struct ProjectedTriangle {
     pub area_px: f32,
     /// Longest side in pixels.
     pub side_px: f32,
+    /// Which side that is: side k runs from corner k to the next.
+    pub longest: u8,
     /// Pixels whose nearest surface it is.
     pub pixels: u32,
 }
@@ -116,8 +118,10 @@ pub fn visible_triangles(meshes: &[&Mesh], camera: &PictureCamera) -> Vec<Projec
             let [Some(a), Some(b), Some(c)] = triangle.map(|i| points[i as usize]) else { continue };
             let Some(area_px) = picture.draw([a, b, c], found.len() as u32) else { continue };
             let flat = |v: Vec3| Vec3::new(v.x, v.y, 0.0).length();
-            let side_px = flat(b - a).max(flat(c - b)).max(flat(a - c));
-            found.push(ProjectedTriangle { mesh: m as u32, triangle: t as u32, area_px, side_px, pixels: 0 });
+            let sides = [flat(b - a), flat(c - b), flat(a - c)];
+            let longest = (0..3_u8).max_by(|&i, &j| sides[usize::from(i)].total_cmp(&sides[usize::from(j)])).unwrap_or(0);
+            let side_px = sides[usize::from(longest)];
+            found.push(ProjectedTriangle { mesh: m as u32, triangle: t as u32, area_px, side_px, longest, pixels: 0 });
         }
     }
     for id in picture.winners() {
