@@ -138,8 +138,11 @@ impl Patch {
             }
         }
         let (irradiance, replaced) = result?;
-        let direction =
-            if core < 2.0 * SUN_RADIUS_DEG.to_radians() + pixel { self.refined(geometry, direction, radius) } else { direction };
+        let direction = if core < 2.0 * SUN_RADIUS_DEG.to_radians() + pixel {
+            self.refined(geometry, direction, radius)
+        } else {
+            direction
+        };
         Some(Measured { direction, irradiance, radius, ring, replaced })
     }
 
