@@ -7,8 +7,8 @@
 //! Under a radiance that is each direction itself, the light of a point is its bent normal, but for its length: the mean direction that
 //! light comes from.
 //!
-//! Whoever computes a matrix chooses the order of its rows ([`VisibilityMatrix::order`]); what is computed from it is in the order
-//! of the points.
+//! Whoever computes a matrix chooses the order of its rows ([`VisibilityMatrix::order`]), and may leave out points that nobody looks at; what is
+//! computed from it is in the order of the points, and 0 for those without a row.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -23,6 +23,7 @@ const LANES: usize = 8;
 /// Which directions reach which points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VisibilityMatrix {
+    points: usize,
     order: Vec<u32>,
     normals: Vec<Vec3>,
     directions: Vec<Vec3>,
@@ -57,6 +58,13 @@ pub trait VisibilityBackend {
     /// # Errors
     /// No mesh, or more than the backend holds.
     fn compute(&mut self, directions: &[Vec3]) -> Result<(), Self::Error>;
+
+    /// [`Self::compute`] for the `wanted` points, at least. What is known of the mesh as it stands is kept: rows of other points under the same
+    /// directions, and columns of a coarser light sphere.
+    ///
+    /// # Errors
+    /// As [`Self::compute`], or not one answer for each point.
+    fn compute_for(&mut self, wanted: &[bool], directions: &[Vec3]) -> Result<(), Self::Error>;
 
     /// Waits until the matrix is there; whoever asks for anything waits anyway.
     ///
@@ -108,22 +116,29 @@ impl PointLight {
 }
 
 impl VisibilityMatrix {
-    /// A matrix in which nothing is visible yet. Row r is of point `order[r]`; `normals` are by point, unit or zero: a point without
-    /// one sees nothing.
+    /// A matrix in which nothing is visible yet. Row r is of point `order[r]`, each named at most once; `normals` are of all points, unit or zero: a
+    /// point without one sees nothing.
     ///
     /// # Panics
     /// If `order` names points without a normal.
     #[must_use]
     pub fn new(order: Vec<u32>, normals: &[Vec3], directions: &[Vec3]) -> Self {
+        let points = normals.len();
         let normals: Vec<Vec3> = order.iter().map(|&point| normals[point as usize]).collect();
         let words = vec![0; order.len().div_ceil(BLOCK) * BLOCK_WORDS * directions.len()];
-        Self { order, normals, directions: directions.to_vec(), words }
+        Self { points, order, normals, directions: directions.to_vec(), words }
     }
 
     /// Bytes of the bits of a matrix.
     #[must_use]
     pub fn bytes(points: usize, directions: usize) -> u64 {
         (points.div_ceil(BLOCK) * BLOCK_WORDS * 8) as u64 * directions as u64
+    }
+
+    /// How many points there are, with a row or without.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.points
     }
 
     /// The point of each row.
@@ -187,15 +202,45 @@ impl VisibilityMatrix {
         Ok(())
     }
 
-    /// Whether the parts agree: every point once, and no bits where there are no points.
+    /// Adds rows of further points.
+    ///
+    /// # Errors
+    /// Other directions, other points, or a point that has a row already.
+    pub fn append_rows(&mut self, more: &Self) -> Result<(), VisibilityError> {
+        if self.directions != more.directions || self.points != more.points {
+            return Err(VisibilityError("rows of other directions or points cannot be added"));
+        }
+        let mut known = vec![false; self.points];
+        self.order.iter().for_each(|&point| known[point as usize] = true);
+        if more.order.iter().any(|&point| known[point as usize]) {
+            return Err(VisibilityError("a point has a row already"));
+        }
+        let (first, k) = (self.order.len(), self.directions.len());
+        self.order.extend_from_slice(&more.order);
+        self.normals.extend_from_slice(&more.normals);
+        self.words.resize(self.order.len().div_ceil(BLOCK) * BLOCK_WORDS * k, 0);
+        for (i, &bits) in more.words.iter().enumerate().filter(|(_, bits)| **bits != 0) {
+            let (block, direction, word) = (i / (BLOCK_WORDS * k), i / BLOCK_WORDS % k, i % BLOCK_WORDS);
+            let row = first + block * BLOCK + word * 64;
+            let at = |row: usize| row / BLOCK * BLOCK_WORDS * k + direction * BLOCK_WORDS + row % BLOCK / 64;
+            self.words[at(row)] |= bits << (row % 64);
+            // What runs over goes into the next word.
+            if row % 64 != 0 && bits >> (64 - row % 64) != 0 {
+                self.words[at(row + 64)] |= bits >> (64 - row % 64);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the parts agree: no point twice, and no bits where there are no points.
     ///
     /// # Errors
     /// What is wrong.
     pub fn validate(&self) -> Result<(), VisibilityError> {
         let points = self.order.len();
-        let mut met = vec![false; points];
+        let mut met = vec![false; self.points];
         if self.order.iter().any(|&p| met.get_mut(p as usize).is_none_or(|met| std::mem::replace(met, true))) {
-            return Err(VisibilityError("rows that are not each of one point"));
+            return Err(VisibilityError("rows that are not each of another point"));
         }
         let length = BLOCK_WORDS * self.directions.len();
         if self.normals.len() != points || self.words.len() != points.div_ceil(BLOCK) * length {
@@ -235,7 +280,7 @@ impl VisibilityMatrix {
         bits: impl Fn(&[[u64; BLOCK_WORDS]], usize) -> [u64; BLOCK_WORDS] + Sync,
     ) -> Vec<[f32; C]> {
         assert_eq!(quantities.len(), self.directions.len(), "one quantity for each direction");
-        let mut sums = vec![[0.0; C]; self.order.len()];
+        let mut sums = vec![[0.0; C]; self.points];
         let length = BLOCK_WORDS * self.directions.len();
         let by_row: Vec<[f32; C]> = self
             .normals

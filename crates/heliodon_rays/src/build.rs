@@ -64,20 +64,20 @@ impl TriangleScene {
                 return Err(BuildError::VertexOutOfRange { triangle, vertex, vertices: positions.len() });
             }
         }
-        let usable = |x: Vec3| x.abs().cmple(Vec3::splat(MAX_COORDINATE)).all();
-        let kept: Vec<u32> = (0..triangles.len() as u32)
-            .filter(|&t| {
-                let [a, b, c] = triangles[t as usize].map(|i| positions[i as usize]);
-                usable(a) && usable(b) && usable(c) && a != b && b != c && c != a
-            })
-            .collect();
         let corners_of = |t: u32| triangles[t as usize].map(|i| positions[i as usize]);
-        let Some(&first) = kept.first() else { return Ok(Self::empty()) };
+        let (kept, left_out): (Vec<u32>, Vec<u32>) = (0..triangles.len() as u32).partition(|&t| usable_corners(&corners_of(t)));
+        let Some(&first) = kept.first() else { return Ok(Self::empty(left_out)) };
         let start = corners_of(first)[0];
         let (low, high) = kept.iter().flat_map(|&t| corners_of(t)).fold((start, start), |(l, h), x| (l.min(x), h.max(x)));
         let center = 0.5 * low + 0.5 * high;
         let corners: Vec<[Vec3; 3]> = kept.iter().map(|&t| corners_of(t).map(|x| x - center)).collect();
         let hierarchy = hierarchy::build(&corners, &kept, params.quality);
-        Ok(Self::new(hierarchy, center, (low, high)))
+        Ok(Self::new(hierarchy, left_out, center, (low, high)))
     }
+}
+
+/// Whether a triangle can be met: finite, near enough, and with some extent.
+pub(crate) fn usable_corners(&[a, b, c]: &[Vec3; 3]) -> bool {
+    let usable = |x: Vec3| x.abs().cmple(Vec3::splat(MAX_COORDINATE)).all();
+    usable(a) && usable(b) && usable(c) && a != b && b != c && c != a
 }

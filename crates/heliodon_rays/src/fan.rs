@@ -191,7 +191,7 @@ impl Entries {
             while met != 0 {
                 let child = met.trailing_zeros() as usize % 8;
                 met &= met - 1;
-                let bounds = node.bounds.map(|of| Vec3::from_array(of.map(|axis| axis[child])));
+                let bounds = node.child_bounds(child);
                 let large = (bounds[1] - bounds[0]).max_element() > sweep.size;
                 if node.child[child] & LEAF == 0 && large && self.count + self.open.len() - at < ENTRIES {
                     self.open.push(node.child[child]);

@@ -165,12 +165,7 @@ fn packet(triangles: &[u32], corners: &[[Vec3; 3]], ids: &[u32]) -> (Packet, [Ve
     let mut packet = Packet::EMPTY;
     let mut bounds = [Vec3::INFINITY, Vec3::NEG_INFINITY];
     for (lane, &triangle) in triangles.iter().enumerate() {
-        for (vertex, corner) in corners[triangle as usize].iter().enumerate() {
-            bounds = [bounds[0].min(*corner), bounds[1].max(*corner)];
-            for axis in 0..3 {
-                packet.vertex[vertex][axis][lane] = corner[axis];
-            }
-        }
+        packet.set(lane, corners[triangle as usize], &mut bounds);
         packet.id[lane] = ids[triangle as usize];
     }
     (packet, bounds)

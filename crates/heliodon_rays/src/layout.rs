@@ -21,8 +21,10 @@ pub(crate) struct Node {
 }
 
 impl Node {
+    /// The reference of a slot without a child: the root is nobody's.
+    pub const NO_CHILD: u32 = 0;
     /// Without children.
-    pub const EMPTY: Self = Self { bounds: [[[f32::INFINITY; 8]; 3], [[f32::NEG_INFINITY; 8]; 3]], child: [0; 8] };
+    pub const EMPTY: Self = Self { bounds: [[[f32::INFINITY; 8]; 3], [[f32::NEG_INFINITY; 8]; 3]], child: [Self::NO_CHILD; 8] };
 
     /// Gives a slot a child.
     pub fn set(&mut self, slot: usize, bounds: [Vec3; 2], reference: u32) {
@@ -32,6 +34,18 @@ impl Node {
             }
         }
         self.child[slot] = reference;
+    }
+
+    /// Least and greatest corner of a slot.
+    #[inline(always)]
+    pub fn child_bounds(&self, slot: usize) -> [Vec3; 2] {
+        self.bounds.map(|of| Vec3::from_array(of.map(|axis| axis[slot])))
+    }
+
+    /// Least and greatest corner of all.
+    pub fn all_bounds(&self) -> [Vec3; 2] {
+        let both = |[low, high]: [Vec3; 2], [l, h]: [Vec3; 2]| [low.min(l), high.max(h)];
+        (1..8).fold(self.child_bounds(0), |all, slot| both(all, self.child_bounds(slot)))
     }
 }
 
@@ -46,6 +60,23 @@ pub(crate) struct Packet {
 }
 
 impl Packet {
+    /// The index of a lane without a triangle.
+    pub const NO_TRIANGLE: u32 = u32::MAX;
     /// Without triangles.
-    pub const EMPTY: Self = Self { vertex: [[[f32::NAN; 8]; 3]; 3], id: [u32::MAX; 8] };
+    pub const EMPTY: Self = Self { vertex: [[[f32::NAN; 8]; 3]; 3], id: [Self::NO_TRIANGLE; 8] };
+
+    /// Gives a lane its corners, and `bounds` their extent.
+    pub fn set(&mut self, lane: usize, corners: [Vec3; 3], bounds: &mut [Vec3; 2]) {
+        for (vertex, corner) in corners.into_iter().enumerate() {
+            *bounds = [bounds[0].min(corner), bounds[1].max(corner)];
+            for axis in 0..3 {
+                self.vertex[vertex][axis][lane] = corner[axis];
+            }
+        }
+    }
+
+    /// The lanes with triangles, and which.
+    pub fn triangles(&self) -> impl Iterator<Item = (usize, u32)> + Clone + use<> {
+        self.id.into_iter().enumerate().filter(|(_, id)| *id != Self::NO_TRIANGLE)
+    }
 }

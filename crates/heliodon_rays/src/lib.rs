@@ -37,6 +37,7 @@ mod nearest;
 mod occlude;
 mod offset;
 mod order;
+mod refit;
 mod scene;
 mod shear;
 mod simd;

@@ -7,6 +7,7 @@ use crate::hierarchy::Hierarchy;
 use crate::layout::{Node, Packet};
 use crate::nearest::Nearest;
 use crate::occlude::Occlude;
+use crate::refit::cost;
 use crate::shear::Shear;
 use crate::simd::{Instructions, dispatch};
 use crate::single::{Any, Closest, Enclosures, Trace};
@@ -24,13 +25,19 @@ pub struct TriangleScene {
     pub(crate) extent: f32,
     /// Entries that a walk's stack may need.
     pub(crate) stack: usize,
+    /// Triangles in no packet.
+    pub(crate) left_out: Vec<u32>,
     bounds: Option<(Vec3, Vec3)>,
+    /// [`cost`] of the hierarchy when it was built.
+    built_cost: f32,
     instructions: Instructions,
 }
 
 impl TriangleScene {
-    pub(crate) fn empty() -> Self {
+    pub(crate) fn empty(left_out: Vec<u32>) -> Self {
         Self {
+            left_out,
+            built_cost: 0.0,
             nodes: vec![Node::EMPTY],
             packets: Vec::new(),
             center: Vec3::ZERO,
@@ -41,11 +48,29 @@ impl TriangleScene {
         }
     }
 
-    pub(crate) fn new(hierarchy: Hierarchy, center: Vec3, bounds: (Vec3, Vec3)) -> Self {
+    pub(crate) fn new(hierarchy: Hierarchy, left_out: Vec<u32>, center: Vec3, bounds: (Vec3, Vec3)) -> Self {
         let Hierarchy { nodes, packets, depth } = hierarchy;
-        let extent = (bounds.1 - center).max(center - bounds.0).max_element();
-        let (bounds, instructions) = (Some(bounds), Instructions::best());
-        Self { nodes, packets, center, extent, stack: 7 * depth + 8, bounds, instructions }
+        let built_cost = cost(&nodes);
+        let stack = 7 * depth + 8;
+        let mut scene = Self { nodes, packets, stack, built_cost, ..Self::empty(left_out) };
+        scene.place(center, bounds);
+        scene
+    }
+
+    /// Where the triangles lie: their bounds, and what is subtracted from them.
+    pub(crate) fn place(&mut self, center: Vec3, bounds: (Vec3, Vec3)) {
+        self.center = center;
+        self.extent = (bounds.1 - center).max(center - bounds.0).max_element();
+        self.bounds = Some(bounds);
+    }
+
+    /// How many times as much the hierarchy costs to ask as when it was built.
+    pub(crate) fn wear(&self) -> f32 {
+        cost(&self.nodes) / self.built_cost.max(f32::MIN_POSITIVE)
+    }
+
+    pub(crate) fn instructions(&self) -> Instructions {
+        self.instructions
     }
 
     /// Lets the scene use these instructions, or the nearest that the processor has. Answers stay the same to the bit.

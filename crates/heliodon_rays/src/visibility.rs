@@ -33,6 +33,8 @@ pub struct VisibilityCpu {
 
 struct Mesh {
     rays: TriangleScene,
+    /// Of all vertices, as they lay when the mesh was set: neighbours stay neighbours.
+    order: Vec<u32>,
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
@@ -80,23 +82,58 @@ impl VisibilityBackend for VisibilityCpu {
             return Err(VisibilityCpuError::Input("there must be one normal for each vertex"));
         }
         let rays = TriangleScene::build(positions, triangles, &BuildParams::default())?;
+        let order = beam_order(positions, Some(normals));
         let (positions, normals, triangles) = (positions.to_vec(), normals.to_vec(), triangles.to_vec());
-        self.mesh = Some(Mesh { rays, positions, normals, triangles });
+        self.mesh = Some(Mesh { rays, order, positions, normals, triangles });
         Ok(())
     }
 
     fn move_vertices(&mut self, positions: &[Vec3], normals: &[Vec3]) -> Result<(), Self::Error> {
-        let mesh = self.mesh.as_ref().ok_or(NO_MESH)?;
+        let mesh = self.mesh.as_mut().ok_or(NO_MESH)?;
         if [positions.len(), normals.len()] != [mesh.positions.len(); 2] {
             return Err(VisibilityCpuError::Input("a mesh that moves keeps its number of vertices"));
         }
-        let triangles = mesh.triangles.clone();
-        self.set_mesh(positions, normals, &triangles)
+        self.matrix = None;
+        mesh.positions.copy_from_slice(positions);
+        mesh.normals.copy_from_slice(normals);
+        mesh.rays.refit(positions, &mesh.triangles, &BuildParams::default())?;
+        Ok(())
     }
 
     fn compute(&mut self, directions: &[Vec3]) -> Result<(), Self::Error> {
+        self.matrix = None;
+        let points = self.mesh.as_ref().ok_or(NO_MESH)?.positions.len();
+        self.compute_for(&vec![true; points], directions)
+    }
+
+    fn compute_for(&mut self, wanted: &[bool], directions: &[Vec3]) -> Result<(), Self::Error> {
+        let offset_m = self.offset_m();
         let mesh = self.mesh.as_ref().ok_or(NO_MESH)?;
-        self.matrix = Some(mesh.rays.visibility(&mesh.positions, &mesh.normals, directions, self.offset_m()));
+        if wanted.len() != mesh.positions.len() {
+            return Err(VisibilityCpuError::Input("which points are wanted must be said of each"));
+        }
+        let ask = |order: Vec<u32>, directions: &[Vec3]| {
+            mesh.rays.visibility_of(order, &mesh.positions, &mesh.normals, directions, offset_m)
+        };
+        let mut missing = wanted.to_vec();
+        let nested = |m: &VisibilityMatrix| directions.starts_with(m.directions());
+        let together = |_| VisibilityCpuError::Input("the matrix does not go together");
+        let mut matrix = self.matrix.take().filter(nested);
+        if let Some(matrix) = &mut matrix {
+            if let more @ [_, ..] = &directions[matrix.directions().len()..] {
+                matrix.append(&ask(matrix.order().to_vec(), more)).map_err(together)?;
+            }
+            matrix.order().iter().for_each(|&point| missing[point as usize] = false);
+        }
+        let order: Vec<u32> = mesh.order.iter().copied().filter(|&point| missing[point as usize]).collect();
+        self.matrix = Some(match matrix {
+            Some(matrix) if order.is_empty() => matrix,
+            Some(mut matrix) => {
+                matrix.append_rows(&ask(order, directions)).map_err(together)?;
+                matrix
+            }
+            None => ask(order, directions),
+        });
         Ok(())
     }
 
@@ -134,11 +171,27 @@ impl TriangleScene {
     /// If there are not as many normals as positions.
     #[must_use]
     pub fn visibility(&self, positions: &[Vec3], normals: &[Vec3], directions: &[Vec3], offset_m: f32) -> VisibilityMatrix {
+        self.visibility_of(beam_order(positions, Some(normals)), positions, normals, directions, offset_m)
+    }
+
+    /// [`Self::visibility`] of the points that `order` names, a row each, fastest in their [`beam_order`].
+    ///
+    /// # Panics
+    /// If there are not as many normals as positions, or `order` names others.
+    #[must_use]
+    pub fn visibility_of(
+        &self,
+        order: Vec<u32>,
+        positions: &[Vec3],
+        normals: &[Vec3],
+        directions: &[Vec3],
+        offset_m: f32,
+    ) -> VisibilityMatrix {
         assert_eq!(positions.len(), normals.len(), "one normal for each position");
         // A point that is nowhere has no normal.
         let clean = |(p, &n): (&Vec3, &Vec3)| if usable(*p) { unit_or(n, Vec3::ZERO) } else { Vec3::ZERO };
         let normals: Vec<Vec3> = positions.par_iter().zip(normals).map(clean).collect();
-        let mut matrix = VisibilityMatrix::new(beam_order(positions, Some(&normals)), &normals, directions);
+        let mut matrix = VisibilityMatrix::new(order, &normals, directions);
         let origins: Vec<Vec3> =
             matrix.order().par_iter().map(|&i| positions[i as usize] + normals[i as usize] * offset_m).collect();
         let (rows, order) = (matrix.normals().to_vec(), direction_order(directions));

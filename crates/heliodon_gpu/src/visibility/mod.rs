@@ -165,6 +165,18 @@ impl VisibilityBackend for VisibilityGpu {
         Ok(())
     }
 
+    // The depth of a direction costs what it costs however few vertices are held against it: all are.
+    fn compute_for(&mut self, wanted: &[bool], directions: &[Vec3]) -> Result<(), GpuError> {
+        let points = self.points.as_ref().ok_or(NO_MESH)?;
+        if wanted.len() != points.count as usize {
+            return Err(GpuError::Input("which points are wanted must be said of each"));
+        }
+        if self.columns.as_ref().is_some_and(|columns| columns.directions == directions) {
+            return Ok(());
+        }
+        self.compute(directions)
+    }
+
     fn compute(&mut self, directions: &[Vec3]) -> Result<(), GpuError> {
         let points = self.points.as_ref().ok_or(NO_MESH)?;
         let words = directions.len().div_ceil(WORD as usize) as u64;
