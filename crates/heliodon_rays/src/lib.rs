@@ -30,6 +30,7 @@ mod beam;
 pub mod bench;
 mod build;
 mod fan;
+mod filter;
 mod hierarchy;
 mod layout;
 mod morton;
@@ -48,6 +49,7 @@ mod view;
 mod visibility;
 
 pub use build::{BuildError, BuildParams, MAX_COORDINATE, MAX_TRIANGLES, Quality};
+pub use filter::{EyeView, VertexFilter};
 pub use morton::morton_order;
 pub use order::beam_order;
 pub use scene::TriangleScene;
