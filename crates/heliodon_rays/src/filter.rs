@@ -218,7 +218,8 @@ mod tests {
         let mut sum = first;
         for step in 1..12 {
             let angle = step as f32 * 0.6;
-            sum += filter.look(&ball.positions, &view_from(5.0 * Vec3::new(libm::sinf(angle), 0.5, libm::cosf(angle))));
+            let height = if step % 2 == 0 { 0.8 } else { -0.8 };
+            sum += filter.look(&ball.positions, &view_from(5.0 * Vec3::new(libm::sinf(angle), height, libm::cosf(angle))));
         }
         // the last few are under the threshold
         assert!(filter.is_complete() && sum == ball.positions.len());
