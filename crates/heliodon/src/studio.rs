@@ -34,6 +34,8 @@ pub struct Look {
     pub blend: Blend,
     /// Samples along each side of a pixel.
     pub samples: u32,
+    /// How long actors have acted in the first picture, in seconds.
+    pub actors_s: f64,
 }
 
 impl Look {
@@ -49,6 +51,7 @@ impl Look {
             curve: ToneCurve::Clamp,
             blend: Blend::Smooth,
             samples: RenderOptions::film().samples,
+            actors_s: 0.0,
         }
     }
 }
@@ -110,7 +113,7 @@ impl Studio {
         Ok(())
     }
 
-    fn shot(&self, clock_s: f64) -> Shot {
+    fn shot(&self, clock_s: f64, actors_s: f64) -> Shot {
         Shot {
             clock_s,
             pose: self.pose,
@@ -121,15 +124,22 @@ impl Studio {
             },
             curve: self.look.curve,
             blend: self.look.blend,
+            actors_s,
         }
     }
 
-    /// Pictures at these times, in seconds after midnight, one after the other.
+    /// Pictures at these times, in seconds after midnight, one after the other; actors act for `actors_step_s` seconds between two.
     ///
     /// # Errors
     /// What keeps a picture from being made, or what `take` says.
-    pub fn pictures(&mut self, times: &[f64], mut take: impl FnMut(usize, SrgbImage) -> Result<()> + Send) -> Result<()> {
-        let shots: Vec<Shot> = times.iter().map(|&clock_s| self.shot(clock_s)).collect();
+    pub fn pictures(
+        &mut self,
+        times: &[f64],
+        actors_step_s: f64,
+        mut take: impl FnMut(usize, SrgbImage) -> Result<()> + Send,
+    ) -> Result<()> {
+        let acted = |index: usize| self.look.actors_s + index as f64 * actors_step_s;
+        let shots: Vec<Shot> = times.iter().enumerate().map(|(index, &clock_s)| self.shot(clock_s, acted(index))).collect();
         match &mut self.painter {
             Painter::Viewer(renderer) => renderer.render_all(shots, take),
             Painter::Reference(_) => {
@@ -162,7 +172,7 @@ impl Studio {
     /// # Errors
     /// What keeps it from being made.
     pub fn linear(&mut self, clock_s: f64) -> Result<HdrImage> {
-        let shot = self.shot(clock_s);
+        let shot = self.shot(clock_s, self.look.actors_s);
         if let Painter::Viewer(renderer) = &mut self.painter {
             return Ok(renderer.render_linear(&shot)?);
         }

@@ -109,6 +109,11 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     within(text, 0.05, 3600.0)
 }
 
+/// Seconds since something began.
+pub fn elapsed(text: &str) -> Result<f64, String> {
+    within(text, 0.0, 86_400.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -52,6 +52,7 @@ pub enum VisibilityCpuError {
 }
 
 const NO_MESH: VisibilityCpuError = VisibilityCpuError::Input("there is no mesh yet");
+const NOT_EACH: VisibilityCpuError = VisibilityCpuError::Input("which points are wanted must be said of each");
 const NO_MATRIX: VisibilityCpuError = VisibilityCpuError::Input("the matrix is not computed yet");
 
 impl VisibilityCpu {
@@ -60,6 +61,22 @@ impl VisibilityCpu {
     #[must_use]
     pub fn new(offset_m: Option<f32>) -> Self {
         Self { offset_m, ..Self::default() }
+    }
+
+    /// Which of the `wanted` vertices the light of one more unit direction reaches, the sun's for example; no part of the matrix.
+    ///
+    /// # Errors
+    /// No mesh, or not one answer for each point.
+    pub fn seen_from(&self, wanted: &[bool], direction: Vec3) -> Result<Vec<bool>, VisibilityCpuError> {
+        let mesh = self.mesh.as_ref().ok_or(NO_MESH)?;
+        if wanted.len() != mesh.positions.len() {
+            return Err(NOT_EACH);
+        }
+        let order = mesh.order.iter().copied().filter(|&point| wanted[point as usize]).collect();
+        let column = mesh.rays.visibility_of(order, &mesh.positions, &mesh.normals, &[direction], self.offset_m());
+        let mut seen = vec![false; wanted.len()];
+        column.order().iter().enumerate().for_each(|(row, &point)| seen[point as usize] = column.is_visible(row, 0));
+        Ok(seen)
     }
 
     /// How far off the surface rays start, in metres; 0 without a mesh.
@@ -110,7 +127,7 @@ impl VisibilityBackend for VisibilityCpu {
         let offset_m = self.offset_m();
         let mesh = self.mesh.as_ref().ok_or(NO_MESH)?;
         if wanted.len() != mesh.positions.len() {
-            return Err(VisibilityCpuError::Input("which points are wanted must be said of each"));
+            return Err(NOT_EACH);
         }
         let ask = |order: Vec<u32>, directions: &[Vec3]| {
             mesh.rays.visibility_of(order, &mesh.positions, &mesh.normals, directions, offset_m)

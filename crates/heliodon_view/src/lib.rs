@@ -6,9 +6,10 @@
 //! [`headless::Renderer`] makes the same pictures without a display.
 //!
 //! One folder a feature, one plugin a folder: [`stage`] loads a bundle, [`daylight`] lights and draws the stone, [`sky`] the
-//! dome, [`time_lapse`] holds the hour, [`tonemap`] brings light to the display, [`guests`] lights what others add,
+//! dome, [`actors`] move and light what moves, [`time_lapse`] holds the hour, [`tonemap`] brings light to the display, [`guests`] lights what others add,
 //! [`navigation`] walks and flies, [`hud`] tells and takes the hour.
 
+pub mod actors;
 pub mod bench;
 pub mod daylight;
 pub mod guests;
@@ -37,6 +38,7 @@ bevy::app::plugin_group! {
         daylight:::DaylightPlugin,
         sky:::SkyPlugin,
         time_lapse:::TimeLapsePlugin,
+        actors:::ActorsPlugin,
         guests:::GuestsPlugin,
     }
 }

@@ -164,6 +164,7 @@ fn compare(folder: &Path, renderer: &mut Renderer, clock_s: f64, blend: Blend) {
         exposure: ShotExposure::Lapse(0.5),
         curve: ToneCurve::Clamp,
         blend,
+        actors_s: 0.0,
     };
     let linear = renderer.render_linear(&shot).unwrap();
     let shown = renderer.render(&shot).unwrap();

@@ -177,7 +177,7 @@ fn pictures(app: &App, args: &Args, bundle: &Path) -> Result<Vec<PathBuf>> {
         let (first, last) = studio.day();
         let times = spread(first, last, STILLS);
         app.progress.stage("stills", times.len() as u64);
-        studio.pictures(&times, |index, picture| {
+        studio.pictures(&times, 0.0, |index, picture| {
             let path = args.out.join(format!("still-{}.png", clock_name(times[index])));
             write_png(&path, &picture)?;
             files.push(path);

@@ -71,6 +71,9 @@ pub struct Args {
     /// Samples along each side of a pixel, 1 to 4 [default: 4 for stills, 2 for films]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4))]
     samples: Option<u32>,
+    /// How long actors have acted, seconds; in a film, at its beginning
+    #[arg(long, value_name = "S", default_value = "0", value_parser = values::elapsed)]
+    actors_time: f64,
     /// Let each step hold until the next instead of blending between them
     #[arg(long)]
     hard_steps: bool,
@@ -118,6 +121,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         curve: if args.tone == Tone::Filmic { ToneCurve::Filmic } else { ToneCurve::Clamp },
         blend: if args.hard_steps { Blend::Hard } else { Blend::Smooth },
         samples: args.samples.unwrap_or_else(|| usual_samples(work)),
+        actors_s: args.actors_time,
         ..Look::new(args.size.width, args.size.height)
     };
     files::check_place(&args.output)?;
@@ -135,7 +139,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
                 write_png(coverage_file, &coverage)?;
                 write_png(&args.output, &picture)?;
             } else {
-                studio.pictures(&times, |_, picture| write_png(&args.output, &picture))?;
+                studio.pictures(&times, 0.0, |_, picture| write_png(&args.output, &picture))?;
             }
             1
         }
@@ -234,7 +238,7 @@ pub fn write_png(path: &Path, picture: &SrgbImage) -> Result<()> {
 pub fn write_sheet(app: &App, studio: &mut Studio, times: &[f64], columns: u32, path: &Path) -> Result<()> {
     app.progress.stage("pictures", times.len() as u64);
     let mut pictures = Vec::with_capacity(times.len());
-    studio.pictures(times, |index, picture| {
+    studio.pictures(times, 0.0, |index, picture| {
         pictures.push(picture);
         app.progress.progress(index as u64 + 1);
         Ok(())
@@ -247,7 +251,7 @@ pub fn write_sheet(app: &App, studio: &mut Studio, times: &[f64], columns: u32, 
 pub fn write_film(app: &App, studio: &mut Studio, times: &[f64], size: Size, fps: f64, path: &Path) -> Result<()> {
     app.progress.stage("film", times.len() as u64);
     let mut film = Film::new(size.width, size.height, fps)?;
-    studio.pictures(times, |index, picture| {
+    studio.pictures(times, 1.0 / fps, |index, picture| {
         film.push(&picture)?;
         app.progress.progress(index as u64 + 1);
         Ok(())

@@ -28,6 +28,7 @@ struct Moment {
 @group(0) @binding(0) var<uniform> moment: Moment;
 @group(1) @binding(0) var<storage, read> groups: array<u32>;
 @group(1) @binding(1) var baked: texture_2d<u32>;
+// rgb: the light; a: how much of the sun's irradiance / pi in it comes straight from the sun, for what stands in its way.
 @group(1) @binding(2) var<storage, read_write> light: array<vec2<u32>>;
 
 // What fills the list's last workgroup.
@@ -93,10 +94,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 
     let reached = moment.mask_weights.x * f32((mask_word(at, moment.mask.x) >> moment.mask.y) & 1u)
         + moment.mask_weights.y * f32((mask_word(at, moment.mask.z) >> moment.mask.w) & 1u);
-    var sum = reached * max(dot(normal, moment.sun_direction.xyz), 0.0) * moment.sun_over_pi.rgb;
+    let direct = reached * max(dot(normal, moment.sun_direction.xyz), 0.0);
+    var sum = direct * moment.sun_over_pi.rgb;
     sum += max(found.sky, vec3<f32>(0.0));
     sum += moment.sun.rgb * max(found.bounced, vec3<f32>(0.0));
 
     sum = min(sum, HALF_MAX);
-    light[vertex] = vec2<u32>(pack2x16float(sum.rg), pack2x16float(vec2<f32>(sum.b, 0.0)));
+    light[vertex] = vec2<u32>(pack2x16float(sum.rg), pack2x16float(vec2<f32>(sum.b, direct)));
 }

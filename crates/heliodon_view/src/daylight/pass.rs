@@ -8,6 +8,7 @@ use super::occlusion::{DepthReadback, may_show};
 use super::pipelines::Subject;
 use super::prepare::{Drawn, StageGpu, StageView};
 use super::seen::{Draw, Seen};
+use crate::actors::render::ActorsGpu;
 use bevy::camera::{MainPassResolutionOverride, Viewport};
 use bevy::prelude::*;
 use bevy::render::camera::ExtractedCamera;
@@ -61,6 +62,7 @@ pub fn draw_stage(
     view: ViewQuery<DrawnView>,
     mut gpu: ResMut<StageGpu>,
     mut pending: ResMut<PendingCommandBuffers>,
+    actors: Res<ActorsGpu>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
@@ -71,7 +73,14 @@ pub fn draw_stage(
     let (Some(ids), Some(view_group)) = (stage_view.pipelines, stage_view.bind_group().cloned()) else { return };
     let [stone @ .., sky] = ids.map(|id| cache.get_render_pipeline(id));
     let viewport = Viewport::from_viewport_and_override(camera.viewport.as_ref(), resolution);
-    let canvas = Canvas { target, depth, viewport, view_group, stone };
+    let plain = [false, true].map(|textured| stone[Subject::stone_index(textured, true)]);
+    // Stone that actors shade; without their pipelines it is drawn as if nobody stood there.
+    let shaded = stage_view.shaded_pipelines.zip(actors.shade()).and_then(|(ids, shade)| {
+        let [stone @ .., _] = ids.map(|id| cache.get_render_pipeline(id));
+        stone.iter().all(Option::is_some).then_some((stone, shade))
+    });
+    let (stone, shade) = shaded.map_or((stone, None), |(stone, shade)| (stone, Some(shade)));
+    let canvas = Canvas { target, depth, viewport, view_group, stone, shade };
 
     let moving = stage_view.undecided.is_some() || stage_view.drawn.seen.single.is_none();
     // A day that passes before an eye at rest is what must be quick: that is one pass.
@@ -109,6 +118,7 @@ pub fn draw_stage(
         question.read(encoder);
     }
     let mut pass = canvas.stone(encoder, &gpu, later.as_ref().unwrap_or(&stage_view.drawn), most);
+    actors.draw(&mut pass, plain);
     if let (Some(pipeline), Some(maps)) = (sky, &stage_view.sky) {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(1, &**maps, &[]);
@@ -123,6 +133,8 @@ struct Canvas<'a> {
     viewport: Option<Viewport>,
     view_group: BindGroup,
     stone: [Option<&'a RenderPipeline>; 4],
+    /// What actors cast on it.
+    shade: Option<&'a BindGroup>,
 }
 
 impl Canvas<'_> {
@@ -149,11 +161,18 @@ impl Canvas<'_> {
     /// Draws stone, in passes of `most` triangles; the last is left open.
     fn stone(&self, encoder: &mut CommandEncoder, gpu: &StageGpu, drawn: &Drawn, most: u64) -> RenderPass<'static> {
         let begin = |encoder: &mut CommandEncoder| self.begin(encoder, "stone_and_sky", self.target.get_color_attachment());
-        let mut pass = begin(encoder);
+        let texture_group = if self.shade.is_some() { 2 } else { 1 };
+        let shaded = |mut pass: RenderPass<'static>| {
+            if let Some(shade) = self.shade {
+                pass.set_bind_group(1, &**shade, &[]);
+            }
+            pass
+        };
+        let mut pass = shaded(begin(encoder));
         for (part, draws) in drawn.seen.parts(most).enumerate() {
             if part > 0 {
                 drop(pass);
-                pass = begin(encoder);
+                pass = shaded(begin(encoder));
             }
             let mut bound = Bound::default();
             for draw in draws {
@@ -161,7 +180,7 @@ impl Canvas<'_> {
                 let subject = Subject::stone_index(chunk.texture.is_some(), chunk.closed);
                 // Until its pipeline and texture are there, nothing is drawn of a chunk.
                 if let Some(pipeline) = self.stone[subject]
-                    && bound.texture(&mut pass, gpu, chunk.texture)
+                    && bound.texture(&mut pass, gpu, chunk.texture, texture_group)
                 {
                     bound.pipeline(&mut pass, subject, pipeline);
                     bound.draw(&mut pass, gpu, drawn.indices.as_ref(), draw, 0);
@@ -215,10 +234,10 @@ impl Bound {
     }
 
     /// Sets the texture, if there is to be one; false if it is not there.
-    fn texture(&mut self, pass: &mut RenderPass<'_>, gpu: &StageGpu, texture: Option<u32>) -> bool {
+    fn texture(&mut self, pass: &mut RenderPass<'_>, gpu: &StageGpu, texture: Option<u32>, group: u32) -> bool {
         if texture.is_some() && self.texture != texture {
-            let Some(group) = texture.and_then(|texture| gpu.textures.get(texture as usize)) else { return false };
-            pass.set_bind_group(1, &*group.bind_group, &[]);
+            let Some(image) = texture.and_then(|texture| gpu.textures.get(texture as usize)) else { return false };
+            pass.set_bind_group(group, &*image.bind_group, &[]);
             self.texture = texture;
         }
         true

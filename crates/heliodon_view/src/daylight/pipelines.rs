@@ -3,6 +3,8 @@
 use super::layout::VertexLayout;
 use super::sight::NUMBER_FORMAT;
 use super::view::VIEW_BYTES;
+use crate::actors::render::shade_layout;
+use crate::actors::SHADE_WGSL;
 use crate::daylight::moment::MOMENT_BYTES;
 use crate::tonemap::{DisplayKey, ToneCurve};
 use bevy::asset::uuid::Uuid;
@@ -59,6 +61,7 @@ impl Subject {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PipelineKey {
     subject: Subject,
+    shaded: bool,
     display: DisplayKey,
     samples: u32,
 }
@@ -67,7 +70,13 @@ impl PipelineKey {
     /// The key for a target of `format` with `samples` samples.
     #[must_use]
     pub fn new(subject: Subject, curve: ToneCurve, format: TextureFormat, samples: u32) -> Self {
-        Self { subject, display: DisplayKey { curve, format }, samples }
+        Self { subject, shaded: false, display: DisplayKey { curve, format }, samples }
+    }
+
+    /// The key for stone that actors shade; they bind what they cast as group 1, and the texture is group 2.
+    #[must_use]
+    pub fn shaded(self) -> Self {
+        Self { shaded: self.subject != Subject::Sky, ..self }
     }
 
     /// The shader's whole text.
@@ -75,7 +84,11 @@ impl PipelineKey {
     pub fn wgsl(self) -> String {
         let before = format!("{}{VIEW_WGSL}\n", self.display.wgsl());
         match self.subject {
-            Subject::Stone { textured, .. } => before + &without_textured(include_str!("stone.wgsl"), textured),
+            Subject::Stone { textured, .. } => {
+                let defined = [("TEXTURED", textured), ("SHADED", self.shaded)];
+                let stone = resolved(include_str!("stone.wgsl"), &defined);
+                if self.shaded { before + SHADE_WGSL + &stone.replace("@group(1)", "@group(2)") } else { before + &stone }
+            }
             Subject::Sky => before + crate::sky::SKY_WGSL,
         }
     }
@@ -87,19 +100,19 @@ pub fn sight_wgsl() -> String {
     format!("enable primitive_index;\n{VIEW_WGSL}\n{}", include_str!("sight.wgsl"))
 }
 
-/// stone.wgsl with its `#ifdef TEXTURED` lines resolved, so that what a test validates is what runs.
-fn without_textured(source: &str, textured: bool) -> String {
+/// A shader with the lines that its `#ifdef`s keep, so that what a test validates is what runs.
+fn resolved(source: &str, defined: &[(&str, bool)]) -> String {
     let mut keep = true;
     let mut out = String::with_capacity(source.len());
     for line in source.lines() {
-        match line.trim() {
-            "#ifdef TEXTURED" => keep = textured,
-            "#endif" => keep = true,
-            _ if keep => {
+        match line.trim().strip_prefix("#ifdef ") {
+            Some(name) => keep = defined.iter().any(|&(known, yes)| known == name && yes),
+            None if line.trim() == "#endif" => keep = true,
+            None if keep => {
                 out.push_str(line);
                 out.push('\n');
             }
-            _ => {}
+            None => {}
         }
     }
     out
@@ -235,6 +248,9 @@ impl StagePipelines {
         let shader = self.shader(cache, key.wgsl(), "colour");
         let stone = key.subject != Subject::Sky;
         let mut layout = vec![self.view_layout.clone()];
+        if key.shaded {
+            layout.push(shade_layout());
+        }
         match key.subject {
             Subject::Stone { textured: false, .. } => {}
             Subject::Stone { textured: true, .. } => layout.push(self.texture_layout.clone()),

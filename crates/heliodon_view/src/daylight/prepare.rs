@@ -9,6 +9,7 @@ use super::seen::{LightGroup, Seen};
 use super::sight::{Change, Sight, SightKey};
 use super::view::{ClusterRef, Eye, ViewUniform, cull};
 use super::{DaylightCamera, allocator};
+use crate::actors::render::ActorsGpu;
 use crate::sky::SkyResources;
 use crate::stage::feed::Delivery;
 use crate::stage::frame::StageFrame;
@@ -123,6 +124,8 @@ pub struct StageView {
     stage: u64,
     /// Pipelines for all subjects.
     pub pipelines: Option<[CachedRenderPipelineId; SUBJECTS.len()]>,
+    /// The same for stone that actors shade, while they do.
+    pub shaded_pipelines: Option<[CachedRenderPipelineId; SUBJECTS.len()]>,
     /// Pipelines that find out what is seen, for surfaces and for closed bodies.
     pub sight_pipelines: Option<[CachedRenderPipelineId; 2]>,
     /// The dome's maps, when there are any.
@@ -266,6 +269,7 @@ pub fn prepare_views(
     images: Res<RenderAssets<GpuImage>>,
     fallback: Res<FallbackImage>,
     mut sky: ResMut<SkyResources>,
+    actors: Res<ActorsGpu>,
     prepassed: Query<(), WithPrepass>,
     mut views: Query<SeenCamera, With<DaylightCamera>>,
 ) {
@@ -282,11 +286,10 @@ pub fn prepare_views(
         let eye = if parallel { Eye::Along(forward) } else { Eye::At(view.world_from_view.translation()) };
         let view_from_world = view.world_from_view.to_matrix().inverse();
         let clip_from_world = view.clip_from_world.unwrap_or_else(|| view.clip_from_view * view_from_world);
-        let ids = SUBJECTS.map(|subject| {
-            let key = PipelineKey::new(subject, frame.curve, view.target_format, msaa.samples());
-            pipelines.colour(&mut cache, key)
-        });
+        let keys = SUBJECTS.map(|subject| PipelineKey::new(subject, frame.curve, view.target_format, msaa.samples()));
+        let ids = keys.map(|key| pipelines.colour(&mut cache, key));
         stage_view.pipelines = Some(ids);
+        stage_view.shaded_pipelines = actors.shade().map(|_| keys.map(|key| pipelines.colour(&mut cache, key.shaded())));
         let key = SightKey {
             clip_from_world,
             viewport: view.viewport,

@@ -2,8 +2,9 @@
 
 use super::layout::VertexLayout;
 use super::moment::MOMENT_BYTES;
-use super::pipelines::{PipelineKey, SUBJECTS, sight_wgsl};
+use super::pipelines::{PipelineKey, SUBJECTS, Subject, sight_wgsl};
 use super::view::VIEW_BYTES;
+use crate::actors::shade::SHADE_BYTES;
 use crate::tonemap::ToneCurve;
 use bevy::render::render_resource::TextureFormat;
 use heliodon_bundle::LightLayout;
@@ -43,8 +44,11 @@ fn the_colour_shaders_are_valid_for_every_target() {
     for subject in SUBJECTS {
         for curve in [ToneCurve::Clamp, ToneCurve::Filmic, ToneCurve::Linear] {
             for format in [TextureFormat::Rgba8UnormSrgb, TextureFormat::Rgba8Unorm, TextureFormat::Rgba16Float] {
-                let module = compile(&PipelineKey::new(subject, curve, format, 1).wgsl());
-                assert_eq!(size_of_struct(&module, "View"), Some(VIEW_BYTES as u32));
+                let key = PipelineKey::new(subject, curve, format, 1);
+                assert_eq!(size_of_struct(&compile(&key.wgsl()), "View"), Some(VIEW_BYTES as u32));
+                if subject != Subject::Sky {
+                    assert_eq!(size_of_struct(&compile(&key.shaded().wgsl()), "Shade"), Some(SHADE_BYTES as u32));
+                }
             }
         }
     }

@@ -1,5 +1,6 @@
 // The stone: light comes per vertex, albedo is met in the fragment, exposure is already in the light.
-// Prepended: display.wgsl with its constants, view.wgsl, and `const TEXTURED: bool`.
+// Prepended: display.wgsl with its constants, view.wgsl, and where actors shade it actors/shade.wgsl. Lines between `#ifdef` and `#endif` are kept where
+// they apply (pipelines.rs).
 
 struct Vertex {
     @location(0) position: vec3<f32>,
@@ -18,6 +19,10 @@ struct Fragment {
 #ifdef TEXTURED
     @location(2) uv: vec2<f32>,
 #endif
+#ifdef SHADED
+    @location(3) place: vec3<f32>,
+    @location(4) sun: f32,
+#endif
 }
 
 #ifdef TEXTURED
@@ -34,6 +39,10 @@ fn vertex(in: Vertex) -> Fragment {
 #ifdef TEXTURED
     out.uv = in.uv;
 #endif
+#ifdef SHADED
+    out.place = in.position;
+    out.sun = in.light.a;
+#endif
     return out;
 }
 
@@ -43,5 +52,11 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
 #ifdef TEXTURED
     albedo *= textureSample(albedo_texture, albedo_sampler, in.uv).rgb;
 #endif
-    return vec4<f32>(display(in.light * albedo, in.clip.xy), 1.0);
+    var light = in.light;
+#ifdef SHADED
+    // of the triangle, towards the eye: the picture's y points down
+    let normal = normalize(cross(dpdy(in.place), dpdx(in.place)));
+    light = shaded(light, in.sun, in.place, normal);
+#endif
+    return vec4<f32>(display(light * albedo, in.clip.xy), 1.0);
 }

@@ -9,6 +9,8 @@ pub(crate) mod fault;
 mod readback;
 
 use crate::HeliodonPlugins;
+use crate::actors::Actors;
+use crate::actors::levels::Directions;
 use crate::daylight::DaylightCamera;
 use crate::daylight::prepare::StageView;
 use crate::navigation::pose::{Pose, fov_deg};
@@ -107,6 +109,10 @@ pub enum ShotExposure {
     Stops(f32),
 }
 
+/// Levels of the light sphere for actors in films and in stills: 66 and 1,026 directions.
+const FILM_LEVEL: u32 = 2;
+const STILL_LEVEL: u32 = 4;
+
 /// One picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shot {
@@ -122,6 +128,8 @@ pub struct Shot {
     pub curve: ToneCurve,
     /// How the steps are joined.
     pub blend: Blend,
+    /// How long the actors have acted, in seconds. From one picture to the next of a film they go on smoothly.
+    pub actors_s: f64,
 }
 
 /// Draws pictures of one bundle.
@@ -161,6 +169,9 @@ impl Renderer {
         let fault = DeviceFault::start(&mut app);
         app.world_mut().resource_mut::<SkyMaps>().wait = true;
         app.world_mut().resource_mut::<TimeLapse>().playing = false;
+        // A picture does not depend on how fast the machine is.
+        let level = if samples > RenderOptions::film().samples { STILL_LEVEL } else { FILM_LEVEL };
+        app.world_mut().resource_mut::<Actors>().directions = Directions::Fixed(level);
 
         let most = readback::longest_side(&app) / samples;
         if !(1..=most).contains(&width) || !(1..=most).contains(&height) {
@@ -188,7 +199,7 @@ impl Renderer {
             self.step()?;
             match self.stage().status() {
                 StageStatus::Failed(what) => return Err(HeadlessError::Loading(what.clone())),
-                _ if self.stage().is_complete() => break,
+                _ if self.stage().is_complete() && self.app.world().resource::<Actors>().is_complete() => break,
                 _ => std::thread::sleep(Duration::from_millis(1)),
             }
         }
@@ -242,6 +253,7 @@ impl Renderer {
             exposure: ShotExposure::Lapse(0.0),
             curve: ToneCurve::Clamp,
             blend: Blend::Smooth,
+            actors_s: 0.0,
         }
     }
 
@@ -326,6 +338,7 @@ impl Renderer {
             ShotExposure::Lapse(more) => exposure.manual_stops = more,
             ShotExposure::Stops(stops) => exposure.fix(stops),
         }
+        world.resource_mut::<Actors>().seconds = shot.actors_s;
         world.resource_mut::<StageFrame>().curve = curve;
         let projection = PerspectiveProjection { fov: shot.fov_deg.to_radians(), near: 0.05, ..default() };
         world.entity_mut(self.camera).insert((

@@ -1,6 +1,7 @@
 //! The text in the corner, and the help.
 
 use super::{FAINT, HudVisibility, INK, PANEL, clock_text, keys};
+use crate::actors::{Actors, Told};
 use crate::navigation::Visitor;
 use crate::sky::SkyMaps;
 use crate::stage::frame::StageFrame;
@@ -100,6 +101,7 @@ pub(super) struct FrameTimes {
     frames: u32,
     seconds: f32,
     told_ms: f32,
+    told_actors: Told,
 }
 
 #[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
@@ -111,6 +113,7 @@ pub(super) fn tell(
     exposure: Res<Exposure>,
     frame: Res<StageFrame>,
     maps: Res<SkyMaps>,
+    actors: Res<Actors>,
     visitors: Query<&Visitor>,
     mut times: Local<FrameTimes>,
     mut hours: Query<&mut Text, (With<HourText>, Without<DetailText>)>,
@@ -119,7 +122,7 @@ pub(super) fn tell(
     times.frames += 1;
     times.seconds += time.delta_secs();
     if times.seconds >= TELL_EVERY_S {
-        *times = FrameTimes { told_ms: times.seconds * 1e3 / times.frames as f32, ..default() };
+        *times = FrameTimes { told_ms: times.seconds * 1e3 / times.frames as f32, told_actors: actors.told(), ..default() };
     }
     let hour = if now.moment.is_some() { clock_text(lapse.clock_s) } else { "no bundle".to_owned() };
     for mut text in &mut hours {
@@ -129,6 +132,7 @@ pub(super) fn tell(
         sun_height_deg: now.moment.as_ref().filter(|_| now.has_sun).map(|m| m.sun_direction.y.asin().to_degrees()),
         exposure: *exposure,
         frame_ms: times.told_ms,
+        actors: times.told_actors,
         lapse: &lapse,
         curve: frame.curve,
         status: stage.status(),
@@ -146,6 +150,7 @@ struct Detail<'a> {
     sun_height_deg: Option<f32>,
     exposure: Exposure,
     frame_ms: f32,
+    actors: Told,
     lapse: &'a TimeLapse,
     curve: ToneCurve,
     status: &'a StageStatus,
@@ -181,6 +186,10 @@ impl std::fmt::Display for Detail<'_> {
             let gait = if visitor.walking { "walk" } else { "fly" };
             let place = if visitor.in_room { ", in the room" } else { "" };
             write!(f, "\n{gait:<10}{:.1} m/s{place}", visitor.pace_m_s)?;
+        }
+        let Told { actors, directions, vertices, ms } = self.actors;
+        if actors > 0 {
+            write!(f, "\nactors    {actors}: k {directions}, {vertices} vertices, {ms:.1} ms")?;
         }
         if let Some(why) = self.sky_failure {
             write!(f, "\n{why}")?;

@@ -1,0 +1,274 @@
+//! What moves: actors, lit in every frame by the visibility matrix and the sun, shaded by the monument, and shading it.
+//!
+//! M. Sattler, R. Sarlette, G. Zachmann, R. Klein: "Hardware-accelerated ambient occlusion computation", VMV 2004. [`figure`] poses an actor and asks which
+//! directions of the sky reach the vertices that a camera sees; [`levels`] says how many directions; [`course`] where it stands. The sky that it stands
+//! under is the moment's, less what the monument hides of it there: the bundle's light grid says how much. [`shade`] is what it takes from
+//! the stone's light.
+
+pub mod course;
+pub mod figure;
+pub mod levels;
+mod load;
+pub mod render;
+pub mod shade;
+
+use crate::daylight::DaylightCamera;
+use crate::stage::Stage;
+use crate::stage::frame::StageFrame;
+use crate::time_lapse::{Now, SettleMoment};
+use bevy::camera::Camera;
+use bevy::core_pipeline::schedule::camera_driver;
+use bevy::prelude::*;
+use bevy::render::extract_resource::ExtractResourcePlugin;
+use bevy::render::renderer::RenderGraph;
+use bevy::render::{Render, RenderApp, RenderSystems};
+use course::Course;
+use figure::{Asked, Figure, Surroundings};
+use half::f16;
+use heliodon_bundle::grid::AmbientCube;
+use heliodon_bundle::moment::Moment;
+use heliodon_bundle::BundleReader;
+use heliodon_math::sh;
+use heliodon_rays::EyeView;
+use levels::Directions;
+use load::Loaded;
+use render::{ActorsFrame, ActorsGpu, Shown};
+use shade::Caster;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+/// WGSL of what actors take from the stone's light.
+pub(crate) const SHADE_WGSL: &str = include_str!("shade.wgsl");
+
+/// Frames farther apart than this are pictures on their own: nothing is carried over.
+const APART_S: f64 = 0.5;
+
+/// The actors of the bundle on the stage.
+#[derive(Resource)]
+pub struct Actors {
+    /// Seconds since they began; flows with the app's time, also while the hour stands still.
+    pub seconds: f64,
+    /// How many directions are asked for their light.
+    pub directions: Directions,
+    stage: u64,
+    loading: Option<Mutex<Receiver<Loaded>>>,
+    people: Vec<Person>,
+    lit_s: Option<f64>,
+    told: Told,
+}
+
+/// What the actors of a frame took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Told {
+    /// Actors.
+    pub actors: usize,
+    /// The most directions that one of them was asked from.
+    pub directions: usize,
+    /// Vertices for which anything was asked.
+    pub vertices: usize,
+    /// Milliseconds for all of it.
+    pub ms: f32,
+}
+
+/// An actor on its course.
+pub(crate) struct Person {
+    name: String,
+    figure: Figure,
+    course: Course,
+    clip: Option<usize>,
+    speed: f32,
+    duration_s: f32,
+}
+
+impl Default for Actors {
+    fn default() -> Self {
+        Self {
+            seconds: 0.0,
+            // A third of a frame of thirty a second; at rest as the monument's own sky.
+            directions: Directions::Budget { ms: 12.0, finest: 4 },
+            stage: 0,
+            loading: None,
+            people: Vec::new(),
+            lit_s: None,
+            told: Told::default(),
+        }
+    }
+}
+
+impl Actors {
+    /// Whether all of the bundle's actors are there.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.loading.is_none()
+    }
+
+    /// What the last frame took.
+    #[must_use]
+    pub fn told(&self) -> Told {
+        self.told
+    }
+}
+
+/// Moves, lights and draws actors.
+#[derive(Default)]
+pub struct ActorsPlugin;
+
+impl Plugin for ActorsPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Actors>()
+            .init_resource::<ActorsFrame>()
+            .add_plugins(ExtractResourcePlugin::<ActorsFrame>::default())
+            .add_systems(Update, (follow_stage, flow).chain())
+            .add_systems(
+                PostUpdate,
+                light_actors
+                    .after(SettleMoment)
+                    .after(bevy::transform::TransformSystems::Propagate)
+                    .after(bevy::camera::CameraUpdateSystems),
+            );
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else { return };
+        render_app
+            .init_resource::<ActorsGpu>()
+            .add_systems(
+                Render,
+                render::prepare_actors
+                    .in_set(RenderSystems::PrepareResources)
+                    .after(crate::daylight::prepare::receive)
+                    .before(crate::daylight::prepare::prepare_views),
+            )
+            .add_systems(RenderGraph, render::cast_shadows.before(camera_driver));
+    }
+}
+
+/// Loads the actors of another bundle, and takes them when they are there.
+fn follow_stage(stage: Res<Stage>, mut actors: ResMut<Actors>, mut frame: ResMut<ActorsFrame>) {
+    let actors = &mut *actors;
+    if actors.stage != stage.serial() {
+        actors.stage = stage.serial();
+        (actors.people, actors.loading, actors.lit_s, actors.told) = (Vec::new(), None, None, Told::default());
+        actors.seconds = 0.0;
+        *frame = ActorsFrame { serial: frame.serial + 1, ..default() };
+        if let Some(bundle) = stage.bundle().filter(|bundle| !bundle.actors().is_empty()) {
+            let (to_stage, loaded) = channel();
+            actors.loading = Some(Mutex::new(loaded));
+            let bundle = Arc::clone(bundle);
+            // The stage may have gone to another bundle: then nobody wants to know.
+            std::thread::spawn(move || to_stage.send(load::run(&bundle)).ok());
+        }
+    }
+    let Some(loading) = &actors.loading else { return };
+    let loaded = match loading.lock().unwrap_or_else(PoisonError::into_inner).try_recv() {
+        Ok(loaded) => loaded,
+        Err(TryRecvError::Empty) => return,
+        Err(TryRecvError::Disconnected) => {
+            Loaded { failures: vec!["the actors' loading thread broke off".to_owned()], ..default() }
+        }
+    };
+    loaded.failures.iter().for_each(|failure| warn!("{failure}"));
+    actors.loading = None;
+    actors.people = loaded.people;
+    *frame = ActorsFrame { serial: frame.serial + 1, looks: Arc::new(loaded.looks), shown: Arc::default() };
+}
+
+fn flow(time: Res<Time>, mut actors: ResMut<Actors>) {
+    actors.seconds += time.delta_secs_f64();
+}
+
+/// Poses and lights what the cameras see.
+fn light_actors(
+    stage: Res<Stage>,
+    now: Res<Now>,
+    stage_frame: Res<StageFrame>,
+    mut actors: ResMut<Actors>,
+    mut frame: ResMut<ActorsFrame>,
+    cameras: Query<(&Camera, &GlobalTransform), With<DaylightCamera>>,
+) {
+    let (Some(moment), Some(bundle)) = (&now.moment, stage.bundle()) else { return };
+    if actors.people.is_empty() {
+        return;
+    }
+    let start = Instant::now();
+    let eyes: Vec<EyeView> = cameras
+        .iter()
+        .filter(|(camera, _)| camera.is_active)
+        .filter_map(|(camera, transform)| {
+            let clip_from_mesh = camera.clip_from_view() * transform.to_matrix().inverse();
+            Some(EyeView { clip_from_mesh, size_px: camera.physical_viewport_size()? })
+        })
+        .collect();
+    let Actors { seconds, directions, people, lit_s, told, .. } = &mut *actors;
+    let passed_s = lit_s.replace(*seconds).map(|lit_s| *seconds - lit_s).filter(|s| (0.0..APART_S).contains(s));
+    let exposure = stage_frame.exposure_stops.exp2();
+    let sun = now.has_sun.then(|| (moment.sun_direction, moment.shading.sun_irradiance * exposure));
+    *told = Told { actors: people.len(), ..default() };
+    let mut shown = Vec::with_capacity(people.len());
+    for person in people.iter_mut() {
+        match person.act(*seconds as f32, &eyes, *directions, &Hour { moment, bundle, exposure, sun }, passed_s.map(|s| s as f32)) {
+            Ok((one, asked)) => {
+                told.directions = told.directions.max(asked.directions);
+                told.vertices += asked.vertices;
+                shown.push(one);
+            }
+            Err(error) => {
+                warn_once!("an actor cannot be lit: {}: {error}", person.name);
+                shown.push(Shown::default());
+            }
+        }
+    }
+    told.ms = start.elapsed().as_secs_f32() * 1e3;
+    frame.shown = Arc::new(shown);
+}
+
+/// The light that everybody is under.
+struct Hour<'a> {
+    moment: &'a Moment,
+    bundle: &'a BundleReader,
+    exposure: f32,
+    sun: Option<(Vec3, Vec3)>,
+}
+
+impl Person {
+    fn act(
+        &mut self,
+        seconds: f32,
+        eyes: &[EyeView],
+        directions: Directions,
+        hour: &Hour<'_>,
+        passed_s: Option<f32>,
+    ) -> Result<(Shown, Asked), heliodon_rays::VisibilityCpuError> {
+        let place = self.course.at(seconds);
+        let clip_s = if self.duration_s > 0.0 { (seconds * self.speed).rem_euclid(self.duration_s) } else { 0.0 };
+        let deforms = self.figure.go(self.clip, clip_s, place)?;
+        let middle = self.figure.middle();
+        let grid = hour.bundle.grid();
+        let around = grid.and_then(|grid| grid.light_at(hour.moment, middle));
+        let surroundings = Surroundings {
+            radiance: &|direction| radiance(hour.moment, around.as_ref(), direction) * hour.exposure,
+            sun: hour.sun,
+            sun_reaches: &|place| grid.and_then(|grid| grid.sun_at(hour.moment, place)).unwrap_or(1.0),
+        };
+        let asked = self.figure.illuminate(eyes, directions, deforms, &surroundings, passed_s)?;
+        let positions: Vec<Vec3> = self.figure.world_positions().collect();
+        let half = |light: &Vec3| {
+            let [r, g, b] = light.to_array().map(|v| f16::from_f32(v.clamp(0.0, 65504.0)).to_bits());
+            [r, g, b, 0]
+        };
+        let light = self.figure.light().iter().map(half).collect();
+        let (low, high) = positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |b, &p| (b.0.min(p), b.1.max(p)));
+        let bounds = ((low + high) * 0.5).extend(low.distance(high) * 0.5);
+        Ok((Shown { positions, light, caster: Caster { bounds, lumps: self.figure.lumps() } }, asked))
+    }
+}
+
+/// Radiance that reaches a place from a direction, where `around` says what the monument leaves of the sky there and adds to it: as a part of the open sky's
+/// radiance where there is less light from around that direction than in the open, and on top of it where there is more (sunlit ground).
+fn radiance(moment: &Moment, around: Option<&AmbientCube>, direction: Vec3) -> Vec3 {
+    let open_sky = sh::radiance(&moment.sky, direction).max(Vec3::ZERO);
+    let Some(around) = around else { return open_sky };
+    let here = around.from(direction);
+    let transfer = sh::open_transfer9(direction);
+    let open = moment.shading.sky.iter().zip(transfer).fold(Vec3::ZERO, |sum, (&s, t)| sum + s * t).max(Vec3::ZERO);
+    let part = (here / open.max(Vec3::splat(1e-6))).min(Vec3::ONE);
+    open_sky * part + (here - open).max(Vec3::ZERO)
+}

@@ -1,0 +1,307 @@
+//! Actors on the GPU: buffers that are written in every frame, the map of their depth from the sun, and their draws in the stone's own pass.
+
+use super::shade::{ACTORS, Caster, SHADE_BYTES, ShadeUniform, TILE_PX, TILES_ACROSS, TILES_DOWN};
+use crate::daylight::pipelines::StagePipelines;
+use crate::daylight::prepare::StageGpu;
+use crate::stage::frame::StageFrame;
+use crate::stage::texture::{self, LevelledTexture};
+use bevy::asset::uuid::Uuid;
+use bevy::prelude::*;
+use bevy::render::extract_resource::ExtractResource;
+use bevy::render::render_resource::binding_types::{sampler, texture_depth_2d, uniform_buffer_sized};
+use bevy::render::render_resource::*;
+use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue};
+use bevy::shader::Shader;
+use heliodon_image::{SrgbImage, TextureWrap};
+use std::num::NonZeroU64;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Depth from the sun.
+const MAP_FORMAT: TextureFormat = TextureFormat::Depth32Float;
+
+/// What of an actor stays.
+#[derive(Debug, Default)]
+pub struct Look {
+    /// [`crate::daylight::layout::albedo_roots`] of each vertex.
+    pub albedo: Vec<u32>,
+    /// Texture coordinates, one for each vertex.
+    pub uvs: Vec<Vec2>,
+    /// Triangles' corners.
+    pub indices: Vec<u32>,
+    /// Ranges of indices, and the texture of each.
+    pub draws: Vec<(Range<u32>, Option<usize>)>,
+    /// Base colour images, each with its smaller levels.
+    pub textures: Vec<(Vec<SrgbImage>, [TextureWrap; 2])>,
+}
+
+/// What of an actor changes.
+#[derive(Clone, Debug, Default)]
+pub struct Shown {
+    /// Positions in the world.
+    pub positions: Vec<Vec3>,
+    /// Exposed light, half floats.
+    pub light: Vec<[u16; 4]>,
+    /// How it shades the stone.
+    pub caster: Caster,
+}
+
+/// The actors of a frame.
+#[derive(Resource, Clone, Debug, Default, ExtractResource)]
+pub struct ActorsFrame {
+    /// Changes with the actors.
+    pub serial: u64,
+    /// What of them stays.
+    pub looks: Arc<Vec<Look>>,
+    /// What of them changes, one for each look.
+    pub shown: Arc<Vec<Shown>>,
+}
+
+/// An actor's buffers.
+struct ActorGpu {
+    positions: Buffer,
+    light: Buffer,
+    albedo: Buffer,
+    uvs: Buffer,
+    indices: Buffer,
+    index_count: u32,
+    draws: Vec<(Range<u32>, Option<usize>)>,
+    textures: Vec<Option<BindGroup>>,
+    /// The matrix of its tile.
+    clip: (Buffer, BindGroup),
+}
+
+/// The map of depths from the sun, and who reads it.
+struct ShadowMap {
+    view: TextureView,
+    uniform: Buffer,
+    bind_group: BindGroup,
+    pipeline: CachedRenderPipelineId,
+}
+
+/// Render world: the actors.
+#[derive(Resource, Default)]
+pub struct ActorsGpu {
+    serial: u64,
+    actors: Vec<ActorGpu>,
+    map: Option<ShadowMap>,
+    casting: usize,
+}
+
+/// The layout of what [`ShadowMap`] binds for the stone.
+pub fn shade_layout() -> BindGroupLayoutDescriptor {
+    BindGroupLayoutDescriptor::new(
+        "actors_shade",
+        &BindGroupLayoutEntries::sequential(
+            ShaderStages::FRAGMENT,
+            (
+                uniform_buffer_sized(false, NonZeroU64::new(SHADE_BYTES as u64)),
+                texture_depth_2d(),
+                sampler(SamplerBindingType::Comparison),
+            ),
+        ),
+    )
+}
+
+fn caster_layout() -> BindGroupLayoutDescriptor {
+    let matrix = uniform_buffer_sized(false, NonZeroU64::new(size_of::<Mat4>() as u64));
+    BindGroupLayoutDescriptor::new("actors_caster", &BindGroupLayoutEntries::single(ShaderStages::VERTEX, matrix))
+}
+
+impl ShadowMap {
+    fn new(device: &RenderDevice, cache: &mut PipelineCache) -> Self {
+        let texture = device.create_texture(&TextureDescriptor {
+            label: Some("actors_sun_depth"),
+            size: Extent3d { width: TILE_PX * TILES_ACROSS, height: TILE_PX * TILES_DOWN, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: TextureDimension::D2,
+            format: MAP_FORMAT,
+            usage: TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT,
+            view_formats: &[],
+        });
+        let view = texture.create_view(&TextureViewDescriptor::default());
+        let uniform = device.create_buffer(&BufferDescriptor {
+            label: Some("actors_shade"),
+            size: SHADE_BYTES as u64,
+            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let compare = device.create_sampler(&SamplerDescriptor {
+            label: Some("actors_sun_depth"),
+            mag_filter: FilterMode::Linear,
+            min_filter: FilterMode::Linear,
+            compare: Some(CompareFunction::LessEqual),
+            ..default()
+        });
+        let layout = cache.get_bind_group_layout(&shade_layout());
+        let entries = BindGroupEntries::sequential((uniform.as_entire_binding(), &view, &compare));
+        let bind_group = device.create_bind_group("actors_shade", &layout, &entries);
+        let uuid = Uuid::from_u128(0x91c2_03f7_52ab_4d0e_8d10_0000_0000_0001);
+        cache.set_shader(AssetId::Uuid { uuid }, Shader::from_wgsl(include_str!("caster.wgsl"), "heliodon/caster.wgsl"));
+        let position = VertexBufferLayout {
+            array_stride: 12,
+            step_mode: VertexStepMode::Vertex,
+            attributes: vec![VertexAttribute { format: VertexFormat::Float32x3, offset: 0, shader_location: 0 }],
+        };
+        let pipeline = cache.queue_render_pipeline(RenderPipelineDescriptor {
+            label: Some("actors_caster".into()),
+            layout: vec![caster_layout()],
+            vertex: VertexState {
+                shader: Handle::Uuid(uuid, std::marker::PhantomData),
+                entry_point: Some("vertex".into()),
+                buffers: vec![position],
+                ..default()
+            },
+            depth_stencil: Some(DepthStencilState {
+                format: MAP_FORMAT,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(CompareFunction::LessEqual),
+                stencil: default(),
+                bias: default(),
+            }),
+            ..default()
+        });
+        Self { view, uniform, bind_group, pipeline }
+    }
+}
+
+impl ActorGpu {
+    fn new(
+        look: &Look,
+        device: &RenderDevice,
+        queue: &RenderQueue,
+        cache: &PipelineCache,
+        pipelines: &StagePipelines,
+        software: bool,
+    ) -> Self {
+        let vertices = look.albedo.len().max(1) as u64;
+        let empty = |label, size: u64, usage| {
+            device.create_buffer(&BufferDescriptor { label: Some(label), size, usage: usage | BufferUsages::COPY_DST, mapped_at_creation: false })
+        };
+        let filled = |label, contents: &[u8], usage| {
+            // A buffer of nothing is none.
+            let contents = if contents.is_empty() { &[0; 4] } else { contents };
+            device.create_buffer_with_data(&BufferInitDescriptor { label: Some(label), contents, usage })
+        };
+        let texture_layout = cache.get_bind_group_layout(&pipelines.texture_layout);
+        let textures = look.textures.iter().map(|(levels, wrap)| {
+            let mut texture = LevelledTexture::new(device, levels.first()?)?;
+            levels.iter().for_each(|level| texture.write(queue, level));
+            let (view, sampler) = (texture.view(), texture::sampler(device, !software, *wrap));
+            let entries = BindGroupEntries::sequential((&view, &sampler));
+            Some(device.create_bind_group("actor_texture", &texture_layout, &entries))
+        });
+        let clip = empty("actor_caster", size_of::<Mat4>() as u64, BufferUsages::UNIFORM);
+        let layout = cache.get_bind_group_layout(&caster_layout());
+        let clip_group = device.create_bind_group("actor_caster", &layout, &BindGroupEntries::single(clip.as_entire_binding()));
+        Self {
+            positions: empty("actor_positions", 12 * vertices, BufferUsages::VERTEX),
+            light: empty("actor_light", 8 * vertices, BufferUsages::VERTEX),
+            albedo: filled("actor_albedo", bytemuck::cast_slice(&look.albedo), BufferUsages::VERTEX),
+            uvs: filled("actor_uvs", bytemuck::cast_slice(&look.uvs), BufferUsages::VERTEX),
+            indices: filled("actor_indices", bytemuck::cast_slice(&look.indices), BufferUsages::INDEX),
+            index_count: look.indices.len() as u32,
+            draws: look.draws.clone(),
+            textures: textures.collect(),
+            clip: (clip, clip_group),
+        }
+    }
+}
+
+impl ActorsGpu {
+    /// Draws the actors by the pipelines of closed stone, without and with a texture; their texture is group 1.
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, pipelines: [Option<&RenderPipeline>; 2]) {
+        for actor in &self.actors {
+            pass.set_vertex_buffer(0, *actor.positions.slice(..));
+            pass.set_vertex_buffer(1, *actor.light.slice(..));
+            pass.set_vertex_buffer(2, *actor.albedo.slice(..));
+            pass.set_vertex_buffer(3, *actor.uvs.slice(..));
+            pass.set_index_buffer(*actor.indices.slice(..), IndexFormat::Uint32);
+            for (indices, texture) in &actor.draws {
+                let group = texture.and_then(|texture| actor.textures[texture].as_ref());
+                let Some(pipeline) = pipelines[usize::from(group.is_some())] else { continue };
+                pass.set_pipeline(pipeline);
+                if let Some(group) = group {
+                    pass.set_bind_group(1, &**group, &[]);
+                }
+                pass.draw_indexed(indices.clone(), 0, 0..1);
+            }
+        }
+    }
+
+    /// What shades the stone, where anybody does.
+    #[must_use]
+    pub fn shade(&self) -> Option<&BindGroup> {
+        self.map.as_ref().filter(|_| self.casting > 0).map(|map| &map.bind_group)
+    }
+}
+
+/// Takes the frame's actors to the GPU.
+#[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
+pub fn prepare_actors(
+    frame: Res<ActorsFrame>,
+    stage: Res<StageFrame>,
+    stone: Res<StageGpu>,
+    mut gpu: ResMut<ActorsGpu>,
+    pipelines: Res<StagePipelines>,
+    mut cache: ResMut<PipelineCache>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+) {
+    let gpu = &mut *gpu;
+    if gpu.serial != frame.serial {
+        let made = frame.looks.iter().map(|look| ActorGpu::new(look, &device, &queue, &cache, &pipelines, stone.software));
+        gpu.actors = made.collect();
+        gpu.serial = frame.serial;
+    }
+    gpu.casting = 0;
+    let (Some(moment), false) = (&stage.moment, gpu.actors.is_empty()) else { return };
+    if frame.shown.len() != gpu.actors.len() {
+        return;
+    }
+    for (actor, shown) in gpu.actors.iter().zip(frame.shown.iter()) {
+        queue.write_buffer(&actor.positions, 0, bytemuck::cast_slice(&shown.positions));
+        queue.write_buffer(&actor.light, 0, bytemuck::cast_slice(&shown.light));
+    }
+    let map = gpu.map.get_or_insert_with(|| ShadowMap::new(&device, &mut cache));
+    let casters: Vec<Caster> = frame.shown.iter().take(ACTORS).map(|shown| shown.caster.clone()).collect();
+    let irradiance = moment.shading.sun_irradiance * stage.exposure_stops.exp2();
+    let (uniform, clips) = ShadeUniform::new(&casters, moment.sun_direction, irradiance);
+    queue.write_buffer(&map.uniform, 0, bytemuck::bytes_of(&uniform));
+    for (actor, clip) in gpu.actors.iter().zip(&clips) {
+        queue.write_buffer(&actor.clip.0, 0, bytemuck::bytes_of(clip));
+    }
+    // Until its pipeline is there the map would hold nothing that anybody wrote.
+    if cache.get_render_pipeline(map.pipeline).is_some() {
+        gpu.casting = clips.len();
+    }
+}
+
+/// Draws the actors' depth from the sun.
+pub fn cast_shadows(gpu: Res<ActorsGpu>, cache: Res<PipelineCache>, mut context: RenderContext) {
+    let Some(map) = gpu.map.as_ref().filter(|_| gpu.casting > 0) else { return };
+    let Some(pipeline) = cache.get_render_pipeline(map.pipeline) else { return };
+    let depth = RenderPassDepthStencilAttachment {
+        view: &map.view,
+        depth_ops: Some(Operations { load: LoadOp::Clear(1.0), store: StoreOp::Store }),
+        stencil_ops: None,
+    };
+    let mut pass = context.command_encoder().begin_render_pass(&RenderPassDescriptor {
+        label: Some("actors_sun_depth"),
+        color_attachments: &[],
+        depth_stencil_attachment: Some(depth),
+        timestamp_writes: None,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    });
+    pass.set_pipeline(pipeline);
+    for (i, actor) in gpu.actors.iter().take(gpu.casting).enumerate() {
+        let [x, y] = [i as u32 % TILES_ACROSS, i as u32 / TILES_ACROSS].map(|tile| (tile * TILE_PX) as f32);
+        pass.set_viewport(x, y, TILE_PX as f32, TILE_PX as f32, 0.0, 1.0);
+        pass.set_bind_group(0, &*actor.clip.1, &[]);
+        pass.set_vertex_buffer(0, *actor.positions.slice(..));
+        pass.set_index_buffer(*actor.indices.slice(..), IndexFormat::Uint32);
+        pass.draw_indexed(0..actor.index_count, 0, 0..1);
+    }
+}
