@@ -8,6 +8,7 @@ pub mod export;
 pub mod import;
 mod measure;
 mod mesh;
+pub mod motion;
 pub mod normals;
 pub mod place;
 pub mod temple;

@@ -19,7 +19,7 @@ pub const SEAM_ANGLE_RAD: f32 = std::f32::consts::FRAC_PI_3;
 
 /// The unit normal of each triangle, or zero, and the angles at its corners in radians.
 #[inline]
-fn face(positions: &[Vec3], corners: [u32; 3]) -> (DVec3, [f64; 3]) {
+pub(crate) fn face(positions: &[Vec3], corners: [u32; 3]) -> (DVec3, [f64; 3]) {
     let [a, b, c] = corners.map(|i| positions[i as usize].as_dvec3());
     let (ab, bc, ca) = (b - a, c - b, a - c);
     let cross = ab.cross(-ca);
@@ -134,7 +134,9 @@ pub fn mend(mesh: &mut Mesh) -> u64 {
 ///
 /// Groups are grown over neighbours: two triangles at a position belong together where an edge joins them (in positions) and
 /// their normals differ by at most the angle. The first group keeps the vertex, further ones append copies.
-pub fn split_creases(mesh: &mut Mesh, crease_rad: f32) {
+///
+/// Answers for each appended vertex which one it copies; that one stands before it.
+pub fn split_creases(mesh: &mut Mesh, crease_rad: f32) -> Vec<u32> {
     let least = f64::from(libm::cosf(crease_rad.clamp(0.0, std::f32::consts::PI)));
     let count = mesh.positions.len();
     let mut first = weld::first_of_position(&mesh.positions);
@@ -144,6 +146,7 @@ pub fn split_creases(mesh: &mut Mesh, crease_rad: f32) {
     mesh.normals = Vec::new();
     let mut groups: Vec<Vec<Grouped>> = Vec::new();
     let mut vertex_of_group: Vec<(u32, u32, u32)> = Vec::new();
+    let mut appended = Vec::new();
     // In blocks, because a list for each position of a large mesh would take more than the mesh.
     for begin in (0..count).step_by(BLOCK) {
         let block = (begin..(begin + BLOCK).min(count)).into_par_iter();
@@ -159,6 +162,7 @@ pub fn split_creases(mesh: &mut Mesh, crease_rad: f32) {
                     let new = if std::mem::replace(&mut claimed[old as usize], true) {
                         first.push(first[old as usize]);
                         sums.push(DVec3::ZERO);
+                        appended.push(old);
                         repeat_vertex(mesh, old)
                     } else {
                         old
@@ -176,6 +180,7 @@ pub fn split_creases(mesh: &mut Mesh, crease_rad: f32) {
         }
     }
     mesh.normals = sums.into_iter().map(|n| n.try_normalize().unwrap_or(DVec3::Y).as_vec3()).collect();
+    appended
 }
 
 /// Appends a copy of a vertex, but for its normal; answers its index.

@@ -154,6 +154,18 @@ impl Affine {
         self.normal_matrix.to_cols_array() == [0.0; 9] || self.linear.determinant() == 0.0
     }
 
+    /// The linear part: a column for each axis of the source.
+    #[must_use]
+    pub fn linear(&self) -> DMat3 {
+        self.linear
+    }
+
+    /// Where the source's zero goes.
+    #[must_use]
+    pub fn offset(&self) -> DVec3 {
+        self.offset
+    }
+
     /// The position `p` mapped, still in `f64`.
     #[must_use]
     #[inline]

@@ -21,7 +21,23 @@ pub(crate) struct Assembly<'a> {
     pub own_crease_deg: Option<f32>,
     /// Vertices before seams split some; all of them, if none did.
     pub file_vertices: Option<u64>,
+    /// For each vertex behind the file's own the one that it repeats.
+    pub appended: Vec<u32>,
     bad_colors: u64,
+}
+
+/// A mesh, and which of its vertices are the file's.
+pub(crate) struct Imported {
+    pub mesh: Mesh,
+    /// For each vertex behind the file's own, which stand first and in the file's order, the one of those that it repeats.
+    pub appended: Vec<u32>,
+}
+
+impl Imported {
+    /// How many of the mesh's vertices are the file's own.
+    pub fn file_vertices(&self) -> usize {
+        self.mesh.positions.len() - self.appended.len()
+    }
 }
 
 impl<'a> Assembly<'a> {
@@ -37,6 +53,7 @@ impl<'a> Assembly<'a> {
             site_from_file,
             own_crease_deg: None,
             file_vertices: None,
+            appended: Vec::new(),
             bad_colors: 0,
         })
     }
@@ -89,7 +106,7 @@ impl<'a> Assembly<'a> {
     }
 
     /// The mesh, every promise of [`Mesh`] kept.
-    pub fn finish(mut self) -> Result<Mesh, ImportError> {
+    pub fn finish(mut self) -> Result<Imported, ImportError> {
         self.report.file_vertices = self.file_vertices.unwrap_or(self.mesh.positions.len() as u64);
         self.drop_bad_vertices()?;
         if self.mesh.triangles.is_empty() {
@@ -121,7 +138,7 @@ impl<'a> Assembly<'a> {
         mesh.triangles.shrink_to_fit();
         mesh.triangle_material.shrink_to_fit();
         debug_assert_eq!(mesh.validate(), Ok(()));
-        Ok(mesh)
+        Ok(Imported { mesh, appended: self.appended })
     }
 
     fn drop_bad_vertices(&mut self) -> Result<(), ImportError> {
@@ -192,7 +209,14 @@ impl<'a> Assembly<'a> {
         }
         if mesh.normals.is_empty() {
             match self.options.crease_deg.or(self.own_crease_deg).filter(|&degrees| degrees < 180.0) {
-                Some(crease_deg) => normals::split_creases(mesh, crease_deg.to_radians()),
+                Some(crease_deg) => {
+                    let own = mesh.positions.len() - self.appended.len();
+                    for repeated in normals::split_creases(mesh, crease_deg.to_radians()) {
+                        // a repeated vertex may itself be a repeated one, which stands before it
+                        let before = (repeated as usize).checked_sub(own);
+                        self.appended.push(before.map_or(repeated, |k| self.appended[k]));
+                    }
+                }
                 None => normals::compute(mesh),
             }
             return;

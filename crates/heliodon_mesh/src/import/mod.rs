@@ -26,11 +26,14 @@ mod wedges;
 
 pub use error::{ImportError, ImportReport, Place};
 pub use gltf::percent_decoded;
+pub(crate) use gltf::read_moving as read_moving_gltf;
 pub use material::locate;
 
 use crate::Mesh;
 use crate::place::Placement;
-use source::{BYTE_ORDER_MARK, Source};
+pub(crate) use assembly::{Imported, rounded};
+use source::BYTE_ORDER_MARK;
+pub(crate) use source::Source;
 use std::path::Path;
 use wedges::Wedges;
 
@@ -133,12 +136,20 @@ pub fn read(path: &Path, options: &ImportOptions) -> Result<Mesh, ImportError> {
 /// # Errors
 /// Where the file cannot be read, or holds no triangles that are fit for use.
 pub fn read_reporting(path: &Path, options: &ImportOptions, report: &mut ImportReport) -> Result<Mesh, ImportError> {
+    let (mut source, format) = open(path)?;
+    read_source(&mut source, format, path.parent(), options, report).map(|imported| imported.mesh)
+}
+
+/// A file's bytes, and the format that they or its name show.
+pub(crate) fn open(path: &Path) -> Result<(Source<'_>, Format), ImportError> {
     let mut source = Source::open(path)?;
-    let Some(format) = Format::of_bytes(source.peek(8)?).or_else(|| Format::of_name(path)) else {
-        let remedy = "name a file that ends in .ply, .obj, .gltf, .glb or .stl, or convert it to one";
-        return Err(source.fail("is no mesh in a known format", remedy));
-    };
-    read_source(&mut source, format, path.parent(), options, report)
+    match Format::of_bytes(source.peek(8)?).or_else(|| Format::of_name(path)) {
+        Some(format) => Ok((source, format)),
+        None => {
+            let remedy = "name a file that ends in .ply, .obj, .gltf, .glb or .stl, or convert it to one";
+            Err(source.fail("is no mesh in a known format", remedy))
+        }
+    }
 }
 
 /// Reads a mesh from the bytes of a file; `name` is for messages. Files that it names (materials, textures, buffers) are not read.
@@ -152,16 +163,16 @@ pub fn from_bytes(
     options: &ImportOptions,
     report: &mut ImportReport,
 ) -> Result<Mesh, ImportError> {
-    read_source(&mut Source::from_bytes(name, bytes), format, None, options, report)
+    read_source(&mut Source::from_bytes(name, bytes), format, None, options, report).map(|imported| imported.mesh)
 }
 
-fn read_source(
+pub(crate) fn read_source(
     source: &mut Source,
     format: Format,
     folder: Option<&Path>,
     options: &ImportOptions,
     report: &mut ImportReport,
-) -> Result<Mesh, ImportError> {
+) -> Result<Imported, ImportError> {
     // The counts of several files add up in the report, but each reader tells its own.
     let mut own = ImportReport::default();
     let result = match format {

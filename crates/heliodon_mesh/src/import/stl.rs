@@ -2,19 +2,18 @@
 //!
 //! The facets' own normals are not read: they say no more than the corners do, and exporters leave them zero.
 
-use super::assembly::{Assembly, rounded};
+use super::assembly::{Assembly, Imported, rounded};
 use super::error::{ImportError, ImportReport};
 use super::number::parse_f64;
 use super::source::{BYTE_ORDER_MARK, DAMAGED, Source};
 use super::{ImportOptions, STL_CREASE_DEG};
-use crate::Mesh;
 use crate::weld::Welder;
 use glam::{DVec3, Vec3};
 
 const HEADER: u64 = 80;
 const FACET: u64 = 50;
 
-pub(super) fn read(source: &mut Source, options: &ImportOptions, report: &mut ImportReport) -> Result<Mesh, ImportError> {
+pub(super) fn read(source: &mut Source, options: &ImportOptions, report: &mut ImportReport) -> Result<Imported, ImportError> {
     let mut assembly = Assembly::new(source.file(), options, report)?;
     assembly.own_crease_deg = Some(STL_CREASE_DEG);
     let mut facets = Facets { assembly, welder: Welder::default(), bad: None };

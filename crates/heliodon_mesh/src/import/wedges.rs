@@ -19,6 +19,7 @@ impl Wedges {
         let mesh = &mut assembly.mesh;
         let count = mesh.positions.len();
         assembly.file_vertices = Some(count as u64);
+        assembly.appended = self.corners.extra_bases().to_vec();
         Corners::number(&mut mesh.triangles, count as u32);
         repeat(&mut mesh.positions, self.corners.extra_bases());
         repeat(&mut mesh.normals, self.corners.extra_bases());

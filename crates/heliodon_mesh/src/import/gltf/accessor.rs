@@ -60,7 +60,7 @@ impl Component {
     }
 }
 
-/// Elements of up to four components.
+/// Elements of up to four components, or matrices of sixteen.
 pub(super) struct Values<'a> {
     pub count: usize,
     pub width: usize,
@@ -92,6 +92,7 @@ impl<'a> Values<'a> {
             "VEC2" => 2,
             "VEC3" => 3,
             "VEC4" => 4,
+            "MAT4" => 16,
             _ => 0,
         };
         if !widths.contains(&width) {
@@ -124,13 +125,19 @@ impl<'a> Values<'a> {
     /// Element `i`; components beyond its width are zero.
     #[inline]
     pub fn get(&self, i: usize) -> [f64; 4] {
+        self.components(i)
+    }
+
+    /// The first `N` components of element `i`; those beyond its width are zero.
+    #[inline]
+    pub fn components<const N: usize>(&self, i: usize) -> [f64; N] {
         let mut bytes = self.bytes.get(i * self.stride..).unwrap_or_default();
         if let Some(sparse) = &self.sparse
             && let Ok(place) = sparse.indices.binary_search(&(i as u32))
         {
             bytes = &sparse.values[place * self.component.size() * self.width..];
         }
-        let mut out = [0.0; 4];
+        let mut out = [0.0; N];
         if bytes.is_empty() {
             return out;
         }

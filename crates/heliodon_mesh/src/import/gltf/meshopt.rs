@@ -4,7 +4,9 @@
 //! checked here first.
 
 use super::model::Meshopt;
-use meshopt::{decode_filter_color, decode_filter_exp, decode_filter_oct, decode_index_buffer, decode_index_sequence};
+use meshopt::{
+    decode_filter_color, decode_filter_exp, decode_filter_oct, decode_filter_quat, decode_index_buffer, decode_index_sequence,
+};
 
 pub(super) fn decode(view: &Meshopt, encoded: &[u8]) -> Option<Vec<u8>> {
     let count = usize::try_from(view.count).ok()?;
@@ -30,7 +32,9 @@ fn attributes(encoded: &[u8], count: usize, stride: u64, filter: &str) -> Option
         }),
         ("COLOR", 4) => decode_filter_color::<u8>(bytemuck::cast_slice_mut(&mut bytes)),
         ("COLOR", 8) => with_alignment(&mut bytes, decode_filter_color::<u16>),
-        // QUATERNION belongs to animations
+        ("QUATERNION", 8) => with_alignment(&mut bytes, |words: &mut [u16]| {
+            decode_filter_quat(bytemuck::cast_slice_mut(words));
+        }),
         _ => return None,
     }
     Some(bytes)

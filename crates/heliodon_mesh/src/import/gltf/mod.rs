@@ -3,26 +3,30 @@
 //! Read here: node transforms in `f64`, also mirroring ones; indexed and plain triangles, strips and fans; all component types,
 //! normalised and sparse accessors; `COLOR_0`, texture coordinates with `KHR_texture_transform`; base colours with their textures;
 //! `KHR_mesh_quantization` and `EXT_meshopt_compression`. Points and lines are passed over; Draco is not read and says so.
-//! Skins, morph targets and animations are left out: actors have their own way into the program.
+//! Skins, morph targets and animations are left out here: [`crate::motion`] reads what moves.
 
 mod accessor;
 mod buffers;
 mod container;
+mod keyframes;
 mod materials;
 mod meshopt;
 mod model;
+mod moving;
 mod scene;
 mod size;
+mod skins;
 
 pub use container::percent_decoded;
 
 use super::ImportOptions;
-use super::assembly::Assembly;
+use super::assembly::{Assembly, Imported};
 use super::error::{ImportError, ImportReport, Place};
 use super::source::Source;
 use crate::Mesh;
+use crate::motion::rig::Rig;
 use buffers::Buffers;
-use model::Document;
+use model::{Document, Motion};
 use std::fmt;
 use std::path::Path;
 
@@ -52,27 +56,58 @@ fn fail<T>(item: &str, problem: impl Into<String>, remedy: &str) -> Outcome<T> {
     Err(Failure::new(item, problem, remedy))
 }
 
+impl Failure {
+    fn of_file(self, file: &Path) -> ImportError {
+        ImportError::new(file, Place::Item(self.item), self.problem, self.remedy)
+    }
+}
+
 pub(super) fn read(
     source: &mut Source,
     folder: Option<&Path>,
     options: &ImportOptions,
     report: &mut ImportReport,
-) -> Result<Mesh, ImportError> {
+) -> Result<Imported, ImportError> {
     let file = source.file();
-    let length = usize::try_from(source.length())
-        .map_err(|_| source.fail("is too large for this machine's memory", "split it into several files"))?;
-    let bytes = source.take(length)?;
-    let (json, bin) = container::open(bytes, file)?;
-    let document: Document = serde_json::from_slice(json).map_err(|error| {
-        let problem = format!("is no glTF document: {error}");
-        let remedy = "check the file in a glTF validator, or export it again";
-        ImportError::new(file, Place::Line(error.line() as u64), problem, remedy)
-    })?;
+    let (json, bin) = container::open(whole(source)?, file)?;
+    let document: Document = parse(json, file)?;
     let mut assembly = Assembly::new(file, options, report)?;
     let buffers = Buffers::new(&document, bin, folder);
     let built = check_version(&document).and_then(|()| scene::build(&document, &buffers, &mut assembly));
-    built.map_err(|failure| ImportError::new(file, Place::Item(failure.item), failure.problem, failure.remedy))?;
+    built.map_err(|failure| failure.of_file(file))?;
     assembly.finish()
+}
+
+/// The scene in its default pose, and what moves it; no rig where nothing does.
+pub(crate) fn read_moving(
+    source: &mut Source,
+    folder: Option<&Path>,
+    options: &ImportOptions,
+    report: &mut ImportReport,
+) -> Result<(Mesh, Option<Rig>), ImportError> {
+    let file = source.file();
+    let (json, bin) = container::open(whole(source)?, file)?;
+    let (document, motion): (Document, Motion) = (parse(json, file)?, parse(json, file)?);
+    let mut assembly = Assembly::new(file, options, report)?;
+    let buffers = Buffers::new(&document, bin, folder);
+    let built = check_version(&document).and_then(|()| moving::build(&document, &motion, &buffers, &mut assembly));
+    let rig = built.map_err(|failure| failure.of_file(file))?;
+    let imported = assembly.finish()?;
+    Ok(rig.settle(imported))
+}
+
+fn whole<'s>(source: &'s mut Source) -> Result<&'s [u8], ImportError> {
+    let length = usize::try_from(source.length())
+        .map_err(|_| source.fail("is too large for this machine's memory", "split it into several files"))?;
+    source.take(length)
+}
+
+fn parse<'j, T: serde::Deserialize<'j>>(json: &'j [u8], file: &Path) -> Result<T, ImportError> {
+    serde_json::from_slice(json).map_err(|error| {
+        let problem = format!("is no glTF document: {error}");
+        let remedy = "check the file in a glTF validator, or export it again";
+        ImportError::new(file, Place::Line(error.line() as u64), problem, remedy)
+    })
 }
 
 /// Extensions without which the triangles would be wrong, and what to do about them.

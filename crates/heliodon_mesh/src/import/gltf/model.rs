@@ -49,6 +49,72 @@ pub(super) struct Node {
     pub extensions: BTreeMap<String, serde::de::IgnoredAny>,
 }
 
+/// What moves a document's meshes; read only where that is asked for, so that a still import minds none of it.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Motion {
+    pub nodes: Vec<Weighted>,
+    pub meshes: Vec<MorphMesh>,
+    pub skins: Vec<Skin>,
+    pub animations: Vec<Animation>,
+}
+
+/// A node's own morph weights.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Weighted {
+    pub weights: Vec<f64>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct MorphMesh {
+    pub weights: Vec<f64>,
+    pub primitives: Vec<MorphPrimitive>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct MorphPrimitive {
+    pub targets: Vec<BTreeMap<String, Index>>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Skin {
+    pub joints: Vec<Index>,
+    pub inverse_bind_matrices: Option<Index>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Animation {
+    pub name: String,
+    pub channels: Vec<Channel>,
+    pub samplers: Vec<Keyframes>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Channel {
+    pub sampler: Index,
+    pub target: Target,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Target {
+    pub node: Option<Index>,
+    pub path: String,
+}
+
+/// What the format calls an animation's sampler.
+#[derive(Debug, Deserialize)]
+pub(super) struct Keyframes {
+    pub input: Index,
+    pub output: Index,
+    pub interpolation: Option<String>,
+}
+
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct Mesh {

@@ -8,17 +8,47 @@ use super::{Failure, Outcome, UNREADABLE, fail, size};
 use crate::import::assembly::Assembly;
 use crate::import::ply::Strip;
 use crate::import::source::DAMAGED;
+use crate::motion::rig::{Trs, unit_quaternion};
 use crate::place::Affine;
-use glam::{DMat3, DQuat, DVec2, DVec3, DVec4, Vec2, Vec3};
+use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
 
 pub(super) const TRIANGLES: u32 = 4;
 const TRIANGLE_STRIP: u32 = 5;
 const TRIANGLE_FAN: u32 = 6;
 
+/// A mesh where a node puts it.
+pub(super) struct Placed {
+    pub mesh: Index,
+    /// None where the document has no nodes at all.
+    pub node: Option<Index>,
+    pub skin: Option<Index>,
+    pub site_from_mesh: Affine,
+}
+
+/// Vertices that were appended together: those of one primitive, `count` of them from `first` on.
+pub(super) struct Span {
+    /// Index into what was placed.
+    pub placed: usize,
+    /// Index into its mesh's primitives.
+    pub primitive: usize,
+    pub first: usize,
+    pub count: usize,
+}
+
+/// The scene as it was modelled.
 pub(super) fn build<'d>(document: &'d Document, buffers: &Buffers<'d>, assembly: &mut Assembly) -> Outcome<()> {
+    let placed = place(document, assembly)?;
+    append(document, buffers, &placed, assembly)?;
+    if placed.iter().any(|placed| placed.skin.is_some()) {
+        assembly.warn("has skins, which are not applied; its meshes stand as they were modelled");
+    }
+    Ok(())
+}
+
+/// Walks the nodes of the scene, parents before children.
+pub(super) fn place(document: &Document, assembly: &mut Assembly) -> Outcome<Vec<Placed>> {
     let site_from_scene = assembly.site_from_file;
-    let mut skinned = false;
-    let mut placed: Vec<(Index, Affine)> = Vec::new();
+    let mut placed = Vec::new();
     let mut visited = vec![false; document.nodes.len()];
     let mut stack: Vec<(Index, Affine)> = roots(document)?.into_iter().rev().map(|node| (node, site_from_scene)).collect();
     while let Some((index, site_from_parent)) = stack.pop() {
@@ -32,21 +62,45 @@ pub(super) fn build<'d>(document: &'d Document, buffers: &Buffers<'d>, assembly:
         if let Some((name, _)) = UNREADABLE.iter().find(|(name, _)| node.extensions.contains_key(*name)) {
             assembly.warn(format_args!("{} uses {name}, which is not read here; one copy is read", item()));
         }
-        skinned |= node.skin.is_some();
-        placed.extend(node.mesh.map(|mesh| (mesh, site_from_node)));
+        placed.extend(node.mesh.map(|mesh| Placed {
+            mesh,
+            node: Some(index),
+            skin: node.skin,
+            site_from_mesh: site_from_node,
+        }));
     }
     if document.nodes.is_empty() {
         // no scene at all: the meshes as they are
-        placed.extend((0..document.meshes.len() as Index).map(|mesh| (mesh, site_from_scene)));
+        let meshes = 0..document.meshes.len() as Index;
+        placed.extend(meshes.map(|mesh| Placed { mesh, node: None, skin: None, site_from_mesh: site_from_scene }));
     }
-    size::check(document, buffers, placed.iter().map(|(mesh, _)| *mesh), assembly)?;
-    let mut builder =
-        Builder { document, buffers, assembly, materials: Materials::default(), left_out: 0, flat: 0, shared: Vec::new() };
-    for (mesh, site_from_node) in placed {
-        builder.assembly.site_from_file = site_from_node;
-        builder.mesh(mesh)?;
+    Ok(placed)
+}
+
+/// Appends what was placed to the mesh; answers where the vertices of each came to lie.
+pub(super) fn append<'d>(
+    document: &'d Document,
+    buffers: &Buffers<'d>,
+    placed: &[Placed],
+    assembly: &mut Assembly,
+) -> Outcome<Vec<Span>> {
+    let site_from_scene = assembly.site_from_file;
+    size::check(document, buffers, placed.iter().map(|placed| placed.mesh), assembly)?;
+    let mut builder = Builder {
+        document,
+        buffers,
+        assembly,
+        materials: Materials::default(),
+        left_out: 0,
+        flat: 0,
+        shared: Vec::new(),
+        spans: Vec::new(),
+    };
+    for (k, placed) in placed.iter().enumerate() {
+        builder.assembly.site_from_file = placed.site_from_mesh;
+        builder.mesh(placed.mesh, k)?;
     }
-    let Builder { materials, left_out, flat, .. } = builder;
+    let Builder { materials, left_out, flat, spans, .. } = builder;
     assembly.site_from_file = site_from_scene;
     if left_out > 0 {
         assembly.warn(format_args!("{left_out} primitives of points or lines are left out"));
@@ -54,15 +108,12 @@ pub(super) fn build<'d>(document: &'d Document, buffers: &Buffers<'d>, assembly:
     if flat > 0 {
         assembly.warn(format_args!("{flat} meshes are scaled to nothing by their nodes and are left out"));
     }
-    if skinned {
-        assembly.warn("has skins, which are not applied; its meshes stand as they were modelled");
-    }
     materials.finish(document, buffers, assembly);
-    Ok(())
+    Ok(spans)
 }
 
 /// The nodes of the scene that is to be shown; without scenes, those that are nobody's child.
-fn roots(document: &Document) -> Outcome<Vec<Index>> {
+pub(super) fn roots(document: &Document) -> Outcome<Vec<Index>> {
     let scene = document.scene.unwrap_or(0);
     match document.scenes.get(scene as usize) {
         Some(scene) => Ok(scene.nodes.clone()),
@@ -79,16 +130,21 @@ fn roots(document: &Document) -> Outcome<Vec<Index>> {
     }
 }
 
-fn parent_from_node(node: &Node) -> Affine {
+pub(super) fn parent_from_node(node: &Node) -> Affine {
     if let Some(m) = node.matrix {
         let column = |k: usize| DVec3::new(m[4 * k], m[4 * k + 1], m[4 * k + 2]);
         return Affine::new(DMat3::from_cols(column(0), column(1), column(2)), column(3));
     }
-    let [x, y, z, w] = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
-    let rotation = DVec4::new(x, y, z, w).try_normalize().map_or(DQuat::IDENTITY, DQuat::from_vec4);
-    let scale = DVec3::from(node.scale.unwrap_or([1.0; 3]));
-    let linear = DMat3::from_quat(rotation) * DMat3::from_diagonal(scale);
-    Affine::new(linear, DVec3::from(node.translation.unwrap_or([0.0; 3])))
+    trs(node).affine()
+}
+
+/// What a node without a matrix says.
+pub(super) fn trs(node: &Node) -> Trs {
+    Trs {
+        translation: DVec3::from(node.translation.unwrap_or([0.0; 3])),
+        rotation: unit_quaternion(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0])),
+        scale: DVec3::from(node.scale.unwrap_or([1.0; 3])),
+    }
 }
 
 struct Builder<'b, 'a, 'd> {
@@ -100,6 +156,7 @@ struct Builder<'b, 'a, 'd> {
     flat: u64,
     /// Vertex data of the node at hand that several primitives index into, and where its vertices begin in the mesh.
     shared: Vec<(Streams, u32)>,
+    spans: Vec<Span>,
 }
 
 /// What makes two primitives' vertices the same.
@@ -131,7 +188,7 @@ impl Streams {
 }
 
 impl Builder<'_, '_, '_> {
-    fn mesh(&mut self, index: Index) -> Outcome<()> {
+    fn mesh(&mut self, index: Index, placed: usize) -> Outcome<()> {
         let meshes = &self.document.meshes;
         let mesh = meshes.get(index as usize).ok_or_else(|| no_such("meshes", index, meshes.len()))?;
         if self.assembly.site_from_file.is_flat() {
@@ -140,7 +197,12 @@ impl Builder<'_, '_, '_> {
         }
         self.shared.clear();
         for (k, primitive) in mesh.primitives.iter().enumerate() {
+            let first = self.assembly.mesh.positions.len();
             self.primitive(primitive, &format!("meshes[{index}].primitives[{k}]"))?;
+            let count = self.assembly.mesh.positions.len() - first;
+            if count > 0 {
+                self.spans.push(Span { placed, primitive: k, first, count });
+            }
         }
         Ok(())
     }
@@ -288,7 +350,7 @@ pub(super) fn triangle_count(mode: u32, corners: usize) -> usize {
 }
 
 #[inline]
-fn three([x, y, z, _]: [f64; 4]) -> DVec3 {
+pub(super) fn three([x, y, z, _]: [f64; 4]) -> DVec3 {
     DVec3::new(x, y, z)
 }
 

@@ -37,8 +37,7 @@ pub(super) fn check(
         total.vertices = total.vertices.saturating_add(size.vertices);
         total.triangles = total.triangles.saturating_add(size.triangles);
     }
-    let bytes = buffers.bytes_held();
-    let most = FREE_ELEMENTS.saturating_add(bytes.saturating_mul(ELEMENTS_A_BYTE));
+    let (bytes, most) = (buffers.bytes_held(), warranted(buffers));
     for (count, what) in [(total.vertices, "vertices"), (total.triangles, "triangles")] {
         assembly.check_count(count, what).map_err(|error| super::Failure::new("scene", error.problem(), error.remedy()))?;
         if count > most {
@@ -48,6 +47,11 @@ pub(super) fn check(
         }
     }
     Ok(())
+}
+
+/// How many elements of one kind the data that was opened so far may make.
+pub(super) fn warranted(buffers: &Buffers) -> u64 {
+    FREE_ELEMENTS.saturating_add(buffers.bytes_held().saturating_mul(ELEMENTS_A_BYTE))
 }
 
 /// The most that a mesh can bring; what is wrong with it otherwise is told when it is built.

@@ -7,7 +7,7 @@
 mod materials;
 mod mtl;
 
-use super::assembly::Assembly;
+use super::assembly::{Assembly, Imported};
 use super::corners::{Corners, MOST};
 use super::error::{ImportError, ImportReport};
 use super::number::{parse_f64, parse_integer};
@@ -15,7 +15,6 @@ use super::polygon::triangulate;
 use super::source::{DAMAGED, Source};
 use super::wedges::repeat;
 use super::{ImportOptions, material};
-use crate::Mesh;
 use glam::{DVec3, Vec2, Vec3};
 use materials::Materials;
 use std::path::Path;
@@ -31,7 +30,7 @@ pub(super) fn read(
     folder: Option<&Path>,
     options: &ImportOptions,
     report: &mut ImportReport,
-) -> Result<Mesh, ImportError> {
+) -> Result<Imported, ImportError> {
     source.skip_byte_order_mark()?;
     let assembly = Assembly::new(source.file(), options, report)?;
     let most = (source.length() / SHORTEST_VERTEX + 1).min(u64::from(MOST.min(options.most_elements))) as u32;
@@ -267,7 +266,7 @@ impl Reader<'_> {
         }
     }
 
-    fn finish(mut self, source: &Source, folder: Option<&Path>) -> Result<Mesh, ImportError> {
+    fn finish(mut self, source: &Source, folder: Option<&Path>) -> Result<Imported, ImportError> {
         let counts = [self.assembly.mesh.positions.len(), self.uvs.len(), self.normals.len()];
         for ((count, (highest, line)), name) in
             counts.into_iter().zip(self.highest).zip(["vertex", "texture coordinate", "normal"])
@@ -306,6 +305,8 @@ impl Reader<'_> {
         let mesh = &mut self.assembly.mesh;
         Corners::number(&mut mesh.triangles, count as u32);
         repeat(&mut mesh.positions, self.corners.extra_bases());
+        self.assembly.appended = self.corners.extra_bases().to_vec();
+        let mesh = &mut self.assembly.mesh;
         repeat(&mut mesh.colors_linear, self.corners.extra_bases());
         let said = |what: usize| {
             self.corners.keys(count).map(move |key| key.map(|k| k[what]).filter(|&index| index != UNSAID).map(|i| i as usize))

@@ -10,12 +10,12 @@ mod header;
 mod rows;
 mod vertices;
 
-use super::assembly::Assembly;
+use super::assembly::{Assembly, Imported};
 use super::error::{ImportError, ImportReport};
 use super::material::{Textures, UNSAID_ALBEDO, keep_colors_without};
 use super::source::Source;
 use super::{ImportOptions, Wedges};
-use crate::{Material, Mesh, TextureWrap};
+use crate::{Material, TextureWrap};
 pub(super) use faces::Strip;
 use glam::Vec3;
 use header::{Element, Header, Kind};
@@ -27,7 +27,7 @@ pub(super) fn read(
     folder: Option<&Path>,
     options: &ImportOptions,
     report: &mut ImportReport,
-) -> Result<Mesh, ImportError> {
+) -> Result<Imported, ImportError> {
     source.skip_byte_order_mark()?;
     let header = header::read(source)?;
     let mut assembly = Assembly::new(source.file(), options, report)?;
