@@ -1,5 +1,7 @@
 //! `heliodon bench`: the project's benchmarks.
 
+mod motion;
+
 use crate::App;
 use crate::failure::wrong_arguments;
 use crate::output::{count, duration};
@@ -54,6 +56,9 @@ pub struct Args {
     /// Bounces of the transfer
     #[arg(long, value_name = "N", default_value_t = LightParams::default().bounces)]
     bounces: u32,
+    /// For motion: a vertex cache (.pc2) that moves the mesh
+    #[arg(long, value_name = "FILE")]
+    cache: Option<PathBuf>,
     /// Also write the mesh as OBJ, for programs to compare with
     #[arg(long, value_name = "FILE")]
     write_obj: Option<PathBuf>,
@@ -69,6 +74,8 @@ enum Benchmark {
     SunMasks,
     /// The visibility matrix of the light sphere
     Visibility,
+    /// A model that moves, lit anew in each of 48 frames of its first clip, with and without vertex filtering
+    Motion,
     /// The sky's transfer with its bounces
     Transfer,
     /// Frames of the viewer while the day passes, 1024x768, off screen
@@ -103,6 +110,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     }
     let mut figures = match args.name {
         Benchmark::Import => bench_import(args)?,
+        Benchmark::Motion => motion::run(args)?,
         #[cfg(feature = "viewer")]
         Benchmark::Frame => bench_frame(args)?,
         Benchmark::Build | Benchmark::SunMasks | Benchmark::Visibility | Benchmark::Transfer => bench_mesh(app, args, &params)?,
