@@ -240,7 +240,8 @@ impl Reader<'_, '_> {
             };
             let positions = deltas("POSITION")?;
             let normals = if own_normals { deltas("NORMAL")? } else { Vec::new() };
-            morph.renews |= !positions.is_empty() && !(own_normals && target.contains_key("NORMAL"));
+            let says_normals = own_normals && target.contains_key("NORMAL");
+            morph.renews |= !positions.is_empty() && !says_normals;
             morph.targets.push(Deltas { positions, normals });
         }
         Ok(Some(morph))
