@@ -1,6 +1,6 @@
 //! Models that move: exact poses of small files written here, hostile ones, and what a pose costs.
 
-#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod cache;
 mod glb;
@@ -91,6 +91,20 @@ fn the_default_pose_is_that_of_the_joints_where_they_stand() {
     assert!(moving.clips().is_empty() && moving.rigid(0));
     near(&moving.rest().positions[4..], &[Vec3::new(2.0, 5.0, 0.0), Vec3::new(2.0, 1.0, 0.0)]);
     near(&moving.rest().normals, &[Vec3::Y; 6]);
+}
+
+#[test]
+fn a_mirrored_skeleton_turns_its_triangles_round() {
+    let mirrored = |_: &mut Glb, mut document: Value| {
+        document["nodes"][1]["scale"] = json!([-1.0, 1.0, 1.0]);
+        document
+    };
+    let (plain, moving) = (read(&arm(float_weights)), read(&arm_with(float_weights, mirrored)));
+    let [a, b, c] = plain.rest().triangles[0];
+    assert_eq!(moving.rest().triangles[0], [a, c, b]);
+    let bent = posed(&moving, 0, 2.0);
+    near(&bent.positions[4..], &[Vec3::new(-0.5, 1.0, 0.0), Vec3::new(-1.5, 1.0, 0.0)]);
+    near(&bent.normals[4..], &[Vec3::X; 2]);
 }
 
 #[test]
