@@ -102,7 +102,9 @@ mod tests {
         assert!(renewed.iter().zip(&mesh.normals).all(|(a, b)| a.distance(*b) < 1e-6));
         // folded by more than the angle at which an import would part them, it is still smooth
         let mut folded = mesh.positions.clone();
-        [1, 2, 3, 5].map(|i| folded[i].y = 3.0);
+        for i in [1, 2, 3, 5] {
+            folded[i].y = 3.0;
+        }
         smooth.renew(&mesh, &folded, &mut renewed);
         assert!(renewed[1].distance(Vec3::Y) < 1e-6 && renewed[3].distance(Vec3::Y) < 1e-6);
         // and an edge that was hard stays so when it lies flat

@@ -2,6 +2,7 @@
 
 use super::part::Drive;
 use super::rig::{Rig, RigClip, Target};
+use crate::place::Affine;
 use glam::{DAffine3, DMat3};
 
 /// How a clip moves the mesh as a whole.
@@ -20,7 +21,7 @@ pub(crate) enum Rigid {
 const RIGID_TOLERANCE: f64 = 1.0e-5;
 
 /// More times than this are not looked at: what shears does so between any two keys.
-const MOST_TIMES: usize = 256;
+const MOST_TIMES: usize = 64;
 
 pub(crate) fn rigid(rig: &Rig, clip: &RigClip) -> Rigid {
     if !clip.moves.contains(&true) {
@@ -61,16 +62,20 @@ pub(crate) fn rigid(rig: &Rig, clip: &RigClip) -> Rigid {
     let between: Vec<f32> = times.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
     times.extend(between);
     let step = times.len().div_ceil(MOST_TIMES).max(1);
-    let stays =
-        times.iter().step_by(step).all(|&time_s| motion(rig, clip, node, time_s).is_some_and(|m| is_rotation(m.matrix3)));
+    let node_from_site_at_rest = matrix(rig.node_at(node, None, 0.0)).inverse();
+    let places = rig.node_at_times(node, clip, times.into_iter().step_by(step));
+    let stays = places.into_iter().all(|place| is_rotation((matrix(place) * node_from_site_at_rest).matrix3));
     if stays { Rigid::Node(node) } else { Rigid::No }
 }
 
-/// `site_at_time_from_site_at_rest` of what hangs on a node; none where the node is flat at rest.
+fn matrix(a: Affine) -> DAffine3 {
+    DAffine3 { matrix3: a.linear(), translation: a.offset() }
+}
+
+/// `site_at_time_from_site_at_rest` of what hangs on a node of a rigid clip; none where it is not finite.
 pub(crate) fn motion(rig: &Rig, clip: &RigClip, node: usize, time_s: f32) -> Option<DAffine3> {
-    let matrix = |a: crate::place::Affine| DAffine3 { matrix3: a.linear(), translation: a.offset() };
-    let site_from_node_at_rest = matrix(rig.node_at(node, None, 0.0));
-    let motion = matrix(rig.node_at(node, Some(clip), time_s)) * site_from_node_at_rest.inverse();
+    let node_from_site_at_rest = matrix(rig.node_at(node, None, 0.0)).inverse();
+    let motion = matrix(rig.node_at(node, Some(clip), time_s)) * node_from_site_at_rest;
     motion.is_finite().then_some(motion)
 }
 

@@ -56,11 +56,6 @@ impl Track {
         Ok(Self { times_s, values, width, interpolation, turns })
     }
 
-    /// Numbers in a value.
-    pub fn width(&self) -> usize {
-        self.width
-    }
-
     /// The times of its keys in seconds, rising.
     pub fn times_s(&self) -> &[f32] {
         &self.times_s
@@ -163,7 +158,7 @@ mod tests {
     }
 
     fn at(track: &Track, time_s: f32) -> Vec<f64> {
-        let mut out = vec![f64::NAN; track.width()];
+        let mut out = vec![f64::NAN; track.width];
         track.sample(time_s, &mut out);
         out
     }

@@ -75,6 +75,13 @@ pub(super) fn build<'d>(
         rig.parts.push(part);
     }
     reader.tally.tell(assembly);
+    // each clip notes for each part whether it moves it
+    let most = size::warranted(buffers) / (rig.parts.len() + rig.nodes.len()).max(1) as u64;
+    let clips = rig.clips.len();
+    if clips as u64 > most {
+        rig.clips.truncate(most as usize);
+        assembly.warn(format_args!("has {clips} animations, of which {most} are read"));
+    }
     Ok(rig)
 }
 
@@ -162,6 +169,9 @@ fn morph_weights(motion: &Motion, placed: &[Placed], buffers: &Buffers, driven: 
     Ok(weights)
 }
 
+/// A target takes as much memory as so many of its deltas, even without any.
+const DELTAS_A_TARGET: u64 = 4;
+
 struct Reader<'b, 'd> {
     document: &'d Document,
     motion: &'b Motion,
@@ -232,6 +242,8 @@ impl Reader<'_, '_> {
         let Some(&(first_weight, _)) = self.driven.weights.get(&(mesh, node)) else { return Ok(None) };
         let attributes = &self.document.meshes[mesh as usize].primitives[span.primitive].attributes;
         let own_normals = attributes.contains_key("NORMAL") && assembly.options.normals != NormalSource::Computed;
+        self.deltas += targets.len() as u64 * DELTAS_A_TARGET;
+        self.check_deltas(item)?;
         let mut morph = Morph { first_weight, targets: Vec::with_capacity(targets.len()), renews: false };
         for target in targets {
             let mut deltas = |name: &str| match target.get(name) {
@@ -240,7 +252,8 @@ impl Reader<'_, '_> {
             };
             let positions = deltas("POSITION")?;
             let normals = if own_normals { deltas("NORMAL")? } else { Vec::new() };
-            morph.renews |= !positions.is_empty() && !(own_normals && target.contains_key("NORMAL"));
+            let says_normals = own_normals && target.contains_key("NORMAL");
+            morph.renews |= !positions.is_empty() && !says_normals;
             morph.targets.push(Deltas { positions, normals });
         }
         Ok(Some(morph))
@@ -252,14 +265,19 @@ impl Reader<'_, '_> {
             let problem = format!("has {} morph deltas of {name} for {count} positions", values.count);
             return fail(item, problem, "export the file again");
         }
-        self.deltas += count as u64;
+        self.deltas += values.count as u64;
+        self.check_deltas(item)?;
+        let deltas = (0..count).map(|i| (i as u32, three(values.get(i)).as_vec3()));
+        Ok(deltas.filter(|(_, delta)| *delta != Vec3::ZERO && delta.is_finite()).collect())
+    }
+
+    fn check_deltas(&self, item: &str) -> Outcome<()> {
         let most = size::warranted(self.buffers);
         if self.deltas > most {
             let problem = format!("has morph targets that use the same data again and again; at most {most} deltas are read");
             return fail(item, problem, "leave morph targets or instances out");
         }
-        let deltas = (0..count).map(|i| (i as u32, three(values.get(i)).as_vec3()));
-        Ok(deltas.filter(|(_, delta)| *delta != Vec3::ZERO && delta.is_finite()).collect())
+        Ok(())
     }
 }
 
