@@ -58,8 +58,8 @@ pub(crate) fn free_light(
     let (coefficients, channels) = (params.coefficients, params.channels.count());
     let range = layout.free_range();
     let of_range = |value: fn(&GatherBlock, usize) -> f32| -> Vec<f32> {
-        let own = blocks.iter().filter(|block| block.range.start >= range.start);
-        own.flat_map(|block| (0..block.range.len()).map(move |i| value(block, i))).collect()
+        let all = blocks.iter().flat_map(|block| block.range.clone().enumerate().map(move |(i, point)| (block, i, point)));
+        all.filter(|&(_, _, point)| point >= range.start).map(|(block, i, _)| value(block, i)).collect()
     };
     let (back, scale) = (of_range(|block, i| block.back[i]), of_range(|block, i| block.scale[i]));
     let mut light = FreeLight { sky_transfer: Vec::new(), sun_bounce: Vec::new(), back: Vec::new() };

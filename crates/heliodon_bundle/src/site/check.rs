@@ -132,6 +132,11 @@ fn names_a_folder(name: &str) -> bool {
     !name.contains(strange) && !name.starts_with(['.', ' ']) && !name.ends_with(['.', ' ']) && name.len() <= LONGEST_NAME
 }
 
+/// What is wrong with an actor that stands in no `site.toml`.
+pub(crate) fn check_lone_actor(actor: &Actor) -> Result<(), String> {
+    check_actor(&["actor", "0"], actor).map_err(|fault| fault.message)
+}
+
 fn check_actor(at: &[&str; 2], actor: &Actor) -> Checked {
     let key = |name| [at[0], at[1], name];
     not_empty(&key("file"), &actor.file)?;

@@ -13,6 +13,7 @@ mod types;
 mod values;
 
 pub use actor::{Actor, DEFAULT_WALK_SPEED, Walk};
+pub(crate) use check::check_lone_actor as check_actor;
 pub use error::SiteError;
 pub use files::{InputFile, InputKind};
 pub use heliodon_math::unit::Unit;
