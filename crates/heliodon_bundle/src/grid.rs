@@ -17,7 +17,8 @@
 //! in a thick wall the corners' borrowed light; farther out nothing. A wall that is thinner than a cell and passes between two valid
 //! points is not seen: there light is mixed over at most one cell.
 
-use crate::chunk::VertexLight;
+use crate::chunk::{LightLayout, VertexLight};
+use crate::layout::LightAttributes;
 use crate::moment::Moment;
 use crate::shade::{sun_reached, vertex_light};
 use glam::{DVec3, Vec3};
@@ -54,6 +55,15 @@ pub struct GridInfo {
     /// Of these, points that lie inside something and borrowed their light.
     pub invalid_points: u64,
 }
+
+/// Bytes that a lattice point takes in the bundle, at most.
+#[must_use]
+pub fn point_bytes(layout: LightLayout) -> u64 {
+    AXES.len() as u64 * (POSITION_NORMAL_AND_FLAG_BYTES + LightAttributes::of(layout).bytes())
+}
+
+/// Bytes of a vertex besides its light.
+const POSITION_NORMAL_AND_FLAG_BYTES: u64 = 12 + 12 + 4;
 
 /// What is wrong with a light grid.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]

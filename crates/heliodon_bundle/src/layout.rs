@@ -80,13 +80,10 @@ impl LightAttributes {
             bounces: names("_SUN_BOUNCE", layout.bounce_floats().div_ceil(4)),
         }
     }
-}
 
-impl LightAttributes {
     /// Bytes that the light of a vertex takes.
-    pub(crate) fn bytes(layout: LightLayout) -> u64 {
-        let names = Self::of(layout);
-        8 * names.masks.len() as u64 + 16 * (names.transfers.len() + names.bounces.len()) as u64
+    pub(crate) fn bytes(&self) -> u64 {
+        8 * self.masks.len() as u64 + 16 * (self.transfers.len() + self.bounces.len()) as u64
     }
 }
 
