@@ -1,19 +1,22 @@
 //! The bake: from a plan to a bundle, step by step, each of which survives a kill.
 
+use crate::actors::actor_metas;
 use crate::cache::Cache;
 use crate::chunks::ChunkMaker;
 use crate::darkness::tell_of_darkness;
 use crate::error::BakeError;
+use crate::grid::GridPlan;
 use crate::key::told_name;
-use crate::light::{BakedLight, LightInput, bake_light};
+use crate::light::{BakedGrid, BakedLight, LightInput, bake_light};
 use crate::memory::peak_resident_bytes;
 use crate::plan::Plan;
 use crate::report::Reporter;
 use crate::scene::{Scene, Traceable};
 use crate::sky::{BakedSky, bake_sky};
 use glam::Vec3;
+use heliodon_bundle::grid::AXES;
 use heliodon_bundle::manifest::Counts;
-use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, Manifest, WriteError};
+use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, GridPoints, LightLayout, Manifest, VertexLight, WriteError};
 use heliodon_mesh::Texture;
 use heliodon_sky::lapse::SunBounceBasis;
 use serde::Serialize;
@@ -62,8 +65,8 @@ pub fn bake(plan: &Plan, reporter: &dyn Reporter) -> Result<BakeReport, BakeErro
     let sky = bake_sky(plan, &cache, reporter)?;
     clock.lap("sky");
     let sky_steps = sky.lapse.steps.len();
-    let light = scene_light(plan, &scene, &sky.suns(), &cache, reporter, &mut clock)?;
-    let manifest = write_bundle(plan, &scene, sky, &light, &cache, reporter)?;
+    let (light, grid) = scene_light(plan, &scene, &sky.suns(), &cache, reporter, &mut clock)?;
+    let manifest = write_bundle(plan, &scene, sky, (&light, &grid), &cache, reporter)?;
     clock.lap("writing");
     if !plan.options.keep_cache {
         cache.remove(&plan.owner());
@@ -98,18 +101,20 @@ fn scene_light(
     cache: &Cache,
     reporter: &dyn Reporter,
     clock: &mut Clock,
-) -> Result<BakedLight, BakeError> {
+) -> Result<(BakedLight, GridPlan), BakeError> {
     let mesh = &scene.mesh;
     reporter.stage("rays", 0);
     let traceable = Traceable::new(mesh)?;
     reporter.finished();
     clock.lap("rays");
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
-    let input = LightInput { surfaces: traceable.surfaces(), suns, sun_bounce: plan.site.bake.sun_bounce, params: &params };
+    let grid = plan.grid(Some(&traceable.rays))?;
+    let sun_bounce = plan.site.bake.sun_bounce;
+    let input = LightInput { surfaces: traceable.surfaces(), suns, sun_bounce, params: &params, grid: &grid };
     let light = bake_light(&input, Some(cache), reporter)?;
     tell_of_darkness(&plan.site.parts, scene, &traceable.rays, &light.light.validity, params.offset_m, reporter);
     clock.lap("light");
-    Ok(light)
+    Ok((light, grid))
 }
 
 /// Writes everything into the bundle, which appears whole or not at all.
@@ -117,7 +122,7 @@ fn write_bundle(
     plan: &Plan,
     scene: &Scene,
     sky: BakedSky,
-    light: &BakedLight,
+    (light, grid): (&BakedLight, &GridPlan),
     cache: &Cache,
     reporter: &dyn Reporter,
 ) -> Result<Manifest, BakeError> {
@@ -149,12 +154,36 @@ fn write_bundle(
     for (index, path) in sky.map_paths.iter().enumerate() {
         writer.add_sky_map(path, &sky.map_bytes(cache, index)?)?;
     }
+    if let Some(baked) = &light.grid {
+        writer.add_grid(&grid_points(grid, baked, layout))?;
+    }
+    for actor in actor_metas(plan) {
+        writer.add_actor(&actor)?;
+    }
     let mut lapse = sky.lapse;
     lapse.sun_bounce_basis =
         bounce.map(|bounce| SunBounceBasis { channels: layout.channels, functions: bounce.functions.clone() });
     let manifest = writer.finish(&lapse)?;
     reporter.finished();
     Ok(manifest)
+}
+
+/// The light grid as the bundle has it: the mask of a point is that of all six of its vertices.
+fn grid_points(grid: &GridPlan, baked: &BakedGrid, layout: LightLayout) -> GridPoints {
+    let (light, words) = (&baked.light, layout.mask_words());
+    let six = |own: &[u32]| own.repeat(AXES.len());
+    GridPoints {
+        origin: grid.origin,
+        spacing_m: grid.spacing_m,
+        cells: grid.cells.clone(),
+        valid: light.valid.clone(),
+        light: VertexLight {
+            sun_mask: light.masks.words.chunks_exact(words).flat_map(six).collect(),
+            sky_transfer: light.sky_transfer.clone(),
+            sun_bounce: light.sun_bounce.clone(),
+            ..VertexLight::zeros(layout, 0)
+        },
+    }
 }
 
 /// How often, and how far apart, a place that another process holds is tried again.
@@ -204,6 +233,11 @@ fn measures(light: &BakedLight, scene: &Scene) -> BTreeMap<String, f64> {
         measures.insert("sun_bounce_median_error".to_owned(), f64::from(bounce.median_error));
         measures.insert("sun_bounce_p95_error".to_owned(), f64::from(bounce.p95_error));
     }
+    if let Some(grid) = &light.grid {
+        measures.insert("grid_points".to_owned(), grid.light.point_count() as f64);
+        measures.insert("grid_gather_rays".to_owned(), grid.gather_rays as f64);
+        measures.insert("grid_mask_rays".to_owned(), grid.mask_rays as f64);
+    }
     measures
 }
 
@@ -231,7 +265,6 @@ fn up_to_date_report(plan: &Plan) -> Result<BakeReport, BakeError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use heliodon_bundle::LightLayout;
     use heliodon_bundle::site::Site;
 
     #[test]

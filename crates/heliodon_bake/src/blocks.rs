@@ -34,9 +34,9 @@ pub struct BlockStage<'a> {
     /// Told of progress.
     pub reporter: &'a dyn Reporter,
     /// Name of the files.
-    pub file_stage: &'static str,
+    pub file_stage: &'a str,
     /// Name for people, "the gather".
-    pub name: &'static str,
+    pub name: &'a str,
 }
 
 impl BlockStage<'_> {

@@ -1,10 +1,13 @@
 //! Looks at everything that a site names, and bakes nothing.
 
+use crate::actors::check_actors;
 use crate::error::BakeError;
+use crate::grid::GridPlan;
 use crate::plan::refuse_texels;
 use crate::report::Reporter;
 use crate::scene;
 use crate::sky::{lapse_params, place_warnings};
+use heliodon_bundle::LightLayout;
 use heliodon_bundle::site::{InputKind, Role, Site};
 use heliodon_light::median_edge_m;
 use heliodon_sky::day::{self, LapseParams};
@@ -21,6 +24,10 @@ pub struct CheckReport {
     pub vertices: u64,
     /// Triangles over all parts.
     pub triangles: u64,
+    /// Points of the light grid, at most: what lies below the ground of rooms is left out by the bake.
+    pub grid_points: u64,
+    /// Names of the actors.
+    pub actors: Vec<String>,
     /// Its day.
     pub day: CheckedDay,
     /// What is odd but need not stop a bake.
@@ -80,6 +87,15 @@ const FAR_M: f32 = 10_000.0;
 pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeError> {
     refuse_texels(site)?;
     let files = site.input_files()?;
+    check_actors(site, &files)?;
+    let bake = &site.bake;
+    let layout = LightLayout {
+        sun_steps: bake.sun_steps,
+        coefficients: bake.coefficients(),
+        channels: bake.channels(),
+        sun_bounce_functions: 0,
+    };
+    let grid = GridPlan::new(site, layout, None)?;
     let scene = scene::read(site, &files, reporter)?;
     let mut warnings = Vec::new();
     let parts: Vec<CheckedPart> = scene.parts.iter().enumerate().map(|(index, _)| checked_part(site, &scene, index)).collect();
@@ -111,6 +127,8 @@ pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeEr
         vertices: scene.mesh.positions.len() as u64,
         triangles: scene.mesh.triangles.len() as u64,
         parts,
+        grid_points: grid.cells.len() as u64,
+        actors: site.actors.iter().map(|actor| actor.display_name().to_owned()).collect(),
         day: CheckedDay {
             probes: files.iter().filter(|file| file.kind == InputKind::Probe).count(),
             sun_steps: built.sun_steps,

@@ -8,7 +8,8 @@ use crate::scene::{Scene, Traceable};
 use crate::sky::lapse_params;
 use glam::Vec3;
 use heliodon_bundle::LightLayout;
-use heliodon_light::{BouncedSun, GatherBlock, Layout, LightParams, MaskParams, Surfaces, bake_sun_masks, gather};
+use heliodon_bundle::grid::point_bytes;
+use heliodon_light::{AXES, BouncedSun, GatherBlock, Layout, LightParams, MaskParams, Surfaces, bake_sun_masks, gather};
 use heliodon_math::sphere::fibonacci_sphere;
 use heliodon_rays::TriangleScene;
 use heliodon_sky::day::{self, LapseParams};
@@ -26,6 +27,8 @@ pub struct Estimate {
     /// Points that are solved: vertices, cells of large triangles, and back sides of open surfaces, as far as the timed runs
     /// meet them.
     pub points: u64,
+    /// Points of the light grid, six of the solver each, that come to these.
+    pub grid_points: u64,
     /// Rays of the sky transfer.
     pub gather_rays: u64,
     /// Rays to the suns.
@@ -77,7 +80,8 @@ pub fn estimate(plan: &Plan, reporter: &dyn Reporter) -> Result<Estimate, BakeEr
     let suns = likely_suns(plan)?;
     let timed = Timed::measure(plan, &surfaces, &layout, &suns, &params)?;
     reporter.finished();
-    Ok(reckon(plan, &scene, &traceable.rays, &layout, suns.len() as u32, &params, &timed))
+    let grid_points = plan.grid(Some(&traceable.rays))?.cells.len() as u64;
+    Ok(reckon(plan, &scene, &traceable.rays, (&layout, grid_points), suns.len() as u32, &params, &timed))
 }
 
 /// The suns to reckon with: that of a single probe, if it has one; else as many as the site has steps, somewhere in the upper half, where
@@ -196,13 +200,15 @@ fn reckon(
     plan: &Plan,
     scene: &Scene,
     rays: &TriangleScene,
-    layout: &Layout,
+    (layout, grid_points): (&Layout, u64),
     sun_steps: u32,
     params: &LightParams,
     timed: &Timed,
 ) -> Estimate {
     let (vertices, triangles) = (scene.mesh.positions.len() as u64, scene.mesh.triangles.len() as u64);
-    let points = layout.points().len() as u64 + timed.back_sides as u64;
+    let of_surfaces = layout.points().len() as u64 + timed.back_sides as u64;
+    // a point in space is like one on a surface: it sees half of the sphere, and what fills it
+    let points = of_surfaces + AXES.len() as u64 * grid_points;
     let all = |per_point: f64| per_point * points as f64;
     let functions = if timed.bounces_sun { USUAL_FUNCTIONS.min(sun_steps) } else { 0 };
     let light: LightLayout = plan.layout(sun_steps, functions);
@@ -217,7 +223,8 @@ fn reckon(
     Estimate {
         vertices,
         triangles,
-        points,
+        points: of_surfaces,
+        grid_points,
         gather_rays: all(timed.gather_rays) as u64,
         mask_rays: all(timed.mask_rays) as u64 + timed.sun_rays,
         seconds: all(timed.gather_seconds + timed.mask_seconds + bounce_seconds) + timed.sun_seconds,
@@ -228,7 +235,7 @@ fn reckon(
             + points * (size_of::<[f32; 6]>() as u64 + 8 + 2 * light_bytes)
             + vertices * light_bytes,
         cache_bytes: kept + points * (light_bytes + 16) + vertices * light_bytes,
-        bundle_bytes: vertices * (BUNDLE_VERTEX_BYTES + light_bytes) + triangles * BUNDLE_TRIANGLE_BYTES,
+        bundle_bytes: vertices * (BUNDLE_VERTEX_BYTES + light_bytes) + triangles * BUNDLE_TRIANGLE_BYTES + grid_points * point_bytes(light),
     }
 }
 

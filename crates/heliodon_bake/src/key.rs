@@ -4,7 +4,7 @@ use crate::error::BakeError;
 use crate::referenced::referenced_files;
 use crate::scene::Scene;
 use heliodon_bundle::StoredFile;
-use heliodon_bundle::site::{InputFile, InputKind, SITE_FILE_NAME, Site};
+use heliodon_bundle::site::{Bake, InputFile, InputKind, SITE_FILE_NAME, Site};
 use std::path::{Component, Path, PathBuf};
 
 /// The program, its version, and a revision that changes with the sources of all that decides what a bake computes, made by
@@ -31,7 +31,7 @@ pub fn hash_inputs(site: &Site, files: &[InputFile]) -> Result<Vec<StoredFile>, 
     };
     for file in files {
         add(&file.path)?;
-        if matches!(file.kind, InputKind::Geometry(_)) {
+        if matches!(file.kind, InputKind::Geometry(_) | InputKind::Actor(_)) {
             referenced_files(&file.path).iter().try_for_each(|path| add(path))?;
         }
     }
@@ -54,8 +54,9 @@ pub fn told_name(site: &Path, path: &Path) -> String {
 
 /// The key of a bake: program, parameters, geometry and albedo as they were read, and the probes.
 ///
-/// The geometry's content is hashed rather than its files, for files name others (materials, textures, buffers); names, rooms
-/// and comments in `site.toml` change no light and are left out.
+/// The geometry's content is hashed rather than its files, for files name others (materials, textures, buffers); names, rooms,
+/// actors and comments in `site.toml` change no light of a vertex and are left out (blocks of the light grid have a key of their own
+/// in their names: [`crate::grid::GridPlan::digits`]); so is the grid's spacing.
 #[must_use]
 pub fn bake_key(site: &Site, scene: &Scene, probes: &[&StoredFile]) -> String {
     let mut hasher = blake3::Hasher::new();
@@ -65,9 +66,10 @@ pub fn bake_key(site: &Site, scene: &Scene, probes: &[&StoredFile]) -> String {
     };
     run(TOOL.as_bytes());
     let info = &site.site;
+    let of_vertices = Bake { grid_m: None, ..site.bake.clone() };
     for parameters in [
         serde_json::to_vec(&site.sky),
-        serde_json::to_vec(&site.bake),
+        serde_json::to_vec(&of_vertices),
         serde_json::to_vec(&(info.latitude_deg, info.longitude_deg, info.utc_offset, info.north_deg)),
         serde_json::to_vec(&probes),
     ] {

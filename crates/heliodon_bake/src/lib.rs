@@ -5,12 +5,14 @@
 //! 1. [`scene`]: every part read, placed and given its albedo, all in one mesh, for all geometry occludes;
 //! 2. [`sky`]: the day lapse and its sky maps, from probes or a model;
 //! 3. [`light`]: sun masks, sky transfer, bounces, in [`blocks`] that are kept in a [`cache`] as soon as they are done;
+//!    with the vertices that of the points in space that [`grid`] lays through rooms and along the paths of [`actors`];
 //! 4. [`chunks`]: spatially tight primitives with their light, streamed into the bundle.
 //!
 //! A bake that is killed goes on where it stopped, and ends with the same bytes: every block depends on nothing but what the
 //! cache's key holds. Same input, same bundle, bit for bit, for any number of threads. [`estimate`] tells beforehand what a
 //! bake costs. Nothing here prints; whoever wants to know gives a [`report::Reporter`].
 
+pub mod actors;
 pub mod albedo;
 pub mod bake;
 pub mod blocks;
@@ -21,6 +23,7 @@ pub mod codec;
 mod darkness;
 mod error;
 pub mod estimate;
+pub mod grid;
 mod key;
 pub mod light;
 pub mod memory;

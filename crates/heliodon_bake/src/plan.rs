@@ -1,7 +1,9 @@
 //! What a bake will do: everything resolved before anything long begins.
 
 use crate::CACHE_FOLDER;
+use crate::actors::check_actors;
 use crate::error::BakeError;
+use crate::grid::GridPlan;
 use crate::key::{TOOL, bake_key, hash_inputs, told_name};
 use crate::light::channels;
 use crate::report::Reporter;
@@ -10,6 +12,7 @@ use glam::Vec3;
 use heliodon_bundle::site::{InputFile, InputKind, LightStorage, Site};
 use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, LightLayout, StoredFile};
 use heliodon_light::{LightParams, default_offset_m};
+use heliodon_rays::TriangleScene;
 use std::path::{Path, PathBuf};
 
 /// Where a bake writes, and what it may skip.
@@ -60,8 +63,12 @@ impl Plan {
     pub fn new(site: Site, options: BakeOptions) -> Result<Self, BakeError> {
         refuse_texels(&site)?;
         let files = site.input_files()?;
+        check_actors(&site, &files)?;
         let inputs = hash_inputs(&site, &files)?;
-        Ok(Self { site, files, inputs, options })
+        let plan = Self { site, files, inputs, options };
+        // a grid that is too large is told now, not after hours
+        plan.grid(None)?;
+        Ok(plan)
     }
 
     /// Whether the bundle that is there was made by the same code from the same files, and is whole.
@@ -134,6 +141,14 @@ impl Plan {
             seed: (bake.seed ^ (bake.seed >> 32)) as u32,
             ..LightParams::default()
         }
+    }
+
+    /// The points of the light grid; `rays` finds the ground beneath the rooms.
+    ///
+    /// # Errors
+    /// As [`GridPlan::new`].
+    pub fn grid(&self, rays: Option<&TriangleScene>) -> Result<GridPlan, BakeError> {
+        GridPlan::new(&self.site, self.layout(self.site.bake.sun_steps, 0), rays)
     }
 
     /// Shape of the stored light with so many sun steps and `functions` functions of bounced sunlight.

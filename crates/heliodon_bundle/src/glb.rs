@@ -3,7 +3,8 @@
 //! space of it for a moment.
 
 use crate::chunk::LitChunk;
-use crate::gltf::{Accessor, Buffer, BufferView, Gltf, Image, ImageExtras, Sampler, Texture};
+use crate::gltf::{Accessor, Buffer, BufferView, Gltf, Image, ImageExtras, Primitive, Sampler, Texture};
+use crate::grid::GridPoints;
 use crate::layout::{self, AttributeType, VEC3_F32, component};
 use crate::storage::{HashedFile, StoredFile, WriteFault, io_fault};
 use glam::Vec3;
@@ -11,11 +12,14 @@ use heliodon_image::TextureWrap;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Read, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 pub(crate) const MAGIC: u32 = 0x4654_6C67; // "glTF"
 pub(crate) const JSON_CHUNK: u32 = 0x4E4F_534A; // "JSON"
 pub(crate) const BIN_CHUNK: u32 = 0x004E_4942; // "BIN\0"
+/// glTF's mode of a primitive that is a list of points.
+pub(crate) const POINTS: u32 = 0;
 const ARRAY_BUFFER: u32 = 34_962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34_963;
 /// JSON of one buffer view with its accessor, at most: fifteen-digit numbers in every place, and bounds.
@@ -100,6 +104,17 @@ impl GlbBuilder {
             attributes.insert(name, self.push_attribute(kind, &bytes, bounds)?);
         }
         Ok(attributes)
+    }
+
+    /// Appends some lattice points of a grid as a primitive of points.
+    pub(crate) fn push_grid(&mut self, points: &GridPoints, range: Range<usize>) -> Result<Primitive, WriteFault> {
+        let positions: Vec<Vec3> = points.cells[range.clone()].iter().map(|&cell| points.position(cell)).collect();
+        let mut attributes = BTreeMap::new();
+        for (name, kind, bytes) in layout::encode_grid(points, range) {
+            let bounds = (name == "POSITION").then(|| bounds(&positions));
+            attributes.insert(name, self.push_attribute(kind, &bytes, bounds)?);
+        }
+        Ok(Primitive { attributes, mode: Some(POINTS), ..Primitive::default() })
     }
 
     /// Embeds an image and answers with the index of a texture that shows it and goes on as `wrap` says.

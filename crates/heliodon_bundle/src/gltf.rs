@@ -19,6 +19,7 @@ pub(crate) struct Gltf {
     pub(crate) scenes: Vec<Scene>,
     pub(crate) nodes: Vec<Node>,
     pub(crate) meshes: Vec<Mesh>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) materials: Vec<Material>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) textures: Vec<Texture>,
@@ -93,7 +94,9 @@ pub(crate) struct Mesh {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Primitive {
     pub(crate) attributes: BTreeMap<String, usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) indices: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) material: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) mode: Option<u32>,

@@ -1,9 +1,11 @@
 //! What is in a bundle or a site, for people and for programs.
 
 use crate::chunk::LightLayout;
+use crate::grid::GridInfo;
 use crate::manifest::{Bounds, Counts, PartInfo};
 use crate::reader::BundleReader;
-use crate::site::{Albedo, InputKind, Role, Site, SiteError};
+use crate::site::{Actor, Albedo, InputKind, Role, Site, SiteError};
+use glam::DVec3;
 use serde::Serialize;
 use std::fmt;
 
@@ -36,6 +38,10 @@ pub struct BundleSummary {
     pub sky_steps_with_sun: usize,
     /// Names of the rooms.
     pub rooms: Vec<String>,
+    /// The actors.
+    pub actors: Vec<ActorSummary>,
+    /// The light grid, where there is one.
+    pub grid: Option<GridInfo>,
     /// glTF files.
     pub geometry_files: Vec<String>,
     /// Size of all files but the manifest.
@@ -62,9 +68,53 @@ impl BundleSummary {
             sky_steps: steps.len(),
             sky_steps_with_sun: steps.iter().filter(|s| s.sun.is_some()).count(),
             rooms: manifest.rooms.iter().map(|r| r.name.clone()).collect(),
+            actors: manifest.actors.iter().map(ActorSummary::of).collect(),
+            grid: manifest.grid.clone(),
             geometry_files: manifest.geometry.clone(),
             bytes: manifest.files.iter().map(|f| f.bytes).sum(),
         }
+    }
+}
+
+/// An actor of a bundle or a site.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ActorSummary {
+    /// Its name.
+    pub name: String,
+    /// Its model.
+    pub file: String,
+    /// The clip that is played, where one is named.
+    pub animation: Option<String>,
+    /// What it does, in words.
+    pub does: String,
+}
+
+impl ActorSummary {
+    fn of(actor: &Actor) -> Self {
+        let does = match (&actor.path, actor.place) {
+            (Some(path), _) => {
+                let stations = actor.stations();
+                let between = |pair: &[[f64; 3]]| DVec3::from(pair[0]).distance(DVec3::from(pair[1]));
+                let length: f64 = stations.windows(2).map(between).sum();
+                let points = path.len();
+                format!("walks {length:.1} m over {points} points at {} m/s, {}", actor.walk_speed, word(actor.walk))
+            }
+            (None, place) => {
+                let [x, y, z] = place.unwrap_or_default();
+                format!("stands at {x:.2}, {y:.2}, {z:.2}")
+            }
+        };
+        Self { name: actor.display_name().to_owned(), file: actor.file.clone(), animation: actor.animation.clone(), does }
+    }
+}
+
+impl fmt::Display for ActorSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "actor {} ({}", self.name, self.file)?;
+        if let Some(animation) = &self.animation {
+            write!(f, ", {animation}")?;
+        }
+        write!(f, "): {}", self.does)
     }
 }
 
@@ -139,6 +189,18 @@ impl fmt::Display for BundleSummary {
         for room in &self.rooms {
             writeln!(f, "  room {room}")?;
         }
+        for actor in &self.actors {
+            writeln!(f, "  {actor}")?;
+        }
+        if let Some(grid) = &self.grid {
+            writeln!(
+                f,
+                "  light grid: {} points {} m apart ({} of them borrow their light)",
+                thousands(grid.points),
+                grid.spacing_m,
+                thousands(grid.invalid_points)
+            )?;
+        }
         let (files, textures) = (self.geometry_files.join(", "), counted(self.textures as u64, "texture"));
         write!(f, "  {:.1} MB in all; geometry in {files}, {textures}", self.bytes as f64 / 1e6)
     }
@@ -163,6 +225,8 @@ pub struct SiteSummary {
     pub bake: String,
     /// Names of the rooms.
     pub rooms: Vec<String>,
+    /// The actors.
+    pub actors: Vec<ActorSummary>,
 }
 
 /// A part of a site.
@@ -226,6 +290,7 @@ impl SiteSummary {
                 counted(u64::from(bake.bounces), "bounce"),
             ),
             rooms: site.rooms.iter().map(|r| r.name.clone()).collect(),
+            actors: site.actors.iter().map(ActorSummary::of).collect(),
             probes,
         })
     }
@@ -252,6 +317,7 @@ impl fmt::Display for SiteSummary {
         writeln!(f, "  sky: {}", self.sky)?;
         let sun_steps = counted(u64::from(self.sun_steps), "sun step");
         writeln!(f, "  bake: {sun_steps}, {}, {}", entries(u64::from(self.sky_steps)), self.bake)?;
-        write!(f, "  rooms: {}", if self.rooms.is_empty() { "none".to_owned() } else { self.rooms.join(", ") })
+        write!(f, "  rooms: {}", if self.rooms.is_empty() { "none".to_owned() } else { self.rooms.join(", ") })?;
+        self.actors.iter().try_for_each(|actor| write!(f, "\n  {actor}"))
     }
 }

@@ -21,10 +21,16 @@
 //! on; the viewer packs its own buffers from them while loading.
 
 use crate::chunk::{LightLayout, LitChunk, VertexLight};
+use crate::grid::GridPoints;
 use glam::{Vec2, Vec3};
+use std::ops::Range;
 
-/// Version of the profile and of the bundle's manifest.
-pub const FORMAT_VERSION: u32 = 1;
+/// Version of the glTF profile.
+pub const PROFILE_VERSION: u32 = 1;
+/// The latest version of the bundle's manifest, which bundles with a light grid or actors have.
+pub const FORMAT_VERSION: u32 = 2;
+/// The version of bundles without: they are what they were before there were any, and programs of that time read them.
+pub const STILL_FORMAT_VERSION: u32 = 1;
 
 /// glTF component types that the profile uses.
 pub(crate) mod component {
@@ -74,12 +80,15 @@ impl LightAttributes {
             bounces: names("_SUN_BOUNCE", layout.bounce_floats().div_ceil(4)),
         }
     }
+
+    /// Bytes that the light of a vertex takes.
+    pub(crate) fn bytes(&self) -> u64 {
+        8 * self.masks.len() as u64 + 16 * (self.transfers.len() + self.bounces.len()) as u64
+    }
 }
 
 /// The attributes of a chunk in the order in which they are stored, each with its bytes.
 pub(crate) fn encode(chunk: &LitChunk) -> Vec<(String, AttributeType, Vec<u8>)> {
-    let layout = chunk.light.layout();
-    let names = LightAttributes::of(layout);
     let mut out = vec![
         ("POSITION".to_owned(), VEC3_F32, vec3_bytes(&chunk.positions)),
         ("NORMAL".to_owned(), VEC3_F32, vec3_bytes(&chunk.normals)),
@@ -90,22 +99,53 @@ pub(crate) fn encode(chunk: &LitChunk) -> Vec<(String, AttributeType, Vec<u8>)> 
     if chunk.texture.is_none() || chunk.albedo.iter().any(|&a| a != Vec3::ONE) {
         out.push(("COLOR_0".to_owned(), COLOR_U16, color_bytes(&chunk.albedo)));
     }
-    for (i, name) in names.masks.into_iter().enumerate() {
-        let words = groups(&chunk.light.sun_mask, layout.mask_words(), 2, i);
-        out.push((name, MASK_U16, le_bytes(words.map(u32::to_le_bytes))));
-    }
-    for (i, name) in names.transfers.into_iter().enumerate() {
-        let floats = groups(&chunk.light.sky_transfer, layout.transfer_floats(), 4, i);
-        out.push((name, VEC4_F32, le_bytes(floats.map(f32::to_le_bytes))));
-    }
-    for (i, name) in names.bounces.into_iter().enumerate() {
-        let floats = groups(&chunk.light.sun_bounce, layout.bounce_floats(), 4, i);
-        out.push((name, VEC4_F32, le_bytes(floats.map(f32::to_le_bytes))));
-    }
+    out.extend(encode_light(&chunk.light, 0..chunk.vertex_count()));
     if chunk.valid.contains(&0) {
         out.push(("_VALID".to_owned(), FLAG_U8, chunk.valid.iter().flat_map(|&v| [v, 0, 0, 0]).collect()));
     }
     out
+}
+
+/// The attributes of some lattice points of a grid, six vertices each.
+pub(crate) fn encode_grid(points: &GridPoints, range: Range<usize>) -> Vec<(String, AttributeType, Vec<u8>)> {
+    let six = crate::grid::AXES.len();
+    let positions: Vec<Vec3> =
+        points.cells[range.clone()].iter().flat_map(|&cell| std::iter::repeat_n(points.position(cell), six)).collect();
+    let normals = crate::grid::AXES.repeat(range.len());
+    let mut out = vec![
+        ("POSITION".to_owned(), VEC3_F32, vec3_bytes(&positions)),
+        ("NORMAL".to_owned(), VEC3_F32, vec3_bytes(&normals)),
+    ];
+    out.extend(encode_light(&points.light, six * range.start..six * range.end));
+    let valid = &points.valid[range];
+    if valid.contains(&0) {
+        let flags = valid.iter().flat_map(|&v| [v, 0, 0, 0].repeat(six)).collect();
+        out.push(("_VALID".to_owned(), FLAG_U8, flags));
+    }
+    out
+}
+
+/// The attributes of the light of some vertices.
+fn encode_light(light: &VertexLight, vertices: Range<usize>) -> impl Iterator<Item = (String, AttributeType, Vec<u8>)> {
+    let layout = light.layout();
+    let names = LightAttributes::of(layout);
+    let own = |per_vertex: usize| vertices.start * per_vertex..vertices.end * per_vertex;
+    let mask = &light.sun_mask[own(layout.mask_words())];
+    let transfer = &light.sky_transfer[own(layout.transfer_floats())];
+    let bounce = &light.sun_bounce[own(layout.bounce_floats())];
+    let masks = names.masks.into_iter().enumerate().map(move |(i, name)| {
+        let words = groups(mask, layout.mask_words(), 2, i);
+        (name, MASK_U16, le_bytes(words.map(u32::to_le_bytes)))
+    });
+    let transfers = names.transfers.into_iter().enumerate().map(move |(i, name)| {
+        let floats = groups(transfer, layout.transfer_floats(), 4, i);
+        (name, VEC4_F32, le_bytes(floats.map(f32::to_le_bytes)))
+    });
+    let bounces = names.bounces.into_iter().enumerate().map(move |(i, name)| {
+        let floats = groups(bounce, layout.bounce_floats(), 4, i);
+        (name, VEC4_F32, le_bytes(floats.map(f32::to_le_bytes)))
+    });
+    masks.chain(transfers).chain(bounces)
 }
 
 /// Of every vertex, its `group`-th run of `width` values, zero where the vertex's `per_vertex` values have ended.

@@ -4,16 +4,19 @@
 //! - [`BundleWriter`] streams a bundle to disk beside its final place and renames it in; [`BundleReader`] reads it back chunk
 //!   by chunk and trusts nothing in it.
 //! - [`moment`] and [`shade`]: the light of a vertex at an hour of the day; the reference that every viewer mirrors.
+//! - [`grid`]: the light of space, for what moves in it.
 //! - [`arrays`], [`export`], [`inspect`]: bundles for numpy, for stock viewers, for people.
 //!
 //! The layout of the glTF profile is described in [`layout`].
 
+mod actors;
 mod albedo;
 pub mod arrays;
 pub mod chunk;
 pub mod export;
 mod glb;
 mod gltf;
+pub mod grid;
 pub mod inspect;
 mod lapse_check;
 pub mod layout;
@@ -27,8 +30,10 @@ mod staging;
 mod storage;
 mod writer;
 
+pub use actors::{ACTORS_FOLDER, ActorFile, ActorMeta};
 pub use albedo::VertexAlbedo;
 pub use chunk::{LightLayout, LitChunk, VertexLight};
+pub use grid::{AmbientCube, Grid, GridInfo, GridPoints, GridSample};
 pub use lapse_check::check_lapse;
 pub use manifest::{BundleMeta, Manifest, Parameters, PartMeta};
 pub use reader::{BundleReader, ChunkInfo, ReadError};

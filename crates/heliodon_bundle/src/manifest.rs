@@ -3,8 +3,9 @@
 //! It holds no times and no paths of the machine, so that the same input makes the same bytes.
 
 use crate::chunk::LightLayout;
-use crate::layout::FORMAT_VERSION;
-use crate::site::{Bake, Display, Role, Room, SiteFile, SiteInfo, Sky};
+use crate::grid::GridInfo;
+use crate::layout::{FORMAT_VERSION, STILL_FORMAT_VERSION};
+use crate::site::{Actor, Bake, Display, Role, Room, SiteFile, SiteInfo, Sky};
 use crate::storage::StoredFile;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -105,6 +106,13 @@ pub struct Manifest {
     pub parts: Vec<PartInfo>,
     /// The base colour images.
     pub textures: Vec<TextureInfo>,
+    /// The light grid, where there is one: from version 2 on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub grid: Option<GridInfo>,
+    /// The actors, as the site has them, but: each has its name; files are paths within the bundle; place and path are in the bundle's
+    /// space, the site's origin subtracted. From version 2 on.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub actors: Vec<Actor>,
     /// Where a visitor's eyes can be.
     pub rooms: Vec<Room>,
     /// The display that the site was prepared for.
@@ -191,7 +199,7 @@ impl Manifest {
     pub(crate) fn new(meta: &BundleMeta) -> Self {
         Self {
             format: FORMAT_NAME.to_owned(),
-            version: FORMAT_VERSION,
+            version: STILL_FORMAT_VERSION,
             tool: meta.tool.clone(),
             site: meta.site.clone(),
             light: meta.light,
@@ -204,6 +212,8 @@ impl Manifest {
                 .map(|part| PartInfo { name: part.name.clone(), role: part.role, counts: Counts::default() })
                 .collect(),
             textures: Vec::new(),
+            grid: None,
+            actors: Vec::new(),
             rooms: meta.rooms.clone(),
             display: meta.display.clone(),
             parameters: meta.parameters.clone(),
@@ -225,6 +235,7 @@ impl Manifest {
             parameters: meta.parameters,
             measures: meta.measures,
             inputs: meta.inputs,
+            version: if self.grid.is_some() || !self.actors.is_empty() { FORMAT_VERSION } else { STILL_FORMAT_VERSION },
             ..self
         }
     }

@@ -38,8 +38,7 @@ impl Light {
 #[must_use]
 pub fn vertex_light(moment: &Moment, light: &VertexLight, vertex: usize, normal: Vec3) -> Light {
     let layout = light.layout();
-    let [b0, b1] = moment.mask_bits.map(|bit| f32::from(u8::from(light.sun_reaches(vertex, bit))));
-    let reached = moment.mask_weights[0] * b0 + moment.mask_weights[1] * b1;
+    let reached = sun_reached(moment, light, vertex);
     let sun = moment.shading.sun_irradiance * (reached * normal.dot(moment.sun_direction).max(0.0) * FRAC_1_PI);
 
     let channels = layout.channels as usize;
@@ -49,6 +48,16 @@ pub fn vertex_light(moment: &Moment, light: &VertexLight, vertex: usize, normal:
     let functions = &light.sun_bounce[own(layout.bounce_floats())];
     let bounced = weighted(functions, channels, moment.bounce.iter().map(|&f| Vec3::splat(f))).max(Vec3::ZERO);
     Light { sun, sky, bounce: moment.shading.sun_irradiance * bounced }
+}
+
+/// The part of the sun that reaches a vertex, 0 to 1: `w0 bit_t0 + w1 bit_t1`.
+///
+/// # Panics
+/// As [`vertex_light`].
+#[must_use]
+pub fn sun_reached(moment: &Moment, light: &VertexLight, vertex: usize) -> f32 {
+    let [b0, b1] = moment.mask_bits.map(|bit| f32::from(u8::from(light.sun_reaches(vertex, bit))));
+    moment.mask_weights[0] * b0 + moment.mask_weights[1] * b1
 }
 
 /// `sum_i values_i * weights_i`, per channel; grey values count for all three.

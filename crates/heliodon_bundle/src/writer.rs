@@ -1,10 +1,12 @@
 //! Writes a bundle, chunk by chunk.
 
+use crate::actors::{ActorMeta, copy_actor, folders_of};
 use crate::chunk::{ChunkFault, LitChunk};
 use crate::glb::{GlbBuilder, bounds};
 use crate::gltf::{Asset, AssetExtras, Material, Mesh, Node, NodeExtras, Pbr, Primitive, Scene, TextureRef};
 use crate::lapse_check::check_lapse;
-use crate::layout::FORMAT_VERSION;
+use crate::grid::{GridInfo, GridPoints, POINTS_PER_PRIMITIVE};
+use crate::layout::PROFILE_VERSION;
 use crate::manifest::{BundleMeta, Counts, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, TextureInfo};
 use crate::staging::{Staging, sync_folder};
 use crate::storage::{StoredFile, WriteFault, io_fault, store};
@@ -164,6 +166,58 @@ impl BundleWriter {
         Ok(())
     }
 
+    /// Adds the light grid, whose light has the bundle's layout; at most one.
+    ///
+    /// # Errors
+    /// If it is malformed, does not fit the bundle, is there already, or cannot be written.
+    pub fn add_grid(&mut self, points: &GridPoints) -> Result<(), WriteError> {
+        points.validate().map_err(|fault| WriteError::Unfit(fault.to_string()))?;
+        if points.light.layout() != self.manifest.light {
+            let layout = points.light.layout();
+            return Err(WriteError::Unfit(format!("the grid's light is {layout:?}, the bundle's {:?}", self.manifest.light)));
+        }
+        if self.manifest.grid.is_some() {
+            return Err(WriteError::Unfit("the bundle has a light grid already".to_owned()));
+        }
+        let mut builder = GlbBuilder::create(self.staging.folder().join(format!(".{GRID_FILE_NAME}.spool")))?;
+        builder.gltf.asset = asset(&self.meta.tool);
+        let count = points.cells.len();
+        let primitives: Vec<Primitive> = (0..count)
+            .step_by(POINTS_PER_PRIMITIVE)
+            .map(|first| builder.push_grid(points, first..(first + POINTS_PER_PRIMITIVE).min(count)))
+            .collect::<Result<_, _>>()?;
+        let name = Some("light grid".to_owned());
+        builder.gltf.meshes = vec![Mesh { name: name.clone(), primitives }];
+        builder.gltf.nodes = vec![Node { name, mesh: Some(0), ..Node::default() }];
+        builder.gltf.scene = Some(0);
+        builder.gltf.scenes = vec![Scene { nodes: vec![0] }];
+        self.manifest.files.push(builder.finish(&self.staging.folder().join(GRID_FILE_NAME), GRID_FILE_NAME)?);
+        self.manifest.grid = Some(GridInfo {
+            file: GRID_FILE_NAME.to_owned(),
+            origin: points.origin,
+            spacing_m: points.spacing_m,
+            cells: points.extent(),
+            points: count as u64,
+            invalid_points: points.valid.iter().filter(|&&valid| valid == 0).count() as u64,
+        });
+        Ok(())
+    }
+
+    /// Adds an actor, and copies its files into the bundle.
+    ///
+    /// # Errors
+    /// If another has its name, a file has a name that a bundle cannot hold, or something cannot be read or written.
+    pub fn add_actor(&mut self, meta: &ActorMeta) -> Result<(), WriteError> {
+        let name = meta.actor.display_name();
+        if self.manifest.actors.iter().any(|known| known.display_name().eq_ignore_ascii_case(name)) {
+            return Err(WriteError::Unfit(format!("two actors are called `{name}`")));
+        }
+        let (actor, files) = copy_actor(self.staging.folder(), meta)?;
+        self.manifest.actors.push(actor);
+        self.manifest.files.extend(files);
+        Ok(())
+    }
+
     /// Appends a chunk. Chunks come in the order of their parts.
     ///
     /// # Errors
@@ -261,11 +315,23 @@ impl BundleWriter {
         let manifest = self.manifest.with_late_meta(self.meta);
         let text = manifest.to_json().map_err(|e| WriteFault::json(&folder.join(MANIFEST_FILE_NAME), &e))?;
         let _: StoredFile = store(folder, MANIFEST_FILE_NAME, &text)?;
-        if folder.join("sky").is_dir() {
-            sync_folder(&folder.join("sky"))?;
+        for inner in folders_of(&manifest.files) {
+            sync_folder(&folder.join(inner))?;
         }
         self.staging.commit()?;
         Ok(manifest)
+    }
+}
+
+/// The file of the light grid.
+const GRID_FILE_NAME: &str = "grid.glb";
+
+/// What a glTF file says of itself.
+fn asset(tool: &str) -> Asset {
+    Asset {
+        version: "2.0".to_owned(),
+        generator: Some(tool.to_owned()),
+        extras: Some(AssetExtras { heliodon_profile: Some(PROFILE_VERSION), ..AssetExtras::default() }),
     }
 }
 
@@ -273,11 +339,7 @@ impl OpenGlb {
     fn create(folder: &Path, number: usize, tool: &str) -> Result<Self, WriteFault> {
         let name = if number == 0 { "site.glb".to_owned() } else { format!("site-{number}.glb") };
         let mut builder = GlbBuilder::create(folder.join(format!(".{name}.spool")))?;
-        builder.gltf.asset = Asset {
-            version: "2.0".to_owned(),
-            generator: Some(tool.to_owned()),
-            extras: Some(AssetExtras { heliodon_profile: Some(FORMAT_VERSION), ..AssetExtras::default() }),
-        };
+        builder.gltf.asset = asset(tool);
         builder.gltf.scene = Some(0);
         builder.gltf.scenes = vec![Scene::default()];
         Ok(Self { builder, name, materials: BTreeMap::new(), mesh: None })

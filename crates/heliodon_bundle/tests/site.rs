@@ -1,8 +1,8 @@
 //! `site.toml`: what is read, what is refused and where, the schema, the template.
 
 use heliodon_bundle::site::{
-    Albedo, Bake, Between, Date, Display, LightStorage, Mapping, ProbeTimes, Role, Room, Site, SiteFile, SkyModel, Transfer,
-    Unit, UpAxis,
+    Actor, Albedo, Bake, Between, Date, Display, LightStorage, Mapping, ProbeTimes, Role, Room, Site, SiteFile, SkyModel, Transfer,
+    Unit, UpAxis, Walk,
 };
 use proptest::prelude::*;
 use std::path::Path;
@@ -62,6 +62,7 @@ bounces = 3
 samples = 512
 seed = 7
 offset_m = 0.002
+grid_m = 0.25
 transfer = "rgb"
 sun_bounce = false
 
@@ -76,6 +77,26 @@ looks_at = [0, 8, 0]
 width_px = 1280
 height_px = 800
 fov_deg = 40
+
+[[actor]]
+file = "people/walker.glb"
+cache = "people/cloth.pc2"
+animation = "walk"
+speed = 0.5
+path = [[475000, 150, 4201000], [475010, 150, 4201000]]
+walk_speed = 1
+walk = "back-and-forth"
+turn_deg = 90
+scale = 1.1
+unit = "cm"
+up = "z"
+rotate_deg = [0, 5, 0]
+albedo = "people/skin.png"
+
+[[actor]]
+name = "guard"
+file = "people/guard.obj"
+place = [475003.5, 151, 4201000]
 "#;
 
 fn parse(text: &str) -> Result<Site, heliodon_bundle::site::SiteError> {
@@ -107,6 +128,12 @@ fn every_key_of_the_design_is_read() {
     assert_eq!(site.bake.first.map(|t| t.seconds()), Some(6 * 3600 + 57 * 60));
     assert_eq!((site.bake.coefficients(), site.bake.channels()), (9, 3));
     assert_eq!(site.rooms[0].windows[0][2], [-48.0, 2.0, 0.0]);
+    let [walker, guard] = &site.actors[..] else { panic!("{:?}", site.actors) };
+    assert_eq!((walker.display_name(), walker.walk, walker.unit, walker.up), ("walker", Walk::BackAndForth, Unit::Centimetre, UpAxis::Z));
+    assert_eq!((walker.speed, walker.walk_speed, walker.turn_deg, walker.scale), (0.5, 1.0, 90.0, 1.1));
+    assert_eq!(walker.relative_to(site.site.origin).stations(), [[-0.5, -0.25, -0.75], [9.5, -0.25, -0.75]]);
+    assert_eq!(guard, &Actor { name: Some("guard".into()), ..Actor::at("people/guard.obj", [475_003.5, 151.0, 4_201_000.0]) });
+    assert_eq!((site.bake.grid_m, site.bake.effective_grid_m()), (Some(0.25), 0.25));
     assert_eq!(site.display, Display { width_px: 1280, height_px: 800, fov_deg: 40.0 });
 }
 
@@ -121,6 +148,36 @@ fn refused(text: &str, from: &str, to: &str, place: (usize, usize), words: &[&st
     }
     assert!(message.starts_with(&format!("somewhere/site.toml:{}:{}: ", place.0, place.1)), "{message}");
     assert!(!error.remedy.is_empty(), "no remedy: {message}");
+}
+
+#[test]
+fn a_wrong_actor_is_refused_where_it_is_wrong() {
+    let place = "place = [475003.5, 151, 4201000]";
+    for (from, to, at, words) in [
+        (place, "", (73, 1), &["neither a place nor a path", "add place"][..]),
+        (place, "place = [0, 0, 0]\npath = [[0, 0, 0], [1, 0, 0]]", (77, 1), &["both a place and a path"]),
+        (place, "place = [0, 0, nan]", (76, 1), &["place holds NaN"]),
+        (place, "place = [0, 0]", (76, 9), &[]),
+        (place, "path = [[0, 0, 0]]", (76, 1), &["has 1 points", "at least two"]),
+        (place, "path = [[0, 0, 0], [0, 0, 0]]", (76, 1), &["are the same"]),
+        (place, "path = [[0, 0, 0], [inf, 0, 0]]", (76, 1), &["path holds inf"]),
+        ("speed = 0.5", "speed = -1", (62, 9), &["speed is -1"]),
+        ("walk_speed = 1", "walk_speed = 0", (64, 14), &["walk_speed is 0", "place in place of path"]),
+        ("\"back-and-forth\"", "\"circel\"", (65, 8), &["unknown value `circel`", "did you mean `circle`?"]),
+        ("turn_deg = 90", "turn_deg = nan", (66, 12), &["turn_deg holds NaN"]),
+        ("scale = 1.1", "scale = 0", (67, 9), &["scale is 0"]),
+        ("name = \"guard\"", "name = \"Walker\"", (74, 8), &["another actor is called `Walker`"]),
+        ("name = \"guard\"", "name = \"../guard\"", (74, 8), &["cannot name the actor's folder"]),
+        ("people/guard.obj", "", (75, 8), &["file is empty"]),
+        ("albedo = \"people/skin.png\"", "albedo = [2, 0, 0]", (71, 1), &["albedo holds 2"]),
+        ("[[actor]]\nname", "[[actor]]\nplaces = 1\nname", (74, 1), &["unknown key `places`", "did you mean `place`?"]),
+        ("grid_m = 0.25", "grid_m = 0.01", (42, 10), &["grid_m is 0.01", "from 0.1 to 10"]),
+    ] {
+        refused(FULL, from, to, at, words);
+    }
+    let single = SMALLEST.to_owned() + "[actor]\nfile = \"a.glb\"\nplace = [0, 0, 0]\n";
+    let error = parse(&single).unwrap_err();
+    assert!(error.message.contains("[actor] is one table") && error.remedy.contains("[[actor]]"), "{error}");
 }
 
 #[test]
@@ -184,7 +241,7 @@ fn slips_are_told_with_their_place_and_remedy() {
     refused(SMALLEST, "[[part]]", "[part]", (3, 1), &["[part] is one table", "write [[part]], with two brackets"]);
     refused(FULL, "[[room]]", "[ room ]", line_of(FULL, "[[room]]", 1), &["write [[room]], with two brackets"]);
     refused(SMALLEST, "[bake]", "[prepare]", (10, 2), &["[prepare] is not read by this version"]);
-    refused(SMALLEST, "[bake]", "[[actor]]", (10, 3), &["[actor] is not read by this version"]);
+    refused(SMALLEST, "[bake]", "[[light]]", (10, 3), &["[light] is not read by this version"]);
 }
 
 #[test]
@@ -208,9 +265,9 @@ fn values_out_of_range_are_told_with_their_place_and_remedy() {
     refused(FULL, "origin = [475000.5", "origin = [inf", (7, 1), &["origin holds inf"]);
     refused(FULL, "scale = -2.0", "scale = 0", (18, 9), &["scale is 0"]);
     refused(FULL, "scale = -2.0", "crease_deg = 181", (18, 14), &["crease_deg is 181", "from 0 to 180"]);
-    refused(FULL, "min = [-50, 1, 0]", "min = [-50, 3, 0]", (47, 1), &["min 3 is not below max 2 along y"]);
-    refused(FULL, "min = [-50, 1, 0]", "min = [-50, nan, 0]", (47, 1), &["min holds NaN"]);
-    refused(FULL, "fov_deg = 40", "fov_deg = 180", (55, 11), &["fov_deg is 180"]);
+    refused(FULL, "min = [-50, 1, 0]", "min = [-50, 3, 0]", (48, 1), &["min 3 is not below max 2 along y"]);
+    refused(FULL, "min = [-50, 1, 0]", "min = [-50, nan, 0]", (48, 1), &["min holds NaN"]);
+    refused(FULL, "fov_deg = 40", "fov_deg = 180", (56, 11), &["fov_deg is 180"]);
     refused(FULL, "first = 06:57:00", "first = 18:00:00", (35, 9), &["the day begins at 18:00, after its end at 17:34"]);
     refused(FULL, "date = \"-0437-08-01\"", "", (26, 9), &["needs a date"]);
     refused(FULL, "turbidity = 2.5", "probes = \"a.hdr\"", (26, 9), &["both probes and a model"]);
@@ -246,9 +303,21 @@ fn files_are_found_sorted_and_missing_ones_told() {
     let root = folder.path().join("a [site]");
     std::fs::create_dir_all(root.join("temple")).unwrap();
     std::fs::create_dir_all(root.join("sky")).unwrap();
+    std::fs::create_dir_all(root.join("people")).unwrap();
     for name in
-        ["temple/b.ply", "temple/a.ply", "temple/.hidden.ply", "ground.glb", "marble.png", "sky/0700.hdr", "sky/0600.hdr"]
-    {
+        [
+        "temple/b.ply",
+        "temple/a.ply",
+        "temple/.hidden.ply",
+        "ground.glb",
+        "marble.png",
+        "sky/0700.hdr",
+        "sky/0600.hdr",
+        "people/walker.glb",
+        "people/cloth.pc2",
+        "people/skin.png",
+        "people/guard.obj",
+    ] {
         std::fs::write(root.join(name), "x").unwrap();
     }
     let text = FULL.replace(
@@ -258,7 +327,8 @@ fn files_are_found_sorted_and_missing_ones_told() {
     std::fs::write(root.join("site.toml"), &text).unwrap();
     let site = Site::read(&root).unwrap();
     let names: Vec<_> = site.input_files().unwrap().into_iter().map(|f| f.name).collect();
-    assert_eq!(names, ["temple/a.ply", "temple/b.ply", "marble.png", "ground.glb", "sky/0600.hdr", "sky/0700.hdr"]);
+    assert_eq!(names[..6], ["temple/a.ply", "temple/b.ply", "marble.png", "ground.glb", "sky/0600.hdr", "sky/0700.hdr"]);
+    assert_eq!(names[6..], ["people/walker.glb", "people/cloth.pc2", "people/skin.png", "people/guard.obj"]);
     assert_eq!(Site::read(root.join("site.toml")).unwrap().part_files(0).unwrap().len(), 2);
 
     let read = |text: String| {
@@ -328,7 +398,7 @@ fn the_template_says_what_it_was_given() {
             .lines()
             .map(|line| if keys.iter().any(|k| line.starts_with(k)) { line[2..].to_owned() } else { line.to_owned() })
             .collect();
-        let spoken = spoken.join("\n").split("\n# [[room]]").next().unwrap().to_owned();
+        let spoken = spoken.join("\n").split("\n# [[").next().unwrap().to_owned();
         parse(&spoken).unwrap_or_else(|error| panic!("{error}\n{spoken}"));
     }
 }

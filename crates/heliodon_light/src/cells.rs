@@ -70,6 +70,8 @@ pub struct Layout {
     point_of_site: Vec<u32>,
     /// Back sites that have points: (site, point), sorted.
     back_points: Vec<(u32, u32)>,
+    /// The points in free space, in the order in which they were given.
+    free_points: Vec<u32>,
     /// Cells whose back has points, sorted.
     back_cells: Vec<u32>,
     /// The distance below which a hit of a triangle is followed; empty where nothing bounces.
@@ -137,6 +139,7 @@ impl Layout {
             points: PointSet::default(),
             point_of_site: Vec::new(),
             back_points: Vec::new(),
+            free_points: Vec::new(),
             back_cells: Vec::new(),
             near_m: Vec::new(),
             seen: Vec::new(),
@@ -180,7 +183,7 @@ impl Layout {
         &self.points
     }
 
-    /// The first so many points lie on fronts, all that vertices may show; the others are back sides.
+    /// The first so many points lie on fronts, all that vertices may show; the others are back sides and free space.
     #[must_use]
     pub fn front_count(&self) -> usize {
         self.site_count()
@@ -240,6 +243,25 @@ impl Layout {
         self.back_points.extend((first..self.points.len()).map(|p| (self.points.sites[p] & !BACK, p as u32)));
         self.back_points.sort_unstable();
         first..self.points.len()
+    }
+
+    /// Appends points in free space, whose sites count from 0.
+    pub(crate) fn append_free(&mut self, places: impl Iterator<Item = Place>) -> Range<usize> {
+        let first = self.points.len();
+        let mut more = PointSet::new(places, 0.0);
+        self.free_points = vec![NONE; more.len()];
+        for (i, site) in more.sites.iter_mut().enumerate() {
+            self.free_points[*site as usize] = (first + i) as u32;
+            // of no vertex and no cell
+            *site = NONE;
+        }
+        self.points.append(more);
+        first..self.points.len()
+    }
+
+    /// The points in free space, in the order in which they were given.
+    pub(crate) fn free_points(&self) -> &[u32] {
+        &self.free_points
     }
 
     /// Divided triangles and the sites of their cells.

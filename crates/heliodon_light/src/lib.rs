@@ -16,6 +16,9 @@
 //! 5. [`bake_sun_masks`] for ranges of [`Layout::points`];
 //! 6. [`solve`]: validity and bounces; and [`vertex_masks`].
 //!
+//! Where figures move, before 5: [`Layout::add_free_points`] adds points in space, which are gathered as well, and [`solve_all`] answers
+//! with their light too, from which [`LatticeLight`] makes that of a lattice.
+//!
 //! Everything is the same bit for bit for any number of threads and any division into ranges. Rayon's current pool is used.
 
 mod block_bytes;
@@ -25,8 +28,10 @@ mod cells;
 mod directions;
 mod error;
 mod follow;
+mod free;
 mod gather;
 mod inside;
+mod lattice;
 mod look;
 mod masks;
 mod params;
@@ -44,12 +49,14 @@ pub use cells::{Layout, default_cell_size_m};
 pub use directions::gather_directions;
 pub use error::LightError;
 pub use follow::Followed;
+pub use free::FreeLight;
 pub use gather::{GatherBlock, UnitHits, gather};
 pub use inside::BACK_LIMIT;
+pub use lattice::{AXES, LatticeLight, lattice_places};
 pub use masks::{MaskParams, SunMasks, bake_sun_masks};
 pub use params::{Channels, LightParams, MAX_SUN_STEPS};
 pub use points::PointSet;
-pub use solve::{Baked, SunBounce, VertexLight, bake, solve, vertex_masks};
+pub use solve::{Baked, SunBounce, VertexLight, bake, solve, solve_all, vertex_masks};
 pub use sun_basis::{DayFunctions, day_functions};
 pub use surfaces::{ConstantAlbedo, SurfaceAlbedo, Surfaces, default_offset_m, median_edge_m};
 pub use validity::Validity;

@@ -1,9 +1,10 @@
 //! From gathered blocks to the light of vertices.
 
 use crate::bounce::{Lanes, Transport, find_validity};
+use crate::free::free_light;
 use crate::gather::Lattice;
 use crate::{
-    BouncedSun, Channels, GatherBlock, Layout, LightError, LightParams, MaskParams, SunMasks, Surfaces, Validity,
+    BouncedSun, Channels, FreeLight, GatherBlock, Layout, LightError, LightParams, MaskParams, SunMasks, Surfaces, Validity,
     bake_sun_masks, gather,
 };
 use glam::Vec3;
@@ -49,6 +50,20 @@ pub fn solve(
     sun: Option<&BouncedSun>,
     params: &LightParams,
 ) -> Result<VertexLight, LightError> {
+    solve_all(surfaces, layout, blocks, sun, params).map(|(of_vertices, _)| of_vertices)
+}
+
+/// As [`solve`], with the light of the layout's points in free space.
+///
+/// # Errors
+/// As [`solve`].
+pub fn solve_all(
+    surfaces: &Surfaces,
+    layout: &Layout,
+    blocks: &[GatherBlock],
+    sun: Option<&BouncedSun>,
+    params: &LightParams,
+) -> Result<(VertexLight, FreeLight), LightError> {
     params.validate()?;
     let functions = sun.map_or(0, BouncedSun::function_count);
     check_blocks(layout, blocks, functions, params)?;
@@ -63,6 +78,7 @@ pub fn solve(
     let bounced = transport.bounced(lanes, params.bounces);
 
     let lanes = lanes.count();
+    let free = free_light(layout, blocks, &sky, (&bounced, lanes, sky_lanes), params);
     let of_vertex = |v: usize| layout.front_point(validity.source[v]) as usize;
     let sky_transfer = (0..layout.vertex_count())
         .flat_map(|v| {
@@ -79,7 +95,9 @@ pub fn solve(
         median_error: sun.day.median_error,
         p95_error: sun.day.p95_error,
     });
-    Ok(VertexLight { coefficients: params.coefficients, channels: params.channels, sky_transfer, validity, sun_bounce })
+    let of_vertices =
+        VertexLight { coefficients: params.coefficients, channels: params.channels, sky_transfer, validity, sun_bounce };
+    Ok((of_vertices, free))
 }
 
 /// Masks of the vertices in their own order from those of the layout's points on fronts ([`Layout::front_count`] are enough); invalid

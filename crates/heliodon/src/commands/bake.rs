@@ -84,13 +84,17 @@ pub fn describe(report: &BakeReport) -> String {
 
 fn describe_estimate(estimate: &Estimate) -> String {
     format!(
-        "{} triangles, {} vertices, {} points to solve\n\
+        "{} triangles, {} vertices, {} points to solve{}\n\
          {} rays to the sky and between surfaces, {} to the suns\n\
          about {} for the light on this machine\n\
          {} of memory, {} of room for finished work, {} for the bundle without sky maps and textures\n",
         count(estimate.triangles),
         count(estimate.vertices),
         count(estimate.points),
+        match estimate.grid_points {
+            0 => String::new(),
+            points => format!(", and {} of the light grid, six each", count(points)),
+        },
         count(estimate.gather_rays),
         count(estimate.mask_rays),
         duration(estimate.seconds),

@@ -51,6 +51,12 @@ fn describe(report: &CheckReport) -> String {
         counted(u64::from(day.sun_steps), "sun step", "sun steps"),
         day.suns
     );
+    for actor in &report.actors {
+        text += &format!("actor {actor}\n");
+    }
+    if report.grid_points > 0 {
+        text += &format!("light grid: {} at most\n", counted(report.grid_points, "point", "points"));
+    }
     text += match report.warnings.len() {
         0 => "\nNothing is wrong.\n",
         1 => "\nIt can be baked; look at the warning.\n",

@@ -165,6 +165,7 @@ fn athens(name: &str, sky: Sky, bake: Bake) -> SiteFile {
         sky,
         bake,
         rooms: Vec::new(),
+        actors: Vec::new(),
         display: Display::default(),
     }
 }

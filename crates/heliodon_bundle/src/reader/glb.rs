@@ -3,14 +3,15 @@
 use super::ChunkInfo;
 use super::error::{ReadError, io_error, malformed};
 use super::positional::read_exact_at;
-use crate::chunk::{LightLayout, LitChunk, MAX_CHUNK_TRIANGLES, MAX_CHUNK_VERTICES};
-use crate::glb::{BIN_CHUNK, JSON_CHUNK, MAGIC};
+use crate::chunk::{LightLayout, LitChunk, MAX_CHUNK_TRIANGLES, MAX_CHUNK_VERTICES, VertexLight};
+use crate::glb::{BIN_CHUNK, JSON_CHUNK, MAGIC, POINTS};
 use crate::gltf::{Accessor, Gltf, Primitive, Sampler};
+use crate::grid::{AXES, GridInfo, GridPoints};
 use crate::layout::{
-    self, AttributeType, COLOR_U16, FLAG_U8, FORMAT_VERSION, LightAttributes, MASK_U16, VEC2_F32, VEC3_F32, VEC4_F32, component,
+    self, AttributeType, COLOR_U16, FLAG_U8, LightAttributes, MASK_U16, PROFILE_VERSION, VEC2_F32, VEC3_F32, VEC4_F32, component,
 };
 use crate::manifest::{Bounds, Manifest};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use heliodon_image::TextureWrap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -48,11 +49,25 @@ pub(super) struct ChunkPlace {
     normals: Span,
     uvs: Option<Span>,
     colors: Option<Span>,
+    light: LightPlace,
+    valid: Option<Span>,
+    indices: Span,
+}
+
+/// Where the light of some vertices lies.
+#[derive(Debug)]
+struct LightPlace {
     masks: Vec<Span>,
     transfers: Vec<Span>,
     bounces: Vec<Span>,
+}
+
+/// Where a primitive of a light grid lies.
+#[derive(Debug)]
+pub(super) struct GridPlace {
+    positions: Span,
+    light: LightPlace,
     valid: Option<Span>,
-    indices: Span,
 }
 
 /// The JSON of a file, with what is needed to check its offsets.
@@ -69,6 +84,24 @@ impl GlbFile {
         number: usize,
         manifest: &Manifest,
     ) -> Result<(Self, Vec<ChunkPlace>, Vec<EmbeddedImage>), ReadError> {
+        let (this, document) = Self::open_document(path)?;
+        let chunks = document.chunks(number, manifest)?;
+        let images = document.images()?;
+        Ok((this, chunks, images))
+    }
+
+    /// Opens the file of a light grid; answers with its primitives, in order.
+    pub(super) fn open_grid(
+        path: &Path,
+        info: &GridInfo,
+        manifest: &Manifest,
+    ) -> Result<(Self, Vec<GridPlace>), ReadError> {
+        let (this, document) = Self::open_document(path)?;
+        let places = document.grid(info, manifest.light)?;
+        Ok((this, places))
+    }
+
+    fn open_document(path: &Path) -> Result<(Self, Document<'_>), ReadError> {
         let file = File::open(path).map_err(io_error(path))?;
         let size = file.metadata().map_err(io_error(path))?.len();
         let wrong = |what: &str| malformed(path, what);
@@ -102,10 +135,7 @@ impl GlbFile {
         let this = Self { path: path.to_owned(), file };
         let json = this.read_span(Span { offset: 20, len: u64::from(json_len) })?;
         let gltf: Gltf = serde_json::from_slice(&json).map_err(|e| malformed(path, format!("its JSON: {e}")))?;
-        let document = Document { path, gltf, bin };
-        let chunks = document.chunks(number, manifest)?;
-        let images = document.images()?;
-        Ok((this, chunks, images))
+        Ok((this, Document { path, gltf, bin }))
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -121,20 +151,6 @@ impl GlbFile {
 
     pub(super) fn read_chunk(&self, place: &ChunkPlace, layout: LightLayout) -> Result<LitChunk, ReadError> {
         let n = place.info.vertices as usize;
-        let mut light = layout::empty_light(layout, n);
-        for (i, &span) in place.masks.iter().enumerate() {
-            let bytes = self.read_span(span)?;
-            let words = bytes.as_chunks::<4>().0.iter().map(|&b| u32::from_le_bytes(b));
-            layout::scatter(words, 2, i, layout.mask_words(), &mut light.sun_mask);
-        }
-        for (i, &span) in place.transfers.iter().enumerate() {
-            let bytes = self.read_span(span)?;
-            layout::scatter(layout::read_f32(&bytes), 4, i, layout.transfer_floats(), &mut light.sky_transfer);
-        }
-        for (i, &span) in place.bounces.iter().enumerate() {
-            let bytes = self.read_span(span)?;
-            layout::scatter(layout::read_f32(&bytes), 4, i, layout.bounce_floats(), &mut light.sun_bounce);
-        }
         Ok(LitChunk {
             part: place.info.part,
             texture: place.info.texture,
@@ -150,9 +166,89 @@ impl GlbFile {
                 Some(span) => self.read_span(span)?.into_iter().step_by(FLAG_U8.stride as usize).collect(),
                 None => vec![1; n],
             },
-            light,
+            light: self.read_light(&place.light, layout, n)?,
         })
     }
+
+    /// The light of so many vertices.
+    fn read_light(&self, place: &LightPlace, layout: LightLayout, vertices: usize) -> Result<VertexLight, ReadError> {
+        let mut light = layout::empty_light(layout, vertices);
+        for (i, &span) in place.masks.iter().enumerate() {
+            let bytes = self.read_span(span)?;
+            let words = bytes.as_chunks::<4>().0.iter().map(|&b| u32::from_le_bytes(b));
+            layout::scatter(words, 2, i, layout.mask_words(), &mut light.sun_mask);
+        }
+        for (i, &span) in place.transfers.iter().enumerate() {
+            let bytes = self.read_span(span)?;
+            layout::scatter(layout::read_f32(&bytes), 4, i, layout.transfer_floats(), &mut light.sky_transfer);
+        }
+        for (i, &span) in place.bounces.iter().enumerate() {
+            let bytes = self.read_span(span)?;
+            layout::scatter(layout::read_f32(&bytes), 4, i, layout.bounce_floats(), &mut light.sun_bounce);
+        }
+        Ok(light)
+    }
+
+    /// All points of a light grid.
+    pub(super) fn read_grid(
+        &self,
+        places: &[GridPlace],
+        info: &GridInfo,
+        layout: LightLayout,
+    ) -> Result<GridPoints, ReadError> {
+        let mut grid = GridPoints {
+            origin: info.origin,
+            spacing_m: info.spacing_m,
+            light: layout::empty_light(layout, 0),
+            ..GridPoints::default()
+        };
+        for place in places {
+            let positions = layout::read_vec3(&self.read_span(place.positions)?);
+            for six in positions.as_chunks::<6>().0 {
+                grid.cells.push(cell_at(six[0], info).ok_or_else(|| malformed(&self.path, "a point is not on the lattice"))?);
+            }
+            let light = self.read_light(&place.light, layout, positions.len())?;
+            grid.light.sun_mask.extend(light.sun_mask);
+            grid.light.sky_transfer.extend(light.sky_transfer);
+            grid.light.sun_bounce.extend(light.sun_bounce);
+            match place.valid {
+                Some(span) => {
+                    let flags = self.read_span(span)?;
+                    grid.valid.extend(flags.into_iter().step_by(FLAG_U8.stride as usize * AXES.len()));
+                }
+                None => grid.valid.resize(grid.cells.len(), 1),
+            }
+        }
+        Ok(grid)
+    }
+}
+
+/// How far off its place on the lattice a stored point may be, in cells: what 32-bit coordinates of a place as far as a lattice may
+/// reach are rounded by stays below.
+const OFF_LATTICE_CELLS: f64 = 0.25;
+
+/// The lattice coordinates of a stored point.
+fn cell_at(position: Vec3, info: &GridInfo) -> Option<[u32; 3]> {
+    let at = (position.as_dvec3() - DVec3::from_array(info.origin)) / info.spacing_m;
+    let cell = at.round();
+    let off = (at - cell).abs().max_element();
+    let within = (0..3).all(|axis| cell[axis] >= 0.0 && cell[axis] < f64::from(info.cells[axis]));
+    // a NaN is nowhere
+    (within && off <= OFF_LATTICE_CELLS).then(|| cell.to_array().map(|c| c as u32))
+}
+
+/// Where all attributes of the light are, as `span` finds each.
+fn light_place(
+    layout: LightLayout,
+    span: impl Fn(&str, AttributeType) -> Result<Span, ReadError>,
+) -> Result<LightPlace, ReadError> {
+    let names = LightAttributes::of(layout);
+    let all = |names: &[String], kind| names.iter().map(|name| span(name, kind)).collect::<Result<Vec<_>, _>>();
+    Ok(LightPlace {
+        masks: all(&names.masks, MASK_U16)?,
+        transfers: all(&names.transfers, VEC4_F32)?,
+        bounces: all(&names.bounces, VEC4_F32)?,
+    })
 }
 
 impl Document<'_> {
@@ -164,8 +260,8 @@ impl Document<'_> {
     fn chunks(&self, number: usize, manifest: &Manifest) -> Result<Vec<ChunkPlace>, ReadError> {
         let gltf = &self.gltf;
         let profile = gltf.asset.extras.as_ref().and_then(|e| e.heliodon_profile);
-        if profile != Some(FORMAT_VERSION) {
-            return Err(self.wrong(format!("its profile is {profile:?}, not {FORMAT_VERSION}")));
+        if profile != Some(PROFILE_VERSION) {
+            return Err(self.wrong(format!("its profile is {profile:?}, not {PROFILE_VERSION}")));
         }
         if let Some(extension) = gltf.extensions_required.first() {
             return Err(self.wrong(format!("it requires the extension {extension}")));
@@ -211,8 +307,6 @@ impl Document<'_> {
         if texture.is_some_and(|t| t as usize >= manifest.textures.len()) {
             return Err(self.wrong(format!("a primitive names texture {texture:?} of {}", manifest.textures.len())));
         }
-        let names = LightAttributes::of(manifest.light);
-        let all = |names: &[String], kind| names.iter().map(|name| span(name, kind)).collect::<Result<Vec<_>, _>>();
         let index_accessor = primitive.indices.ok_or_else(|| self.wrong("a primitive has no indices"))?;
         let index_accessor = self.accessor(index_accessor)?;
         let corners = index_accessor.count;
@@ -238,12 +332,41 @@ impl Document<'_> {
             normals: span("NORMAL", VEC3_F32)?,
             uvs: texture.map(|_| span("TEXCOORD_0", VEC2_F32)).transpose()?,
             colors,
-            masks: all(&names.masks, MASK_U16)?,
-            transfers: all(&names.transfers, VEC4_F32)?,
-            bounces: all(&names.bounces, VEC4_F32)?,
+            light: light_place(manifest.light, span)?,
             valid: optional("_VALID", FLAG_U8)?,
             indices: self.span(index_accessor, index_type, corners, "indices")?,
         })
+    }
+
+    /// The primitives of a light grid.
+    fn grid(&self, info: &GridInfo, layout: LightLayout) -> Result<Vec<GridPlace>, ReadError> {
+        let gltf = &self.gltf;
+        let profile = gltf.asset.extras.as_ref().and_then(|e| e.heliodon_profile);
+        if profile != Some(PROFILE_VERSION) {
+            return Err(self.wrong(format!("its profile is {profile:?}, not {PROFILE_VERSION}")));
+        }
+        let [mesh] = &gltf.meshes[..] else { return Err(self.wrong("it has not one mesh")) };
+        let mut found = 0;
+        let places: Vec<GridPlace> = mesh
+            .primitives
+            .iter()
+            .map(|primitive| {
+                let accessor = |name: &str| primitive.attributes.get(name).map(|&i| self.accessor(i)).transpose();
+                let need = |name: &str| accessor(name)?.ok_or_else(|| self.wrong(format!("a primitive has no {name}")));
+                let vertices = need("POSITION")?.count;
+                if primitive.mode != Some(POINTS) || vertices > MAX_CHUNK_VERTICES as u64 || vertices % AXES.len() as u64 != 0 {
+                    return Err(self.wrong(format!("a primitive is no list of points, six for each of the lattice ({vertices})")));
+                }
+                found += vertices / AXES.len() as u64;
+                let span = |name: &str, kind| self.span(need(name)?, kind, vertices, name);
+                let valid = accessor("_VALID")?.map(|a| self.span(a, FLAG_U8, vertices, "_VALID")).transpose()?;
+                Ok(GridPlace { positions: span("POSITION", VEC3_F32)?, light: light_place(layout, span)?, valid })
+            })
+            .collect::<Result<_, _>>()?;
+        if found != info.points {
+            return Err(self.wrong(format!("it holds {found} points, not {}", info.points)));
+        }
+        Ok(places)
     }
 
     fn accessor(&self, index: usize) -> Result<&Accessor, ReadError> {

@@ -11,11 +11,13 @@ pub use error::ReadError;
 
 use crate::chunk::LitChunk;
 use crate::lapse_check::check_lapse;
-use crate::layout::FORMAT_VERSION;
+use crate::grid::{Grid, MAX_GRID_POINTS};
+use crate::layout::{FORMAT_VERSION, STILL_FORMAT_VERSION};
 use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, Preamble};
+use crate::site::{Actor, Albedo, check_actor};
 use crate::storage::StoredFile;
 use error::{io_error, malformed};
-use glb::{ChunkPlace, EmbeddedImage, GlbFile};
+use glb::{ChunkPlace, EmbeddedImage, GlbFile, GridPlace};
 use heliodon_image::{SrgbImage, TextureWrap};
 use heliodon_sky::lapse::Lapse;
 use std::fs::File;
@@ -34,6 +36,7 @@ pub struct BundleReader {
     files: Vec<GlbFile>,
     chunks: Vec<ChunkPlace>,
     textures: Vec<TexturePlace>,
+    grid: Option<(GlbFile, Vec<GridPlace>)>,
 }
 
 /// Where a base colour image lies, and how it goes on.
@@ -77,7 +80,7 @@ impl BundleReader {
                 return Err(malformed(&lapse_path, format!("`{}` is no path within the bundle", step.sky_map)));
             }
         }
-        let mut reader = Self { folder, manifest, lapse, files: Vec::new(), chunks: Vec::new(), textures: Vec::new() };
+        let mut reader = Self { folder, manifest, lapse, files: Vec::new(), chunks: Vec::new(), textures: Vec::new(), grid: None };
         let mut textures = vec![None; reader.manifest.textures.len()];
         for (number, name) in reader.manifest.geometry.iter().enumerate() {
             let (file, chunks, images) = GlbFile::open(&reader.folder.join(name), number, &reader.manifest)?;
@@ -88,6 +91,9 @@ impl BundleReader {
             }
             reader.files.push(file);
             reader.chunks.extend(chunks);
+        }
+        if let Some(info) = &reader.manifest.grid {
+            reader.grid = Some(GlbFile::open_grid(&reader.folder.join(&info.file), info, &reader.manifest)?);
         }
         let found = reader.count();
         if found != (Counts { invalid_vertices: 0, ..reader.manifest.counts }) {
@@ -178,6 +184,22 @@ impl BundleReader {
         Ok(read)
     }
 
+    /// The actors, with paths within the bundle's folder.
+    #[must_use]
+    pub fn actors(&self) -> &[Actor] {
+        &self.manifest.actors
+    }
+
+    /// Reads the light grid; `None` where the bundle has none.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is malformed.
+    pub fn read_grid(&self) -> Result<Option<Grid>, ReadError> {
+        let (Some((file, places)), Some(info)) = (&self.grid, &self.manifest.grid) else { return Ok(None) };
+        let points = file.read_grid(places, info, self.manifest.light)?;
+        Grid::new(points).map(Some).map_err(|fault| malformed(file.path(), fault.to_string()))
+    }
+
     /// The bytes of a base colour image, a PNG or JPEG file; empty for one that no chunk shows.
     ///
     /// # Errors
@@ -247,7 +269,7 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
     if preamble.format != FORMAT_NAME {
         return Err(malformed(&path, format!("its format is `{}`, not `{FORMAT_NAME}`", preamble.format)));
     }
-    if preamble.version != u64::from(FORMAT_VERSION) {
+    if !(u64::from(STILL_FORMAT_VERSION)..=u64::from(FORMAT_VERSION)).contains(&preamble.version) {
         return Err(ReadError::Version { path, found: preamble.version, known: FORMAT_VERSION });
     }
     let manifest: Manifest = serde_json::from_slice(&text).map_err(|e| malformed(&path, e.to_string()))?;
@@ -262,11 +284,32 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
             return Err(malformed(&path, format!("`{name}` is not among its files")));
         }
     }
+    let moving = manifest.grid.is_some() || !manifest.actors.is_empty();
+    if moving && manifest.version < FORMAT_VERSION {
+        return Err(malformed(&path, format!("version {} has neither a light grid nor actors", manifest.version)));
+    }
+    let is_there = |name: &String| manifest.files.iter().any(|f| f.path == *name);
+    if let Some(grid) = &manifest.grid
+        && (!is_there(&grid.file) || grid.points > MAX_GRID_POINTS as u64)
+    {
+        return Err(malformed(&path, format!("its light grid of {} points is not in `{}`", grid.points, grid.file)));
+    }
+    for actor in &manifest.actors {
+        let image = match &actor.albedo {
+            Some(Albedo::Image(image)) => Some(image),
+            _ => None,
+        };
+        let named = [Some(&actor.file), actor.cache.as_ref(), image];
+        if let Some(missing) = named.into_iter().flatten().find(|name| !is_there(name)) {
+            return Err(malformed(&path, format!("actor `{}`: `{missing}` is not among its files", actor.display_name())));
+        }
+        check_actor(actor).map_err(|what| malformed(&path, format!("actor `{}`: {what}", actor.display_name())))?;
+    }
     Ok(manifest)
 }
 
 /// Whether a path stays within the bundle.
-fn is_plain_path(path: &str) -> bool {
+pub(crate) fn is_plain_path(path: &str) -> bool {
     !path.is_empty()
         && !path.contains(['\\', ':', '\0'])
         && Path::new(path).components().all(|c| matches!(c, Component::Normal(_)))

@@ -1,5 +1,6 @@
 //! What makes a `site.toml` that parses a sensible one.
 
+use super::actor::Actor;
 use super::types::{Albedo, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part, Room, SiteFile, Sky};
 use super::values::ProbeTimes;
 
@@ -71,6 +72,15 @@ pub(super) fn check(site: &SiteFile) -> Checked {
     for (i, room) in site.rooms.iter().enumerate() {
         check_room(&["room", &i.to_string()], room)?;
     }
+    for (i, actor) in site.actors.iter().enumerate() {
+        check_actor(&["actor", &i.to_string()], actor)?;
+        let folder = |actor: &Actor| actor.display_name().to_lowercase();
+        if site.actors[..i].iter().any(|earlier| folder(earlier) == folder(actor)) {
+            let message = format!("another actor is called `{}`", actor.display_name());
+            let key = if actor.name.is_some() { "name" } else { "file" };
+            return fault(&["actor", &i.to_string(), key], message, "give each a name of its own, whatever the capitals");
+        }
+    }
     let display = &site.display;
     within(&["display", "width_px"], f64::from(display.width_px), 1.0, 65_536.0)?;
     within(&["display", "height_px"], f64::from(display.height_px), 1.0, 65_536.0)?;
@@ -83,25 +93,97 @@ fn check_part(at: &[&str; 2], part: &Part) -> Checked {
     if let Some(name) = &part.name {
         not_empty(&key("name"), name)?;
     }
-    match &part.albedo {
-        Some(Albedo::Rgb(rgb)) => {
-            if let Some(wrong) = rgb.iter().find(|c| !(0.0..=1.0).contains(*c)) {
-                let remedy = "give three linear numbers from 0 to 1; 8-bit colours must be divided by 255 and linearised";
-                return fault(&key("albedo"), format!("albedo holds {wrong}"), remedy);
-            }
-        }
-        Some(Albedo::Image(image)) => not_empty(&key("albedo"), image)?,
-        None => {}
-    }
+    check_albedo(&key("albedo"), part.albedo.as_ref())?;
     finite(&key("translate"), &part.translate)?;
     finite(&key("rotate_deg"), &part.rotate_deg)?;
     if let Some(crease) = part.crease_deg {
         within(&key("crease_deg"), crease, 0.0, 180.0)?;
     }
-    if part.scale == 0.0 || !COORDINATES_M.contains(&part.scale) {
-        return fault(&key("scale"), format!("scale is {}", part.scale), "give a number that is not 0");
+    check_scale(&key("scale"), part.scale)
+}
+
+fn check_albedo(key: &[&str], albedo: Option<&Albedo>) -> Checked {
+    match albedo {
+        Some(Albedo::Rgb(rgb)) => {
+            if let Some(wrong) = rgb.iter().find(|c| !(0.0..=1.0).contains(*c)) {
+                let remedy = "give three linear numbers from 0 to 1; 8-bit colours must be divided by 255 and linearised";
+                return fault(key, format!("albedo holds {wrong}"), remedy);
+            }
+            Ok(())
+        }
+        Some(Albedo::Image(image)) => not_empty(key, image),
+        None => Ok(()),
+    }
+}
+
+fn check_scale(key: &[&str], scale: f64) -> Checked {
+    if scale == 0.0 || !COORDINATES_M.contains(&scale) {
+        return fault(key, format!("scale is {scale}"), "give a number that is not 0");
     }
     Ok(())
+}
+
+/// The longest name of an actor, for it is a folder's.
+const LONGEST_NAME: usize = 100;
+
+/// Whether every file system takes a name for a folder.
+fn names_a_folder(name: &str) -> bool {
+    let strange = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
+    !name.contains(strange) && !name.starts_with(['.', ' ']) && !name.ends_with(['.', ' ']) && name.len() <= LONGEST_NAME
+}
+
+/// What is wrong with an actor that stands in no `site.toml`.
+pub(crate) fn check_lone_actor(actor: &Actor) -> Result<(), String> {
+    check_actor(&["actor", "0"], actor).map_err(|fault| fault.message)
+}
+
+fn check_actor(at: &[&str; 2], actor: &Actor) -> Checked {
+    let key = |name| [at[0], at[1], name];
+    not_empty(&key("file"), &actor.file)?;
+    let named = if actor.name.is_some() { "name" } else { "file" };
+    not_empty(&key(named), actor.display_name())?;
+    if !names_a_folder(actor.display_name()) {
+        let remedy = format!("give a name without / \\ : * ? \" < > | and outer dots or blanks, at most {LONGEST_NAME} bytes long");
+        return fault(&key(named), format!("`{}` cannot name the actor's folder", actor.display_name()), remedy);
+    }
+    for (name, text) in [("cache", &actor.cache), ("animation", &actor.animation)] {
+        if let Some(text) = text {
+            not_empty(&key(name), text)?;
+        }
+    }
+    if !(actor.speed >= 0.0 && COORDINATES_M.contains(&actor.speed)) {
+        return fault(&key("speed"), format!("speed is {}", actor.speed), "give a number from 0 up; 1 plays as it was made");
+    }
+    match (&actor.place, &actor.path) {
+        (Some(_), Some(_)) => {
+            return fault(&key("path"), "the actor has both a place and a path", "take one of the two out");
+        }
+        (None, None) => {
+            let remedy = "add place = [x, y, z], or path = [[x, y, z], [x, y, z]] to walk along";
+            return fault(&key("place"), "the actor has neither a place nor a path", remedy);
+        }
+        (Some(place), None) => {
+            finite(&key("place"), place)?;
+        }
+        (None, Some(path)) => {
+            if path.len() < 2 {
+                let remedy = "give at least two, or place = [x, y, z] to stand";
+                return fault(&key("path"), format!("the path has {} points", path.len()), remedy);
+            }
+            finite(&key("path"), path.as_flattened())?;
+            if path.iter().all(|point| *point == path[0]) {
+                return fault(&key("path"), "all points of the path are the same", "give place = [x, y, z] to stand");
+            }
+        }
+    }
+    if !(actor.walk_speed > 0.0 && COORDINATES_M.contains(&actor.walk_speed)) {
+        let remedy = "give metres a second above 0; to stand, give place in place of path";
+        return fault(&key("walk_speed"), format!("walk_speed is {}", actor.walk_speed), remedy);
+    }
+    finite(&key("turn_deg"), &[actor.turn_deg])?;
+    check_scale(&key("scale"), actor.scale)?;
+    finite(&key("rotate_deg"), &actor.rotate_deg)?;
+    check_albedo(&key("albedo"), actor.albedo.as_ref())
 }
 
 fn check_sky(site: &SiteFile, sky: &Sky) -> Checked {
@@ -205,6 +287,9 @@ fn check_bake(site: &SiteFile) -> Checked {
     }
     within(&["bake", "bounces"], f64::from(bake.bounces), 0.0, 64.0)?;
     within(&["bake", "samples"], f64::from(bake.samples), 16.0, 1_048_576.0)?;
+    if let Some(grid) = bake.grid_m {
+        within(&["bake", "grid_m"], grid, 0.1, 10.0)?;
+    }
     match bake.offset_m {
         Some(offset) if !(offset > 0.0 && offset <= 10.0) => fault(
             &["bake", "offset_m"],

@@ -13,6 +13,12 @@ pub enum InputKind {
     Albedo(usize),
     /// An HDR image of the sky.
     Probe,
+    /// The model of the actor with that index.
+    Actor(usize),
+    /// The vertex cache of the actor with that index.
+    ActorCache(usize),
+    /// The albedo image of the actor with that index.
+    ActorAlbedo(usize),
 }
 
 /// A file that a site names.
@@ -28,7 +34,7 @@ pub struct InputFile {
 
 impl Site {
     /// All files that the site names: geometry by part, each part's sorted by name, with its albedo image after it; then the
-    /// probes, sorted by name. Files that these name in turn (materials, textures) are not among them.
+    /// probes, sorted by name; then each actor's model, vertex cache and albedo image. Files that these name in turn (materials, textures) are not among them.
     ///
     /// # Errors
     /// A file that is not there, or a pattern that nothing matches.
@@ -44,6 +50,21 @@ impl Site {
         }
         if let Some(probes) = &self.sky.probes {
             self.expand(probes, &["sky".to_owned(), "probes".to_owned()], InputKind::Probe, &mut files)?;
+        }
+        for (i, actor) in self.actors.iter().enumerate() {
+            let image = match &actor.albedo {
+                Some(Albedo::Image(image)) => Some(image),
+                _ => None,
+            };
+            for (key, name, kind) in [
+                ("file", Some(&actor.file), InputKind::Actor(i)),
+                ("cache", actor.cache.as_ref(), InputKind::ActorCache(i)),
+                ("albedo", image, InputKind::ActorAlbedo(i)),
+            ] {
+                if let Some(name) = name {
+                    self.expand_one(name, &["actor".to_owned(), i.to_string(), key.to_owned()], kind, &mut files)?;
+                }
+            }
         }
         Ok(files)
     }

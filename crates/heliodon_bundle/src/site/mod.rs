@@ -3,6 +3,7 @@
 //! [`Site::read`] answers with a site whose every number is in range and whose every file exists, or with a [`SiteError`]
 //! that names the line and column to mend.
 
+mod actor;
 mod check;
 mod error;
 mod files;
@@ -11,11 +12,13 @@ mod template;
 mod types;
 mod values;
 
+pub use actor::{Actor, DEFAULT_WALK_SPEED, Walk};
+pub(crate) use check::check_lone_actor as check_actor;
 pub use error::SiteError;
 pub use files::{InputFile, InputKind};
 pub use heliodon_math::unit::Unit;
 pub use types::{
-    Albedo, Bake, BelowHorizon, Between, Display, LightStorage, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part, Role, Room,
+    Albedo, Bake, BelowHorizon, Between, DEFAULT_GRID_M, Display, LightStorage, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part, Role, Room,
     SiteFile, SiteInfo, Sky, SkyModel, Transfer, UpAxis,
 };
 pub use values::{Date, ProbeTimes, TimeOfDay, UtcOffset};

@@ -1,5 +1,6 @@
 //! A `site.toml` for people to go on from: what is set, and beside it, commented out, what could be.
 
+use super::actor::{Actor, Walk};
 use super::types::{Albedo, Bake, Display, Part, Room, SiteFile, SiteInfo, Sky};
 use super::values::ProbeTimes;
 use heliodon_math::unit::Unit;
@@ -74,6 +75,18 @@ pub(super) fn write(site: &SiteFile) -> String {
         w.line(&format!("# windows = {WINDOWS}  # three corners each: lower left, lower right, upper left"));
         w.line("# looks_at = [0.0, 5.0, 0.0]  # at first");
     }
+    for actor in &site.actors {
+        write_actor(&mut w, actor);
+    }
+    if site.actors.is_empty() {
+        let example = Actor::at("walker.glb", [0.0, 0.0, 5.0]);
+        let mut actor = Writer { text: String::new() };
+        write_actor(&mut actor, &example);
+        for line in actor.text.lines() {
+            let gap = if line.is_empty() || line.starts_with('#') { "" } else { "# " };
+            w.line(&format!("{gap}{line}"));
+        }
+    }
     write_display(&mut w, &site.display);
     w.text
 }
@@ -144,6 +157,7 @@ fn write_bake(w: &mut Writer, bake: &Bake) {
     w.optional("samples", &bake.samples, &default.samples, "rays of each point");
     w.optional("seed", &bake.seed, &default.seed, "");
     w.absent("offset_m", bake.offset_m.as_ref(), "0.001", "how far off the surface rays start; default: from the scene");
+    w.absent("grid_m", bake.grid_m.as_ref(), "0.5", "between points of space that light actors, in rooms and along paths");
     w.optional("transfer", &bake.transfer, &default.transfer, "mono or rgb");
     w.optional("sun_bounce", &bake.sun_bounce, &default.sun_bounce, "the sun's own bounced light");
 }
@@ -156,6 +170,25 @@ fn write_room(w: &mut Writer, room: &Room) {
     let windows = Some(&room.windows).filter(|windows| !windows.is_empty());
     w.absent("windows", windows, WINDOWS, "three corners each: lower left, lower right, upper left");
     w.absent("looks_at", room.looks_at.as_ref(), "[0.0, 5.0, 0.0]", "at first");
+}
+
+fn write_actor(w: &mut Writer, actor: &Actor) {
+    w.line("\n[[actor]]  # a figure that stands or walks, lit by the place where it is");
+    w.set("file", &actor.file, "ply, obj, gltf, glb or stl");
+    w.absent("name", actor.name.as_ref(), "\"walker\"", "default: from the file's name");
+    w.absent("cache", actor.cache.as_ref(), "\"cloth.pc2\"", "a vertex cache for the file's vertices");
+    w.absent("animation", actor.animation.as_ref(), "\"walk\"", "default: the file's first");
+    w.optional("speed", &actor.speed, &1.0, "of the animation");
+    w.absent("place", actor.place.as_ref(), "[0.0, 0.0, 5.0]", "of the model's origin; or:");
+    w.absent("path", actor.path.as_ref(), "[[-2.0, 0.0, 5.0], [2.0, 0.0, 5.0]]", "points between which it walks");
+    w.optional("walk_speed", &actor.walk_speed, &super::DEFAULT_WALK_SPEED, "metres a second");
+    w.optional("walk", &actor.walk, &Walk::Circle, "circle, back-and-forth or once");
+    w.optional("turn_deg", &actor.turn_deg, &0.0, "about +Y, after it faces along its path");
+    w.optional("unit", &actor.unit, &Unit::Metre, &Unit::ALL.map(Unit::name).join(", "));
+    w.optional("up", &actor.up, &super::UpAxis::Y, "y or z; +Z of the model then looks forward");
+    w.optional("scale", &actor.scale, &1.0, "");
+    w.optional("rotate_deg", &actor.rotate_deg, &[0.0; 3], "of the model itself");
+    w.absent::<Albedo>("albedo", actor.albedo.as_ref(), "[0.5, 0.5, 0.5]", "in place of the file's own colours; or an image");
 }
 
 fn write_display(w: &mut Writer, display: &Display) {

@@ -2,6 +2,7 @@
 //!
 //! Every key that is not here is an error, so that a slip of the pen is not taken for a default.
 
+use super::actor::Actor;
 use super::values::{Date, ProbeTimes, TimeOfDay, UtcOffset};
 use heliodon_math::unit::Unit;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -11,6 +12,9 @@ use serde::{Deserialize, Serialize};
 pub const MAX_SUN_STEPS: u32 = 1024;
 /// The most entries of the sky in a day: one for each second would be more than anyone can store.
 pub const MAX_SKY_STEPS: u32 = 16_384;
+
+/// The distance between points of the light grid unless a site says otherwise: less than a figure's width, metres.
+pub const DEFAULT_GRID_M: f64 = 0.5;
 
 /// All of `site.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -30,6 +34,9 @@ pub struct SiteFile {
     /// Where a visitor's eyes can be.
     #[serde(rename = "room", default, skip_serializing_if = "Vec::is_empty")]
     pub rooms: Vec<Room>,
+    /// Figures that walk or stand in the site.
+    #[serde(rename = "actor", default, skip_serializing_if = "Vec::is_empty")]
+    pub actors: Vec<Actor>,
     /// The display that the site is prepared for.
     #[serde(default)]
     pub display: Display,
@@ -106,7 +113,7 @@ pub struct Part {
     pub light: LightStorage,
 }
 
-fn unit_schema(_: &mut SchemaGenerator) -> Schema {
+pub(super) fn unit_schema(_: &mut SchemaGenerator) -> Schema {
     json_schema!({ "enum": Unit::ALL.map(Unit::name) })
 }
 
@@ -321,6 +328,11 @@ pub struct Bake {
     /// How far off the surface rays start, metres. Default: from the size of the scene and its triangles.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub offset_m: Option<f64>,
+    /// The distance, in metres, between the points of space at which the light of rooms and actors is baked. Default 0.5. Half of it:
+    /// shadows that fall on actors are twice as sharp, at eight times the points.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.1, max = 10))]
+    pub grid_m: Option<f64>,
     /// Whether sky light keeps the colour that it takes on by bouncing.
     pub transfer: Transfer,
     /// Whether the sun's bounced light is baked.
@@ -339,6 +351,7 @@ impl Default for Bake {
             samples: 1024,
             seed: 0,
             offset_m: None,
+            grid_m: None,
             transfer: Transfer::Mono,
             sun_bounce: true,
         }
@@ -350,6 +363,12 @@ impl Bake {
     #[must_use]
     pub fn effective_sky_steps(&self) -> u32 {
         self.sky_steps.unwrap_or(self.sun_steps * 2)
+    }
+
+    /// The distance between points of the light grid, metres: as given, or [`DEFAULT_GRID_M`].
+    #[must_use]
+    pub fn effective_grid_m(&self) -> f64 {
+        self.grid_m.unwrap_or(DEFAULT_GRID_M)
     }
 
     /// Coefficients of the sky transfer per channel: `(order + 1)^2`.
