@@ -200,13 +200,6 @@ impl Figure {
         self.positions.iter().map(|&p| self.place.transform_point3(p))
     }
 
-    /// The middle of its vertices, in the world.
-    #[must_use]
-    pub fn middle(&self) -> Vec3 {
-        let sum: Vec3 = self.positions.iter().sum();
-        self.place.transform_point3(sum / self.positions.len().max(1) as f32)
-    }
-
     /// Irradiance / pi of each vertex; what no camera saw has the light that it was last seen with.
     #[must_use]
     pub fn light(&self) -> &[Vec3] {

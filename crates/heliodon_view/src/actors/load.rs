@@ -8,6 +8,7 @@ use crate::daylight::layout::albedo_roots;
 use crate::stage::texture::halved;
 use bevy::math::{DVec3, Vec2, Vec3};
 use heliodon_bundle::BundleReader;
+use heliodon_bundle::grid::Grid;
 use heliodon_bundle::site::{Actor, Albedo, UpAxis};
 use heliodon_image::{SrgbImage, TextureWrap};
 use heliodon_math::color::linear_from_srgb8_table;
@@ -23,6 +24,8 @@ pub struct Loaded {
     pub people: Vec<Person>,
     /// What they look like.
     pub looks: Vec<Look>,
+    /// What the monument leaves of the light where they act.
+    pub grid: Option<Grid>,
     /// Who could not be read, and why.
     pub failures: Vec<String>,
 }
@@ -30,13 +33,17 @@ pub struct Loaded {
 /// Reads them all; what fails is told, and the others act.
 pub fn run(bundle: &BundleReader) -> Loaded {
     let mut loaded = Loaded::default();
+    match bundle.read_grid() {
+        Ok(grid) => loaded.grid = grid,
+        Err(error) => loaded.failures.push(format!("actors stand in the open: {error}")),
+    }
     for actor in bundle.actors() {
         match read(bundle, actor) {
             Ok((person, look)) => {
                 loaded.people.push(person);
                 loaded.looks.push(look);
             }
-            Err(what) => loaded.failures.push(format!("the actor {} is missing: {what}", actor.name)),
+            Err(what) => loaded.failures.push(format!("the actor {} is missing: {what}", actor.display_name())),
         }
     }
     loaded

@@ -11,6 +11,7 @@ pub mod levels;
 mod load;
 pub mod render;
 pub mod shade;
+mod sun_field;
 
 use crate::daylight::DaylightCamera;
 use crate::stage::Stage;
@@ -24,16 +25,17 @@ use bevy::render::renderer::RenderGraph;
 use bevy::render::{Render, RenderApp, RenderSystems};
 use course::Course;
 use figure::{Asked, Figure, Surroundings};
+use glam::Affine3A;
 use half::f16;
-use heliodon_bundle::grid::AmbientCube;
+use heliodon_bundle::grid::{AmbientCube, Grid};
 use heliodon_bundle::moment::Moment;
-use heliodon_bundle::BundleReader;
 use heliodon_math::sh;
 use heliodon_rays::EyeView;
 use levels::Directions;
 use load::Loaded;
 use render::{ActorsFrame, ActorsGpu, Shown};
 use shade::Caster;
+use sun_field::SunField;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -54,6 +56,7 @@ pub struct Actors {
     stage: u64,
     loading: Option<Mutex<Receiver<Loaded>>>,
     people: Vec<Person>,
+    grid: Option<Grid>,
     lit_s: Option<f64>,
     told: Told,
 }
@@ -90,6 +93,7 @@ impl Default for Actors {
             stage: 0,
             loading: None,
             people: Vec::new(),
+            grid: None,
             lit_s: None,
             told: Told::default(),
         }
@@ -146,7 +150,8 @@ fn follow_stage(stage: Res<Stage>, mut actors: ResMut<Actors>, mut frame: ResMut
     let actors = &mut *actors;
     if actors.stage != stage.serial() {
         actors.stage = stage.serial();
-        (actors.people, actors.loading, actors.lit_s, actors.told) = (Vec::new(), None, None, Told::default());
+        (actors.people, actors.grid, actors.loading, actors.lit_s) = (Vec::new(), None, None, None);
+        actors.told = Told::default();
         actors.seconds = 0.0;
         *frame = ActorsFrame { serial: frame.serial + 1, ..default() };
         if let Some(bundle) = stage.bundle().filter(|bundle| !bundle.actors().is_empty()) {
@@ -167,7 +172,7 @@ fn follow_stage(stage: Res<Stage>, mut actors: ResMut<Actors>, mut frame: ResMut
     };
     loaded.failures.iter().for_each(|failure| warn!("{failure}"));
     actors.loading = None;
-    actors.people = loaded.people;
+    (actors.people, actors.grid) = (loaded.people, loaded.grid);
     *frame = ActorsFrame { serial: frame.serial + 1, looks: Arc::new(loaded.looks), shown: Arc::default() };
 }
 
@@ -177,14 +182,13 @@ fn flow(time: Res<Time>, mut actors: ResMut<Actors>) {
 
 /// Poses and lights what the cameras see.
 fn light_actors(
-    stage: Res<Stage>,
     now: Res<Now>,
     stage_frame: Res<StageFrame>,
     mut actors: ResMut<Actors>,
     mut frame: ResMut<ActorsFrame>,
     cameras: Query<(&Camera, &GlobalTransform), With<DaylightCamera>>,
 ) {
-    let (Some(moment), Some(bundle)) = (&now.moment, stage.bundle()) else { return };
+    let Some(moment) = &now.moment else { return };
     if actors.people.is_empty() {
         return;
     }
@@ -197,14 +201,15 @@ fn light_actors(
             Some(EyeView { clip_from_mesh, size_px: camera.physical_viewport_size()? })
         })
         .collect();
-    let Actors { seconds, directions, people, lit_s, told, .. } = &mut *actors;
-    let passed_s = lit_s.replace(*seconds).map(|lit_s| *seconds - lit_s).filter(|s| (0.0..APART_S).contains(s));
+    let Actors { seconds, directions, people, grid, lit_s, told, .. } = &mut *actors;
+    let passed_s = lit_s.replace(*seconds).map(|lit_s| *seconds - lit_s).filter(|&s| s > 0.0 && s < APART_S);
     let exposure = stage_frame.exposure_stops.exp2();
     let sun = now.has_sun.then(|| (moment.sun_direction, moment.shading.sun_irradiance * exposure));
     *told = Told { actors: people.len(), ..default() };
+    let hour = Hour { moment, grid: grid.as_ref(), exposure, sun };
     let mut shown = Vec::with_capacity(people.len());
     for person in people.iter_mut() {
-        match person.act(*seconds as f32, &eyes, *directions, &Hour { moment, bundle, exposure, sun }, passed_s.map(|s| s as f32)) {
+        match person.act(*seconds as f32, &eyes, *directions, &hour, passed_s.map(|s| s as f32)) {
             Ok((one, asked)) => {
                 told.directions = told.directions.max(asked.directions);
                 told.vertices += asked.vertices;
@@ -223,7 +228,7 @@ fn light_actors(
 /// The light that everybody is under.
 struct Hour<'a> {
     moment: &'a Moment,
-    bundle: &'a BundleReader,
+    grid: Option<&'a Grid>,
     exposure: f32,
     sun: Option<(Vec3, Vec3)>,
 }
@@ -237,25 +242,30 @@ impl Person {
         hour: &Hour<'_>,
         passed_s: Option<f32>,
     ) -> Result<(Shown, Asked), heliodon_rays::VisibilityCpuError> {
-        let place = self.course.at(seconds);
+        let mut place = self.course.at(seconds);
         let clip_s = if self.duration_s > 0.0 { (seconds * self.speed).rem_euclid(self.duration_s) } else { 0.0 };
-        let deforms = self.figure.go(self.clip, clip_s, place)?;
-        let middle = self.figure.middle();
-        let grid = hour.bundle.grid();
-        let around = grid.and_then(|grid| grid.light_at(hour.moment, middle));
+        let mut clip = self.clip;
+        // What moves as a whole needs no new questions: its matrix goes with it.
+        if let Some(moved) = clip.and_then(|clip| self.figure.model().moving().rigid_at(clip, clip_s)) {
+            place *= Affine3A::from_mat4(moved.as_affine3().into());
+            clip = None;
+        }
+        let deforms = self.figure.go(clip, clip_s, place)?;
+        let positions: Vec<Vec3> = self.figure.world_positions().collect();
+        let (low, high) = positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |b, &p| (b.0.min(p), b.1.max(p)));
+        let around = hour.grid.and_then(|grid| grid.light_at(hour.moment, (low + high) * 0.5));
+        let suns = hour.grid.map(|grid| SunField::new(grid, hour.moment, low, high));
         let surroundings = Surroundings {
             radiance: &|direction| radiance(hour.moment, around.as_ref(), direction) * hour.exposure,
             sun: hour.sun,
-            sun_reaches: &|place| grid.and_then(|grid| grid.sun_at(hour.moment, place)).unwrap_or(1.0),
+            sun_reaches: &|place| suns.as_ref().map_or(1.0, |suns| suns.at(place)),
         };
         let asked = self.figure.illuminate(eyes, directions, deforms, &surroundings, passed_s)?;
-        let positions: Vec<Vec3> = self.figure.world_positions().collect();
         let half = |light: &Vec3| {
             let [r, g, b] = light.to_array().map(|v| f16::from_f32(v.clamp(0.0, 65504.0)).to_bits());
             [r, g, b, 0]
         };
         let light = self.figure.light().iter().map(half).collect();
-        let (low, high) = positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |b, &p| (b.0.min(p), b.1.max(p)));
         let bounds = ((low + high) * 0.5).extend(low.distance(high) * 0.5);
         Ok((Shown { positions, light, caster: Caster { bounds, lumps: self.figure.lumps() } }, asked))
     }
@@ -266,7 +276,7 @@ impl Person {
 fn radiance(moment: &Moment, around: Option<&AmbientCube>, direction: Vec3) -> Vec3 {
     let open_sky = sh::radiance(&moment.sky, direction).max(Vec3::ZERO);
     let Some(around) = around else { return open_sky };
-    let here = around.from(direction);
+    let here = around.ambient(direction);
     let transfer = sh::open_transfer9(direction);
     let open = moment.shading.sky.iter().zip(transfer).fold(Vec3::ZERO, |sum, (&s, t)| sum + s * t).max(Vec3::ZERO);
     let part = (here / open.max(Vec3::splat(1e-6))).min(Vec3::ONE);

@@ -6,6 +6,7 @@ use crate::daylight::prepare::StageGpu;
 use crate::stage::frame::StageFrame;
 use crate::stage::texture::{self, LevelledTexture};
 use bevy::asset::uuid::Uuid;
+use bevy::mesh::VertexBufferLayout;
 use bevy::prelude::*;
 use bevy::render::extract_resource::ExtractResource;
 use bevy::render::render_resource::binding_types::{sampler, texture_depth_2d, uniform_buffer_sized};

@@ -18,7 +18,7 @@ pub struct Level {
 }
 
 /// Half the size, averaged in linear light; `decode` is the table of sRGB codes.
-pub(super) fn halved(image: &SrgbImage, decode: &[f32; 256]) -> SrgbImage {
+pub(crate) fn halved(image: &SrgbImage, decode: &[f32; 256]) -> SrgbImage {
     let (width, height) = ((image.width / 2).max(1), (image.height / 2).max(1));
     let mut pixels = Vec::with_capacity(width as usize * height as usize);
     for y in 0..height {
