@@ -9,7 +9,7 @@
 //! target says positions only they are computed from the pose. What of an animation cannot be used is left out and told in the report; a
 //! broken skin is an error, because the mesh would have no shape.
 //!
-//! A pose of 8,325 vertices with four joints each takes 0.13 ms, one of a cache of 3,249 vertices 0.24 ms, most of it for normals (one
+//! A pose of 8,325 vertices with four joints each takes 0.2 ms, one of a cache of 3,249 vertices 0.25 ms, most of it for normals (one
 //! core); `cargo test -p heliodon_mesh --test motion -- --ignored --nocapture` tells for the machine at hand.
 
 mod cache;

@@ -5,6 +5,7 @@
 mod cache;
 mod glb;
 mod hostile;
+mod shared;
 mod timing;
 
 use glam::Vec3;
