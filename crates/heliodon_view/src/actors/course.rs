@@ -100,7 +100,9 @@ mod tests {
     fn a_square_is_walked_round_and_round() {
         let corners = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)].map(|(x, z)| Vec3::new(x, 0.0, z)).to_vec();
         let course = Course::walks(corners, 2.0, Walk::Circle, 0.0);
-        for (seconds, at, ahead) in [(1.0, (2.0, 0.0), Vec3::X), (3.0, (4.0, 2.0), Vec3::Z), (7.0, (0.0, 2.0), Vec3::NEG_Z), (9.0, (2.0, 0.0), Vec3::X)] {
+        for (seconds, at, ahead) in
+            [(1.0, (2.0, 0.0), Vec3::X), (3.0, (4.0, 2.0), Vec3::Z), (7.0, (0.0, 2.0), Vec3::NEG_Z), (9.0, (2.0, 0.0), Vec3::X)]
+        {
             let place = course.at(seconds);
             assert!(Vec3::from(place.translation).distance(Vec3::new(at.0, 0.0, at.1)) < 1e-4, "{seconds}");
             assert!(facing(place).distance(ahead) < 1e-4, "{seconds}");

@@ -278,7 +278,13 @@ impl Figure {
         let sky = self.backend.light(sphere.weights(), &radiance)?.light;
         let follow = dt_s.map_or(1.0, |dt| 1.0 - libm::expf(-dt / FOLLOW_S));
         for ((shown, known), (&now, &wanted)) in self.sky.iter_mut().zip(&mut self.known).zip(sky.iter().zip(wanted)) {
-            *shown = if *known && wanted { *shown + (now - *shown) * follow } else if wanted { now } else { *shown };
+            *shown = if *known && wanted {
+                *shown + (now - *shown) * follow
+            } else if wanted {
+                now
+            } else {
+                *shown
+            };
             *known = wanted;
         }
         let sun = around.sun.map(|(direction, irradiance)| (turn.transpose() * direction, irradiance));

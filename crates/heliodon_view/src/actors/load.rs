@@ -13,8 +13,10 @@ use heliodon_bundle::site::{Actor, Albedo, UpAxis};
 use heliodon_image::{SrgbImage, TextureWrap};
 use heliodon_math::color::linear_from_srgb8_table;
 use heliodon_mesh::import::{ImportOptions, ImportReport};
-use heliodon_mesh::motion::{read_cached, read_moving};
+use heliodon_mesh::motion::{MovingMesh, read_cached, read_moving};
 use heliodon_mesh::place::{Placement, Up};
+use heliodon_mesh::{Material, Texture};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// The bundle's actors.
@@ -68,66 +70,78 @@ fn read(bundle: &BundleReader, actor: &Actor) -> Result<(Person, Look), String> 
     let clip = match &actor.animation {
         Some(name) => Some(moving.clip_named(name).ok_or_else(|| {
             let clips: Vec<&str> = moving.clips().iter().map(|clip| clip.name.as_str()).collect();
-            format!("{} has no animation {name}; it has {}", actor.file, if clips.is_empty() { "none".to_owned() } else { clips.join(", ") })
+            let known = if clips.is_empty() { "none".to_owned() } else { clips.join(", ") };
+            format!("{} has no animation {name}; it has {known}", actor.file)
         })?),
-        None => (!moving.clips().is_empty()).then_some(0),
+        None => None,
     };
-    let duration_s = clip.map_or(0.0, |clip| moving.clips()[clip].duration_s);
-    let model = Arc::new(Model::new(moving));
-    let look = look(bundle, actor, &model)?;
+    let material = match &actor.albedo {
+        None => None,
+        Some(Albedo::Rgb(rgb)) => {
+            Some(Material { name: String::new(), base_color_linear: DVec3::from(*rgb).as_vec3(), texture: None })
+        }
+        Some(Albedo::Image(name)) => {
+            let image = SrgbImage::read(&bundle.folder().join(name)).map_err(|error| error.to_string())?;
+            let texture = Texture { source: name.clone(), image, wrap: [TextureWrap::Repeat; 2] };
+            Some(Material { name: String::new(), base_color_linear: Vec3::ONE, texture: Some(Arc::new(texture)) })
+        }
+    };
     let points: Vec<Vec3> = actor.stations().into_iter().map(|point| DVec3::from(point).as_vec3()).collect();
     let course = Course::walks(points, actor.walk_speed as f32, actor.walk, (actor.turn_deg as f32).to_radians());
-    let figure = Figure::new(model);
-    Ok((Person { name: actor.display_name().to_owned(), figure, course, clip, speed: actor.speed as f32, duration_s }, look))
+    Ok(person(actor.display_name(), moving, clip, actor.speed as f32, course, material.as_ref()))
 }
 
-/// The albedo of an actor's vertices and triangles.
-fn look(bundle: &BundleReader, actor: &Actor, model: &Model) -> Result<Look, String> {
+/// Somebody who performs a clip, the first unless another is named, on a course; `material` in place of whatever the mesh has.
+pub fn person(
+    name: &str,
+    moving: MovingMesh,
+    clip: Option<usize>,
+    speed: f32,
+    course: Course,
+    material: Option<&Material>,
+) -> (Person, Look) {
+    let clip = clip.or_else(|| (!moving.clips().is_empty()).then_some(0));
+    let duration_s = clip.map_or(0.0, |clip| moving.clips()[clip].duration_s);
+    let model = Arc::new(Model::new(moving));
+    let look = look(&model, material);
+    (Person { name: name.to_owned(), figure: Figure::new(model), course, clip, speed, duration_s }, look)
+}
+
+/// The albedo of a model's vertices and triangles.
+fn look(model: &Model, material: Option<&Material>) -> Look {
     let mesh = model.moving().rest();
-    let mut textures = Vec::new();
-    let mut texture_of: Vec<Option<usize>> = Vec::new();
+    let materials = material.map_or(mesh.materials.as_slice(), std::slice::from_ref);
+    let which = |number: u16| if material.is_some() { 0 } else { usize::from(number) };
     let decode = linear_from_srgb8_table();
-    let mut add = |image: &SrgbImage, wrap| {
-        let mut levels = vec![image.clone()];
+    let mut textures = Vec::new();
+    let mut add = |texture: &Arc<Texture>| {
+        let mut levels = vec![texture.image.clone()];
         while let Some(last) = levels.last().filter(|last| last.width.max(last.height) > 1) {
             levels.push(halved(last, &decode));
         }
-        textures.push((levels, wrap));
+        textures.push((levels, texture.wrap));
         textures.len() - 1
     };
-    let own = match &actor.albedo {
-        None => None,
-        Some(Albedo::Rgb(rgb)) => Some(DVec3::from(*rgb).as_vec3()),
-        Some(Albedo::Image(name)) => {
-            let image = SrgbImage::read(&bundle.folder().join(name)).map_err(|error| error.to_string())?;
-            texture_of = vec![Some(add(&image, [TextureWrap::Repeat; 2])); mesh.materials.len().max(1)];
-            Some(Vec3::ONE)
-        }
+    let texture_of: Vec<Option<usize>> = materials.iter().map(|material| material.texture.as_ref().map(&mut add)).collect();
+    let albedo = |(vertex, number): (usize, u16)| {
+        albedo_roots(material.map_or_else(|| mesh.corner_albedo(vertex, number), |material| material.base_color_linear))
     };
-    if own.is_none() {
-        let image = |material: &heliodon_mesh::Material| material.texture.as_ref().map(|texture| add(&texture.image, texture.wrap));
-        texture_of = mesh.materials.iter().map(image).collect();
-    }
-    let albedo = |(vertex, material): (usize, u16)| albedo_roots(own.unwrap_or_else(|| mesh.corner_albedo(vertex, material)));
     let uv = |(vertex, _): (usize, u16)| mesh.uvs.get(vertex).copied().unwrap_or(Vec2::ZERO);
-    let mut triangles: Vec<(Option<usize>, [u32; 3])> = model
-        .triangles
-        .iter()
-        .map(|&t| (texture_of.get(usize::from(model.material(t[0]))).copied().flatten(), t))
-        .collect();
+    let textured = |t: &[u32; 3]| texture_of.get(which(model.material(t[0]))).copied().flatten();
+    let mut triangles: Vec<(Option<usize>, [u32; 3])> = model.triangles.iter().map(|t| (textured(t), *t)).collect();
     triangles.sort_by_key(|(texture, _)| *texture);
-    let mut draws: Vec<(std::ops::Range<u32>, Option<usize>)> = Vec::new();
+    let mut draws: Vec<(Range<u32>, Option<usize>)> = Vec::new();
     for (i, (texture, _)) in (0..).zip(&triangles) {
         match draws.last_mut().filter(|(_, last)| last == texture) {
             Some((range, _)) => range.end = 3 * (i + 1),
             None => draws.push((3 * i..3 * (i + 1), *texture)),
         }
     }
-    Ok(Look {
+    Look {
         albedo: model.corners().map(albedo).collect(),
         uvs: model.corners().map(uv).collect(),
         indices: triangles.into_iter().flat_map(|(_, t)| t).collect(),
         draws,
         textures,
-    })
+    }
 }

@@ -27,18 +27,20 @@ use course::Course;
 use figure::{Asked, Figure, Surroundings};
 use glam::Affine3A;
 use half::f16;
+use heliodon_bundle::BundleReader;
 use heliodon_bundle::grid::{AmbientCube, Grid};
 use heliodon_bundle::moment::Moment;
 use heliodon_math::sh;
+use heliodon_mesh::motion::MovingMesh;
 use heliodon_rays::EyeView;
 use levels::Directions;
 use load::Loaded;
-use render::{ActorsFrame, ActorsGpu, Shown};
+use render::{ActorsFrame, ActorsGpu, Look, Shown};
 use shade::Caster;
-use sun_field::SunField;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
+use sun_field::SunField;
 
 /// WGSL of what actors take from the stone's light.
 pub(crate) const SHADE_WGSL: &str = include_str!("shade.wgsl");
@@ -55,6 +57,8 @@ pub struct Actors {
     pub directions: Directions,
     stage: u64,
     loading: Option<Mutex<Receiver<Loaded>>>,
+    /// Added by the app, not yet on the stage.
+    added: Vec<(Person, Look)>,
     people: Vec<Person>,
     grid: Option<Grid>,
     lit_s: Option<f64>,
@@ -92,6 +96,7 @@ impl Default for Actors {
             directions: Directions::Budget { ms: 12.0, finest: 4 },
             stage: 0,
             loading: None,
+            added: Vec::new(),
             people: Vec::new(),
             grid: None,
             lit_s: None,
@@ -101,6 +106,12 @@ impl Default for Actors {
 }
 
 impl Actors {
+    /// Puts somebody on the stage beside the bundle's own actors, until another bundle is opened: `clip` is performed, the first unless another is named, on a
+    /// course. A clip's speed is 1 where it is played as it was made.
+    pub fn add(&mut self, name: &str, moving: MovingMesh, clip: Option<usize>, speed: f32, course: Course) {
+        self.added.push(load::person(name, moving, clip, speed, course, None));
+    }
+
     /// Whether all of the bundle's actors are there.
     #[must_use]
     pub fn is_complete(&self) -> bool {
@@ -154,13 +165,22 @@ fn follow_stage(stage: Res<Stage>, mut actors: ResMut<Actors>, mut frame: ResMut
         actors.told = Told::default();
         actors.seconds = 0.0;
         *frame = ActorsFrame { serial: frame.serial + 1, ..default() };
-        if let Some(bundle) = stage.bundle().filter(|bundle| !bundle.actors().is_empty()) {
+        let acts = |bundle: &&Arc<BundleReader>| !bundle.actors().is_empty() || bundle.manifest().grid.is_some();
+        if let Some(bundle) = stage.bundle().filter(acts) {
             let (to_stage, loaded) = channel();
             actors.loading = Some(Mutex::new(loaded));
             let bundle = Arc::clone(bundle);
             // The stage may have gone to another bundle: then nobody wants to know.
             std::thread::spawn(move || to_stage.send(load::run(&bundle)).ok());
         }
+    }
+    if !actors.added.is_empty() && actors.loading.is_none() {
+        let mut looks: Vec<Arc<Look>> = frame.looks.to_vec();
+        for (person, look) in actors.added.drain(..) {
+            actors.people.push(person);
+            looks.push(Arc::new(look));
+        }
+        *frame = ActorsFrame { serial: frame.serial + 1, looks: looks.into(), shown: Arc::default() };
     }
     let Some(loading) = &actors.loading else { return };
     let loaded = match loading.lock().unwrap_or_else(PoisonError::into_inner).try_recv() {
@@ -173,7 +193,11 @@ fn follow_stage(stage: Res<Stage>, mut actors: ResMut<Actors>, mut frame: ResMut
     loaded.failures.iter().for_each(|failure| warn!("{failure}"));
     actors.loading = None;
     (actors.people, actors.grid) = (loaded.people, loaded.grid);
-    *frame = ActorsFrame { serial: frame.serial + 1, looks: Arc::new(loaded.looks), shown: Arc::default() };
+    *frame = ActorsFrame {
+        serial: frame.serial + 1,
+        looks: loaded.looks.into_iter().map(Arc::new).collect(),
+        shown: Arc::default(),
+    };
 }
 
 fn flow(time: Res<Time>, mut actors: ResMut<Actors>) {

@@ -53,7 +53,7 @@ pub struct ActorsFrame {
     /// Changes with the actors.
     pub serial: u64,
     /// What of them stays.
-    pub looks: Arc<Vec<Look>>,
+    pub looks: Arc<[Arc<Look>]>,
     /// What of them changes, one for each look.
     pub shown: Arc<Vec<Shown>>,
 }
@@ -178,7 +178,12 @@ impl ActorGpu {
     ) -> Self {
         let vertices = look.albedo.len().max(1) as u64;
         let empty = |label, size: u64, usage| {
-            device.create_buffer(&BufferDescriptor { label: Some(label), size, usage: usage | BufferUsages::COPY_DST, mapped_at_creation: false })
+            device.create_buffer(&BufferDescriptor {
+                label: Some(label),
+                size,
+                usage: usage | BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
         };
         let filled = |label, contents: &[u8], usage| {
             // A buffer of nothing is none.

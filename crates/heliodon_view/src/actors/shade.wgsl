@@ -60,9 +60,9 @@ fn sky_passes(actor: u32, place: vec3<f32>, normal: vec3<f32>) -> f32 {
         let shown = clamp((cosine + sine) / max(2.0 * sine, 1e-4), 0.0, 1.0);
         taken += size * max(mix(0.5 * (cosine + sine), cosine, shown), 0.0) * shown;
     }
-    // fades out where it would be cut off
+    // Spheres hide one another: what is left is not 1 - taken, but as if they lay there without order. It fades out where it would be cut off.
     let edge = 1.0 - dot(off, off) / (reach.w * reach.w);
-    return 1.0 - clamp(taken, 0.0, 1.0) * clamp(4.0 * edge, 0.0, 1.0);
+    return exp(-taken * clamp(4.0 * edge, 0.0, 1.0));
 }
 
 // `light` is all of it; `sun` of the sun's irradiance / pi in it comes straight from the sun.

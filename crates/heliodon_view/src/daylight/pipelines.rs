@@ -3,8 +3,8 @@
 use super::layout::VertexLayout;
 use super::sight::NUMBER_FORMAT;
 use super::view::VIEW_BYTES;
-use crate::actors::render::shade_layout;
 use crate::actors::SHADE_WGSL;
+use crate::actors::render::shade_layout;
 use crate::daylight::moment::MOMENT_BYTES;
 use crate::tonemap::{DisplayKey, ToneCurve};
 use bevy::asset::uuid::Uuid;
