@@ -122,14 +122,14 @@ fn head(all: &mut Skeleton) {
     // the lower jaw, from one ear round the chin to the other
     let half: [Station; 5] = [
         ([0.052, 1.612, 0.006], 0.011, 0.0045),
-        ([0.052, 1.573, 0.004], 0.017, 0.0045),
-        ([0.044, 1.546, 0.018], 0.013, 0.005),
-        ([0.033, 1.536, 0.052], 0.011, 0.006),
-        ([0.018, 1.531, 0.077], 0.0115, 0.0065),
+        ([0.052, 1.575, 0.005], 0.018, 0.0045),
+        ([0.046, 1.551, 0.02], 0.016, 0.005),
+        ([0.034, 1.542, 0.05], 0.0145, 0.006),
+        ([0.02, 1.538, 0.073], 0.0155, 0.0065),
     ];
     let mirrored = half.iter().rev().map(|&(p, a, b)| ([-p[0], p[1], p[2]], a, b));
-    let whole: Vec<Station> = half.into_iter().chain([([0.0, 1.529, 0.085], 0.013, 0.008)]).chain(mirrored).collect();
-    all.add(&sweep(&whole, Vec3::new(0.0, 0.8, 0.6), 25, 7), jaw);
+    let whole: Vec<Station> = half.into_iter().chain([([0.0, 1.536, 0.081], 0.0175, 0.0085)]).chain(mirrored).collect();
+    all.add(&sweep(&whole, Vec3::new(0.0, 0.8, 0.6), 21, 7), jaw);
     for (y, outer, follows) in [(1.5685, 0.0, head), (1.5555, -0.0015, jaw)] {
         all.add(&teeth(y, outer), follows);
     }
@@ -217,7 +217,7 @@ fn spine(all: &mut Skeleton) {
             ([0.0, middle - 0.4 * sink, root - 0.55 * long], 0.0032, 0.006),
             ([0.0, middle - sink, root - long], 0.0042, 0.0075),
         ];
-        all.add(&sweep(&thorn, Vec3::X, 4, 5), follows);
+        all.add(&sweep(&thorn, Vec3::X, 3, 4), follows);
         let (wide, back) = match i {
             0..5 => (0.040, 0.012),
             5..17 => (0.027 + 0.001 * (i as f32 - 5.0), 0.018),
@@ -225,7 +225,7 @@ fn spine(all: &mut Skeleton) {
         };
         let wing = |x: f32, back: f32, r: f32| ([x, middle + 0.002, z - 0.75 * r_of(size) - back], r, r * 0.9);
         let wings = [wing(-wide, back, 0.0045), wing(-0.4 * wide, 0.3 * back, 0.0035), wing(0.4 * wide, 0.3 * back, 0.0035), wing(wide, back, 0.0045)];
-        all.add(&sweep(&wings, Vec3::Y, 4, 5), follows);
+        all.add(&sweep(&wings, Vec3::Y, 4, 4), follows);
     }
 }
 
@@ -243,7 +243,7 @@ fn ribs(all: &mut Skeleton) {
         ([0.0, 1.265, 0.079], 0.016, 0.005),
         ([0.0, 1.235, 0.078], 0.006, 0.003),
     ];
-    all.add(&sweep(&breastbone, Vec3::X, 10, 8), trunk(1.36));
+    all.add(&sweep(&breastbone, Vec3::X, 8, 6), trunk(1.36));
     for i in 0..12 {
         let t = i as f32 / 11.0;
         // where it leaves the spine, how wide and deep it swings, how far it falls to the front
@@ -281,9 +281,9 @@ fn ribs(all: &mut Skeleton) {
             10 => line.truncate(5),
             _ => line.truncate(4),
         }
-        let rings = [15, 11][usize::from(i >= 10)];
+        let rings = [13, 10][usize::from(i >= 10)];
         let (begin, end) = (trunk(y), trunk(y - 0.55 * fall));
-        all.add_pair(&sweep(&line, Vec3::Y, rings, 6), |_| Follows::from_to(begin, end));
+        all.add_pair(&sweep(&line, Vec3::Y, rings, 5), |_| Follows::from_to(begin, end));
     }
 }
 
@@ -306,12 +306,12 @@ fn shoulders(all: &mut Skeleton) {
         ([0.11, 1.4, -0.104], 0.048, 0.0042),
         ([0.112, 1.428, -0.084], 0.04, 0.0035),
     ];
-    all.add_pair(&sweep(&blade, Vec3::new(0.85, 0.0, 0.45), 9, 10), at_shoulder);
+    all.add_pair(&sweep(&blade, Vec3::new(0.85, 0.0, 0.45), 8, 8), at_shoulder);
     let ridge = [
         ([0.066, 1.398, -0.124], 0.005, 0.004),
         ([0.11, 1.418, -0.122], 0.009, 0.005),
         ([0.155, 1.44, -0.085], 0.009, 0.005),
-        ([0.178, 1.446, -0.036], 0.013, 0.005),
+        ([0.176, 1.441, -0.036], 0.013, 0.005),
     ];
     all.add_pair(&sweep(&ridge, Vec3::new(0.3, 0.3, -0.9), 8, 6), at_shoulder);
     let socket = ball(Vec3::new(0.153, 1.402, -0.045), Vec3::new(0.012, 0.02, 0.014), 4, 6);
@@ -336,7 +336,7 @@ fn pelvis(all: &mut Skeleton) {
         ([0.114, 1.025, -0.008], 0.076, 0.006),
         ([0.123, 1.046, -0.004], 0.062, 0.0075),
     ];
-    all.add_pair(&sweep(&wing, Vec3::new(-0.42, 0.12, 1.0), 11, 14), |_| hip);
+    all.add_pair(&sweep(&wing, Vec3::new(-0.42, 0.12, 1.0), 10, 12), |_| hip);
     // from the wing to the sacrum
     let joint = [([0.094, 0.99, -0.062], 0.026, 0.009), ([0.062, 0.98, -0.066], 0.03, 0.012), ([0.03, 0.97, -0.062], 0.022, 0.012)];
     all.add_pair(&sweep(&joint, Vec3::Y, 5, 7), |_| hip);
@@ -351,7 +351,7 @@ fn pelvis(all: &mut Skeleton) {
         ([0.066, 0.866, -0.034], 0.014, 0.013),
         ([0.08, 0.908, -0.026], 0.018, 0.014),
     ];
-    all.add_pair(&sweep(&arch, Vec3::new(0.6, 0.2, 0.75), 17, 7), |_| hip);
+    all.add_pair(&sweep(&arch, Vec3::new(0.6, 0.2, 0.75), 15, 6), |_| hip);
     all.add(&ball(Vec3::new(0.0, 0.894, 0.054), Vec3::new(0.008, 0.018, 0.008), 4, 6), hip);
 }
 
@@ -365,7 +365,7 @@ fn arms(all: &mut Skeleton) {
         ([0.199, 1.125, -0.04], 0.023, 0.0115),
         ([0.2, 1.108, -0.04], 0.026, 0.013),
     ];
-    all.pair_of(&sweep(&upper, Vec3::X, 13, 8), Limb::UpperArm);
+    all.pair_of(&sweep(&upper, Vec3::X, 11, 8), Limb::UpperArm);
     let ulna = [
         ([0.192, 1.126, -0.06], 0.0095, 0.0095),
         ([0.192, 1.1, -0.054], 0.0125, 0.011),
@@ -374,7 +374,7 @@ fn arms(all: &mut Skeleton) {
         ([0.212, 0.9, -0.038], 0.006, 0.006),
         ([0.214, 0.874, -0.034], 0.0085, 0.008),
     ];
-    all.pair_of(&sweep(&ulna, Vec3::X, 10, 6), Limb::Forearm);
+    all.pair_of(&sweep(&ulna, Vec3::X, 9, 6), Limb::Forearm);
     let radius = [
         ([0.212, 1.094, -0.034], 0.0105, 0.0105),
         ([0.212, 1.076, -0.034], 0.0075, 0.0075),
@@ -383,7 +383,7 @@ fn arms(all: &mut Skeleton) {
         ([0.217, 0.874, -0.01], 0.0115, 0.0145),
     ];
     // what turns with the hand near it
-    all.add_pair(&sweep(&radius, Vec3::X, 10, 6), |side| {
+    all.add_pair(&sweep(&radius, Vec3::X, 9, 6), |side| {
         let (arm, hand) = (limb(side, Limb::Forearm), limb(side, Limb::Hand));
         Follows::from_to(Follows::one(arm), Follows::mix(arm, hand, 0.25))
     });
@@ -391,7 +391,7 @@ fn arms(all: &mut Skeleton) {
 
 fn hands(all: &mut Skeleton) {
     for (y, z) in [(0.862, -0.03), (0.862, -0.011), (0.85, -0.034), (0.85, -0.018), (0.849, -0.003)] {
-        all.pair_of(&ball(Vec3::new(0.217, y, z), Vec3::new(0.0085, 0.0085, 0.0095), 3, 5), Limb::Hand);
+        all.pair_of(&ball(Vec3::new(0.217, y, z), Vec3::new(0.0085, 0.0085, 0.0095), 3, 4), Limb::Hand);
     }
     // from the forefinger, which is foremost, to the little one
     for (finger, (shift, long)) in [(0.016, 0.97), (0.0, 1.06), (-0.0155, 1.0), (-0.03, 0.8)].into_iter().enumerate() {
@@ -403,7 +403,7 @@ fn hands(all: &mut Skeleton) {
             sweep(
                 &[([x, from, z0], r * 1.25, r * 1.2), ([x, middle, 0.5 * (z0 + z1)], r * 0.8, r * 0.8), ([x, to, z1], r * 1.15, r * 1.1)],
                 Vec3::Z,
-                4,
+                3,
                 5,
             )
         };
@@ -421,7 +421,7 @@ fn hands(all: &mut Skeleton) {
     }
     let thumb = |from: [f32; 3], to: [f32; 3], r: f32| {
         let middle = std::array::from_fn(|i| 0.5 * (from[i] + to[i]));
-        sweep(&[(from, r * 1.25, r * 1.2), (middle, r * 0.85, r * 0.8), (to, r * 1.15, r * 1.1)], Vec3::X, 4, 5)
+        sweep(&[(from, r * 1.25, r * 1.2), (middle, r * 0.85, r * 0.8), (to, r * 1.15, r * 1.1)], Vec3::X, 3, 5)
     };
     all.pair_of(&thumb([0.213, 0.846, 0.008], [0.207, 0.811, 0.026], 0.0055), Limb::Thumb);
     all.pair_of(&thumb([0.2065, 0.808, 0.0275], [0.203, 0.782, 0.037], 0.005), Limb::Thumb);
@@ -439,12 +439,12 @@ fn legs(all: &mut Skeleton) {
         ([0.089, 0.515, -0.005], 0.037, 0.024),
         ([0.088, 0.492, -0.008], 0.036, 0.027),
     ];
-    all.pair_of(&sweep(&shaft, Vec3::X, 15, 10), Limb::Thigh);
+    all.pair_of(&sweep(&shaft, Vec3::X, 12, 10), Limb::Thigh);
     let neck = [([0.126, 0.893, -0.006], 0.017, 0.015), ([0.108, 0.91, -0.002], 0.0125, 0.0125), ([0.094, 0.921, 0.0], 0.0155, 0.0155)];
     all.pair_of(&sweep(&neck, Vec3::Z, 4, 8), Limb::Thigh);
-    all.pair_of(&ball(Vec3::new(0.088, HIP_BALL, 0.0), Vec3::splat(0.0235), 6, 10), Limb::Thigh);
+    all.pair_of(&ball(Vec3::new(0.088, HIP_BALL, 0.0), Vec3::splat(0.0235), 5, 8), Limb::Thigh);
     // the kneecap goes half with the shin
-    let cap = ball(Vec3::new(0.089, 0.505, 0.038), Vec3::new(0.02, 0.022, 0.009), 4, 8);
+    let cap = ball(Vec3::new(0.089, 0.505, 0.038), Vec3::new(0.02, 0.022, 0.009), 3, 7);
     all.add_pair(&cap, |side| Follows::mix(limb(side, Limb::Thigh), limb(side, Limb::Shin), 0.5));
     let tibia = [
         ([0.087, 0.474, -0.004], 0.037, 0.025),
@@ -456,7 +456,7 @@ fn legs(all: &mut Skeleton) {
         ([0.082, 0.094, 0.0], 0.0215, 0.017),
         ([0.068, 0.078, 0.002], 0.008, 0.009),
     ];
-    all.pair_of(&sweep(&tibia, Vec3::X, 15, 8), Limb::Shin);
+    all.pair_of(&sweep(&tibia, Vec3::X, 12, 8), Limb::Shin);
     let fibula = [
         ([0.121, 0.448, -0.018], 0.011, 0.011),
         ([0.121, 0.42, -0.02], 0.007, 0.007),
@@ -465,7 +465,7 @@ fn legs(all: &mut Skeleton) {
         ([0.111, 0.085, -0.008], 0.009, 0.011),
         ([0.11, 0.068, -0.008], 0.006, 0.008),
     ];
-    all.pair_of(&sweep(&fibula, Vec3::X, 11, 6), Limb::Shin);
+    all.pair_of(&sweep(&fibula, Vec3::X, 9, 6), Limb::Shin);
 }
 
 const HIP_BALL: f32 = super::rig::HIP;
@@ -499,7 +499,7 @@ fn feet(all: &mut Skeleton) {
             (middle.to_array(), r * 0.75, thick * 0.75),
             (end.to_array(), r * 1.1, 0.0118),
         ];
-        all.pair_of(&sweep(&metatarsal, Vec3::X, 6, 6), Limb::Foot);
+        all.pair_of(&sweep(&metatarsal, Vec3::X, 5, 5), Limb::Foot);
         let long = [0.062, 0.058, 0.052, 0.046, 0.039][toe];
         let lie = if great { 0.0105 } else { 0.0085 };
         let bow = if great { 0.0 } else { 0.0055 };
@@ -513,7 +513,7 @@ fn feet(all: &mut Skeleton) {
             let r = r * if segment == 0 { 0.85 } else { 0.8 };
             let inset = (to - at) * 0.06;
             let line = [((at + inset).to_array(), r * 1.1, r * 1.05), (((at + to) * 0.5).to_array(), r * 0.75, r * 0.72), ((to - inset).to_array(), r, r * 0.95)];
-            all.pair_of(&sweep(&line, Vec3::X, 4, 5), Limb::Toes);
+            all.pair_of(&sweep(&line, Vec3::X, 3, 5), Limb::Toes);
             at = to;
         }
     }

@@ -7,8 +7,8 @@ use std::f32::consts::PI;
 
 /// The middle of the braincase.
 pub const MIDDLE: Vec3 = Vec3::new(0.0, 1.662, -0.008);
-const RINGS: usize = 25;
-const SIDES: usize = 40;
+const RINGS: usize = 24;
+const SIDES: usize = 38;
 
 fn bump(distance_squared: f32, width: f32) -> f32 {
     libm::expf(-distance_squared / (width * width))
@@ -40,7 +40,7 @@ fn surface(d: Vec3) -> Vec3 {
     // the braincase: long, flat below
     let mut p = d * Vec3::new(0.073, 0.088, 0.093);
     p.x *= 1.0 + 0.05 * smooth(0.1, -0.6, d.z);
-    p.y += 0.03 * below * (1.0 - front);
+    p.y += 0.014 * below * (1.0 - front) * smooth(0.2, -0.6, d.z);
     // the face goes down and narrows to the teeth
     let face = front * below;
     p.y -= 0.031 * face;
@@ -52,7 +52,7 @@ fn surface(d: Vec3) -> Vec3 {
     // brows over the eyes, the eyes' hollows, cheekbones
     p.z += 0.007 * ahead * bump((at - Vec2::new(0.03, 0.014)).length_squared(), 0.018);
     let eye = (at - Vec2::new(0.0325, -0.0125)) * Vec2::new(1.0, 1.12);
-    let hollow = ahead * smooth(0.0235, 0.0135, eye.length());
+    let hollow = ahead * smooth(0.0265, 0.0115, eye.length());
     p.z -= 0.034 * hollow;
     p.x -= p.x.signum() * 0.006 * hollow;
     let cheek = ahead * bump((at - Vec2::new(0.051, -0.045)).length_squared(), 0.017);
