@@ -271,16 +271,11 @@ mod tests {
     use crate::Mesh;
 
     fn flag() -> Scene {
-        let mesh = Mesh {
-            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-            triangles: vec![[0, 1, 2]],
-            ..Mesh::default()
-        };
+        let mesh = Mesh { positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y], triangles: vec![[0, 1, 2]], ..Mesh::default() };
         let target = MorphTarget { name: "blown".into(), offsets: vec![Vec3::ZERO, Vec3::Z, Vec3::ZERO] };
         let mesh = SceneMesh { name: "flag".into(), mesh, targets: vec![target], ..SceneMesh::default() };
         let track = Track::Weights(vec![0.0, 1.0, 0.0]);
-        let channel =
-            Channel { node: 0, times_s: vec![0.0, 0.5, 1.0], track, interpolation: Interpolation::Linear };
+        let channel = Channel { node: 0, times_s: vec![0.0, 0.5, 1.0], track, interpolation: Interpolation::Linear };
         Scene {
             nodes: vec![Node { mesh: Some(0), ..Node::at("flag", Vec3::Y) }],
             meshes: vec![mesh],

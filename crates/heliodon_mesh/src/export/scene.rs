@@ -217,7 +217,11 @@ impl Scene {
                 ensure(index, known, "has a mesh that names a joint which its skin has not")?;
             }
             for &child in &node.children {
-                ensure(index, child < self.nodes.len() && parent[child].is_none(), "carries a node that is not, or is carried already")?;
+                ensure(
+                    index,
+                    child < self.nodes.len() && parent[child].is_none(),
+                    "carries a node that is not, or is carried already",
+                )?;
                 parent[child] = Some(index);
             }
         }

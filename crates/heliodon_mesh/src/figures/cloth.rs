@@ -31,7 +31,9 @@ const RETURN_PULL: f32 = 0.15;
 /// Frames that share what is left at the very end, less than a millimetre or two.
 const MEND_FRAMES: usize = 10;
 /// Rounds over the threads of each finished frame, which take out what stretch the small steps have left.
-const TIGHTEN_ROUNDS: usize = 16;
+const TIGHTEN_ROUNDS: usize = 50;
+/// How long a thread should be in a finished frame, of its length at rest.
+const THREAD_RANGE: (f32, f32) = (0.98, 1.01);
 /// Frames before the loop, in which the cloth forgets how it was hung.
 const WARM_FRAMES: usize = PERIOD_FRAMES;
 /// The cloth's width and height, metres.
@@ -146,8 +148,7 @@ impl Simulation {
         let threads = (SIDE - 1) as f32;
         let (width, drop) = (SIZE.x / threads, SIZE.y / threads);
         let rod = gathered_edge(width);
-        let positions: Vec<Vec3> =
-            (0..SIDE * SIDE).map(|i| rod[i % SIDE] - Vec3::Y * (drop * (i / SIDE) as f32)).collect();
+        let positions: Vec<Vec3> = (0..SIDE * SIDE).map(|i| rod[i % SIDE] - Vec3::Y * (drop * (i / SIDE) as f32)).collect();
         let mut links = Vec::new();
         let mut link = |i: usize, right: usize, down: usize, compliance: f32, leans_left: bool| {
             let (column, row) = (i % SIDE, i / SIDE);
@@ -221,11 +222,23 @@ impl Simulation {
         }
     }
 
-    /// Meets the threads' lengths once more, from the rod down.
+    /// Mends threads that are longer or shorter than they may be, down from the rod and up to it in turn.
     fn tighten(&self, frame: &mut [Vec3]) {
-        let threads = self.links.iter().position(|link| link.compliance == 0.0).unwrap_or(0);
-        for _ in 0..TIGHTEN_ROUNDS {
-            keep_lengths(&self.links[threads..], frame, 1.0);
+        let threads = self.links.iter().filter(|link| link.compliance == 0.0);
+        let mut mend = |link: &Link| {
+            let (a, b) = (link.a as usize, link.b as usize);
+            let d = frame[b] - frame[a];
+            let length = d.length();
+            let wanted = length.clamp(link.rest * THREAD_RANGE.0, link.rest * THREAD_RANGE.1);
+            if length != wanted && length > 0.0 {
+                let step = d * ((length - wanted) / (length * (moves(a) + moves(b)).max(1.0)));
+                frame[a] += step * moves(a);
+                frame[b] -= step * moves(b);
+            }
+        };
+        for _ in 0..TIGHTEN_ROUNDS / 2 {
+            threads.clone().for_each(&mut mend);
+            threads.clone().rev().for_each(&mut mend);
         }
     }
 
@@ -233,7 +246,8 @@ impl Simulation {
     fn watch(&mut self) {
         let cell = |x: f32| (x / WATCH).floor() as i32;
         let key = |p: Vec3| (cell(p.x), cell(p.y), cell(p.z));
-        let mut cells: Vec<((i32, i32, i32), u32)> = self.positions.iter().enumerate().map(|(i, &p)| (key(p), i as u32)).collect();
+        let mut cells: Vec<((i32, i32, i32), u32)> =
+            self.positions.iter().enumerate().map(|(i, &p)| (key(p), i as u32)).collect();
         cells.sort_unstable();
         self.watched.clear();
         for (i, &p) in self.positions.iter().enumerate() {
@@ -284,11 +298,15 @@ impl Simulation {
     }
 }
 
+/// The inverse of a vertex's mass: the rod's are held.
+fn moves(vertex: usize) -> f32 {
+    if vertex < SIDE { 0.0 } else { 1.0 }
+}
+
 /// Moves the ends of links, one link after another.
 fn keep_lengths(links: &[Link], positions: &mut [Vec3], dt: f32) {
     for link in links {
         let (a, b) = (link.a as usize, link.b as usize);
-        let moves = |i: usize| if i < SIDE { 0.0_f32 } else { 1.0 };
         let masses = moves(a) + moves(b);
         let d = positions[b] - positions[a];
         let length = d.length();

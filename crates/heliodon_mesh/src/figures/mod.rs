@@ -4,6 +4,8 @@
 pub mod cloth;
 mod shape;
 pub mod stoneyard;
+#[cfg(test)]
+mod tests;
 pub mod walker;
 
 pub use cloth::{Cloth, cloth};

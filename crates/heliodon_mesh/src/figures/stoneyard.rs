@@ -17,8 +17,9 @@ pub const FLOOR: f32 = 0.15;
 
 /// Edges where faces meet at more than this are hard.
 const CREASE_RAD: f32 = 0.6;
-/// How far apart vertices are at most, metres: light is computed at them.
+/// How far apart vertices are at most, metres: light is computed at them. The slab's are farther apart.
 const GRAIN: f32 = 0.05;
+const SLAB_GRAIN: f32 = 0.075;
 const MARBLE: Vec3 = Vec3::new(0.72, 0.69, 0.62);
 const TUFF: Vec3 = Vec3::new(0.55, 0.43, 0.29);
 const OAK: Vec3 = Vec3::new(0.24, 0.15, 0.08);
@@ -27,7 +28,7 @@ const HEMP: Vec3 = Vec3::new(0.42, 0.34, 0.21);
 const DRUM_RADIUS: f32 = 0.42;
 const DRUM_WAY: f32 = 1.5;
 const BALL_RADIUS: f32 = 0.3;
-const BALL_WAY: f32 = 1.55;
+const BALL_WAY: f32 = 1.25;
 /// Half the arch's opening, and how high its sides are before they bend.
 const ARCH_HALF: f32 = 0.5;
 const ARCH_SIDES: f32 = 0.75;
@@ -44,22 +45,37 @@ const SWINGS: usize = 4;
 pub fn stoneyard() -> Scene {
     let mut scene = Scene::default();
     let floor = Vec3::Y * FLOOR;
-    place(&mut scene, "slab", prism(Vec3::new(2.7, 0.5 * FLOOR, 2.3)), TUFF, None, Vec3::Y * (0.5 * FLOOR));
+    place(&mut scene, "slab", prism(Vec3::new(2.6, 0.5 * FLOOR, 2.15), SLAB_GRAIN), TUFF, None, Vec3::Y * (0.5 * FLOOR));
     place(&mut scene, "arch", arch(), MARBLE, None, floor + Vec3::new(-1.5, 0.0, 0.7));
     let ball = crate::figures::shape::ball(Vec3::ZERO, Vec3::splat(BALL_RADIUS), 25, 40);
     let ball = place(&mut scene, "ball", whole(ball), MARBLE, None, floor + Vec3::new(-1.5, BALL_RADIUS, 0.7));
     let drum = place(&mut scene, "drum", drum_mesh(), MARBLE, None, floor + Vec3::new(0.0, DRUM_RADIUS, -1.55));
-    let table = place(&mut scene, "table", lathe(&[(0.36, 0.0), (0.36, 0.06), (0.2, 0.1), (0.2, 0.38), (0.38, 0.42), (0.38, 0.5)], 48, None), OAK, None, floor + Vec3::new(1.75, 0.0, 1.2));
+    let table = place(
+        &mut scene,
+        "table",
+        lathe(&[(0.36, 0.0), (0.36, 0.06), (0.2, 0.1), (0.2, 0.38), (0.38, 0.42), (0.38, 0.5)], 48, None),
+        OAK,
+        None,
+        floor + Vec3::new(1.75, 0.0, 1.2),
+    );
     let capital = place(&mut scene, "capital", capital_mesh(), MARBLE, Some(table), Vec3::Y * 0.501);
     let mast = Vec3::new(1.1, 0.0, -0.35);
-    place(&mut scene, "mast", lathe(&[(0.13, 0.0), (0.13, 0.02), (0.09, 0.05), (0.075, 3.0)], 20, None), OAK, None, floor + mast);
-    let pole = |length: f32, radius: f32| whole(sweep(&[([0.0; 3], radius, radius), ([length, 0.0, 0.0], 0.75 * radius, 0.75 * radius)], Vec3::Y, 32, 12));
+    place(
+        &mut scene,
+        "mast",
+        lathe(&[(0.13, 0.0), (0.13, 0.02), (0.09, 0.05), (0.075, 2.8)], 20, None),
+        OAK,
+        None,
+        floor + mast,
+    );
+    let pole = |length: f32, radius: f32| {
+        whole(sweep(&[([0.0; 3], radius, radius), ([length, 0.0, 0.0], 0.75 * radius, 0.75 * radius)], Vec3::Y, 32, 12))
+    };
     let jib = scene.nodes.len();
-    place(&mut scene, "jib", pole(1.5, 0.07), OAK, None, floor + mast + Vec3::new(0.0, ROPE_TOP + 0.08, 0.0));
+    place(&mut scene, "jib", pole(1.28, 0.07), OAK, None, floor + mast + Vec3::new(0.0, ROPE_TOP + 0.08, 0.0));
     let rope = whole(sweep(&[([0.0; 3], 0.013, 0.013), ([0.0, -(ROPE - 0.24), 0.0], 0.013, 0.013)], Vec3::X, 32, 8));
-    let rope = place(&mut scene, "rope", rope, HEMP, Some(jib), Vec3::new(1.42, -0.08, 0.0));
-    place(&mut scene, "block", prism(Vec3::new(0.34, 0.24, 0.24)), TUFF, Some(rope), Vec3::NEG_Y * ROPE);
-    // the jib points to the left and front, over the middle
+    let rope = place(&mut scene, "rope", rope, HEMP, Some(jib), Vec3::new(1.2, -0.08, 0.0));
+    place(&mut scene, "block", prism(Vec3::new(0.34, 0.24, 0.24), GRAIN), TUFF, Some(rope), Vec3::NEG_Y * ROPE);
     scene.clips = vec![Clip { name: "day".to_owned(), channels: motions(&scene, ball, drum, capital, jib, rope) }];
     scene
 }
@@ -80,7 +96,8 @@ fn motions(scene: &Scene, ball: usize, drum: usize, capital: usize, jib: usize, 
     let gone = keys(&|x| BALL_WAY * libm::cosf(TAU * x));
     let (drum_at, ball_at) = (scene.nodes[drum].translation, scene.nodes[ball].translation);
     let turned = keys(&|x| TAU * x);
-    let slewed = keys(&|x| 0.86 * PI + 0.16 * libm::sinf(TAU * x));
+    // the jib points over the middle, to the left and front
+    let slewed = keys(&|x| -0.7 * PI + 0.12 * libm::sinf(TAU * x));
     let vectors = |values: &[f32], at: Vec3, axis: Vec3| Track::Translation(values.iter().map(|&v| at + axis * v).collect());
     let turns = |values: &[f32], axis: Vec3, per: f32| Track::Rotation(values.iter().map(|&v| about(axis, v * per)).collect());
     // the rope swings along the jib: its angle's cosine, as slope and value at every quarter
@@ -106,7 +123,12 @@ fn motions(scene: &Scene, ball: usize, drum: usize, capital: usize, jib: usize, 
         linear(ball, turns(&gone, Vec3::X, 1.0 / BALL_RADIUS)),
         linear(capital, turns(&turned, Vec3::Y, 1.0)),
         linear(jib, turns(&slewed, Vec3::Y, 1.0)),
-        Channel { node: rope, times_s: times(swing_keys), track: Track::Rotation(swing), interpolation: Interpolation::CubicSpline },
+        Channel {
+            node: rope,
+            times_s: times(swing_keys),
+            track: Track::Rotation(swing),
+            interpolation: Interpolation::CubicSpline,
+        },
     ]
 }
 
@@ -133,13 +155,13 @@ fn whole(shape: Shape) -> Mesh {
     Mesh { positions: shape.positions, triangles: shape.triangles, ..Mesh::default() }
 }
 
-/// A box about the origin, half as large as said, with a vertex every [`GRAIN`].
-fn prism(half: Vec3) -> Mesh {
+/// A box about the origin, half as large as said.
+fn prism(half: Vec3, grain: f32) -> Mesh {
     let mut mesh = Mesh::default();
     for axis in 0..3 {
         for sign in [-1.0, 1.0] {
             let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-            let cells = |i: usize| libm::ceilf(2.0 * half[i] / GRAIN).max(1.0) as u32;
+            let cells = |i: usize| libm::ceilf(2.0 * half[i] / grain).max(1.0) as u32;
             let (nu, nv) = (cells(u), cells(v));
             let base = mesh.positions.len() as u32;
             for j in 0..=nv {
@@ -166,8 +188,11 @@ fn prism(half: Vec3) -> Mesh {
 /// A solid turned about Y: radii and heights from the bottom's edge to the top's; `shape` changes a radius by its angle.
 fn lathe(profile: &[(f32, f32)], sides: usize, shape: Option<&dyn Fn(f32, f32) -> f32>) -> Mesh {
     let mut rings = vec![(0.0, profile[0].1)];
-    let corners: Vec<Vec2> =
-        std::iter::once((0.0, profile[0].1)).chain(profile.iter().copied()).chain(profile.last().map(|p| (0.0, p.1))).map(Vec2::from).collect();
+    let corners: Vec<Vec2> = std::iter::once((0.0, profile[0].1))
+        .chain(profile.iter().copied())
+        .chain(profile.last().map(|p| (0.0, p.1)))
+        .map(Vec2::from)
+        .collect();
     for pair in corners.windows(2) {
         let steps = libm::ceilf(pair[0].distance(pair[1]) / GRAIN).max(1.0) as u32;
         rings.extend((1..=steps).map(|i| pair[0].lerp(pair[1], i as f32 / steps as f32)).map(|p| (p.x, p.y)));
@@ -214,10 +239,20 @@ fn drum_mesh() -> Mesh {
 
 /// A Doric capital: neck, rings, cushion, and the square plate.
 fn capital_mesh() -> Mesh {
-    let cushion =
-        [(0.2, 0.0), (0.195, 0.07), (0.205, 0.075), (0.205, 0.085), (0.198, 0.09), (0.215, 0.1), (0.255, 0.135), (0.29, 0.165), (0.307, 0.19), (0.3, 0.205)];
+    let cushion = [
+        (0.2, 0.0),
+        (0.195, 0.07),
+        (0.205, 0.075),
+        (0.205, 0.085),
+        (0.198, 0.09),
+        (0.215, 0.1),
+        (0.255, 0.135),
+        (0.29, 0.165),
+        (0.307, 0.19),
+        (0.3, 0.205),
+    ];
     let mut mesh = lathe(&cushion, 64, None);
-    let plate = prism(Vec3::new(0.33, 0.06, 0.33));
+    let plate = prism(Vec3::new(0.33, 0.06, 0.33), GRAIN);
     let base = mesh.positions.len() as u32;
     mesh.positions.extend(plate.positions.iter().map(|&p| p + Vec3::Y * 0.26));
     mesh.triangles.extend(plate.triangles.iter().map(|t| t.map(|i| i + base)));
@@ -248,9 +283,9 @@ fn arch() -> Mesh {
     // the section's outline, outwards and along Z, counter-clockwise seen from ahead
     let mut outline = Vec::new();
     let (w, d) = (0.5 * THICK, DEEP_HALF);
-    let corners = [Vec2::new(-w, -d), Vec2::new(-w, d), Vec2::new(w, d), Vec2::new(w, -d)];
+    let corners = [Vec2::new(-w, -d), Vec2::new(w, -d), Vec2::new(w, d), Vec2::new(-w, d)];
     for side in 0..4 {
-        let count = if side % 2 == 0 { deep } else { wide };
+        let count = if side % 2 == 0 { wide } else { deep };
         outline.extend((0..count).map(|i| corners[side].lerp(corners[(side + 1) % 4], i as f32 / count as f32)));
     }
     let sides = outline.len();

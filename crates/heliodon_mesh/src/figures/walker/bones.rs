@@ -37,7 +37,8 @@ impl Follows {
     fn at(self, along: f32) -> ([u8; 4], [f32; 4]) {
         let x = along * along * (3.0 - 2.0 * along);
         let mut shares: Vec<(usize, f32)> = Vec::with_capacity(4);
-        for ((joint, share), weight) in self.begin.into_iter().map(|s| (s, 1.0 - x)).chain(self.end.into_iter().map(|s| (s, x))) {
+        for ((joint, share), weight) in self.begin.into_iter().map(|s| (s, 1.0 - x)).chain(self.end.into_iter().map(|s| (s, x)))
+        {
             match shares.iter_mut().find(|(known, _)| *known == joint) {
                 Some((_, sum)) => *sum += share * weight,
                 None => shares.push((joint, share * weight)),
@@ -74,7 +75,9 @@ impl Skeleton {
             let spots = fbm(3, p * 55.0, 3);
             let light = 1.0 + 0.06 * tone + 0.12 * spots - 0.05 * ends * ends;
             let warm = 0.04 * spots + 0.05 * ends * ends;
-            self.mesh.colors_linear.push((BONE * light * Vec3::new(1.0, 1.0 - 0.5 * warm, 1.0 - warm)).clamp(Vec3::ZERO, Vec3::ONE));
+            self.mesh
+                .colors_linear
+                .push((BONE * light * Vec3::new(1.0, 1.0 - 0.5 * warm, 1.0 - warm)).clamp(Vec3::ZERO, Vec3::ONE));
         }
     }
 
@@ -224,7 +227,12 @@ fn spine(all: &mut Skeleton) {
             _ => (0.023, 0.006),
         };
         let wing = |x: f32, back: f32, r: f32| ([x, middle + 0.002, z - 0.75 * r_of(size) - back], r, r * 0.9);
-        let wings = [wing(-wide, back, 0.0045), wing(-0.4 * wide, 0.3 * back, 0.0035), wing(0.4 * wide, 0.3 * back, 0.0035), wing(wide, back, 0.0045)];
+        let wings = [
+            wing(-wide, back, 0.0045),
+            wing(-0.4 * wide, 0.3 * back, 0.0035),
+            wing(0.4 * wide, 0.3 * back, 0.0035),
+            wing(wide, back, 0.0045),
+        ];
         all.add(&sweep(&wings, Vec3::Y, 4, 4), follows);
     }
 }
@@ -268,7 +276,11 @@ fn ribs(all: &mut Skeleton) {
                 let to = 1.412 - 0.026 * i as f32;
                 let depth = 0.042 + 0.0055 * i as f32;
                 let edge = y - fall;
-                line.push(([0.55 * wide, edge.min(to) - 0.006 * t, (front + 0.008).min(depth + 0.012)], flat * 0.95, thin * 1.2));
+                line.push((
+                    [0.55 * wide, edge.min(to) - 0.006 * t, (front + 0.008).min(depth + 0.012)],
+                    flat * 0.95,
+                    thin * 1.2,
+                ));
                 line.push(([0.02, to, depth], flat * 0.9, thin * 1.3));
             }
             // these lean on the one above
@@ -338,7 +350,8 @@ fn pelvis(all: &mut Skeleton) {
     ];
     all.add_pair(&sweep(&wing, Vec3::new(-0.42, 0.12, 1.0), 10, 12), |_| hip);
     // from the wing to the sacrum
-    let joint = [([0.094, 0.99, -0.062], 0.026, 0.009), ([0.062, 0.98, -0.066], 0.03, 0.012), ([0.03, 0.97, -0.062], 0.022, 0.012)];
+    let joint =
+        [([0.094, 0.99, -0.062], 0.026, 0.009), ([0.062, 0.98, -0.066], 0.03, 0.012), ([0.03, 0.97, -0.062], 0.022, 0.012)];
     all.add_pair(&sweep(&joint, Vec3::Y, 5, 7), |_| hip);
     // pubis and sitting bone, about their opening
     let arch: [Station; 8] = [
@@ -401,7 +414,11 @@ fn hands(all: &mut Skeleton) {
         let bone = |from: f32, to: f32, r: f32, z0: f32, z1: f32| {
             let middle = 0.5 * (from + to);
             sweep(
-                &[([x, from, z0], r * 1.25, r * 1.2), ([x, middle, 0.5 * (z0 + z1)], r * 0.8, r * 0.8), ([x, to, z1], r * 1.15, r * 1.1)],
+                &[
+                    ([x, from, z0], r * 1.25, r * 1.2),
+                    ([x, middle, 0.5 * (z0 + z1)], r * 0.8, r * 0.8),
+                    ([x, to, z1], r * 1.15, r * 1.1),
+                ],
                 Vec3::Z,
                 3,
                 5,
@@ -440,7 +457,11 @@ fn legs(all: &mut Skeleton) {
         ([0.088, 0.492, -0.008], 0.036, 0.027),
     ];
     all.pair_of(&sweep(&shaft, Vec3::X, 12, 10), Limb::Thigh);
-    let neck = [([0.126, 0.893, -0.006], 0.017, 0.015), ([0.108, 0.91, -0.002], 0.0125, 0.0125), ([0.094, 0.921, 0.0], 0.0155, 0.0155)];
+    let neck = [
+        ([0.126, 0.893, -0.006], 0.017, 0.015),
+        ([0.108, 0.91, -0.002], 0.0125, 0.0125),
+        ([0.094, 0.921, 0.0], 0.0155, 0.0155),
+    ];
     all.pair_of(&sweep(&neck, Vec3::Z, 4, 8), Limb::Thigh);
     all.pair_of(&ball(Vec3::new(0.088, HIP_BALL, 0.0), Vec3::splat(0.0235), 5, 8), Limb::Thigh);
     // the kneecap goes half with the shin
@@ -480,7 +501,11 @@ fn feet(all: &mut Skeleton) {
         ([x + 0.006, 0.042, 0.02], 0.015, 0.015),
     ];
     all.pair_of(&sweep(&heel, Vec3::X, 9, 8), Limb::Foot);
-    let ankle = [([x - 0.002, 0.072, -0.018], 0.015, 0.009), ([x - 0.002, 0.073, 0.004], 0.018, 0.0165), ([x - 0.008, 0.06, 0.032], 0.014, 0.013)];
+    let ankle = [
+        ([x - 0.002, 0.072, -0.018], 0.015, 0.009),
+        ([x - 0.002, 0.073, 0.004], 0.018, 0.0165),
+        ([x - 0.008, 0.06, 0.032], 0.014, 0.013),
+    ];
     all.pair_of(&sweep(&ankle, Vec3::X, 5, 8), Limb::Foot);
     for (dx, y, z, r) in [(-0.016, 0.053, 0.05, 0.013), (0.001, 0.05, 0.05, 0.012), (0.018, 0.041, 0.045, 0.0125)] {
         all.pair_of(&ball(Vec3::new(x + dx, y, z), Vec3::new(0.01, r, 0.017), 3, 6), Limb::Foot);
@@ -512,7 +537,11 @@ fn feet(all: &mut Skeleton) {
             let to = Vec3::new(knuckle.x + (t - 1.5) * 0.002 * done, height, knuckle.z + 0.009 + long * done);
             let r = r * if segment == 0 { 0.85 } else { 0.8 };
             let inset = (to - at) * 0.06;
-            let line = [((at + inset).to_array(), r * 1.1, r * 1.05), (((at + to) * 0.5).to_array(), r * 0.75, r * 0.72), ((to - inset).to_array(), r, r * 0.95)];
+            let line = [
+                ((at + inset).to_array(), r * 1.1, r * 1.05),
+                (((at + to) * 0.5).to_array(), r * 0.75, r * 0.72),
+                ((to - inset).to_array(), r, r * 0.95),
+            ];
             all.pair_of(&sweep(&line, Vec3::X, 3, 5), Limb::Toes);
             at = to;
         }

@@ -45,6 +45,10 @@ fn pitch(radians: f32) -> Quat {
     degrees(radians.to_degrees(), 0.0, 0.0)
 }
 
+fn turned_out(side: Side, radians: f32) -> Quat {
+    degrees(0.0, side.sign() * radians.to_degrees(), 0.0)
+}
+
 /// Where an ankle is and how foot and toes slope, toes down positive.
 #[derive(Clone, Copy, Debug)]
 struct Step {
@@ -53,43 +57,45 @@ struct Step {
     toes_rad: f32,
 }
 
-/// A foot on the ground; `share` of the loop since its strike.
-fn stance(share: f32) -> Step {
-    let gone = Vec3::Z * (REACH - WALK_SPEED_M_S * WALK_LOOP_S * share);
+/// A foot on the ground; `share` of the loop since its strike; `yaw` is how it turns out.
+fn stance(share: f32, yaw: Quat) -> Step {
+    let flat = Vec3::new(0.0, ANKLE, REACH - WALK_SPEED_M_S * WALK_LOOP_S * share);
     let heel = HEEL - Vec3::Y * ANKLE;
     let ball = BALL - Vec3::Y * ANKLE;
     if share < FLAT {
         let x = share / FLAT;
         let slope = STRIKE_RAD * (1.0 - x * x * (3.0 - 2.0 * x));
         // the heel rolls on its round
-        let middle = gone + HEEL + Vec3::Z * (HEEL.y * slope);
-        return Step { ankle: middle - pitch(slope) * heel, foot_rad: slope, toes_rad: slope };
+        let moved = heel + Vec3::Z * (HEEL.y * slope) - pitch(slope) * heel;
+        return Step { ankle: flat + yaw * moved, foot_rad: slope, toes_rad: slope };
     }
     let x = ((share - RISE) / (LEAVE - RISE)).max(0.0);
     let slope = LEAVE_RAD * x * x * (1.6 - 0.6 * x);
-    Step { ankle: gone + BALL - pitch(slope) * ball, foot_rad: slope, toes_rad: 0.0 }
+    Step { ankle: flat + yaw * (ball - pitch(slope) * ball), foot_rad: slope, toes_rad: 0.0 }
 }
 
 /// A foot at any share of the loop, in [0, 1).
-fn step(share: f32) -> Step {
+fn step(share: f32, yaw: Quat) -> Step {
     if share < LEAVE {
-        return stance(share);
+        return stance(share, yaw);
     }
     // Hermite's curve through the air, at the speeds at which the ground lets go and takes again
     const TICK: f32 = 1.0e-3;
-    let (from, to) = (stance(LEAVE), stance(0.0));
+    let (from, to) = (stance(LEAVE, yaw), stance(0.0, yaw));
     let air = 1.0 - LEAVE;
-    let leaving = (from.ankle - stance(LEAVE - TICK).ankle) * (air / TICK);
-    let landing = (stance(TICK).ankle - to.ankle) * (0.45 * air / TICK);
+    let leaving = (from.ankle - stance(LEAVE - TICK, yaw).ankle) * (air / TICK);
+    let landing = (stance(TICK, yaw).ankle - to.ankle) * (0.45 * air / TICK);
     let x = (share - LEAVE) / air;
     let hermite = |a: f32, out: f32, b: f32, into: f32| {
         let (x2, x3) = (x * x, x * x * x);
         (2.0 * x3 - 3.0 * x2 + 1.0) * a + (x3 - 2.0 * x2 + x) * out + (3.0 * x2 - 2.0 * x3) * b + (x3 - x2) * into
     };
     let axis = |i: usize| hermite(from.ankle[i], leaving[i], to.ankle[i], landing[i]);
-    let lift = 0.012 * libm::sinf(0.5 * TAU * x);
-    let foot_rad = hermite(from.foot_rad, 0.6, to.foot_rad, -0.12);
-    let fold = (x / 0.35).min(1.0);
+    // early, where the toes still hang
+    let up = libm::sinf(0.5 * TAU * libm::powf(x, 0.6));
+    let lift = 0.045 * up * up;
+    let foot_rad = hermite(from.foot_rad, 0.15, to.foot_rad, -0.12);
+    let fold = (x / 0.6).min(1.0);
     let toes_rad = foot_rad * fold * fold * (3.0 - 2.0 * fold);
     Step { ankle: Vec3::new(axis(0), axis(1) + lift, axis(2)), foot_rad, toes_rad }
 }
@@ -98,7 +104,8 @@ fn step(share: f32) -> Step {
 pub fn walk(rest: &[Rest], share: f32) -> Pose {
     let mut pose = Pose::rest();
     // lowest where both feet are down, over the standing foot at the side
-    pose.pelvis = Vec3::new(0.021 * wave(share - 0.3), -CROUCH - BOB * wave(2.0 * (share - 0.05)), 0.006 * wave(2.0 * (share + 0.1)));
+    pose.pelvis =
+        Vec3::new(0.021 * wave(share - 0.3), -CROUCH - BOB * wave(2.0 * (share - 0.05)), 0.006 * wave(2.0 * (share + 0.1)));
     let swing = wave(share);
     let drop = wave(share - 0.17);
     let turns = &mut pose.turns;
@@ -118,9 +125,10 @@ pub fn walk(rest: &[Rest], share: f32) -> Pose {
     }
     for side in Side::BOTH {
         let share = share + if side == Side::Left { 0.0 } else { 0.5 };
-        let mut foot = step(share - share.floor());
-        foot.ankle.x = side.sign() * TRACK;
-        leg(&mut pose, rest, side, &foot, TOE_OUT_RAD);
+        let yaw = turned_out(side, TOE_OUT_RAD);
+        let mut foot = step(share - share.floor(), yaw);
+        foot.ankle.x += side.sign() * TRACK;
+        leg(&mut pose, rest, side, &foot, yaw);
     }
     pose
 }
@@ -142,7 +150,7 @@ pub fn idle(rest: &[Rest], share: f32) -> Pose {
         arm(&mut pose, side, 1.0 + 1.2 * breath, 2.0 + 0.8 * breath, 13.0);
         pose.turns[rig::limb(side, Limb::Clavicle)] = degrees(0.0, 0.0, side.sign() * 0.8 * breath);
         let ankle = Vec3::new(side.sign() * 0.095, ANKLE, -side.sign() * 0.012);
-        leg(&mut pose, rest, side, &Step { ankle, foot_rad: 0.0, toes_rad: 0.0 }, 0.14);
+        leg(&mut pose, rest, side, &Step { ankle, foot_rad: 0.0, toes_rad: 0.0 }, turned_out(side, 0.14));
     }
     pose
 }
@@ -160,11 +168,10 @@ fn arm(pose: &mut Pose, side: Side, forward: f32, out: f32, bent: f32) {
 }
 
 /// Sets a leg so that its ankle and foot are where they should be; the pelvis stands already.
-fn leg(pose: &mut Pose, rest: &[Rest], side: Side, step: &Step, toe_out_rad: f32) {
+fn leg(pose: &mut Pose, rest: &[Rest], side: Side, step: &Step, yaw: Quat) {
     let world = pose.world(rest);
     let (hip, _) = world[rig::limb(side, Limb::Thigh)];
     let (_, pelvis) = world[rig::core(Core::Pelvis)];
-    let yaw = degrees(0.0, side.sign() * toe_out_rad.to_degrees(), 0.0);
     let (thigh, shin) = (HIP - KNEE, KNEE - ANKLE);
     let to = step.ankle - hip;
     let length = to.length().min(LONGEST_LEG * (thigh + shin));
@@ -203,7 +210,7 @@ mod tests {
             let world = pose.world(&rest);
             for side in Side::BOTH {
                 let share = i as f32 / 200.0 + if side == Side::Left { 0.0 } else { 0.5 };
-                let wanted = step(share - share.floor()).ankle;
+                let wanted = step(share - share.floor(), turned_out(side, TOE_OUT_RAD)).ankle;
                 let (is, _) = world[rig::limb(side, Limb::Foot)];
                 assert!(((is.y - wanted.y).abs()).max((is.z - wanted.z).abs()) < 2e-4, "{i} {side:?}: {is} for {wanted}");
             }

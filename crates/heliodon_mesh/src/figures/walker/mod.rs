@@ -11,7 +11,7 @@ mod skull;
 mod tests;
 
 use crate::export::scene::{Channel, Clip, Interpolation, Node, Scene, SceneMesh, Skin, Track};
-use glam::{Mat4, Quat, Vec3};
+use glam::{Mat4, Vec3};
 use rig::{COUNT, Core, Pose};
 
 /// How fast the clip "walk" walks, metres a second along +Z.
@@ -44,10 +44,8 @@ pub fn walker() -> Scene {
         joints: (0..COUNT).collect(),
         inverse_bind: rest.iter().map(|joint| Mat4::from_translation(-joint.place)).collect(),
     };
-    let clips = vec![
-        clip("walk", WALK_LOOP_S, WALK_KEYS, &rest, gait::walk),
-        clip("idle", IDLE_LOOP_S, IDLE_KEYS, &rest, gait::idle),
-    ];
+    let clips =
+        vec![clip("walk", WALK_LOOP_S, WALK_KEYS, &rest, gait::walk), clip("idle", IDLE_LOOP_S, IDLE_KEYS, &rest, gait::idle)];
     Scene { nodes, meshes: vec![mesh], skins: vec![skin], clips }
 }
 
@@ -60,11 +58,9 @@ fn clip(name: &str, length_s: f32, keys: usize, rest: &[rig::Rest], pose: fn(&[r
     let from_root = rest[pelvis].place;
     let channel = |node, track| Channel { node, times_s: times_s.clone(), track, interpolation: Interpolation::Linear };
     let mut channels = vec![channel(pelvis, Track::Translation(poses.iter().map(|pose| from_root + pose.pelvis).collect()))];
-    for joint in 0..COUNT {
-        let turns: Vec<Quat> = poses.iter().map(|pose| pose.turns[joint]).collect();
-        if turns.iter().any(|turn| *turn != Quat::IDENTITY) {
-            channels.push(channel(joint, Track::Rotation(turns)));
-        }
-    }
+    // all joints but the root, which is the viewer's to move: so no clip leaves behind what another has turned
+    channels.extend(
+        (pelvis..COUNT).map(|joint| channel(joint, Track::Rotation(poses.iter().map(|pose| pose.turns[joint]).collect()))),
+    );
     Clip { name: name.to_owned(), channels }
 }

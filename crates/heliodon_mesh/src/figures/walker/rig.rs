@@ -156,7 +156,8 @@ impl Pose {
             let placed = match joint.parent {
                 None => (joint.place, self.turns[index]),
                 Some(parent) => {
-                    let own = joint.place - rest[parent].place + if index == core(Core::Pelvis) { self.pelvis } else { Vec3::ZERO };
+                    let own =
+                        joint.place - rest[parent].place + if index == core(Core::Pelvis) { self.pelvis } else { Vec3::ZERO };
                     let (p, q) = world[parent];
                     (p + q * own, q * self.turns[index])
                 }

@@ -1,7 +1,6 @@
 //! The skull: a ball whose every direction has its own distance.
 
-use crate::figures::shape::Shape;
-use crate::figures::shape::ball;
+use crate::figures::shape::{Shape, ball};
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
@@ -26,7 +25,8 @@ pub fn skull() -> Shape {
         let around = libm::atan2f(d.x, d.z);
         let around = around - 0.42 * libm::sinf(around);
         let up = libm::asinf(d.y.clamp(-1.0, 1.0));
-        let up = up - 0.2 * libm::sinf(2.0 * (up + 0.35)) + 0.2 * libm::sinf(0.7) * (1.0 - (up / (0.5 * PI)) * (up / (0.5 * PI)));
+        let up =
+            up - 0.2 * libm::sinf(2.0 * (up + 0.35)) + 0.2 * libm::sinf(0.7) * (1.0 - (up / (0.5 * PI)) * (up / (0.5 * PI)));
         let (sin, cos) = libm::sincosf(up.clamp(-0.5 * PI, 0.5 * PI));
         let (side, front) = libm::sincosf(around);
         MIDDLE + surface(Vec3::new(side * cos, sin, front * cos))
@@ -52,8 +52,8 @@ fn surface(d: Vec3) -> Vec3 {
     // brows over the eyes, the eyes' hollows, cheekbones
     p.z += 0.007 * ahead * bump((at - Vec2::new(0.03, 0.014)).length_squared(), 0.018);
     let eye = (at - Vec2::new(0.0325, -0.0125)) * Vec2::new(1.0, 1.12);
-    let hollow = ahead * smooth(0.0265, 0.0115, eye.length());
-    p.z -= 0.034 * hollow;
+    let hollow = ahead * smooth(0.0285, 0.009, eye.length());
+    p.z -= 0.036 * hollow;
     p.x -= p.x.signum() * 0.006 * hollow;
     let cheek = ahead * bump((at - Vec2::new(0.051, -0.045)).length_squared(), 0.017);
     p.z += 0.007 * cheek;
