@@ -59,6 +59,8 @@ pub enum Command {
     Arrays(commands::arrays::Args),
     /// Writes the monument lit as at one hour, for programs that know nothing of Heliodon
     Export(commands::export::Args),
+    /// Makes objects that move: a walking skeleton, a curtain in the wind, a mason's yard
+    Figures(commands::figures::Args),
     /// Tells what is in a mesh, an image, a site or a bundle
     Inspect(commands::inspect::Args),
     /// Runs a benchmark

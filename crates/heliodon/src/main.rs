@@ -61,6 +61,7 @@ fn run(args: Args) -> Result<()> {
         Command::Visibility(args) => commands::visibility::run(&app, &args),
         Command::Arrays(args) => commands::arrays::run(&app, &args),
         Command::Export(args) => commands::export::run(&app, &args),
+        Command::Figures(args) => commands::figures::run(&app, &args),
         Command::Inspect(args) => commands::inspect::run(&app, &args),
         Command::Bench(args) => commands::bench::run(&app, &args),
     };

@@ -5,6 +5,7 @@ use glam::{Vec2, Vec3};
 pub mod albedo;
 pub mod chunk;
 pub mod export;
+pub mod figures;
 pub mod import;
 mod measure;
 mod mesh;

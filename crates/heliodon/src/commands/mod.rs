@@ -6,6 +6,7 @@ pub mod bench;
 pub mod check;
 pub mod demo;
 pub mod export;
+pub mod figures;
 pub mod inspect;
 pub mod new;
 #[cfg(feature = "viewer")]

@@ -13,6 +13,7 @@ const COMMANDS: &[&str] = &[
     "bake",
     "arrays",
     "export",
+    "figures",
     "inspect",
     "bench",
     #[cfg(feature = "viewer")]

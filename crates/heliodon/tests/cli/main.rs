@@ -3,6 +3,7 @@
 
 mod bad_input;
 mod commands;
+mod figures;
 mod first_site;
 mod looks;
 #[cfg(feature = "viewer")]

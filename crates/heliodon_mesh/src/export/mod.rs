@@ -1,9 +1,14 @@
-//! Writing meshes: PLY and OBJ. (glTF is the bundle's.)
+//! Writing meshes: PLY and OBJ; objects that move: GLB and PC2. (The glTF of monuments is the bundle's.)
 
+mod glb;
 mod obj;
+mod pc2;
 mod ply;
+pub mod scene;
 
+pub use glb::{glb, write_glb};
 pub use obj::{obj, write_obj};
+pub use pc2::{pc2, write_pc2};
 pub use ply::{ply, write_ply};
 
 use std::fs::File;

@@ -29,7 +29,7 @@ mod halve;
 mod krepis;
 mod marble;
 pub mod measures;
-mod noise;
+pub(crate) mod noise;
 mod pediment;
 mod peristyle;
 pub mod projected;
