@@ -3,7 +3,8 @@
 //!
 //! The paper keeps a list of triangles that were not seen yet and asks the graphics card for each whether the new camera sees it. Here the mesh is drawn
 //! into a picture of the display's size, nearest surface only, and what wins a pixel is seen. As in the paper triangles decide and not vertices: a vertex
-//! may be hidden whose triangle shows. Triangles that share a vertex with one that is seen count as seen, too: a display's own rounding may choose them.
+//! may be hidden whose triangle shows. A display rounds in its own way and may show a triangle at a pixel's edge that does not win one here: whoever draws gives vertices that are not
+//! wanted some likely light. (To ask all triangles around one that is seen would be safe, and would ask 87 % of a skeleton's vertices in place of 58 %.)
 
 use glam::{Mat4, UVec2, Vec3, Vec4};
 use rayon::prelude::*;
@@ -114,7 +115,7 @@ impl VertexFilter {
             let width = (x1 - x0) as usize;
             self.pixels.clear();
             self.pixels.resize(width * (y1 - y0) as usize, (f32::NEG_INFINITY, NOTHING));
-            let rows = ((y1 - y0) as usize).div_ceil(2 * rayon::current_num_threads()).max(16);
+            let rows = ((y1 - y0) as usize).div_ceil(rayon::current_num_threads()).max(16);
             self.pixels.par_chunks_mut(width * rows).enumerate().for_each(|(band, pixels)| {
                 let top = y0 as usize + band * rows;
                 let picture = &mut Band { pixels, left: x0 as usize, top, width };
@@ -128,12 +129,8 @@ impl VertexFilter {
                 shown[id as usize] = true;
             }
         }
-        let mut near = vec![false; self.wanted.len()];
-        for (_, t) in shown.iter().zip(&self.triangles).filter(|(shown, _)| **shown) {
-            t.iter().for_each(|&i| near[i as usize] = true);
-        }
-        for (seen, t) in self.seen.iter_mut().zip(&self.triangles) {
-            if !*seen && t.iter().any(|&i| near[i as usize]) {
+        for ((seen, shown), t) in self.seen.iter_mut().zip(shown).zip(&self.triangles) {
+            if shown && !*seen {
                 *seen = true;
                 t.iter().for_each(|&i| self.wanted[i as usize] = true);
             }
@@ -209,9 +206,9 @@ mod tests {
         let first = filter.look(&ball.positions, &view_from(Vec3::Z * 5.0));
         let share = first as f32 / ball.positions.len() as f32;
         // of a ball from five radii away two fifths show
-        assert!((0.35..0.5).contains(&share), "{share}");
+        assert!((0.3..0.45).contains(&share), "{share}");
         for (p, &wanted) in ball.positions.iter().zip(filter.wanted()) {
-            assert!(wanted || p.z < 0.25, "{p} is seen");
+            assert!(wanted || p.z < 0.35, "{p} is seen");
             assert!(!wanted || p.z > 0.0, "{p} is not seen");
         }
         assert_eq!(filter.look(&ball.positions, &view_from(Vec3::Z * 5.0)), 0, "nothing new");

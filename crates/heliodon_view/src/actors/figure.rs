@@ -162,6 +162,8 @@ pub struct Figure {
     sun_bits: Vec<bool>,
     sun_asked: Option<Vec3>,
     light: Vec<Vec3>,
+    /// Whether any of it was computed.
+    lit: bool,
 }
 
 impl Figure {
@@ -186,6 +188,7 @@ impl Figure {
             sun_bits: vec![false; count],
             sun_asked: None,
             light: vec![Vec3::ZERO; count],
+            lit: false,
         }
     }
 
@@ -277,6 +280,12 @@ impl Figure {
         let radiance: Vec<Vec3> = sphere.directions().iter().map(|&l| (around.radiance)(turn * l)).collect();
         let sky = self.backend.light(sphere.weights(), &radiance)?.light;
         let follow = dt_s.map_or(1.0, |dt| 1.0 - libm::expf(-dt / FOLLOW_S));
+        if !self.lit {
+            // What no eye is thought to see may show at a pixel's edge: then as the rest does on the average.
+            let sum: Vec3 = sky.iter().zip(wanted).filter(|(_, wanted)| **wanted).map(|(light, _)| *light).sum();
+            self.light.fill(sum / count.max(1) as f32);
+            self.lit = count > 0;
+        }
         for ((shown, known), (&now, &wanted)) in self.sky.iter_mut().zip(&mut self.known).zip(sky.iter().zip(wanted)) {
             *shown = if *known && wanted {
                 *shown + (now - *shown) * follow
