@@ -9,6 +9,7 @@ mod film;
 mod output;
 mod probe_args;
 mod progress;
+mod raster;
 #[cfg(feature = "viewer")]
 mod reference;
 #[cfg(feature = "viewer")]

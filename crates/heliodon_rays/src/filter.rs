@@ -4,7 +4,7 @@
 //! The paper keeps a list of triangles that were not seen yet and asks the graphics card for each whether the new camera sees it. Here the mesh is drawn
 //! into a picture of the display's size, nearest surface only, and what wins a pixel is seen. As in the paper triangles decide and not vertices: a vertex
 //! may be hidden whose triangle shows. A display rounds in its own way and may show a triangle at a pixel's edge that does not win one here: whoever draws gives vertices that are not
-//! wanted some likely light. (To ask all triangles around one that is seen would be safe, and would ask 87 % of a skeleton's vertices in place of 58 %.)
+//! wanted some likely light. (To ask all triangles around one that is seen would be safe, and would ask 87 % of a skeleton's vertices in place of 57 %.)
 
 use glam::{Mat4, UVec2, Vec3, Vec4};
 use rayon::prelude::*;

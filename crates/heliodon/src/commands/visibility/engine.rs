@@ -38,23 +38,37 @@ const GPU_RAYS: u64 = 20_000_000;
 /// # Errors
 /// No GPU where one was asked for, or a backend that fails.
 pub fn answer(app: &App, args: &Args, question: &Question<'_>, phases: &mut Phases) -> Result<(Found, Engine)> {
+    let Scene { mesh, normals, .. } = question.scene;
     #[cfg(feature = "gpu")]
-    if let Some((mut backend, device)) = gpu(args, question)? {
-        let found = ask(app, &mut backend, question, phases)?;
-        return Ok((found, Engine { backend: Backend::Gpu, device, offset_m: None }));
+    if let Some((mut backend, device)) = gpu(args, mesh.positions.len() as u64 * question.sphere.directions().len() as u64 / 2)? {
+        phases.time("hierarchy", || backend.set_mesh(&mesh.positions, normals, &mesh.triangles))?;
+        return Ok((ask(Some(app), &mut backend, question, phases)?, Engine::gpu(device)));
     }
     let mut backend = VisibilityCpu::new(args.offset);
-    let found = ask(app, &mut backend, question, phases)?;
-    let device = crate::output::counted(rayon::current_num_threads() as u64, "thread", "threads");
-    Ok((found, Engine { backend: Backend::Cpu, device, offset_m: Some(backend.offset_m()) }))
+    phases.time("hierarchy", || backend.set_mesh(&mesh.positions, normals, &mesh.triangles))?;
+    let found = ask(Some(app), &mut backend, question, phases)?;
+    Ok((found, Engine::rays(&backend)))
 }
 
-/// The GPU, if it is to answer.
+impl Engine {
+    /// Rays have answered.
+    pub fn rays(backend: &VisibilityCpu) -> Self {
+        let device = crate::output::counted(rayon::current_num_threads() as u64, "thread", "threads");
+        Self { backend: Backend::Cpu, device, offset_m: Some(backend.offset_m()) }
+    }
+
+    /// A GPU of this name has answered.
+    #[cfg(feature = "gpu")]
+    pub fn gpu(device: String) -> Self {
+        Self { backend: Backend::Gpu, device, offset_m: None }
+    }
+}
+
+/// The GPU, if it is to answer about so many rays.
 #[cfg(feature = "gpu")]
-fn gpu(args: &Args, question: &Question<'_>) -> Result<Option<(heliodon_gpu::VisibilityGpu, String)>> {
+pub fn gpu(args: &Args, rays: u64) -> Result<Option<(heliodon_gpu::VisibilityGpu, String)>> {
     use heliodon_gpu::{DepthMaps, VisibilityGpu, headless, wgpu};
 
-    let rays = question.scene.mesh.positions.len() as u64 * question.sphere.directions().len() as u64 / 2;
     let auto = args.backend == Backend::Auto;
     if args.backend == Backend::Cpu || auto && (rays < GPU_RAYS || args.offset.is_some()) {
         return Ok(None);
@@ -71,10 +85,18 @@ fn gpu(args: &Args, question: &Question<'_>) -> Result<Option<(heliodon_gpu::Vis
     Ok(Some((VisibilityGpu::new(&gpu.device, &gpu.queue, &gpu.fault, DepthMaps::default()), info.name)))
 }
 
-fn ask<B: VisibilityBackend>(app: &App, backend: &mut B, question: &Question<'_>, phases: &mut Phases) -> Result<Found> {
+/// Asks a backend that has the mesh; `app` is told how far it is.
+///
+/// # Errors
+/// A backend that fails.
+pub fn ask<B: VisibilityBackend>(
+    app: Option<&App>,
+    backend: &mut B,
+    question: &Question<'_>,
+    phases: &mut Phases,
+) -> Result<Found> {
     let Question { scene, sphere, .. } = question;
     let (directions, weights) = (sphere.directions(), sphere.weights());
-    phases.time("hierarchy", || backend.set_mesh(&scene.mesh.positions, &scene.normals, &scene.mesh.triangles))?;
     let dark = vec![Vec3::ZERO; directions.len()];
     let radiance = question.radiance.as_ref().unwrap_or(&dark);
     let mut light: Option<PointLight> = None;
@@ -84,7 +106,7 @@ fn ask<B: VisibilityBackend>(app: &App, backend: &mut B, question: &Question<'_>
         Some(sum) => sum.add(&more),
         None => *sum = Some(more),
     };
-    app.progress.stage("visibility", directions.len() as u64);
+    app.inspect(|app| app.progress.stage("visibility", directions.len() as u64));
     let at_once = backend.most_directions(scene.mesh.positions.len()).min(directions.len());
     for first in (0..directions.len()).step_by(at_once) {
         let run = first..(first + at_once).min(directions.len());
@@ -101,9 +123,9 @@ fn ask<B: VisibilityBackend>(app: &App, backend: &mut B, question: &Question<'_>
                 None => matrix = Some(columns),
             }
         }
-        app.progress.progress(run.end as u64);
+        app.inspect(|app| app.progress.progress(run.end as u64));
     }
-    app.progress.finished();
+    app.inspect(|app| app.progress.finished());
     let bent = bent.unwrap_or_default().light.iter().zip(&scene.mesh.normals).map(|(&bent, &n)| unit_or(bent, n)).collect();
     Ok(Found { light: light.unwrap_or_default(), bent, matrix })
 }

@@ -10,7 +10,7 @@ use heliodon_math::light_sphere::LightSphere;
 use heliodon_math::visibility::{PointLight, VisibilityMatrix};
 use heliodon_mesh::Mesh;
 use heliodon_mesh::albedo::MeshAlbedo;
-use heliodon_mesh::export::write_ply;
+use heliodon_mesh::export::{write_ply};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -67,36 +67,37 @@ pub fn write_found(path: &Path, form: Form, scene: &Scene, found: &Found, args: 
     let count = scene.own_count() as u64;
     let vectors = if args.bent { Some(&found.bent) } else { args.env.is_some().then_some(&found.light.light) };
     match (form, vectors) {
-        (Form::Ply, _) => write_mesh(path, scene.mesh.clone(), found, args)?,
+        (Form::Ply, _) => write_ply(path, &lit_mesh(scene.mesh.clone(), found, args), Some(&found.light.ambient_occlusion))?,
         (Form::Npy, Some(vectors)) => {
             write_floats(path, &[count, 3], scene.own_of(vectors).flat_map(|v| v.to_array()))?;
         }
+        (Form::Glb, _) => write_glb(path, &lit_mesh(scene.mesh.clone(), found, args))?,
         (Form::Npy, None) => write_floats(path, &[count], scene.own_of(&found.light.ambient_occlusion).copied())?,
     }
     Ok(vec![path.to_owned()])
 }
 
-fn write_mesh(path: &Path, mut mesh: Mesh, found: &Found, args: &Args) -> Result<()> {
+/// The mesh with what was found as its colours, and as its normals where bent ones were asked for.
+fn lit_mesh(mut mesh: Mesh, found: &Found, args: &Args) -> Mesh {
     mesh.colors_linear = if args.env.is_some() {
-        let albedo = vertex_albedo(&mesh);
-        found
-            .light
-            .light
-            .iter()
-            .zip(albedo)
-            .map(|(&light, albedo)| (light * albedo * args.exposure.exp2()).clamp(Vec3::ZERO, Vec3::ONE))
-            .collect()
+        lit_colors(&found.light.light, &vertex_albedo(&mesh), args.exposure)
     } else {
         found.light.ambient_occlusion.iter().map(|&ao| Vec3::splat(ao)).collect()
     };
     if args.bent {
         mesh.normals.clone_from(&found.bent);
     }
-    Ok(write_ply(path, &mesh, Some(&found.light.ambient_occlusion))?)
+    mesh
+}
+
+/// What lit vertices show, linear, as far as a display can.
+pub fn lit_colors(light: &[Vec3], albedo: &[Vec3], exposure_stops: f32) -> Vec<Vec3> {
+    let shown = |(&light, &albedo): (&Vec3, &Vec3)| (light * albedo * exposure_stops.exp2()).clamp(Vec3::ZERO, Vec3::ONE);
+    light.iter().zip(albedo).map(shown).collect()
 }
 
 /// The albedo of each vertex, as the first of its triangles has it there.
-fn vertex_albedo(mesh: &Mesh) -> Vec<Vec3> {
+pub fn vertex_albedo(mesh: &Mesh) -> Vec<Vec3> {
     let albedo = MeshAlbedo::new(mesh, 0.0);
     let mut of_vertex = vec![None; mesh.positions.len()];
     for (triangle, corners) in (0..).zip(&mesh.triangles) {

@@ -1,5 +1,6 @@
 //! `heliodon visibility`: the light that reaches the vertices of any mesh, with nothing computed beforehand.
 
+mod animation;
 mod engine;
 mod found;
 mod scene;
@@ -11,9 +12,10 @@ use crate::output::{count, duration};
 use crate::probe_args::ProbeArgs;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
-use engine::Question;
-use found::{write_found, write_matrix};
-use glam::Quat;
+use animation::Lighting;
+use engine::{Engine, Question};
+use found::{Found, write_found, write_matrix};
+use glam::{Quat, Vec3};
 use heliodon_bake::memory::peak_resident_bytes;
 use heliodon_bake::report::Reporter;
 use heliodon_image::HdrImage;
@@ -22,7 +24,7 @@ use heliodon_math::visibility::VisibilityMatrix;
 use heliodon_sky::environment::{Environment, blur_rad};
 use heliodon_sky::mapping::Mapping;
 use heliodon_sky::probe::Probe;
-use scene::read_scene;
+use scene::{Scene, read_scene};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -34,10 +36,11 @@ use std::time::Instant;
 /// What is written depends on the output's ending. .npy: one row a vertex in the order of the files' own vertices, f32: ambient occlusion
 /// (N), 1 where no face uses a vertex; with --bent (N,3); with --env the light itself, irradiance / pi (N,3); with --matrix M (N,k), n.l
 /// where visible and 0 where not, and beside it *.directions.npy (k,3) and *.weights.npy (k). .ply: the meshes with ambient occlusion as
-/// `quality` and as colour; with --bent with bent normals; with --env lit, albedo times light.
+/// `quality` and as colour; with --bent with bent normals; with --env lit, albedo times light. .glb: likewise, without `quality`. With --animation
+/// .mp4: a film of the lit model; .pc2: for each frame the vertices' three values as .npy has them (ambient occlusion thrice), and beside it *.positions.pc2.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  heliodon visibility bunny.ply --level 4 -o occluded.ply\n  heliodon visibility statue.glb pedestal.obj --env studio.hdr --exposure 1 -o lit.ply\n  heliodon visibility bunny.ply --matrix -o m.npy --json"
+    after_help = "Examples:\n  heliodon visibility bunny.ply --level 4 -o occluded.ply\n  heliodon visibility statue.glb pedestal.obj --env studio.hdr --exposure 1 -o lit.ply\n  heliodon visibility bunny.ply --matrix -o m.npy --json\n  heliodon visibility walker.glb --animation walk --frames 66 --level 2 -o walk.mp4"
 )]
 pub struct Args {
     /// Meshes: .ply, .obj, .gltf, .glb, .stl
@@ -66,6 +69,15 @@ pub struct Args {
     /// Write the visibility matrix itself, as .npy
     #[arg(long, conflicts_with = "env")]
     matrix: bool,
+    /// Perform this animation of the one model, with -o film.mp4 or -o values.pc2
+    #[arg(long, value_name = "NAME", conflicts_with = "matrix")]
+    animation: Option<String>,
+    /// Moments of the animation, spread evenly over it
+    #[arg(long, value_name = "N", default_value_t = 48, requires = "animation", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: u32,
+    /// A vertex cache (.pc2) that moves the mesh; its animation is called cache
+    #[arg(long, value_name = "FILE", requires = "animation")]
+    cache: Option<PathBuf>,
     /// How far off the surface rays start, metres [default: a ten-thousandth of the scene's diagonal]
     #[arg(long, value_name = "M", value_parser = |text: &str| crate::values::within(text, 0.0, 1e6).map(|offset| offset as f32))]
     offset: Option<f32>,
@@ -111,7 +123,10 @@ struct VisibilityReport {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     Ply,
+    Glb,
     Npy,
+    Mp4,
+    Pc2,
 }
 
 /// Runs it.
@@ -119,21 +134,18 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     let form = form(args)?;
     let environment = environment(app, args)?;
     let mut phases = Phases::default();
-    app.progress.stage("reading", args.meshes.len() as u64);
-    let scene = phases.time("reading", || read_scene(app, &args.meshes))?;
-    app.progress.finished();
     let sphere = LightSphere::new(args.level);
     let radiance = environment.map(|environment| {
         let sigma_rad = args.blur.map_or_else(|| blur_rad(sphere.directions().len()), f64::to_radians);
         phases.time("environment", || environment.radiance(sphere.directions(), sphere.weights(), sigma_rad, Quat::IDENTITY))
     });
-    let question = Question { scene: &scene, sphere: &sphere, radiance, bent: args.bent, matrix: args.matrix };
-    let (mut found, engine) = engine::answer(app, args, &question, &mut phases)?;
-    found.open_unused(&scene);
-    let written = match (&args.output, form, &found.matrix) {
-        (Some(path), Some(_), Some(matrix)) => phases.time("writing", || write_matrix(path, &scene, &sphere, matrix))?,
-        (Some(path), Some(form), None) => phases.time("writing", || write_found(path, form, &scene, &found, args))?,
-        _ => Vec::new(),
+    let (scene, found, engine, written) = match (&args.animation, form) {
+        (Some(name), Some(form)) => {
+            let acted = phases.time("reading", || animation::read(app, args, name))?;
+            let lighting = Lighting { sphere: &sphere, radiance };
+            animation::run(app, args, form, &acted, lighting, &mut phases)?
+        }
+        _ => still(app, args, form, &sphere, radiance, &mut phases)?,
     };
     let occlusion = &found.light.ambient_occlusion;
     let used: Vec<f64> = occlusion.iter().zip(&scene.used).filter(|(_, used)| **used).map(|(&ao, _)| f64::from(ao)).collect();
@@ -151,6 +163,29 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         output: written,
     };
     app.output.result(&report, describe)
+}
+
+/// What was found of meshes that stand still, and where it was written.
+fn still(
+    app: &App,
+    args: &Args,
+    form: Option<Form>,
+    sphere: &LightSphere,
+    radiance: Option<Vec<Vec3>>,
+    phases: &mut Phases,
+) -> Result<(Scene, Found, Engine, Vec<PathBuf>)> {
+    app.progress.stage("reading", args.meshes.len() as u64);
+    let scene = phases.time("reading", || read_scene(app, &args.meshes))?;
+    app.progress.finished();
+    let question = Question { scene: &scene, sphere, radiance, bent: args.bent, matrix: args.matrix };
+    let (mut found, engine) = engine::answer(app, args, &question, phases)?;
+    found.open_unused(&scene);
+    let written = match (&args.output, form, &found.matrix) {
+        (Some(path), Some(_), Some(matrix)) => phases.time("writing", || write_matrix(path, &scene, sphere, matrix))?,
+        (Some(path), Some(form), None) => phases.time("writing", || write_found(path, form, &scene, &found, args))?,
+        _ => Vec::new(),
+    };
+    Ok((scene, found, engine, written))
 }
 
 fn describe(report: &VisibilityReport) -> String {
@@ -203,17 +238,28 @@ fn form(args: &Args) -> Result<Option<Form>> {
         if args.matrix || args.bent {
             wrong_arguments!("say where the result goes: -o FILE.npy");
         }
+        if args.animation.is_some() {
+            wrong_arguments!("say where the film or the cache goes: -o FILE.mp4 or -o FILE.pc2");
+        }
         return Ok(None);
     };
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     let form = match ending.as_deref() {
         Some("ply") if args.matrix => wrong_arguments!("a matrix is written as .npy, not as .ply"),
+        Some("mp4" | "pc2") if args.animation.is_none() => {
+            wrong_arguments!("a film and a cache show what moves; name an --animation, or write a .ply, .glb or .npy")
+        }
+        Some("mp4") => Form::Mp4,
+        Some("pc2") => Form::Pc2,
+        _ if args.animation.is_some() => wrong_arguments!("an animation is written as .mp4 or .pc2"),
+        Some("glb") if args.matrix => wrong_arguments!("a matrix is written as .npy, not as .glb"),
+        Some("glb") => Form::Glb,
         Some("ply") => Form::Ply,
         Some("npy") if args.bent && args.env.is_some() => {
             wrong_arguments!("one .npy holds either bent normals or light; leave out --bent or --env")
         }
         Some("npy") => Form::Npy,
-        _ => wrong_arguments!("{}: the output's ending says what is written; name a .ply or a .npy", path.display()),
+        _ => wrong_arguments!("{}: the output's ending says what is written; name a .ply, .glb or .npy", path.display()),
     };
     files::check_place(path)?;
     if let Some(read) = args.meshes.iter().chain(&args.env).find(|read| files::is_within(read, path)) {

@@ -66,13 +66,23 @@ fn read_about(app: &App, paths: &[PathBuf], origin: DVec3) -> Result<(Scene, Imp
             app.progress.progress(number);
         }
     }
-    let mut used = vec![false; all.positions.len()];
-    all.triangles.as_flattened().iter().for_each(|&i| used[i as usize] = true);
-    let normals = all.normals.iter().zip(&used).map(|(&n, &used)| if used { n } else { Vec3::ZERO }).collect();
-    Ok((Scene { mesh: all, normals, used, own }, told))
+    Ok((Scene::new(all, own), told))
 }
 
 impl Scene {
+    fn new(mesh: Mesh, own: Vec<Range<usize>>) -> Self {
+        let mut used = vec![false; mesh.positions.len()];
+        mesh.triangles.as_flattened().iter().for_each(|&i| used[i as usize] = true);
+        let normals = mesh.normals.iter().zip(&used).map(|(&n, &used)| if used { n } else { Vec3::ZERO }).collect();
+        Self { mesh, normals, used, own }
+    }
+
+    /// One mesh, all of whose vertices are its file's own.
+    pub fn of(mesh: Mesh) -> Self {
+        let all = 0..mesh.positions.len();
+        Self::new(mesh, vec![all])
+    }
+
     /// How many vertices the files have.
     pub fn own_count(&self) -> usize {
         self.own.iter().map(Range::len).sum()
