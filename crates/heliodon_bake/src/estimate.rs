@@ -235,7 +235,9 @@ fn reckon(
             + points * (size_of::<[f32; 6]>() as u64 + 8 + 2 * light_bytes)
             + vertices * light_bytes,
         cache_bytes: kept + points * (light_bytes + 16) + vertices * light_bytes,
-        bundle_bytes: vertices * (BUNDLE_VERTEX_BYTES + light_bytes) + triangles * BUNDLE_TRIANGLE_BYTES + grid_points * point_bytes(light),
+        bundle_bytes: vertices * (BUNDLE_VERTEX_BYTES + light_bytes)
+            + triangles * BUNDLE_TRIANGLE_BYTES
+            + grid_points * point_bytes(light),
     }
 }
 

@@ -88,7 +88,8 @@ fn copy(source: &Path, folder: &Path, path: &str) -> Result<StoredFile, WriteFau
 
 /// The folders that the files of a bundle lie in, but its own.
 pub(crate) fn folders_of(files: &[StoredFile]) -> Vec<&str> {
-    let mut folders: Vec<&str> = files.iter().flat_map(|file| file.path.match_indices('/').map(|(i, _)| &file.path[..i])).collect();
+    let mut folders: Vec<&str> =
+        files.iter().flat_map(|file| file.path.match_indices('/').map(|(i, _)| &file.path[..i])).collect();
     folders.sort_unstable();
     folders.dedup();
     folders

@@ -139,7 +139,12 @@ impl GridPoints {
             return fault("light that is not finite".to_owned());
         }
         let words = layout.mask_words();
-        if self.light.sun_mask.chunks_exact(AXES.len() * words).any(|six| six.chunks_exact(words).any(|own| *own != six[..words])) {
+        if self
+            .light
+            .sun_mask
+            .chunks_exact(AXES.len() * words)
+            .any(|six| six.chunks_exact(words).any(|own| *own != six[..words]))
+        {
             return fault("the six masks of a point differ".to_owned());
         }
         Ok(())

@@ -112,10 +112,8 @@ pub(crate) fn encode_grid(points: &GridPoints, range: Range<usize>) -> Vec<(Stri
     let positions: Vec<Vec3> =
         points.cells[range.clone()].iter().flat_map(|&cell| std::iter::repeat_n(points.position(cell), six)).collect();
     let normals = crate::grid::AXES.repeat(range.len());
-    let mut out = vec![
-        ("POSITION".to_owned(), VEC3_F32, vec3_bytes(&positions)),
-        ("NORMAL".to_owned(), VEC3_F32, vec3_bytes(&normals)),
-    ];
+    let mut out =
+        vec![("POSITION".to_owned(), VEC3_F32, vec3_bytes(&positions)), ("NORMAL".to_owned(), VEC3_F32, vec3_bytes(&normals))];
     out.extend(encode_light(&points.light, six * range.start..six * range.end));
     let valid = &points.valid[range];
     if valid.contains(&0) {

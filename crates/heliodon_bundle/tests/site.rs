@@ -1,8 +1,8 @@
 //! `site.toml`: what is read, what is refused and where, the schema, the template.
 
 use heliodon_bundle::site::{
-    Actor, Albedo, Bake, Between, Date, Display, LightStorage, Mapping, ProbeTimes, Role, Room, Site, SiteFile, SkyModel, Transfer,
-    Unit, UpAxis, Walk,
+    Actor, Albedo, Bake, Between, Date, Display, LightStorage, Mapping, ProbeTimes, Role, Room, Site, SiteFile, SkyModel,
+    Transfer, Unit, UpAxis, Walk,
 };
 use proptest::prelude::*;
 use std::path::Path;
@@ -129,7 +129,10 @@ fn every_key_of_the_design_is_read() {
     assert_eq!((site.bake.coefficients(), site.bake.channels()), (9, 3));
     assert_eq!(site.rooms[0].windows[0][2], [-48.0, 2.0, 0.0]);
     let [walker, guard] = &site.actors[..] else { panic!("{:?}", site.actors) };
-    assert_eq!((walker.display_name(), walker.walk, walker.unit, walker.up), ("walker", Walk::BackAndForth, Unit::Centimetre, UpAxis::Z));
+    assert_eq!(
+        (walker.display_name(), walker.walk, walker.unit, walker.up),
+        ("walker", Walk::BackAndForth, Unit::Centimetre, UpAxis::Z)
+    );
     assert_eq!((walker.speed, walker.walk_speed, walker.turn_deg, walker.scale), (0.5, 1.0, 90.0, 1.1));
     assert_eq!(walker.relative_to(site.site.origin).stations(), [[-0.5, -0.25, -0.75], [9.5, -0.25, -0.75]]);
     assert_eq!(guard, &Actor { name: Some("guard".into()), ..Actor::at("people/guard.obj", [475_003.5, 151.0, 4_201_000.0]) });
@@ -304,8 +307,7 @@ fn files_are_found_sorted_and_missing_ones_told() {
     std::fs::create_dir_all(root.join("temple")).unwrap();
     std::fs::create_dir_all(root.join("sky")).unwrap();
     std::fs::create_dir_all(root.join("people")).unwrap();
-    for name in
-        [
+    for name in [
         "temple/b.ply",
         "temple/a.ply",
         "temple/.hidden.ply",

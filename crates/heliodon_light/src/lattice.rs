@@ -149,7 +149,8 @@ mod tests {
     fn masks_of_six_points_are_one() {
         let back = [[0.0; 6], [1.0, 1.0, 1.0, 0.0, 1.0, 1.0], [0.4, 0.4, 1.0, 0.0, 0.4, 0.4]].concat();
         let light = FreeLight { sky_transfer: (0..18).map(|i| i as f32).collect(), sun_bounce: Vec::new(), back };
-        let masks = SunMasks { steps: 33, words: (0..36).map(|i| if i % 2 == 0 { 1 << (i / 2) } else { 0 }).collect(), rays: 7 };
+        let masks =
+            SunMasks { steps: 33, words: (0..36).map(|i| if i % 2 == 0 { 1 << (i / 2) } else { 0 }).collect(), rays: 7 };
         let lattice = LatticeLight::new(&[[0; 3], [1, 0, 0], [2, 0, 0]], light, &masks).unwrap();
         lattice.validate().unwrap();
         assert_eq!((lattice.valid.as_slice(), lattice.source.as_slice()), (&[1, 0, 1][..], &[0, 0, 2][..]));

@@ -8,7 +8,8 @@ use crate::glb::{BIN_CHUNK, JSON_CHUNK, MAGIC, POINTS};
 use crate::gltf::{Accessor, Gltf, Primitive, Sampler};
 use crate::grid::{AXES, GridInfo, GridPoints};
 use crate::layout::{
-    self, AttributeType, COLOR_U16, FLAG_U8, LightAttributes, MASK_U16, PROFILE_VERSION, VEC2_F32, VEC3_F32, VEC4_F32, component,
+    self, AttributeType, COLOR_U16, FLAG_U8, LightAttributes, MASK_U16, PROFILE_VERSION, VEC2_F32, VEC3_F32, VEC4_F32,
+    component,
 };
 use crate::manifest::{Bounds, Manifest};
 use glam::{DVec3, Vec3};
@@ -91,11 +92,7 @@ impl GlbFile {
     }
 
     /// Opens the file of a light grid; answers with its primitives, in order.
-    pub(super) fn open_grid(
-        path: &Path,
-        info: &GridInfo,
-        manifest: &Manifest,
-    ) -> Result<(Self, Vec<GridPlace>), ReadError> {
+    pub(super) fn open_grid(path: &Path, info: &GridInfo, manifest: &Manifest) -> Result<(Self, Vec<GridPlace>), ReadError> {
         let (this, document) = Self::open_document(path)?;
         let places = document.grid(info, manifest.light)?;
         Ok((this, places))
@@ -355,7 +352,9 @@ impl Document<'_> {
                 let need = |name: &str| accessor(name)?.ok_or_else(|| self.wrong(format!("a primitive has no {name}")));
                 let vertices = need("POSITION")?.count;
                 if primitive.mode != Some(POINTS) || vertices > MAX_CHUNK_VERTICES as u64 || vertices % AXES.len() as u64 != 0 {
-                    return Err(self.wrong(format!("a primitive is no list of points, six for each of the lattice ({vertices})")));
+                    return Err(
+                        self.wrong(format!("a primitive is no list of points, six for each of the lattice ({vertices})"))
+                    );
                 }
                 found += vertices / AXES.len() as u64;
                 let span = |name: &str, kind| self.span(need(name)?, kind, vertices, name);

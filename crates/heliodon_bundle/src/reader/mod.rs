@@ -10,8 +10,8 @@ mod positional;
 pub use error::ReadError;
 
 use crate::chunk::LitChunk;
-use crate::lapse_check::check_lapse;
 use crate::grid::{Grid, MAX_GRID_POINTS};
+use crate::lapse_check::check_lapse;
 use crate::layout::{FORMAT_VERSION, STILL_FORMAT_VERSION};
 use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, Preamble};
 use crate::site::{Actor, Albedo, check_actor};
@@ -80,7 +80,8 @@ impl BundleReader {
                 return Err(malformed(&lapse_path, format!("`{}` is no path within the bundle", step.sky_map)));
             }
         }
-        let mut reader = Self { folder, manifest, lapse, files: Vec::new(), chunks: Vec::new(), textures: Vec::new(), grid: None };
+        let mut reader =
+            Self { folder, manifest, lapse, files: Vec::new(), chunks: Vec::new(), textures: Vec::new(), grid: None };
         let mut textures = vec![None; reader.manifest.textures.len()];
         for (number, name) in reader.manifest.geometry.iter().enumerate() {
             let (file, chunks, images) = GlbFile::open(&reader.folder.join(name), number, &reader.manifest)?;

@@ -143,7 +143,8 @@ fn check_actor(at: &[&str; 2], actor: &Actor) -> Checked {
     let named = if actor.name.is_some() { "name" } else { "file" };
     not_empty(&key(named), actor.display_name())?;
     if !names_a_folder(actor.display_name()) {
-        let remedy = format!("give a name without / \\ : * ? \" < > | and outer dots or blanks, at most {LONGEST_NAME} bytes long");
+        let remedy =
+            format!("give a name without / \\ : * ? \" < > | and outer dots or blanks, at most {LONGEST_NAME} bytes long");
         return fault(&key(named), format!("`{}` cannot name the actor's folder", actor.display_name()), remedy);
     }
     for (name, text) in [("cache", &actor.cache), ("animation", &actor.animation)] {

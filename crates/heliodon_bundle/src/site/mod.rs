@@ -18,8 +18,8 @@ pub use error::SiteError;
 pub use files::{InputFile, InputKind};
 pub use heliodon_math::unit::Unit;
 pub use types::{
-    Albedo, Bake, BelowHorizon, Between, DEFAULT_GRID_M, Display, LightStorage, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part, Role, Room,
-    SiteFile, SiteInfo, Sky, SkyModel, Transfer, UpAxis,
+    Albedo, Bake, BelowHorizon, Between, DEFAULT_GRID_M, Display, LightStorage, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part,
+    Role, Room, SiteFile, SiteInfo, Sky, SkyModel, Transfer, UpAxis,
 };
 pub use values::{Date, ProbeTimes, TimeOfDay, UtcOffset};
 
