@@ -79,8 +79,8 @@ impl LatticeLight {
     pub fn validate(&self) -> Result<(), LightError> {
         let count = self.point_count();
         let whole = |values: &[f32]| {
-            let per_point = if count == 0 { 0 } else { values.len() / count };
-            values.len() == per_point * count && per_point % AXES.len() == 0 && values.iter().all(|x| x.is_finite())
+            let per_point = values.len().checked_div(count).unwrap_or(0);
+            values.len() == per_point * count && per_point.is_multiple_of(AXES.len()) && values.iter().all(|x| x.is_finite())
         };
         let fits = whole(&self.sky_transfer)
             && whole(&self.sun_bounce)

@@ -1,4 +1,5 @@
 //! The light of lattices in free space, against what can be reckoned.
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
 

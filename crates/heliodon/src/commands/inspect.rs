@@ -73,7 +73,7 @@ enum Summary {
     SkyImage(HdrSummary),
     Picture(PictureSummary),
     Site(SiteSummary),
-    Bundle(BundleSummary),
+    Bundle(Box<BundleSummary>),
 }
 
 /// Runs it.
@@ -98,7 +98,7 @@ fn summarise(path: &Path, verify: bool) -> Result<Summary> {
             if verify {
                 bundle.verify()?;
             }
-            return Ok(Summary::Bundle(BundleSummary::of(&bundle)));
+            return Ok(Summary::Bundle(Box::new(BundleSummary::of(&bundle))));
         }
         if path.join(SITE_FILE_NAME).exists() {
             return Ok(Summary::Site(SiteSummary::of(&Site::read(path)?)?));

@@ -4,8 +4,11 @@
 
 use glam::{Vec2, Vec3};
 use heliodon_bundle::manifest::Manifest;
-use heliodon_bundle::site::{Role, Site};
-use heliodon_bundle::{BundleMeta, BundleWriter, LightLayout, LitChunk, PartMeta, StoredFile, VertexLight, WriterOptions};
+use heliodon_bundle::site::{Actor, Role, Site};
+use heliodon_bundle::{
+    ActorFile, ActorMeta, BundleMeta, BundleWriter, GridPoints, LightLayout, LitChunk, PartMeta, StoredFile, VertexLight,
+    WriterOptions,
+};
 use heliodon_image::{HdrImage, SrgbImage};
 use heliodon_math::frame::unit_or;
 use heliodon_math::random::Pcg32;
@@ -127,4 +130,54 @@ pub fn chunks(layout: LightLayout, texture: Option<u32>) -> Vec<LitChunk> {
         chunk(layout, 1, texture, 4, -1.0),
         chunk(layout, 1, None, 3, -0.7),
     ]
+}
+
+/// A lattice of 4 x 3 x 2 points without one corner, its numbers from a fixed seed; every fifth point is not valid.
+pub fn grid(layout: LightLayout) -> GridPoints {
+    let mut random = Pcg32::new(5, 9);
+    let all = (0..24).map(|i| [i / 6, i / 2 % 3, i % 2]);
+    let cells: Vec<[u32; 3]> = all.filter(|cell| *cell != [0, 2, 1]).collect();
+    let words = layout.mask_words();
+    let mut light = VertexLight::zeros(layout, 6 * cells.len());
+    for six in light.sun_mask.chunks_exact_mut(6 * words) {
+        for (i, word) in six[..words].iter_mut().enumerate() {
+            let used = (layout.sun_steps as usize - 32 * i).min(32);
+            *word = random.next_u32() & (u32::MAX >> (32 - used));
+        }
+        let (own, others) = six.split_at_mut(words);
+        others.chunks_exact_mut(words).for_each(|other| other.copy_from_slice(own));
+    }
+    light.sky_transfer.iter_mut().for_each(|t| *t = random.next_f32() - 0.25);
+    light.sun_bounce.iter_mut().for_each(|b| *b = 0.5 * random.next_f32());
+    let valid = (0..cells.len()).map(|i| u8::from(i % 5 != 4)).collect();
+    GridPoints { origin: [-1.25, 0.125, 2.5], spacing_m: 0.5, cells, valid, light }
+}
+
+/// Writes a bundle that has a grid and an actor of two files, which `files` is to hold.
+pub fn write_moving(target: &Path, layout: LightLayout, files: &Path) -> Manifest {
+    std::fs::create_dir_all(files).unwrap();
+    for (name, bytes) in [("walker.glb", "a model"), ("skin.png", "its skin")] {
+        std::fs::write(files.join(name), bytes).unwrap();
+    }
+    let mut writer = BundleWriter::create(target, meta(layout)).unwrap();
+    for chunk in chunks(layout, None) {
+        writer.push_chunk(&chunk).unwrap();
+    }
+    writer.add_grid(&grid(layout)).unwrap();
+    writer.add_actor(&actor(files)).unwrap();
+    for i in 0..2 {
+        writer
+            .add_sky_map(&format!("sky/{i:04}.hdr"), b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x80\x80\x81")
+            .unwrap();
+    }
+    writer.finish(&lapse(layout)).unwrap()
+}
+
+pub fn actor(files: &Path) -> ActorMeta {
+    let path = Some(vec![[0.0, 0.0, 3.0], [2.0, 0.5, 3.0]]);
+    let file = |source: &str, name: &str| ActorFile { source: files.join(source), name: name.to_owned() };
+    ActorMeta {
+        actor: Actor { path, place: None, animation: Some("walk".to_owned()), ..Actor::at("walker.glb", [0.0; 3]) },
+        files: vec![file("walker.glb", "walker.glb"), file("skin.png", "maps/skin.png")],
+    }
 }
