@@ -84,7 +84,8 @@ fn step(share: f32, yaw: Quat) -> Step {
     let (from, to) = (stance(LEAVE, yaw), stance(0.0, yaw));
     let air = 1.0 - LEAVE;
     let leaving = (from.ankle - stance(LEAVE - TICK, yaw).ankle) * (air / TICK);
-    let landing = (stance(TICK, yaw).ankle - to.ankle) * (0.45 * air / TICK);
+    // the heel comes down, it does not graze
+    let landing = (stance(TICK, yaw).ankle - to.ankle) * (0.8 * air / TICK) - Vec3::Y * 0.09;
     let x = (share - LEAVE) / air;
     let hermite = |a: f32, out: f32, b: f32, into: f32| {
         let (x2, x3) = (x * x, x * x * x);

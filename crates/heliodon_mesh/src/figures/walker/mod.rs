@@ -10,7 +10,7 @@ mod skull;
 #[cfg(test)]
 mod tests;
 
-use crate::export::scene::{Channel, Clip, Interpolation, Node, Scene, SceneMesh, Skin, Track};
+use crate::export::scene::{Channel, Clip, Interpolation, Node, Scene, Skin, Track};
 use glam::{Mat4, Vec3};
 use rig::{COUNT, Core, Pose};
 
