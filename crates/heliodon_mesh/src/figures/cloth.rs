@@ -33,7 +33,7 @@ const MEND_FRAMES: usize = 10;
 /// Rounds over the threads of each finished frame, which take out what stretch the small steps have left.
 const TIGHTEN_ROUNDS: usize = 50;
 /// How long a thread should be in a finished frame, of its length at rest.
-const THREAD_RANGE: (f32, f32) = (0.94, 1.025);
+const THREAD_RANGE: (f32, f32) = (0.96, 1.025);
 /// Frames before the loop, in which the cloth forgets how it was hung.
 const WARM_FRAMES: usize = PERIOD_FRAMES;
 /// The cloth's width and height, metres.
