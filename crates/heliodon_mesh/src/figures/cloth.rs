@@ -33,7 +33,7 @@ const MEND_FRAMES: usize = 10;
 /// Rounds over the threads of each finished frame, which take out what stretch the small steps have left.
 const TIGHTEN_ROUNDS: usize = 50;
 /// How long a thread should be in a finished frame, of its length at rest.
-const THREAD_RANGE: (f32, f32) = (0.98, 1.01);
+const THREAD_RANGE: (f32, f32) = (0.96, 1.025);
 /// Frames before the loop, in which the cloth forgets how it was hung.
 const WARM_FRAMES: usize = PERIOD_FRAMES;
 /// The cloth's width and height, metres.
@@ -45,7 +45,7 @@ const ROD_WIDTH: f32 = 1.12;
 /// Folds along it.
 const PLEATS: f32 = 4.5;
 
-const SUBSTEPS: usize = 14;
+const SUBSTEPS: usize = 16;
 const GRAVITY: f32 = -9.81;
 /// Share of the velocity that is lost in a second, to air and in the weave.
 const DAMPING_PER_S: f32 = 1.3;
@@ -183,8 +183,8 @@ impl Simulation {
         let dt = 1.0 / (FPS * SUBSTEPS as f32);
         for substep in 0..SUBSTEPS {
             let time = (frame % PERIOD_FRAMES) as f32 / FPS + substep as f32 * dt;
-            if substep % 7 == 0 {
-                self.blow(time, 7.0 * dt);
+            if substep % 8 == 0 {
+                self.blow(time, 8.0 * dt);
             }
             let keep = 1.0 - DAMPING_PER_S * dt;
             for i in SIDE..self.positions.len() {

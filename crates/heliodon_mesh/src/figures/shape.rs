@@ -38,7 +38,7 @@ pub fn sweep(stations: &[Station], side: Vec3, rings: usize, sides: usize) -> Sh
     shape
 }
 
-/// A ball with three radii, pole along `side`-free Y: `rings * sides + 2` vertices, the rings without the poles.
+/// A ball with three radii, its poles below and above: `rings * sides + 2` vertices.
 pub fn ball(centre: Vec3, radii: Vec3, rings: usize, sides: usize) -> Shape {
     let mut shape = Shape::default();
     shape.push(centre - Vec3::Y * radii.y, 0.0);

@@ -332,7 +332,7 @@ mod tests {
     #[test]
     fn the_ball_passes_under_the_arch_and_the_drum_rolls() {
         let scene = stoneyard();
-        assert!(BALL_RADIUS < ARCH_HALF && 2.0 * BALL_RADIUS < ARCH_SIDES);
+        const { assert!(BALL_RADIUS < ARCH_HALF && 2.0 * BALL_RADIUS < ARCH_SIDES) };
         // a wheel's lowest point stands still: the way is the turn times the radius
         let drum = scene.nodes.iter().position(|node| node.name == "drum").unwrap();
         let mut tracks = scene.clips[0].channels.iter().filter(|c| c.node == drum);

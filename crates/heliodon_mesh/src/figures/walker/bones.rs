@@ -489,7 +489,7 @@ fn legs(all: &mut Skeleton) {
     all.pair_of(&sweep(&fibula, Vec3::X, 9, 6), Limb::Shin);
 }
 
-const HIP_BALL: f32 = super::rig::HIP;
+const HIP_BALL: f32 = super::rig::HIP as f32;
 
 fn feet(all: &mut Skeleton) {
     let x = 0.088;

@@ -10,8 +10,8 @@ mod skull;
 #[cfg(test)]
 mod tests;
 
-use crate::export::scene::{Channel, Clip, Interpolation, Node, Scene, SceneMesh, Skin, Track};
-use glam::{Mat4, Vec3};
+use crate::export::scene::{Channel, Clip, Interpolation, Node, Scene, Skin, Track};
+use glam::{DVec3, Mat4, Vec3};
 use rig::{COUNT, Core, Pose};
 
 /// How fast the clip "walk" walks, metres a second along +Z.
@@ -32,7 +32,12 @@ pub fn walker() -> Scene {
     let mesh = bones::skeleton();
     let mut nodes: Vec<Node> = rest
         .iter()
-        .map(|joint| Node::at(joint.name.clone(), joint.place - joint.parent.map_or(Vec3::ZERO, |parent| rest[parent].place)))
+        .map(|joint| {
+            Node::at(
+                joint.name.clone(),
+                (joint.place - joint.parent.map_or(DVec3::ZERO, |parent| rest[parent].place)).as_vec3(),
+            )
+        })
         .collect();
     for (index, joint) in rest.iter().enumerate() {
         if let Some(parent) = joint.parent {
@@ -42,25 +47,27 @@ pub fn walker() -> Scene {
     nodes.push(Node { mesh: Some(0), skin: Some(0), ..Node::at("skeleton", Vec3::ZERO) });
     let skin = Skin {
         joints: (0..COUNT).collect(),
-        inverse_bind: rest.iter().map(|joint| Mat4::from_translation(-joint.place)).collect(),
+        inverse_bind: rest.iter().map(|joint| Mat4::from_translation(-joint.place.as_vec3())).collect(),
     };
     let clips =
         vec![clip("walk", WALK_LOOP_S, WALK_KEYS, &rest, gait::walk), clip("idle", IDLE_LOOP_S, IDLE_KEYS, &rest, gait::idle)];
     Scene { nodes, meshes: vec![mesh], skins: vec![skin], clips }
 }
 
-fn clip(name: &str, length_s: f32, keys: usize, rest: &[rig::Rest], pose: fn(&[rig::Rest], f32) -> Pose) -> Clip {
+fn clip(name: &str, length_s: f32, keys: usize, rest: &[rig::Rest], pose: fn(&[rig::Rest], f64) -> Pose) -> Clip {
     let last = keys - 1;
-    let mut poses: Vec<Pose> = (0..last).map(|i| pose(rest, i as f32 / last as f32)).collect();
+    let mut poses: Vec<Pose> = (0..last).map(|i| pose(rest, i as f64 / last as f64)).collect();
     poses.push(poses[0].clone());
     let times_s: Vec<f32> = (0..keys).map(|i| length_s * i as f32 / last as f32).collect();
     let pelvis = rig::core(Core::Pelvis);
     let from_root = rest[pelvis].place;
     let channel = |node, track| Channel { node, times_s: times_s.clone(), track, interpolation: Interpolation::Linear };
-    let mut channels = vec![channel(pelvis, Track::Translation(poses.iter().map(|pose| from_root + pose.pelvis).collect()))];
+    let mut channels =
+        vec![channel(pelvis, Track::Translation(poses.iter().map(|pose| (from_root + pose.pelvis).as_vec3()).collect()))];
     // all joints but the root, which is the viewer's to move: so no clip leaves behind what another has turned
     channels.extend(
-        (pelvis..COUNT).map(|joint| channel(joint, Track::Rotation(poses.iter().map(|pose| pose.turns[joint]).collect()))),
+        (pelvis..COUNT)
+            .map(|joint| channel(joint, Track::Rotation(poses.iter().map(|pose| pose.turns[joint].as_quat()).collect()))),
     );
     Clip { name: name.to_owned(), channels }
 }

@@ -1,6 +1,7 @@
-//! The joints of the skeleton, and poses of them.
+//! The joints of the skeleton, and poses of them. In `f64`, whose quaternions glam computes alike on every machine: those of
+//! `f32` add up in another order where there is SIMD.
 
-use glam::{Quat, Vec3};
+use glam::{DQuat, DVec3};
 
 /// Joints in the middle; those of the limbs follow, the left ones first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,7 +44,7 @@ impl Side {
     pub const BOTH: [Self; 2] = [Self::Left, Self::Right];
 
     /// The sign of x there.
-    pub fn sign(self) -> f32 {
+    pub fn sign(self) -> f64 {
         match self {
             Self::Left => 1.0,
             Self::Right => -1.0,
@@ -52,7 +53,7 @@ impl Side {
 }
 
 /// Name, parent, and place at rest, metres.
-const CORE: [(&str, Option<Core>, [f32; 3]); 8] = [
+const CORE: [(&str, Option<Core>, [f64; 3]); 8] = [
     ("root", None, [0.0, 0.0, 0.0]),
     ("pelvis", Some(Core::Root), [0.0, 0.955, 0.0]),
     ("lumbar", Some(Core::Pelvis), [0.0, 1.03, -0.04]),
@@ -70,7 +71,7 @@ enum Above {
 
 /// Name, parent, and place of the left one at rest, metres. The leg hangs straight down, so that a turn of the thigh is the
 /// way of the thigh.
-const LIMBS: [(&str, Above, [f32; 3]); 11] = [
+const LIMBS: [(&str, Above, [f64; 3]); 11] = [
     ("clavicle", Above::Core(Core::Chest), [0.02, 1.428, 0.03]),
     ("upper-arm", Above::Limb(Limb::Clavicle), [0.178, 1.405, -0.03]),
     ("forearm", Above::Limb(Limb::UpperArm), [0.2, 1.105, -0.04]),
@@ -85,13 +86,13 @@ const LIMBS: [(&str, Above, [f32; 3]); 11] = [
 ];
 
 /// Heights of the leg's joints at rest, metres.
-pub const HIP: f32 = 0.925;
-pub const KNEE: f32 = 0.49;
-pub const ANKLE: f32 = 0.075;
+pub const HIP: f64 = 0.925;
+pub const KNEE: f64 = 0.49;
+pub const ANKLE: f64 = 0.075;
 /// The axis of the ball of the foot, and how high it is over the ground.
-pub const BALL: Vec3 = Vec3::new(0.0, 0.013, 0.125);
+pub const BALL: DVec3 = DVec3::new(0.0, 0.013, 0.125);
 /// The middle of the round heel, and its radius.
-pub const HEEL: Vec3 = Vec3::new(0.0, 0.03, -0.045);
+pub const HEEL: DVec3 = DVec3::new(0.0, 0.03, -0.045);
 
 /// Joints in all.
 pub const COUNT: usize = CORE.len() + 2 * LIMBS.len();
@@ -111,7 +112,7 @@ pub struct Rest {
     pub name: String,
     pub parent: Option<usize>,
     /// In the mesh's space.
-    pub place: Vec3,
+    pub place: DVec3,
 }
 
 /// All joints at rest; parents stand before their children.
@@ -119,7 +120,7 @@ pub fn rest() -> Vec<Rest> {
     let middle = CORE.iter().map(|(name, parent, place)| Rest {
         name: (*name).to_owned(),
         parent: parent.map(core),
-        place: Vec3::from_array(*place),
+        place: DVec3::from_array(*place),
     });
     let limbs = Side::BOTH.into_iter().flat_map(|side| {
         LIMBS.iter().map(move |(name, parent, place)| Rest {
@@ -128,7 +129,7 @@ pub fn rest() -> Vec<Rest> {
                 Above::Core(joint) => core(*joint),
                 Above::Limb(joint) => limb(side, *joint),
             }),
-            place: Vec3::from_array(*place) * Vec3::new(side.sign(), 1.0, 1.0),
+            place: DVec3::from_array(*place) * DVec3::new(side.sign(), 1.0, 1.0),
         })
     });
     middle.chain(limbs).collect()
@@ -138,26 +139,26 @@ pub fn rest() -> Vec<Rest> {
 #[derive(Clone, Debug)]
 pub struct Pose {
     /// How far the pelvis is from its place at rest, metres.
-    pub pelvis: Vec3,
+    pub pelvis: DVec3,
     /// The turn of each joint in its parent.
-    pub turns: [Quat; COUNT],
+    pub turns: [DQuat; COUNT],
 }
 
 impl Pose {
     /// As modelled.
     pub fn rest() -> Self {
-        Self { pelvis: Vec3::ZERO, turns: [Quat::IDENTITY; COUNT] }
+        Self { pelvis: DVec3::ZERO, turns: [DQuat::IDENTITY; COUNT] }
     }
 
     /// Place and turn of every joint in the figure's space.
-    pub fn world(&self, rest: &[Rest]) -> Vec<(Vec3, Quat)> {
-        let mut world: Vec<(Vec3, Quat)> = Vec::with_capacity(rest.len());
+    pub fn world(&self, rest: &[Rest]) -> Vec<(DVec3, DQuat)> {
+        let mut world: Vec<(DVec3, DQuat)> = Vec::with_capacity(rest.len());
         for (index, joint) in rest.iter().enumerate() {
             let placed = match joint.parent {
                 None => (joint.place, self.turns[index]),
                 Some(parent) => {
                     let own =
-                        joint.place - rest[parent].place + if index == core(Core::Pelvis) { self.pelvis } else { Vec3::ZERO };
+                        joint.place - rest[parent].place + if index == core(Core::Pelvis) { self.pelvis } else { DVec3::ZERO };
                     let (p, q) = world[parent];
                     (p + q * own, q * self.turns[index])
                 }
