@@ -4,7 +4,6 @@ mod args;
 mod commands;
 mod failure;
 mod files;
-#[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "only the viewer's pictures make films"))]
 mod film;
 mod output;
 mod probe_args;

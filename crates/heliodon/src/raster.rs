@@ -80,7 +80,8 @@ fn fill(samples: &mut [(f32, Vec3)], across: usize, top: f32, [a, b, c]: [Vec3; 
     if whole == 0.0 || !whole.is_finite() {
         return;
     }
-    let range = |low: f32, high: f32, most: usize| (low.max(0.0) as usize).min(most - 1)..=(high.max(0.0) as usize).min(most - 1);
+    let range =
+        |low: f32, high: f32, most: usize| (low.max(0.0) as usize).min(most - 1)..=(high.max(0.0) as usize).min(most - 1);
     for row in range(low.y - top, high.y - top, down) {
         for column in range(low.x, high.x, across) {
             let (x, y) = (column as f32 + 0.5, top + row as f32 + 0.5);
@@ -101,7 +102,9 @@ mod tests {
 
     #[test]
     fn the_nearer_triangle_is_seen_and_the_rest_is_behind() {
-        let square = |z: f32, side: f32| [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| Vec3::new(x * side, y * side, z));
+        let square = |z: f32, side: f32| {
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| Vec3::new(x * side, y * side, z))
+        };
         let positions: Vec<Vec3> = square(0.0, 1.0).into_iter().chain(square(1.0, 0.5)).collect();
         let linear: Vec<Vec3> = [Vec3::X; 4].into_iter().chain([Vec3::Y; 4]).collect();
         let triangles = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
@@ -119,7 +122,9 @@ mod tests {
 
     #[test]
     fn the_camera_sees_all_of_the_box() {
-        for (low, high) in [(Vec3::ZERO, Vec3::ONE), (Vec3::new(-1.0, 0.0, -9.0), Vec3::new(1.0, 3.0, 9.0)), (Vec3::ONE, Vec3::ONE)] {
+        for (low, high) in
+            [(Vec3::ZERO, Vec3::ONE), (Vec3::new(-1.0, 0.0, -9.0), Vec3::new(1.0, 3.0, 9.0)), (Vec3::ONE, Vec3::ONE)]
+        {
             let clip = three_quarters((low, high), (1024, 768));
             for i in 0..8 {
                 let pick = |bit: usize, a: f32, b: f32| if i & bit == 0 { a } else { b };

@@ -10,6 +10,7 @@ use heliodon_mesh::export::scene::Scene;
 use heliodon_mesh::export::{write_glb, write_pc2, write_ply};
 use heliodon_mesh::figures::walker::WALK_SPEED_M_S;
 use heliodon_mesh::figures::{self, cloth};
+use heliodon_mesh::motion::pc2::PointCache;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -116,7 +117,7 @@ fn make(dir: &Path) -> Result<Vec<Written>> {
     let (vertices, triangles) = (cloth.mesh.positions.len(), cloth.mesh.triangles.len());
     write_ply(&place("cloth.ply"), &cloth.mesh, None)?;
     note("cloth.ply", vertices, triangles)?;
-    write_pc2(&place("cloth.pc2"), &cloth.frames)?;
+    write_pc2(&place("cloth.pc2"), &PointCache::of_frames(&cloth.frames))?;
     note("cloth.pc2", vertices, triangles)?;
     let hashes = written.iter().map(|w| StoredFile::hash(&place(w.file), w.file));
     let mark = Mark { figures: hashes.collect::<Result<_, _>>().context("the figures' files")? };

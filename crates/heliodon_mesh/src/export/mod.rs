@@ -8,7 +8,7 @@ pub mod scene;
 
 pub use glb::{glb, write_glb};
 pub use obj::{obj, write_obj};
-pub use pc2::{pc2, write_pc2};
+pub use pc2::write_pc2;
 pub use ply::{ply, write_ply};
 
 use std::fs::File;

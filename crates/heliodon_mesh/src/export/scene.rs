@@ -178,6 +178,14 @@ const WEIGHTS_TOLERANCE: f32 = 4.0e-7;
 const UNIT_TOLERANCE: f32 = 1.0e-5;
 
 impl Scene {
+    /// One mesh that stands still.
+    #[must_use]
+    pub fn of_mesh(name: &str, mesh: Mesh) -> Self {
+        let part = SceneMesh { name: name.to_owned(), mesh, joints: Vec::new(), weights: Vec::new(), targets: Vec::new() };
+        let node = Node { mesh: Some(0), ..Node::at(name, Vec3::ZERO) };
+        Self { nodes: vec![node], meshes: vec![part], skins: Vec::new(), clips: Vec::new() }
+    }
+
     /// Checks every promise that the fields' documentation makes.
     ///
     /// # Errors

@@ -3,6 +3,7 @@
 use super::shape::is_closed;
 use crate::export::scene::{Scene, Track};
 use crate::import::{ImportOptions, read};
+use crate::motion::pc2::{self, PointCache};
 use crate::{Mesh, export, weld};
 use glam::Vec3;
 
@@ -49,7 +50,7 @@ fn figures_have_the_same_bits_for_any_number_of_threads() {
             let mut bytes = glb_bytes(&super::walker());
             bytes.extend(glb_bytes(&super::stoneyard()));
             export::ply(&mut bytes, &cloth.mesh, None).unwrap();
-            export::pc2(&mut bytes, &cloth.frames).unwrap();
+            pc2::write(&mut bytes, &PointCache::of_frames(&cloth.frames)).unwrap();
             bytes
         })
     };
@@ -82,13 +83,13 @@ fn files_of_figures_are_read_as_they_stand() {
 fn a_point_cache_is_as_its_readers_want_it() {
     let frames = vec![vec![Vec3::X, Vec3::Y], vec![Vec3::Z, Vec3::ONE]];
     let mut bytes = Vec::new();
-    export::pc2(&mut bytes, &frames).unwrap();
+    pc2::write(&mut bytes, &PointCache::of_frames(&frames)).unwrap();
     assert_eq!(&bytes[..12], b"POINTCACHE2\0");
     let word = |i: usize| i32::from_le_bytes(bytes[12 + 4 * i..16 + 4 * i].try_into().unwrap());
     assert_eq!([word(0), word(1), word(2), word(3), word(4)], [1, 2, 0, 1.0_f32.to_bits() as i32, 2]);
     assert_eq!(bytes.len(), 32 + 4 * 12);
     assert_eq!(word(5), 1.0_f32.to_bits() as i32);
     for unlike in [vec![], vec![vec![]], vec![vec![Vec3::X], vec![]]] {
-        assert!(export::pc2(&mut Vec::new(), &unlike).is_err());
+        assert!(pc2::write(&mut Vec::new(), &PointCache::of_frames(&unlike)).is_err());
     }
 }

@@ -28,6 +28,15 @@ pub struct PointCache {
 }
 
 impl PointCache {
+    /// A sample for each frame, from frame 0 on; frames of unlike lengths make a cache that [`PointCache::validate`] refuses.
+    #[must_use]
+    pub fn of_frames(frames: &[Vec<Vec3>]) -> Self {
+        let points = frames.first().map_or(0, Vec::len);
+        let alike = frames.iter().all(|frame| frame.len() == points);
+        let positions = if alike { frames.concat() } else { Vec::new() };
+        Self { points, start_frame: 0.0, frames_per_sample: 1.0, positions }
+    }
+
     /// How many samples there are.
     #[must_use]
     pub fn samples(&self) -> usize {
@@ -118,7 +127,7 @@ fn read_source(source: &mut Source) -> Result<PointCache, ImportError> {
 ///
 /// # Errors
 /// Where the writer fails, or the cache breaks a promise of [`PointCache::validate`].
-pub fn write(writer: &mut impl Write, cache: &PointCache) -> std::io::Result<()> {
+pub fn write(writer: &mut dyn Write, cache: &PointCache) -> std::io::Result<()> {
     cache.validate().map_err(|problem| std::io::Error::new(std::io::ErrorKind::InvalidInput, problem))?;
     writer.write_all(&MAGIC)?;
     writer.write_all(&VERSION.to_le_bytes())?;

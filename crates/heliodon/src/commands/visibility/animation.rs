@@ -3,9 +3,8 @@
 use super::engine::{self, Engine, Question, ask};
 use super::found::{Found, lit_colors, vertex_albedo};
 use super::scene::Scene;
-use super::{Args, Form, Phases};
+use super::{Args, Moving, Phases};
 use crate::App;
-use crate::files;
 use crate::film::Film;
 use crate::raster::{Raster, three_quarters};
 use anyhow::{Context, Result, bail};
@@ -13,11 +12,11 @@ use glam::Vec3;
 use heliodon_bake::report::Reporter;
 use heliodon_math::light_sphere::LightSphere;
 use heliodon_math::visibility::VisibilityBackend;
+use heliodon_mesh::export::write_pc2;
 use heliodon_mesh::import::{ImportOptions, ImportReport};
 use heliodon_mesh::motion::pc2::PointCache;
-use heliodon_mesh::motion::{CACHE_FRAMES_PER_S, MovingMesh, Pose, pc2, read_cached, read_moving};
+use heliodon_mesh::motion::{CACHE_FRAMES_PER_S, MovingMesh, Pose, read_cached, read_moving};
 use heliodon_rays::VisibilityCpu;
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// A film's picture.
@@ -65,7 +64,7 @@ pub struct Lighting<'a> {
 pub fn run(
     app: &App,
     args: &Args,
-    form: Form,
+    form: Moving,
     acted: &Acted,
     lighting: Lighting<'_>,
     phases: &mut Phases,
@@ -74,8 +73,9 @@ pub fn run(
     let scene = Scene::of(acted.model.rest().clone());
     let rest = &scene.mesh;
     // A pose is a frame of the film; a clip of one pose is shown as long as it is asked for.
-    let fps = if acted.duration_s > 0.0 { f64::from(args.frames as f32 / acted.duration_s) } else { f64::from(CACHE_FRAMES_PER_S) };
-    let film = if form == Form::Mp4 { Some(Film::new(FILM_PX.0, FILM_PX.1, fps.clamp(1.0, 240.0))?) } else { None };
+    let fps =
+        if acted.duration_s > 0.0 { f64::from(args.frames as f32 / acted.duration_s) } else { f64::from(CACHE_FRAMES_PER_S) };
+    let film = if form == Moving::Mp4 { Some(Film::new(FILM_PX.0, FILM_PX.1, fps.clamp(1.0, 240.0))?) } else { None };
     let camera = three_quarters(rest.bounds().unwrap_or_default(), FILM_PX);
     let mut made = Made { film, raster: Raster::new(FILM_PX, camera), albedo: vertex_albedo(rest), ..Made::default() };
     let Lighting { sphere, radiance } = lighting;
@@ -180,11 +180,7 @@ impl Made {
         for (path, samples) in [(path, self.values), (&positions, self.positions)] {
             let points = samples.len() / self.frames.max(1);
             let cache = PointCache { points, start_frame: 0.0, frames_per_sample: 1.0, positions: samples };
-            files::write_whole(path, |file| {
-                let mut out = BufWriter::with_capacity(1 << 18, file);
-                pc2::write(&mut out, &cache)?;
-                out.flush()
-            })?;
+            write_pc2(path, &cache)?;
         }
         Ok(vec![path.to_owned(), positions])
     }

@@ -40,7 +40,8 @@ const GPU_RAYS: u64 = 20_000_000;
 pub fn answer(app: &App, args: &Args, question: &Question<'_>, phases: &mut Phases) -> Result<(Found, Engine)> {
     let Scene { mesh, normals, .. } = question.scene;
     #[cfg(feature = "gpu")]
-    if let Some((mut backend, device)) = gpu(args, mesh.positions.len() as u64 * question.sphere.directions().len() as u64 / 2)? {
+    if let Some((mut backend, device)) = gpu(args, mesh.positions.len() as u64 * question.sphere.directions().len() as u64 / 2)?
+    {
         phases.time("hierarchy", || backend.set_mesh(&mesh.positions, normals, &mesh.triangles))?;
         return Ok((ask(Some(app), &mut backend, question, phases)?, Engine::gpu(device)));
     }

@@ -10,7 +10,7 @@ use heliodon_math::light_sphere::LightSphere;
 use heliodon_math::visibility::{PointLight, VisibilityMatrix};
 use heliodon_mesh::Mesh;
 use heliodon_mesh::albedo::MeshAlbedo;
-use heliodon_mesh::export::{write_ply};
+use heliodon_mesh::export::{self, write_glb, write_ply};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -71,7 +71,7 @@ pub fn write_found(path: &Path, form: Form, scene: &Scene, found: &Found, args: 
         (Form::Npy, Some(vectors)) => {
             write_floats(path, &[count, 3], scene.own_of(vectors).flat_map(|v| v.to_array()))?;
         }
-        (Form::Glb, _) => write_glb(path, &lit_mesh(scene.mesh.clone(), found, args))?,
+        (Form::Glb, _) => write_glb(path, &export::scene::Scene::of_mesh("lit", lit_mesh(scene.mesh.clone(), found, args)))?,
         (Form::Npy, None) => write_floats(path, &[count], scene.own_of(&found.light.ambient_occlusion).copied())?,
     }
     Ok(vec![path.to_owned()])

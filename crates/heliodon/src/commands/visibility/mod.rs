@@ -10,9 +10,9 @@ use crate::failure::wrong_arguments;
 use crate::files;
 use crate::output::{count, duration};
 use crate::probe_args::ProbeArgs;
+use animation::Lighting;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
-use animation::Lighting;
 use engine::{Engine, Question};
 use found::{Found, write_found, write_matrix};
 use glam::{Quat, Vec3};
@@ -119,14 +119,26 @@ struct VisibilityReport {
     output: Vec<PathBuf>,
 }
 
-/// What is written.
+/// What is written of meshes that stand still.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     Ply,
     Glb,
     Npy,
+}
+
+/// What is written of what moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Moving {
     Mp4,
     Pc2,
+}
+
+/// What is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Written {
+    Still(Form),
+    Moving(Moving),
 }
 
 /// Runs it.
@@ -140,12 +152,15 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         phases.time("environment", || environment.radiance(sphere.directions(), sphere.weights(), sigma_rad, Quat::IDENTITY))
     });
     let (scene, found, engine, written) = match (&args.animation, form) {
-        (Some(name), Some(form)) => {
+        (Some(name), Some(Written::Moving(form))) => {
             let acted = phases.time("reading", || animation::read(app, args, name))?;
             let lighting = Lighting { sphere: &sphere, radiance };
             animation::run(app, args, form, &acted, lighting, &mut phases)?
         }
-        _ => still(app, args, form, &sphere, radiance, &mut phases)?,
+        (_, form) => {
+            let form = form.and_then(|form| if let Written::Still(form) = form { Some(form) } else { None });
+            still(app, args, form, &sphere, radiance, &mut phases)?
+        }
     };
     let occlusion = &found.light.ambient_occlusion;
     let used: Vec<f64> = occlusion.iter().zip(&scene.used).filter(|(_, used)| **used).map(|(&ao, _)| f64::from(ao)).collect();
@@ -226,7 +241,7 @@ impl Phases {
 }
 
 /// Looks whether what is asked for goes together and can be written.
-fn form(args: &Args) -> Result<Option<Form>> {
+fn form(args: &Args) -> Result<Option<Written>> {
     #[cfg(feature = "gpu")]
     if args.offset.is_some() && args.backend == Backend::Gpu {
         wrong_arguments!("--offset is where rays start, and depth maps have none; leave it out, or say --backend cpu");
@@ -249,16 +264,16 @@ fn form(args: &Args) -> Result<Option<Form>> {
         Some("mp4" | "pc2") if args.animation.is_none() => {
             wrong_arguments!("a film and a cache show what moves; name an --animation, or write a .ply, .glb or .npy")
         }
-        Some("mp4") => Form::Mp4,
-        Some("pc2") => Form::Pc2,
+        Some("mp4") => Written::Moving(Moving::Mp4),
+        Some("pc2") => Written::Moving(Moving::Pc2),
         _ if args.animation.is_some() => wrong_arguments!("an animation is written as .mp4 or .pc2"),
         Some("glb") if args.matrix => wrong_arguments!("a matrix is written as .npy, not as .glb"),
-        Some("glb") => Form::Glb,
-        Some("ply") => Form::Ply,
+        Some("glb") => Written::Still(Form::Glb),
+        Some("ply") => Written::Still(Form::Ply),
         Some("npy") if args.bent && args.env.is_some() => {
             wrong_arguments!("one .npy holds either bent normals or light; leave out --bent or --env")
         }
-        Some("npy") => Form::Npy,
+        Some("npy") => Written::Still(Form::Npy),
         _ => wrong_arguments!("{}: the output's ending says what is written; name a .ply, .glb or .npy", path.display()),
     };
     files::check_place(path)?;
