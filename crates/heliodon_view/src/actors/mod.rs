@@ -277,10 +277,13 @@ impl Person {
         let deforms = self.figure.go(clip, clip_s, place)?;
         let positions: Vec<Vec3> = self.figure.world_positions().collect();
         let (low, high) = positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |b, &p| (b.0.min(p), b.1.max(p)));
-        let around = hour.grid.and_then(|grid| grid.light_at(hour.moment, (low + high) * 0.5));
+        let field = hour.grid.and_then(|grid| grid.light_at(hour.moment, (low + high) * 0.5)).map(|around| Field::new(&around));
         let suns = hour.grid.map(|grid| SunField::new(grid, hour.moment, low, high));
         let surroundings = Surroundings {
-            radiance: &|direction| radiance(hour.moment, around.as_ref(), direction) * hour.exposure,
+            radiance: &|direction| match &field {
+                Some(field) => field.from(direction) * hour.exposure,
+                None => sh::radiance(&hour.moment.sky, direction).max(Vec3::ZERO) * hour.exposure,
+            },
             sun: hour.sun,
             sun_reaches: &|place| suns.as_ref().map_or(1.0, |suns| suns.at(place)),
         };
@@ -295,14 +298,59 @@ impl Person {
     }
 }
 
-/// Radiance that reaches a place from a direction, where `around` says what the monument leaves of the sky there and adds to it: as a part of the open sky's
-/// radiance where there is less light from around that direction than in the open, and on top of it where there is more (sunlit ground).
-fn radiance(moment: &Moment, around: Option<&AmbientCube>, direction: Vec3) -> Vec3 {
-    let open_sky = sh::radiance(&moment.sky, direction).max(Vec3::ZERO);
-    let Some(around) = around else { return open_sky };
-    let here = around.ambient(direction);
-    let transfer = sh::open_transfer9(direction);
-    let open = moment.shading.sky.iter().zip(transfer).fold(Vec3::ZERO, |sum, (&s, t)| sum + s * t).max(Vec3::ZERO);
-    let part = (here / open.max(Vec3::splat(1e-6))).min(Vec3::ONE);
-    open_sky * part + (here - open).max(Vec3::ZERO)
+/// Radiance that reaches a place from each direction, made of what surfaces there receive from it: the smoothest with which the six sides of a cube get just the light that the grid says,
+/// so that an actor whose parts did not hide one another would be lit as the stone beside it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Field {
+    mean: Vec3,
+    /// By axis.
+    slope: [Vec3; 3],
+    bend: [Vec3; 3],
+}
+
+impl Field {
+    /// Irradiance / pi takes the bands 0, 1 and 2 of radiance by 1, 2/3 and 1/4 (R. Ramamoorthi, P. Hanrahan: "An Efficient Representation for Irradiance
+    /// Environment Maps", SIGGRAPH 2001): here they are given back.
+    fn new(around: &AmbientCube) -> Self {
+        let light = &around.sky_and_bounce;
+        let mean = light.iter().sum::<Vec3>() / 6.0;
+        let of_axis = |axis: usize| [light[2 * axis], light[2 * axis + 1]];
+        let slope = [0, 1, 2].map(|axis| {
+            let [ahead, behind] = of_axis(axis);
+            (ahead - behind) * (0.5 * 3.0 / 2.0)
+        });
+        let bend = [0, 1, 2].map(|axis| {
+            let [ahead, behind] = of_axis(axis);
+            ((ahead + behind) * 0.5 - mean) * 4.0
+        });
+        Self { mean, slope, bend }
+    }
+
+    fn from(&self, direction: Vec3) -> Vec3 {
+        let of_axis = |axis: usize| (self.slope[axis] + self.bend[axis] * direction[axis]) * direction[axis];
+        (self.mean + of_axis(0) + of_axis(1) + of_axis(2)).max(Vec3::ZERO)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use heliodon_bundle::grid::AXES;
+    use heliodon_math::light_sphere::LightSphere;
+
+    #[test]
+    fn a_cube_gets_back_the_light_that_it_was_made_of() {
+        // a sky above a darker ground, with a bright side
+        let light = [2.0, 1.2, 2.6, 0.9, 1.5, 1.4].map(|v: f32| Vec3::new(v, 0.9 * v, 1.3 * v));
+        let field = Field::new(&AmbientCube { sky_and_bounce: light, sun_visible: 0.0 });
+        let sphere = LightSphere::new(4);
+        for (axis, wanted) in AXES.into_iter().zip(light) {
+            let all = sphere.directions().iter().zip(sphere.weights());
+            let sum: Vec3 = all.map(|(&l, &w)| field.from(l) * (w * l.dot(axis).max(0.0))).sum();
+            let got = sum / std::f32::consts::PI;
+            assert!((got - wanted).abs().max_element() < 0.01 * wanted.max_element(), "{axis}: {got} for {wanted}");
+        }
+        let even = Field::new(&AmbientCube { sky_and_bounce: [Vec3::ONE; 6], sun_visible: 1.0 });
+        assert!(sphere.directions().iter().all(|&l| even.from(l).abs_diff_eq(Vec3::ONE, 1e-6)));
+    }
 }
