@@ -3,6 +3,7 @@
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use heliodon_image::SrgbImage;
 use heliodon_math::color::srgb_from_linear;
+use heliodon_math::frame::unit_or;
 use rayon::prelude::*;
 
 /// Samples along each side of a pixel.
@@ -15,7 +16,7 @@ const NOTHING: (f32, Vec3) = (f32::NEG_INFINITY, BEHIND);
 /// A camera that looks at a box from before and above, so that all of it is in the picture.
 pub fn three_quarters((low, high): (Vec3, Vec3), (width, height): (u32, u32)) -> Mat4 {
     let (center, size) = ((low + high) * 0.5, low.distance(high).max(1e-6));
-    let eye = center + Vec3::new(0.55, 0.25, 1.0).normalize() * (1.35 * size);
+    let eye = center + unit_or(Vec3::new(0.55, 0.25, 1.0), Vec3::Z) * (1.35 * size);
     let project = Mat4::perspective_infinite_reverse_rh(0.75, width as f32 / height.max(1) as f32, 0.01 * size);
     project * Mat4::look_at_rh(eye, center, Vec3::Y)
 }

@@ -225,7 +225,7 @@ impl VisibilityMatrix {
             let at = |row: usize| row / BLOCK * BLOCK_WORDS * k + direction * BLOCK_WORDS + row % BLOCK / 64;
             self.words[at(row)] |= bits << (row % 64);
             // What runs over goes into the next word.
-            if row % 64 != 0 && bits >> (64 - row % 64) != 0 {
+            if !row.is_multiple_of(64) && bits >> (64 - row % 64) != 0 {
                 self.words[at(row + 64)] |= bits >> (64 - row % 64);
             }
         }

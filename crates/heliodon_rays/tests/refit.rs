@@ -1,7 +1,5 @@
 //! Scenes that move answer as scenes built anew, and rows and columns that come later are those that come at once.
 
-#![expect(clippy::unwrap_used, reason = "a test may panic")]
-
 mod common;
 
 use common::sheet;

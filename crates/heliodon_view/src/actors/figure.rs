@@ -349,3 +349,137 @@ fn rotation(place: Affine3A) -> Mat3A {
     let [x, y, z] = axes.map(|axis| unit_or(Vec3::from(axis), Vec3::ZERO));
     Mat3A::from_cols(x.into(), y.into(), z.into())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{Mat4, Quat, UVec2};
+    use heliodon_testkit::scenes::{Scene, ball, ground, rectangle};
+
+    const FIXED: Directions = Directions::Fixed(3);
+
+    fn figure(scene: Scene) -> Figure {
+        let mesh = Mesh { positions: scene.positions, normals: scene.normals, triangles: scene.triangles, ..Mesh::default() };
+        Figure::new(Arc::new(Model::new(MovingMesh::still(mesh))))
+    }
+
+    fn eye(from: Vec3) -> EyeView {
+        let project = Mat4::perspective_infinite_reverse_rh(1.2, 1.0, 0.1);
+        EyeView { clip_from_mesh: project * Mat4::look_at_rh(from, Vec3::ZERO, Vec3::Y), size_px: UVec2::splat(256) }
+    }
+
+    /// Eyes on all sides.
+    fn eyes() -> Vec<EyeView> {
+        [Vec3::X, Vec3::NEG_X, Vec3::new(0.1, 1.0, 0.0), Vec3::new(0.1, -1.0, 0.0), Vec3::Z, Vec3::NEG_Z]
+            .map(|d| eye(d * 4.0))
+            .to_vec()
+    }
+
+    fn sky(direction: Vec3) -> Vec3 {
+        Vec3::new(1.0 + 0.5 * direction.y, 1.0, 1.0 - 0.3 * direction.x)
+    }
+
+    fn around() -> Surroundings<'static> {
+        Surroundings { radiance: &sky, sun: None, sun_reaches: &|_| 1.0 }
+    }
+
+    #[test]
+    fn a_ball_in_the_open_is_lit_by_all_that_it_faces() {
+        let mut figure = figure(ball(1.0, 20));
+        assert!(figure.go(None, 0.0, Affine3A::IDENTITY).unwrap());
+        let asked = figure.illuminate(&eyes(), FIXED, true, &around(), None).unwrap();
+        assert_eq!((asked.directions, asked.vertices), (258, figure.model().vertex_count()));
+        for (light, n) in figure.light().iter().zip(ball(1.0, 20).normals) {
+            // the light of a linear radiance is its mean and two thirds of its slope
+            let exact = Vec3::new(1.0 + n.y / 3.0, 1.0, 1.0 - 0.2 * n.x);
+            assert!((*light - exact).abs().max_element() < 0.03, "{light} for {exact}");
+        }
+    }
+
+    #[test]
+    fn what_is_turned_and_carried_is_not_asked_again() {
+        let scene = ball(0.5, 12).and(ground(2.0, 8).moved(Vec3::Y * -0.6));
+        let mut carried = figure(scene.clone());
+        carried.go(None, 0.0, Affine3A::IDENTITY).unwrap();
+        carried.illuminate(&eyes(), FIXED, true, &around(), None).unwrap();
+        let place = Affine3A::from_rotation_translation(Quat::from_rotation_y(1.1), Vec3::new(0.3, 0.0, -0.2));
+        assert!(!carried.go(None, 0.0, place).unwrap(), "the same shape");
+        let asked = carried.illuminate(&eyes(), FIXED, false, &around(), None).unwrap();
+        assert_eq!(asked.vertices, 0);
+        // against one that was built there, whose directions are the world's: other directions, nearly the same light
+        let turned = Scene {
+            positions: scene.positions.iter().map(|&p| place.transform_point3(p)).collect(),
+            normals: scene.normals.iter().map(|&n| place.transform_vector3(n)).collect(),
+            ..scene
+        };
+        let mut built = figure(turned);
+        built.go(None, 0.0, Affine3A::IDENTITY).unwrap();
+        built.illuminate(&eyes(), Directions::Fixed(4), true, &around(), None).unwrap();
+        let off = carried.light().iter().zip(built.light()).map(|(a, b)| (*a - *b).abs().max_element());
+        assert!(off.clone().sum::<f32>() / (built.light().len() as f32) < 0.01);
+        assert!(off.fold(0.0, f32::max) < 0.08);
+    }
+
+    #[test]
+    fn a_cloth_has_two_sides_and_each_its_light() {
+        let sheet = rectangle(Vec3::new(-1.0, -1.0, 0.0), Vec3::X * 2.0, Vec3::Y * 2.0, 4);
+        let count = sheet.positions.len();
+        let mut figure = figure(sheet);
+        assert_eq!(figure.model().vertex_count(), 2 * count);
+        figure.go(None, 0.0, Affine3A::IDENTITY).unwrap();
+        let from_ahead = |direction: Vec3| if direction.z > 0.0 { Vec3::ONE } else { Vec3::ZERO };
+        let sun = Some((Vec3::Z, Vec3::splat(std::f32::consts::PI)));
+        let around = Surroundings { radiance: &from_ahead, sun, sun_reaches: &|place| if place.x > 0.0 { 1.0 } else { 0.0 } };
+        figure
+            .illuminate(&[eye(Vec3::new(0.1, 0.0, 3.0)), eye(Vec3::new(0.1, 0.0, -3.0))], FIXED, true, &around, None)
+            .unwrap();
+        let places: Vec<Vec3> = figure.world_positions().collect();
+        for (i, (light, place)) in figure.light().iter().zip(places).enumerate() {
+            let sunlit = if place.x > 0.0 { 1.0 } else { 0.0 };
+            let exact = if i < count { 1.0 + sunlit } else { 0.0 };
+            assert!((light.x - exact).abs() < 0.03, "{i} at {place}: {light}");
+        }
+        // two sheets' sides weigh as much as what they hide: a square of two metres
+        let taken: f32 = figure.lumps().iter().map(|lump| lump.w * lump.w * std::f32::consts::PI).sum();
+        assert!((taken - 2.0).abs() < 0.01, "{taken}");
+    }
+
+    #[test]
+    fn only_what_is_seen_is_asked_and_the_rest_when_it_shows() {
+        let mut figure = figure(ball(1.0, 30));
+        figure.go(None, 0.0, Affine3A::IDENTITY).unwrap();
+        let front = figure.illuminate(&[eye(Vec3::Z * 4.0)], FIXED, false, &around(), None).unwrap().vertices;
+        let all = figure.model().vertex_count();
+        assert!(front * 5 < all * 3 && front * 4 > all, "{front} of {all}");
+        assert_eq!(figure.illuminate(&[eye(Vec3::Z * 4.0)], FIXED, false, &around(), None).unwrap().vertices, 0);
+        let mut sum = front;
+        for other in eyes() {
+            sum += figure.illuminate(&[other], FIXED, false, &around(), None).unwrap().vertices;
+        }
+        assert_eq!(sum, all);
+        // nobody looks: nothing is asked, and nothing is lost
+        let before = figure.light().to_vec();
+        assert_eq!(figure.illuminate(&[], FIXED, false, &around(), None).unwrap().vertices, 0);
+        assert_eq!(figure.light(), before);
+    }
+
+    #[test]
+    fn light_from_the_sky_follows_and_does_not_jump() {
+        let mut figure = figure(ball(1.0, 12));
+        figure.go(None, 0.0, Affine3A::IDENTITY).unwrap();
+        let even = |value: f32| move |_: Vec3| Vec3::splat(value);
+        let (dark, bright) = (even(0.0), even(1.0));
+        let lit = |figure: &mut Figure, radiance: &dyn Fn(Vec3) -> Vec3, dt_s| {
+            let around = Surroundings { radiance, sun: None, sun_reaches: &|_| 1.0 };
+            figure.illuminate(&eyes(), FIXED, false, &around, dt_s).unwrap();
+            figure.light()[0].x
+        };
+        assert_eq!(lit(&mut figure, &dark, None), 0.0);
+        let first = lit(&mut figure, &bright, Some(FOLLOW_S));
+        assert!((first - 0.632).abs() < 0.03, "{first}");
+        let later = lit(&mut figure, &bright, Some(10.0 * FOLLOW_S));
+        assert!((later - 1.0).abs() < 0.03 && later > first);
+        let alone = lit(&mut figure, &dark, None);
+        assert_eq!(alone, 0.0, "a picture on its own depends on nothing before it");
+    }
+}

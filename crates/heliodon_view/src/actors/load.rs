@@ -81,7 +81,7 @@ fn read(bundle: &BundleReader, actor: &Actor) -> Result<(Person, Look), String> 
             Some(Material { name: String::new(), base_color_linear: DVec3::from(*rgb).as_vec3(), texture: None })
         }
         Some(Albedo::Image(name)) => {
-            let image = SrgbImage::read(&bundle.folder().join(name)).map_err(|error| error.to_string())?;
+            let image = SrgbImage::read(bundle.folder().join(name)).map_err(|error| error.to_string())?;
             let texture = Texture { source: name.clone(), image, wrap: [TextureWrap::Repeat; 2] };
             Some(Material { name: String::new(), base_color_linear: Vec3::ONE, texture: Some(Arc::new(texture)) })
         }

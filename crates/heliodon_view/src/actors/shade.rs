@@ -103,17 +103,17 @@ mod tests {
         let at = |i: usize| Vec3::new(3.0 * i as f32, 1.0, -2.0);
         let casters: Vec<Caster> =
             (0..10).map(|i| Caster { bounds: at(i).extend(1.0), lumps: vec![at(i).extend(0.2); 30] }).collect();
-        let sun = Vec3::new(0.3, 0.5, 0.2).normalize();
+        let sun = unit_or(Vec3::new(0.3, 0.5, 0.2), Vec3::Y);
         let (uniform, clips) = ShadeUniform::new(&casters, sun, Vec3::ONE);
         assert_eq!((uniform.count[0] as usize, clips.len()), (ACTORS, ACTORS));
-        for i in 0..ACTORS {
+        for (i, clip) in clips.iter().enumerate() {
             let tile = uniform.tile[i];
             for offset in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z, Vec3::ZERO] {
                 let place = at(i) + offset;
                 let on_map = uniform.tile_from_world[i].transform_point3(place);
                 assert!(on_map.x >= tile.x && on_map.y >= tile.y && on_map.x <= tile.z && on_map.y <= tile.w, "{i} {on_map}");
                 // the same place for who draws and who reads
-                let clip = clips[i].transform_point3(place);
+                let clip = clip.transform_point3(place);
                 assert!(clip.abs().max_element() <= 1.0 && clip.z >= 0.0);
                 let behind = uniform.tile_from_world[i].transform_point3(place - sun * 5.0);
                 assert!((behind.truncate() - on_map.truncate()).length() < 1e-5 && behind.z > on_map.z + 0.02);

@@ -57,7 +57,8 @@ type DrawnView = (
     Option<&'static MainPassResolutionOverride>,
 );
 
-/// Draws stone and sky for the current camera.
+/// Draws stone, actors and sky for the current camera.
+#[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
 pub fn draw_stage(
     view: ViewQuery<DrawnView>,
     mut gpu: ResMut<StageGpu>,

@@ -5,8 +5,9 @@
 
 use super::{Args, Figures, figures, name_of};
 use crate::failure::wrong_arguments;
+use crate::raster::three_quarters;
 use anyhow::Result;
-use glam::{Mat4, UVec2, Vec3};
+use glam::{UVec2, Vec3};
 use heliodon_math::light_sphere::LightSphere;
 use heliodon_math::visibility::VisibilityBackend;
 use heliodon_mesh::import::{ImportOptions, ImportReport};
@@ -32,11 +33,8 @@ pub fn run(args: &Args) -> Result<Figures> {
     let rest = model.rest();
     let mut figures = figures(args, name_of(path), rest);
     let sphere = LightSphere::new(args.level);
-    let (low, high) = rest.bounds().unwrap_or_default();
-    let (center, size) = ((low + high) * 0.5, low.distance(high));
-    let eye = center + Vec3::new(0.5, 0.2, 1.0).normalize() * (1.3 * size);
-    let project = Mat4::perspective_infinite_reverse_rh(0.8, 4.0 / 3.0, 0.01 * size);
-    let view = EyeView { clip_from_mesh: project * Mat4::look_at_rh(eye, center, Vec3::Y), size_px: PICTURE_PX };
+    let clip_from_mesh = three_quarters(rest.bounds().unwrap_or_default(), (PICTURE_PX.x, PICTURE_PX.y));
+    let view = EyeView { clip_from_mesh, size_px: PICTURE_PX };
     let radiance = vec![Vec3::ONE; sphere.directions().len()];
     let duration_s = model.clips().first().map_or(0.0, |clip| clip.duration_s);
     figures.more.insert("directions".to_owned(), sphere.directions().len() as f64);
