@@ -27,6 +27,7 @@ pub struct VertexFilter {
     wanted: Vec<bool>,
     unseen: usize,
     threshold: usize,
+    one_sided: bool,
     pixels: Vec<(f32, u32)>,
 }
 
@@ -47,9 +48,16 @@ impl VertexFilter {
             seen: vec![false; triangles.len()],
             wanted: vec![false; vertices],
             unseen: triangles.len(),
+            one_sided: false,
             threshold: (threshold.clamp(0.0, 1.0) * triangles.len() as f32) as usize,
             pixels: Vec::new(),
         }
+    }
+
+    /// Only fronts are seen, the sides from which corners run counter-clockwise: of closed bodies, and of meshes whose backs are triangles of their own.
+    #[must_use]
+    pub fn one_sided(self) -> Self {
+        Self { one_sided: true, ..self }
     }
 
     /// Nothing is seen any more: the mesh has moved, and what was known of its vertices is lost.
@@ -71,7 +79,7 @@ impl VertexFilter {
         &self.wanted
     }
 
-    /// Looks from an eye; answers how many vertices are newly wanted. Both sides of triangles are seen.
+    /// Looks from an eye; answers how many vertices are newly wanted. Both sides of triangles are seen, unless [`Self::one_sided`].
     pub fn look(&mut self, positions: &[Vec3], view: &EyeView) -> usize {
         if self.is_complete() {
             return 0;
@@ -112,7 +120,7 @@ impl VertexFilter {
             *shown = behind == 1 || behind == 2;
         }
         if x0 < x1 && y0 < y1 {
-            let width = (x1 - x0) as usize;
+            let (width, one_sided) = ((x1 - x0) as usize, self.one_sided);
             self.pixels.clear();
             self.pixels.resize(width * (y1 - y0) as usize, (f32::NEG_INFINITY, NOTHING));
             let rows = ((y1 - y0) as usize).div_ceil(rayon::current_num_threads()).max(16);
@@ -120,7 +128,9 @@ impl VertexFilter {
                 let top = y0 as usize + band * rows;
                 let picture = &mut Band { pixels, left: x0 as usize, top, width };
                 for (id, t) in self.triangles.iter().enumerate() {
-                    if let [Some(a), Some(b), Some(c)] = t.map(|i| screen[i as usize]) {
+                    if let [Some(a), Some(b), Some(c)] = t.map(|i| screen[i as usize])
+                        && !(one_sided && turned_away([a, b, c]))
+                    {
                         picture.draw([a, b, c], id as u32);
                     }
                 }
@@ -136,6 +146,15 @@ impl VertexFilter {
             }
         }
     }
+}
+
+/// Twice the area of a triangle on the screen, whose y points down: negative where its front is seen.
+fn doubled_area([a, b, c]: [Vec3; 3]) -> f32 {
+    (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)
+}
+
+fn turned_away(corners: [Vec3; 3]) -> bool {
+    doubled_area(corners) >= 0.0
 }
 
 /// Some rows of the picture.
@@ -156,7 +175,7 @@ impl Band<'_> {
         if outside || high.y < first_y || low.y > first_y + height as f32 {
             return;
         }
-        let doubled = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+        let doubled = doubled_area([a, b, c]);
         if doubled == 0.0 || !doubled.is_finite() {
             return;
         }
@@ -222,6 +241,20 @@ mod tests {
         assert!(filter.is_complete() && sum == ball.positions.len());
         filter.reset();
         assert!(!filter.is_complete() && !filter.wanted().contains(&true));
+    }
+
+    #[test]
+    fn of_two_sides_the_one_that_is_seen_is_wanted() {
+        let front = rectangle(Vec3::new(-1.0, -1.0, 0.0), Vec3::X * 2.0, Vec3::Y * 2.0, 3);
+        let count = front.positions.len() as u32;
+        let mut both = front.clone().and(front);
+        let backs = both.triangles.len() / 2;
+        both.triangles[backs..].iter_mut().for_each(|t| t.swap(1, 2));
+        let mut filter = filter(&both, 0.0).one_sided();
+        assert_eq!(filter.look(&both.positions, &view_from(Vec3::Z * 4.0)), count as usize);
+        assert!(filter.wanted()[..count as usize].iter().all(|&wanted| wanted));
+        assert_eq!(filter.look(&both.positions, &view_from(Vec3::Z * -4.0)), count as usize);
+        assert!(filter.is_complete());
     }
 
     #[test]

@@ -4,6 +4,7 @@ use crate::{done, json, read_npy_f32, run};
 use glam::Vec3;
 use heliodon_image::HdrImage;
 use heliodon_mesh::import::{ImportOptions, read};
+use heliodon_mesh::motion::pc2;
 use std::path::PathBuf;
 
 struct Desk(tempfile::TempDir);
@@ -161,6 +162,51 @@ fn what_does_not_go_together_is_refused() {
     let over = run(&[&"visibility", &ply, &"-o", &ply]);
     assert!(over.code == 1 && over.err.contains("written over"), "{}", over.err);
     assert_eq!(std::fs::read(&ply).unwrap(), before);
+}
+
+#[test]
+fn what_moves_is_filmed_and_cached() {
+    let desk = Desk::new();
+    done(&[&"figures", &desk.path("moving")]);
+    let (walker, cloth) = (desk.path("moving/walker.glb"), desk.path("moving/cloth.ply"));
+    let (film, cache) = (desk.path("walk.mp4"), desk.path("waving.pc2"));
+    let report = json(&[&"visibility", &walker, &"--animation", &"walk", &"--frames", &"3", &"--level", &"1", &"-o", &film]);
+    assert_eq!(report["directions"], 18);
+    for phase in ["pose", "hierarchy", "visibility", "light", "picture"] {
+        assert!(report["seconds"][phase].as_f64().is_some(), "{phase}");
+    }
+    assert_eq!(&std::fs::read(&film).unwrap()[4..8], b"ftyp");
+
+    let of_cloth = desk.path("moving/cloth.pc2");
+    let waving: [&dyn AsRef<std::ffi::OsStr>; 11] =
+        [&"visibility", &cloth, &"--cache", &of_cloth, &"--animation", &"cache", &"--frames", &"4", &"--level", &"2", &"-o"];
+    done(&waving.into_iter().chain([&cache as &dyn AsRef<std::ffi::OsStr>]).collect::<Vec<_>>());
+    let [values, places] = [cache.clone(), cache.with_extension("positions.pc2")].map(|path| pc2::read(&path).unwrap());
+    assert_eq!((values.points, values.samples(), places.points, places.samples()), (3249, 4, 3249, 4));
+    // ambient occlusion, thrice; the second moment is not the first
+    assert!(values.positions.iter().all(|v| v.x == v.y && v.y == v.z && (0.0..=1.0).contains(&v.x)));
+    assert_ne!(values.positions[..3249], values.positions[3249..6498]);
+    // the positions are those of the clip: its first moment is the cache's first sample
+    let first = pc2::read(&of_cloth).unwrap();
+    let off = places.positions[..3249].iter().zip(&first.positions).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+    assert!(off < 1e-5, "{off}");
+
+    let lit = desk.path("lit.glb");
+    done(&[&"visibility", &walker, &"--level", &"1", &"-o", &lit]);
+    assert_eq!(read(&lit, &ImportOptions::default()).unwrap().positions.len(), 8415);
+    let wrong: [&[&dyn AsRef<std::ffi::OsStr>]; 4] = [
+        &[&"visibility", &walker, &"--animation", &"walk"],
+        &[&"visibility", &walker, &"--animation", &"walk", &"-o", &lit],
+        &[&"visibility", &walker, &"-o", &film],
+        &[&"visibility", &walker, &"--frames", &"3", &"-o", &lit],
+    ];
+    for arguments in wrong {
+        assert_eq!(run(arguments).code, 2, "{}", run(arguments).err);
+    }
+    let unknown = run(&[&"visibility", &walker, &"--animation", &"fly", &"-o", &film]);
+    assert!(unknown.code == 1 && unknown.err.contains("walk, idle"), "{}", unknown.err);
+    let two = run(&[&"visibility", &walker, &cloth, &"--animation", &"walk", &"-o", &film]);
+    assert!(two.code == 1 && two.err.contains("one model"), "{}", two.err);
 }
 
 #[cfg(feature = "gpu")]

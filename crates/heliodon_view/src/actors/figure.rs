@@ -97,28 +97,29 @@ impl Model {
     }
 }
 
+/// Places closer than this part of a mesh's size are one: where tools close a seam they round.
+const SAME_PLACE: f32 = 1e-5;
+
 /// Whether a mesh has edges at which it ends; vertices in one place are one.
 fn is_open(mesh: &Mesh) -> bool {
-    let mut places: HashMap<[u32; 3], u32> = HashMap::new();
-    let place: Vec<u32> = mesh
-        .positions
-        .iter()
-        .map(|p| {
-            // Minus zero is zero.
-            let next = places.len() as u32;
-            *places.entry((*p + Vec3::ZERO).to_array().map(f32::to_bits)).or_insert(next)
-        })
-        .collect();
+    let (low, high) = mesh.bounds().unwrap_or_default();
+    let scale = 1.0 / (SAME_PLACE * low.distance(high)).max(f32::MIN_POSITIVE);
+    let mut places: HashMap<[i32; 3], u32> = HashMap::new();
+    let mut place = |p: &Vec3| {
+        let next = places.len() as u32;
+        *places.entry(((*p - low) * scale).round().as_ivec3().to_array()).or_insert(next)
+    };
+    let place: Vec<u32> = mesh.positions.iter().map(&mut place).collect();
     let mut balance: HashMap<(u32, u32), i32> = HashMap::new();
     for t in &mesh.triangles {
         let t = t.map(|i| place[i as usize]);
-        for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+        for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])].into_iter().filter(|(a, b)| a != b) {
             *balance.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
         }
     }
     let ends = balance.values().filter(|&&sum| sum != 0).count();
-    // A seam or two that a modeller forgot do not make a body a cloth.
-    ends * 50 > balance.len()
+    // A few that a modeller forgot do not make a body a cloth.
+    ends * 200 > balance.len()
 }
 
 /// What a figure's light comes from.
@@ -171,7 +172,7 @@ impl Figure {
     #[must_use]
     pub fn new(model: Arc<Model>) -> Self {
         let count = model.vertex_count();
-        let filter = VertexFilter::new(count, &model.triangles, THRESHOLD);
+        let filter = VertexFilter::new(count, &model.triangles, THRESHOLD).one_sided();
         Self {
             model,
             backend: VisibilityCpu::default(),
