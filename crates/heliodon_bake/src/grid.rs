@@ -2,7 +2,7 @@
 //!
 //! A place between points is lit by the corners of its cell, so every box of walkable space takes all lattice points that are corners of
 //! a cell that it meets. The lattice hangs at the origin of the site's space, so that it does not move with a room's corner; its
-//! planes keep away from whole and half metres, where floors and walls like to be ([`ANCHOR`]).
+//! planes keep away from whole and half metres, where floors and walls like to be (`ANCHOR`).
 
 use crate::error::BakeError;
 use glam::{DVec3, Vec3};

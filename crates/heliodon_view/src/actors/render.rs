@@ -89,7 +89,7 @@ pub struct ActorsGpu {
     casting: usize,
 }
 
-/// The layout of what [`ShadowMap`] binds for the stone.
+/// The layout of what the map of depths from the sun binds for the stone.
 pub fn shade_layout() -> BindGroupLayoutDescriptor {
     BindGroupLayoutDescriptor::new(
         "actors_shade",
