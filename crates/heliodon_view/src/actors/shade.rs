@@ -14,8 +14,8 @@ pub const TILE_PX: u32 = 512;
 pub const TILES_ACROSS: u32 = 4;
 /// The map's rows of tiles.
 pub const TILES_DOWN: u32 = ACTORS as u32 / TILES_ACROSS;
-/// How many of its own radii around an actor the sky is darker: where a body takes a hundredth of it.
-const REACH: f32 = 6.0;
+/// How many radii of its largest sphere beyond an actor the sky is darker: there that sphere takes a hundredth of it.
+const REACH: f32 = 10.0;
 /// Texels at a tile's edge that nothing casts into, so that samples stay within it.
 const MARGIN_PX: f32 = 3.0;
 
@@ -33,9 +33,11 @@ pub struct Caster {
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ShadeUniform {
     sun_over_pi: Vec4,
+    sun_direction: Vec4,
     count: [u32; 4],
     tile_from_world: [Mat4; ACTORS],
     reach: [Vec4; ACTORS],
+    radius: [Vec4; ACTORS],
     tile: [Vec4; ACTORS],
     spheres: [Vec4; ACTORS * SPHERES],
 }
@@ -49,6 +51,7 @@ impl ShadeUniform {
     pub fn new(casters: &[Caster], sun_direction: Vec3, sun_irradiance: Vec3) -> (Self, Vec<Mat4>) {
         let mut uniform = Self::zeroed();
         uniform.sun_over_pi = (sun_irradiance * std::f32::consts::FRAC_1_PI).extend(0.0);
+        uniform.sun_direction = sun_direction.extend(0.0);
         let mut clips = Vec::new();
         for (i, caster) in casters.iter().take(ACTORS).enumerate() {
             let clip = clip_from_world(caster.bounds, sun_direction);
@@ -60,7 +63,10 @@ impl ShadeUniform {
             let margin = Vec3::new(across.x, across.y, 0.0) * (MARGIN_PX / TILE_PX as f32);
             let (low, high) = (tile * across + margin, (tile + Vec3::new(1.0, 1.0, 0.0)) * across - margin);
             uniform.tile[i] = Vec4::new(low.x, low.y, high.x, high.y);
-            uniform.reach[i] = caster.bounds.truncate().extend(REACH * caster.bounds.w);
+            let largest = caster.lumps.iter().map(|lump| lump.w).fold(0.0, f32::max);
+            let reach = caster.bounds.w + REACH * largest;
+            uniform.reach[i] = caster.bounds.truncate().extend(reach * reach);
+            uniform.radius[i].x = caster.bounds.w * caster.bounds.w;
             for (slot, &lump) in uniform.spheres[i * SPHERES..(i + 1) * SPHERES].iter_mut().zip(&caster.lumps) {
                 *slot = lump;
             }

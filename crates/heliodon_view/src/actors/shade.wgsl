@@ -7,12 +7,16 @@ const SPHERES: u32 = 24u;
 struct Shade {
     // rgb: the sun's irradiance at normal incidence / pi, times exposure.
     sun_over_pi: vec4<f32>,
+    // xyz: unit direction to the sun.
+    sun_direction: vec4<f32>,
     // x: actors.
     count: vec4<u32>,
     // World to a tile of the map: x and y in texture coordinates, z the depth from the sun.
     tile_from_world: array<mat4x4<f32>, 8>,
-    // xyz: the middle of an actor, w: how far its darkness of the sky reaches.
+    // xyz: the middle of an actor, w: the square of how far its darkness of the sky reaches.
     reach: array<vec4<f32>, 8>,
+    // x: the square of the radius around an actor.
+    radius: array<vec4<f32>, 8>,
     // The tile's least and greatest texture coordinates.
     tile: array<vec4<f32>, 8>,
     // Centres and radii, SPHERES for each actor; the rest have no radius.
@@ -42,12 +46,7 @@ fn sun_passes(actor: u32, place: vec3<f32>) -> f32 {
 
 // How much of the sky an actor leaves to a surface: each of its spheres takes the solid angle that it has there, weighted by its cosine
 // (an even sky, and a sphere above the horizon: (r / d)^2 cos; spheres that the horizon cuts, by where their middle would be).
-fn sky_passes(actor: u32, place: vec3<f32>, normal: vec3<f32>) -> f32 {
-    let reach = shade.reach[actor];
-    let off = reach.xyz - place;
-    if (dot(off, off) > reach.w * reach.w) {
-        return 1.0;
-    }
+fn sky_passes(actor: u32, place: vec3<f32>, normal: vec3<f32>, square_off: f32) -> f32 {
     var taken = 0.0;
     for (var i = actor * SPHERES; i < (actor + 1u) * SPHERES; i += 1u) {
         let sphere = shade.spheres[i];
@@ -61,7 +60,7 @@ fn sky_passes(actor: u32, place: vec3<f32>, normal: vec3<f32>) -> f32 {
         taken += size * max(mix(0.5 * (cosine + sine), cosine, shown), 0.0) * shown;
     }
     // Spheres hide one another: what is left is not 1 - taken, but as if they lay there without order. It fades out where it would be cut off.
-    let edge = 1.0 - dot(off, off) / (reach.w * reach.w);
+    let edge = 1.0 - square_off / shade.reach[actor].w;
     return exp(-taken * clamp(4.0 * edge, 0.0, 1.0));
 }
 
@@ -71,10 +70,17 @@ fn shaded(light: vec3<f32>, sun: f32, place: vec3<f32>, normal: vec3<f32>) -> ve
     var from_sun = 1.0;
     var from_sky = 1.0;
     for (var actor = 0u; actor < shade.count.x; actor += 1u) {
-        if (sun > 0.0) {
+        // Most of the stone is near no actor, and behind none.
+        let off = shade.reach[actor].xyz - place;
+        let square_off = dot(off, off);
+        let along = dot(off, shade.sun_direction.xyz);
+        let near = along > 0.0 || square_off < shade.radius[actor].x;
+        if (sun > 0.0 && near && square_off - along * along < shade.radius[actor].x) {
             from_sun = min(from_sun, sun_passes(actor, place));
         }
-        from_sky *= sky_passes(actor, place, normal);
+        if (square_off < shade.reach[actor].w) {
+            from_sky *= sky_passes(actor, place, normal, square_off);
+        }
     }
     return direct * from_sun + (light - direct) * from_sky;
 }
