@@ -1,6 +1,6 @@
 //! Actors on the GPU: buffers that are written in every frame, the map of their depth from the sun, and their draws in the stone's own pass.
 
-use super::shade::{ACTORS, Caster, SHADE_BYTES, ShadeUniform, TILE_PX, TILES_ACROSS, TILES_DOWN};
+use super::shade::{ACTORS, Caster, SHADE_BYTES, ShadeUniform, TILE_PX, TILES_ACROSS, TILES_DOWN, may_shade};
 use crate::daylight::pipelines::StagePipelines;
 use crate::daylight::prepare::StageGpu;
 use crate::stage::frame::StageFrame;
@@ -87,6 +87,8 @@ pub struct ActorsGpu {
     actors: Vec<ActorGpu>,
     map: Option<ShadowMap>,
     casting: usize,
+    casters: Vec<Caster>,
+    sun_direction: Vec3,
 }
 
 /// The layout of what the map of depths from the sun binds for the stone.
@@ -236,6 +238,12 @@ impl ActorsGpu {
         }
     }
 
+    /// Whether anybody may shade what lies in a box of the world.
+    #[must_use]
+    pub fn shades(&self, bounds: (Vec3, Vec3)) -> bool {
+        self.casters.iter().any(|caster| may_shade(caster, self.sun_direction, bounds))
+    }
+
     /// What shades the stone, where anybody does.
     #[must_use]
     pub fn shade(&self) -> Option<&BindGroup> {
@@ -282,6 +290,7 @@ pub fn prepare_actors(
     if cache.get_render_pipeline(map.pipeline).is_some() {
         gpu.casting = clips.len();
     }
+    (gpu.casters, gpu.sun_direction) = (casters, moment.sun_direction);
 }
 
 /// Draws the actors' depth from the sun.

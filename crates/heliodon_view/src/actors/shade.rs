@@ -77,6 +77,22 @@ impl ShadeUniform {
     }
 }
 
+/// Whether a caster may shade anything in a box of the world under a sun: where its darkness of the sky reaches, or behind it.
+#[must_use]
+pub fn may_shade(caster: &Caster, sun_direction: Vec3, (low, high): (Vec3, Vec3)) -> bool {
+    let (center, radius) = (caster.bounds.truncate(), caster.bounds.w);
+    let largest = caster.lumps.iter().map(|lump| lump.w).fold(0.0, f32::max);
+    let reach = radius + REACH * largest;
+    if center.distance_squared(center.clamp(low, high)) < reach * reach {
+        return true;
+    }
+    // A sphere around the box, and the way of the light behind the caster.
+    let off = (low + high) * 0.5 - center;
+    let wide = radius + 0.5 * low.distance(high);
+    let behind = -off.dot(sun_direction);
+    behind > -wide && behind < SHADOW_M + wide && (off + sun_direction * behind).length_squared() < wide * wide
+}
+
 /// From the world to the clip space of a caster's tile, in which z is 0 nearest to the sun. Casters stand behind nothing: what lies behind them at any distance is beyond 1 there and
 /// counts as at 1.
 fn clip_from_world(bounds: Vec4, sun_direction: Vec3) -> Mat4 {
@@ -103,6 +119,16 @@ const SHADOW_M: f32 = 200.0;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn boxes_are_shaded_nearby_and_behind() {
+        let caster = Caster { bounds: Vec4::new(0.0, 1.0, 0.0, 1.0), lumps: vec![Vec4::new(0.0, 1.0, 0.0, 0.1)] };
+        let sun = unit_or(Vec3::new(1.0, 0.5, 0.0), Vec3::Y);
+        let at = |center: Vec3| may_shade(&caster, sun, (center - Vec3::splat(0.5), center + Vec3::splat(0.5)));
+        assert!(at(Vec3::ZERO) && at(Vec3::new(0.0, 0.0, 2.2)));
+        assert!(at(Vec3::new(-20.0, -9.0, 0.0)), "behind");
+        assert!(!at(Vec3::new(20.0, 11.0, 0.0)) && !at(Vec3::new(0.0, 0.0, 9.0)) && !at(Vec3::new(-20.0, 9.0, 0.0)));
+    }
 
     #[test]
     fn casters_lie_in_their_tiles_and_what_is_behind_lies_behind() {

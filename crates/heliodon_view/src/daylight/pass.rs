@@ -80,8 +80,8 @@ pub fn draw_stage(
         let [stone @ .., _] = ids.map(|id| cache.get_render_pipeline(id));
         stone.iter().all(Option::is_some).then_some((stone, shade))
     });
-    let (stone, shade) = shaded.map_or((stone, None), |(stone, shade)| (stone, Some(shade)));
-    let canvas = Canvas { target, depth, viewport, view_group, stone, shade };
+    let shaded = shaded.map(|(stone, shade)| Shaded { stone, shade, actors: &actors });
+    let canvas = Canvas { target, depth, viewport, view_group, stone, shaded };
 
     let moving = stage_view.undecided.is_some() || stage_view.drawn.seen.single.is_none();
     // A day that passes before an eye at rest is what must be quick: that is one pass.
@@ -134,8 +134,15 @@ struct Canvas<'a> {
     viewport: Option<Viewport>,
     view_group: BindGroup,
     stone: [Option<&'a RenderPipeline>; 4],
-    /// What actors cast on it.
-    shade: Option<&'a BindGroup>,
+    /// Stone that actors may shade.
+    shaded: Option<Shaded<'a>>,
+}
+
+/// How stone is drawn that actors may shade: what they cast is group 1, and the texture group 2.
+struct Shaded<'a> {
+    stone: [Option<&'a RenderPipeline>; 4],
+    shade: &'a BindGroup,
+    actors: &'a ActorsGpu,
 }
 
 impl Canvas<'_> {
@@ -162,28 +169,27 @@ impl Canvas<'_> {
     /// Draws stone, in passes of `most` triangles; the last is left open.
     fn stone(&self, encoder: &mut CommandEncoder, gpu: &StageGpu, drawn: &Drawn, most: u64) -> RenderPass<'static> {
         let begin = |encoder: &mut CommandEncoder| self.begin(encoder, "stone_and_sky", self.target.get_color_attachment());
-        let texture_group = if self.shade.is_some() { 2 } else { 1 };
-        let shaded = |mut pass: RenderPass<'static>| {
-            if let Some(shade) = self.shade {
-                pass.set_bind_group(1, &**shade, &[]);
-            }
-            pass
-        };
-        let mut pass = shaded(begin(encoder));
+        let mut pass = begin(encoder);
         for (part, draws) in drawn.seen.parts(most).enumerate() {
             if part > 0 {
                 drop(pass);
-                pass = shaded(begin(encoder));
+                pass = begin(encoder);
             }
             let mut bound = Bound::default();
             for draw in draws {
                 let chunk = &gpu.chunks[draw.chunk as usize];
                 let subject = Subject::stone_index(chunk.texture.is_some(), chunk.closed);
+                let shaded = self.shaded.as_ref().filter(|shaded| shaded.actors.shades(chunk.kept.bounds));
+                bound.shade(&mut pass, shaded.map(|shaded| shaded.shade));
+                let (pipelines, number, group) = match shaded {
+                    Some(shaded) => (&shaded.stone, subject + self.stone.len(), 2),
+                    None => (&self.stone, subject, 1),
+                };
                 // Until its pipeline and texture are there, nothing is drawn of a chunk.
-                if let Some(pipeline) = self.stone[subject]
-                    && bound.texture(&mut pass, gpu, chunk.texture, texture_group)
+                if let Some(pipeline) = pipelines[subject]
+                    && bound.texture(&mut pass, gpu, chunk.texture, group)
                 {
-                    bound.pipeline(&mut pass, subject, pipeline);
+                    bound.pipeline(&mut pass, number, pipeline);
                     bound.draw(&mut pass, gpu, drawn.indices.as_ref(), draw, 0);
                 }
             }
@@ -223,6 +229,7 @@ struct Bound {
     pipeline: Option<usize>,
     page: Option<usize>,
     texture: Option<u32>,
+    shaded: bool,
 }
 
 impl Bound {
@@ -231,6 +238,16 @@ impl Bound {
         if self.pipeline != Some(number) {
             pass.set_pipeline(pipeline);
             self.pipeline = Some(number);
+        }
+    }
+
+    /// Goes over to stone that is shaded, or is not: their groups have other numbers.
+    fn shade(&mut self, pass: &mut RenderPass<'_>, shade: Option<&BindGroup>) {
+        if self.shaded != shade.is_some() {
+            (self.shaded, self.texture) = (shade.is_some(), None);
+            if let Some(shade) = shade {
+                pass.set_bind_group(1, &**shade, &[]);
+            }
         }
     }
 
