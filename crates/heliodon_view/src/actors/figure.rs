@@ -133,14 +133,12 @@ pub struct Surroundings<'a> {
 }
 
 /// What a frame did.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Asked {
     /// Directions.
     pub directions: usize,
     /// Vertices for which anything was asked.
     pub vertices: usize,
-    /// Milliseconds for posing, filtering, asking and summing.
-    pub ms: f32,
 }
 
 /// A mesh in motion, with its light.
@@ -266,11 +264,7 @@ impl Figure {
         }
         let wanted = self.filter.wanted();
         let count = wanted.iter().filter(|&&wanted| wanted).count();
-        let before = self.choice.clone();
         let level = self.choice.next(directions, count, deforming);
-        if !deforming && new == 0 && count == 0 {
-            self.choice = before;
-        }
         let sphere = self.spheres.entry(level).or_insert_with(|| LightSphere::new(level));
         let start = Instant::now();
         self.backend.compute_for(wanted, sphere.directions())?;
@@ -315,7 +309,7 @@ impl Figure {
                 *light += irradiance * (cosine * reaches * FRAC_1_PI);
             }
         }
-        Ok(Asked { directions: sphere.directions().len(), vertices: if deforming { count } else { new }, ms: 0.0 })
+        Ok(Asked { directions: sphere.directions().len(), vertices: if deforming { count } else { new } })
     }
 
     /// Spheres of the world that take as much of the sky, seen from afar, as the mesh: centres, and radii in w. Parts of a surface of area A show A / 4 on the average
