@@ -238,6 +238,9 @@ fn bench_frame(args: &Args) -> Result<Figures> {
         if let (Some(with), Some(without)) = (times.resident_bytes, empty.resident_bytes) {
             figures.more.insert("resident_bytes_beyond_an_empty_scene".to_owned(), with as f64 - without as f64);
         }
+        if let Some(ms) = times.processor_ms {
+            figures.more.insert("processor_ms".to_owned(), ms);
+        }
         figures.scene = format!("{} on {}", figures.scene.split(" on ").next().unwrap_or_default(), times.device);
     }
     figures.more.insert("empty_scene_ms".to_owned(), empty.mean_ms);

@@ -161,6 +161,8 @@ pub struct Figure {
     sun_bits: Vec<bool>,
     sun_asked: Option<Vec3>,
     light: Vec<Vec3>,
+    /// How much of the sun's irradiance / pi in the light comes straight from the sun.
+    sun: Vec<f32>,
     /// Whether any of it was computed.
     lit: bool,
 }
@@ -187,6 +189,7 @@ impl Figure {
             sun_bits: vec![false; count],
             sun_asked: None,
             light: vec![Vec3::ZERO; count],
+            sun: vec![0.0; count],
             lit: false,
         }
     }
@@ -206,6 +209,12 @@ impl Figure {
     #[must_use]
     pub fn light(&self) -> &[Vec3] {
         &self.light
+    }
+
+    /// How much of the sun's irradiance / pi in [`Self::light`] comes straight from the sun: what stands in its way takes that.
+    #[must_use]
+    pub fn sun(&self) -> &[f32] {
+        &self.sun
     }
 
     /// Goes to a moment of a clip, and to a place; answers whether the mesh itself has changed.
@@ -299,14 +308,14 @@ impl Figure {
             self.sun_bits = self.backend.seen_from(wanted, direction)?;
         }
         let place = self.place;
-        for (i, light) in self.light.iter_mut().enumerate().filter(|(i, _)| wanted[*i]) {
-            *light = self.sky[i];
+        for i in (0..wanted.len()).filter(|&i| wanted[i]) {
+            (self.light[i], self.sun[i]) = (self.sky[i], 0.0);
             if let Some((direction, irradiance)) = sun
                 && self.sun_bits[i]
             {
                 let cosine = self.normals[i].dot(direction).max(0.0);
-                let reaches = (around.sun_reaches)(place.transform_point3(self.positions[i]));
-                *light += irradiance * (cosine * reaches * FRAC_1_PI);
+                self.sun[i] = cosine * (around.sun_reaches)(place.transform_point3(self.positions[i]));
+                self.light[i] += irradiance * (self.sun[i] * FRAC_1_PI);
             }
         }
         Ok(Asked { directions: sphere.directions().len(), vertices: if deforming { count } else { new } })

@@ -288,11 +288,9 @@ impl Person {
             sun_reaches: &|place| suns.as_ref().map_or(1.0, |suns| suns.at(place)),
         };
         let asked = self.figure.illuminate(eyes, directions, deforms, &surroundings, passed_s)?;
-        let half = |light: &Vec3| {
-            let [r, g, b] = light.to_array().map(|v| f16::from_f32(v.clamp(0.0, 65504.0)).to_bits());
-            [r, g, b, 0]
-        };
-        let light = self.figure.light().iter().map(half).collect();
+        let half =
+            |(light, sun): (&Vec3, &f32)| light.extend(*sun).to_array().map(|v| f16::from_f32(v.clamp(0.0, 65504.0)).to_bits());
+        let light = self.figure.light().iter().zip(self.figure.sun()).map(half).collect();
         let bounds = ((low + high) * 0.5).extend(low.distance(high) * 0.5);
         Ok((Shown { positions, light, caster: Caster { bounds, lumps: self.figure.lumps() } }, asked))
     }

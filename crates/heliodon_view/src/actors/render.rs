@@ -9,7 +9,7 @@ use bevy::asset::uuid::Uuid;
 use bevy::mesh::VertexBufferLayout;
 use bevy::prelude::*;
 use bevy::render::extract_resource::ExtractResource;
-use bevy::render::render_resource::binding_types::{sampler, texture_depth_2d, uniform_buffer_sized};
+use bevy::render::render_resource::binding_types::{texture_depth_2d, uniform_buffer_sized};
 use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue};
 use bevy::shader::Shader;
@@ -88,6 +88,8 @@ pub struct ActorsGpu {
     map: Option<ShadowMap>,
     casting: usize,
     casters: Vec<Caster>,
+    /// Spheres around all actors, radius in w.
+    bounds: Vec<Vec4>,
     sun_direction: Vec3,
 }
 
@@ -97,11 +99,7 @@ pub fn shade_layout() -> BindGroupLayoutDescriptor {
         "actors_shade",
         &BindGroupLayoutEntries::sequential(
             ShaderStages::FRAGMENT,
-            (
-                uniform_buffer_sized(false, NonZeroU64::new(SHADE_BYTES as u64)),
-                texture_depth_2d(),
-                sampler(SamplerBindingType::Comparison),
-            ),
+            (uniform_buffer_sized(false, NonZeroU64::new(SHADE_BYTES as u64)), texture_depth_2d()),
         ),
     )
 }
@@ -130,15 +128,8 @@ impl ShadowMap {
             usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let compare = device.create_sampler(&SamplerDescriptor {
-            label: Some("actors_sun_depth"),
-            mag_filter: FilterMode::Linear,
-            min_filter: FilterMode::Linear,
-            compare: Some(CompareFunction::LessEqual),
-            ..default()
-        });
         let layout = cache.get_bind_group_layout(&shade_layout());
-        let entries = BindGroupEntries::sequential((uniform.as_entire_binding(), &view, &compare));
+        let entries = BindGroupEntries::sequential((uniform.as_entire_binding(), &view));
         let bind_group = device.create_bind_group("actors_shade", &layout, &entries);
         let uuid = Uuid::from_u128(0x91c2_03f7_52ab_4d0e_8d10_0000_0000_0001);
         cache.set_shader(AssetId::Uuid { uuid }, Shader::from_wgsl(include_str!("caster.wgsl"), "heliodon/caster.wgsl"));
@@ -218,24 +209,48 @@ impl ActorGpu {
 }
 
 impl ActorsGpu {
-    /// Draws the actors by the pipelines of closed stone, without and with a texture; their texture is group 1.
-    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, pipelines: [Option<&RenderPipeline>; 2]) {
-        for actor in &self.actors {
+    /// Draws the actors as closed stone: by the pipelines without and with a texture, and those for what others shade.
+    pub fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        plain: [Option<&RenderPipeline>; 2],
+        shaded: Option<[Option<&RenderPipeline>; 2]>,
+    ) {
+        for (number, actor) in self.actors.iter().enumerate() {
             pass.set_vertex_buffer(0, *actor.positions.slice(..));
             pass.set_vertex_buffer(1, *actor.light.slice(..));
             pass.set_vertex_buffer(2, *actor.albedo.slice(..));
             pass.set_vertex_buffer(3, *actor.uvs.slice(..));
             pass.set_index_buffer(*actor.indices.slice(..), IndexFormat::Uint32);
-            for (indices, texture) in &actor.draws {
-                let group = texture.and_then(|texture| actor.textures[texture].as_ref());
-                let Some(pipeline) = pipelines[usize::from(group.is_some())] else { continue };
-                pass.set_pipeline(pipeline);
-                if let Some(group) = group {
-                    pass.set_bind_group(1, &**group, &[]);
+            let shaded = shaded.zip(self.shade()).filter(|_| self.is_shaded(number));
+            // A texture is the group after what shades.
+            let (pipelines, texture_group) = match shaded {
+                Some((pipelines, shade)) => {
+                    pass.set_bind_group(1, &**shade, &[]);
+                    (pipelines, 2)
                 }
-                pass.draw_indexed(indices.clone(), 0, 0..1);
+                None => (plain, 1),
+            };
+            // By its instance an actor that casts is known from the others.
+            let instance = if number < self.casting { number as u32 + 1 } else { 0 };
+            for (indices, texture) in &actor.draws {
+                let texture = texture.and_then(|texture| actor.textures[texture].as_ref());
+                let Some(pipeline) = pipelines[usize::from(texture.is_some())] else { continue };
+                pass.set_pipeline(pipeline);
+                if let Some(texture) = texture {
+                    pass.set_bind_group(texture_group, &**texture, &[]);
+                }
+                pass.draw_indexed(indices.clone(), 0, instance..instance + 1);
             }
         }
+    }
+
+    /// Whether others may shade an actor.
+    fn is_shaded(&self, number: usize) -> bool {
+        let Some(bounds) = self.bounds.get(number) else { return false };
+        let (center, half) = (bounds.truncate(), Vec3::splat(bounds.w));
+        let others = self.casters.iter().enumerate().filter(|&(other, _)| other != number);
+        others.into_iter().any(|(_, caster)| may_shade(caster, self.sun_direction, (center - half, center + half)))
     }
 
     /// Whether anybody may shade what lies in a box of the world.
@@ -290,6 +305,7 @@ pub fn prepare_actors(
     if cache.get_render_pipeline(map.pipeline).is_some() {
         gpu.casting = clips.len();
     }
+    gpu.bounds = frame.shown.iter().map(|shown| shown.caster.bounds).collect();
     (gpu.casters, gpu.sun_direction) = (casters, moment.sun_direction);
 }
 

@@ -33,12 +33,11 @@ pub struct Caster {
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ShadeUniform {
     sun_over_pi: Vec4,
-    sun_direction: Vec4,
-    count: [u32; 4],
-    tile_from_world: [Mat4; ACTORS],
+    right: Vec4,
+    up: Vec4,
+    along: Vec4,
+    tiles: [Vec4; ACTORS],
     reach: [Vec4; ACTORS],
-    radius: [Vec4; ACTORS],
-    tile: [Vec4; ACTORS],
     spheres: [Vec4; ACTORS * SPHERES],
 }
 
@@ -51,39 +50,46 @@ impl ShadeUniform {
     pub fn new(casters: &[Caster], sun_direction: Vec3, sun_irradiance: Vec3) -> (Self, Vec<Mat4>) {
         let mut uniform = Self::zeroed();
         uniform.sun_over_pi = (sun_irradiance * std::f32::consts::FRAC_1_PI).extend(0.0);
-        uniform.sun_direction = sun_direction.extend(0.0);
+        let axes = sun_axes(sun_direction);
+        [uniform.right, uniform.up, uniform.along] = axes.map(|axis| axis.extend(0.0));
+        uniform.tiles = [Vec4::NEG_ONE; ACTORS];
         let mut clips = Vec::new();
         for (i, caster) in casters.iter().take(ACTORS).enumerate() {
-            let clip = clip_from_world(caster.bounds, sun_direction);
-            let tile = Vec3::new((i as u32 % TILES_ACROSS) as f32, (i as u32 / TILES_ACROSS) as f32, 0.0);
-            let across = Vec3::new(1.0 / TILES_ACROSS as f32, 1.0 / TILES_DOWN as f32, 1.0);
-            // clip space has y up, textures down
-            let to_tile = Mat4::from_translation(Vec3::new(0.5, 0.5, 0.0)) * Mat4::from_scale(Vec3::new(0.5, -0.5, 1.0));
-            uniform.tile_from_world[i] = Mat4::from_scale(across) * Mat4::from_translation(tile) * to_tile * clip;
-            let margin = Vec3::new(across.x, across.y, 0.0) * (MARGIN_PX / TILE_PX as f32);
-            let (low, high) = (tile * across + margin, (tile + Vec3::new(1.0, 1.0, 0.0)) * across - margin);
-            uniform.tile[i] = Vec4::new(low.x, low.y, high.x, high.y);
-            let largest = caster.lumps.iter().map(|lump| lump.w).fold(0.0, f32::max);
-            let reach = caster.bounds.w + REACH * largest;
-            uniform.reach[i] = caster.bounds.truncate().extend(reach * reach);
-            uniform.radius[i].x = caster.bounds.w * caster.bounds.w;
+            let center = caster.bounds.truncate();
+            uniform.tiles[i] = Vec3::from(axes.map(|axis| axis.dot(center))).extend(half_width(caster));
+            uniform.reach[i] = center.extend(reach(caster).powi(2));
             for (slot, &lump) in uniform.spheres[i * SPHERES..(i + 1) * SPHERES].iter_mut().zip(&caster.lumps) {
                 *slot = lump;
             }
-            clips.push(clip);
+            clips.push(clip_from_world(axes, uniform.tiles[i]));
         }
-        uniform.count[0] = clips.len() as u32;
         (uniform, clips)
     }
+}
+
+/// Unit axes across the sun's light, to the right and up for who looks along it, and along it.
+fn sun_axes(sun_direction: Vec3) -> [Vec3; 3] {
+    let along = unit_or(-sun_direction, Vec3::NEG_Y);
+    let (right, _) = orthonormal_basis(along);
+    [right, right.cross(along), along]
+}
+
+/// Half of what a caster's tile is wide, metres: it fits in without the margin.
+fn half_width(caster: &Caster) -> f32 {
+    caster.bounds.w.max(1e-3) * (TILE_PX as f32 / (TILE_PX as f32 - 2.0 * MARGIN_PX))
+}
+
+/// How far from its middle a caster darkens the sky, metres.
+fn reach(caster: &Caster) -> f32 {
+    let largest = caster.lumps.iter().map(|lump| lump.w).fold(0.0, f32::max);
+    caster.bounds.w + REACH * largest
 }
 
 /// Whether a caster may shade anything in a box of the world under a sun: where its darkness of the sky reaches, or behind it.
 #[must_use]
 pub fn may_shade(caster: &Caster, sun_direction: Vec3, (low, high): (Vec3, Vec3)) -> bool {
     let (center, radius) = (caster.bounds.truncate(), caster.bounds.w);
-    let largest = caster.lumps.iter().map(|lump| lump.w).fold(0.0, f32::max);
-    let reach = radius + REACH * largest;
-    if center.distance_squared(center.clamp(low, high)) < reach * reach {
+    if center.distance_squared(center.clamp(low, high)) < reach(caster).powi(2) {
         return true;
     }
     // A sphere around the box, and the way of the light behind the caster.
@@ -95,19 +101,13 @@ pub fn may_shade(caster: &Caster, sun_direction: Vec3, (low, high): (Vec3, Vec3)
 
 /// From the world to the clip space of a caster's tile, in which z is 0 nearest to the sun. Casters stand behind nothing: what lies behind them at any distance is beyond 1 there and
 /// counts as at 1.
-fn clip_from_world(bounds: Vec4, sun_direction: Vec3) -> Mat4 {
-    let radius = bounds.w.max(1e-3) * (1.0 + 2.0 * MARGIN_PX / TILE_PX as f32);
-    let forward = unit_or(-sun_direction, Vec3::NEG_Y);
-    let (x, _) = orthonormal_basis(forward);
-    // right-handed, looking along the light
-    let y = x.cross(forward);
-    let center = bounds.truncate();
-    let row = |axis: Vec3, scale: f32, shift: f32| (axis / scale).extend(shift - axis.dot(center) / scale);
+fn clip_from_world([right, up, along]: [Vec3; 3], tile: Vec4) -> Mat4 {
+    let row = |axis: Vec3, middle: f32, scale: f32, shift: f32| (axis / scale).extend((shift - middle) / scale);
     Mat4::from_cols(
-        row(x, radius, 0.0),
-        row(y, radius, 0.0),
-        // everything between the caster's front and a kilometre behind it
-        row(forward, SHADOW_M, radius / SHADOW_M),
+        row(right, tile.x, tile.w, 0.0),
+        row(up, tile.y, tile.w, 0.0),
+        // everything from the caster's front on
+        row(along, tile.z, SHADOW_M, tile.w),
         Vec4::W,
     )
     .transpose()
@@ -137,17 +137,23 @@ mod tests {
             (0..10).map(|i| Caster { bounds: at(i).extend(1.0), lumps: vec![at(i).extend(0.2); 30] }).collect();
         let sun = unit_or(Vec3::new(0.3, 0.5, 0.2), Vec3::Y);
         let (uniform, clips) = ShadeUniform::new(&casters, sun, Vec3::ONE);
-        assert_eq!((uniform.count[0] as usize, clips.len()), (ACTORS, ACTORS));
+        assert_eq!(clips.len(), ACTORS);
+        // as the shader does it: in half tiles from the middle, y up, and the part of the way that a shadow goes
+        let on_tile = |i: usize, place: Vec3| {
+            let axes = [uniform.right, uniform.up, uniform.along].map(Vec4::truncate);
+            let off = Vec3::from(axes.map(|axis| axis.dot(place))) - uniform.tiles[i].truncate();
+            let half_width = uniform.tiles[i].w;
+            Vec3::new(off.x / half_width, off.y / half_width, (off.z + half_width) / SHADOW_M)
+        };
+        let inside = (TILE_PX as f32 - 2.0 * MARGIN_PX) / TILE_PX as f32;
         for (i, clip) in clips.iter().enumerate() {
-            let tile = uniform.tile[i];
             for offset in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z, Vec3::ZERO] {
                 let place = at(i) + offset;
-                let on_map = uniform.tile_from_world[i].transform_point3(place);
-                assert!(on_map.x >= tile.x && on_map.y >= tile.y && on_map.x <= tile.z && on_map.y <= tile.w, "{i} {on_map}");
+                let on_map = on_tile(i, place);
+                assert!(on_map.truncate().abs().max_element() <= inside, "{i} {on_map}");
                 // the same place for who draws and who reads
-                let clip = clip.transform_point3(place);
-                assert!(clip.abs().max_element() <= 1.0 && clip.z >= 0.0);
-                let behind = uniform.tile_from_world[i].transform_point3(place - sun * 5.0);
+                assert!(clip.transform_point3(place).abs_diff_eq(on_map, 1e-5) && on_map.z >= 0.0);
+                let behind = on_tile(i, place - sun * 5.0);
                 assert!((behind.truncate() - on_map.truncate()).length() < 1e-5 && behind.z > on_map.z + 0.02);
             }
         }

@@ -1,54 +1,64 @@
-// What actors take from the stone's light: the direct sun behind them, and the sky that they hide. `ShadeUniform` in actors/shade.rs.
-// Prepended to stone.wgsl where there are actors.
+// What actors take from the stone's light, and from one another's: the direct sun behind them, and the sky that they hide. `ShadeUniform` in
+// actors/shade.rs. Prepended to stone.wgsl where there are actors.
+//
+// Most of a picture is near no actor and behind none. A driver that draws on the processor leaves no branch out, but it does leave loops: whatever is
+// dear is therefore one turn of a loop that is not entered again.
 
 const ACTORS: u32 = 8u;
 const SPHERES: u32 = 24u;
+const TILES_ACROSS: u32 = 4u;
+const TILE_PX: f32 = 512.0;
+// Half of a tile, without the margin into which nothing casts, for half a tile.
+const INSIDE: f32 = 506.0 / 512.0;
+const SHADOW_M: f32 = 200.0;
 
 struct Shade {
     // rgb: the sun's irradiance at normal incidence / pi, times exposure.
     sun_over_pi: vec4<f32>,
-    // xyz: unit direction to the sun.
-    sun_direction: vec4<f32>,
-    // x: actors.
-    count: vec4<u32>,
-    // World to a tile of the map: x and y in texture coordinates, z the depth from the sun.
-    tile_from_world: array<mat4x4<f32>, 8>,
+    // Unit axes of the world: two across the sun's light, the tiles' right and up, and one along it.
+    right: vec4<f32>,
+    up: vec4<f32>,
+    along: vec4<f32>,
+    // xyz: an actor's middle in these axes; w: half the width of its tile in metres, below 0 where there is none.
+    tiles: array<vec4<f32>, 8>,
     // xyz: the middle of an actor, w: the square of how far its darkness of the sky reaches.
     reach: array<vec4<f32>, 8>,
-    // x: the square of the radius around an actor.
-    radius: array<vec4<f32>, 8>,
-    // The tile's least and greatest texture coordinates.
-    tile: array<vec4<f32>, 8>,
     // Centres and radii, SPHERES for each actor; the rest have no radius.
     spheres: array<vec4<f32>, 192>,
 }
 
 @group(1) @binding(0) var<uniform> shade: Shade;
 @group(1) @binding(1) var sun_depth: texture_depth_2d;
-@group(1) @binding(2) var sun_compare: sampler_comparison;
 
-// How much of the sun passes an actor: a disc of samples as wide as the sun's penumbra behind somebody's shoulder.
-fn sun_passes(actor: u32, place: vec3<f32>) -> f32 {
-    let at = shade.tile_from_world[actor] * vec4<f32>(place, 1.0);
-    let tile = shade.tile[actor];
-    if (any(at.xy < tile.xy) || any(at.xy > tile.zw) || at.z > 1.0) {
-        return 1.0;
+// How much of the sun passes an actor at a place in the sun's axes: three texels square, which is as wide as the sun's penumbra behind somebody's shoulder.
+fn sun_passes(actor: u32, at: vec3<f32>) -> f32 {
+    let middle = shade.tiles[actor];
+    let off = (at - middle.xyz) / middle.w;
+    let tile = vec2<f32>(f32(actor % TILES_ACROSS), f32(actor / TILES_ACROSS));
+    let px = (tile + 0.5 + vec2<f32>(0.5, -0.5) * off.xy) * TILE_PX - 0.5;
+    // Behind the map's last depth as in it.
+    let depth = min((at.z - middle.z + middle.w) / SHADOW_M, 1.0);
+    let first = floor(px);
+    let part = px - first;
+    let inside = all(abs(off.xy) < vec2<f32>(INSIDE));
+    let taps = select(0u, 16u, inside);
+    var lit = 0.0;
+    for (var tap = 0u; tap < taps; tap += 1u) {
+        let step = vec2<u32>(tap % 4u, tap / 4u);
+        let weights = select(vec2<f32>(1.0), part, step == vec2<u32>(3u)) - select(vec2<f32>(0.0), part, step == vec2<u32>(0u));
+        let there = textureLoad(sun_depth, vec2<i32>(first) + vec2<i32>(step) - 1, 0);
+        lit += select(0.0, weights.x * weights.y, depth <= there);
     }
-    let texel = 1.25 / vec2<f32>(textureDimensions(sun_depth));
-    var sum = 0.0;
-    for (var y = -1; y <= 1; y += 1) {
-        for (var x = -1; x <= 1; x += 1) {
-            sum += textureSampleCompareLevel(sun_depth, sun_compare, at.xy + vec2<f32>(f32(x), f32(y)) * texel, at.z);
-        }
-    }
-    return sum / 9.0;
+    return select(1.0, lit / 9.0, inside);
 }
 
 // How much of the sky an actor leaves to a surface: each of its spheres takes the solid angle that it has there, weighted by its cosine
 // (an even sky, and a sphere above the horizon: (r / d)^2 cos; spheres that the horizon cuts, by where their middle would be).
-fn sky_passes(actor: u32, place: vec3<f32>, normal: vec3<f32>, square_off: f32) -> f32 {
+fn sky_passes(actor: u32, place: vec3<f32>, normal: vec3<f32>, edge: f32) -> f32 {
+    let first = actor * SPHERES;
+    let end = select(first, first + SPHERES, edge > 0.0);
     var taken = 0.0;
-    for (var i = actor * SPHERES; i < (actor + 1u) * SPHERES; i += 1u) {
+    for (var i = first; i < end; i += 1u) {
         let sphere = shade.spheres[i];
         let to = sphere.xyz - place;
         let square = max(dot(to, to), 1e-6);
@@ -60,27 +70,37 @@ fn sky_passes(actor: u32, place: vec3<f32>, normal: vec3<f32>, square_off: f32) 
         taken += size * max(mix(0.5 * (cosine + sine), cosine, shown), 0.0) * shown;
     }
     // Spheres hide one another: what is left is not 1 - taken, but as if they lay there without order. It fades out where it would be cut off.
-    let edge = 1.0 - square_off / shade.reach[actor].w;
     return exp(-taken * clamp(4.0 * edge, 0.0, 1.0));
 }
 
-// `light` is all of it; `sun` of the sun's irradiance / pi in it comes straight from the sun.
-fn shaded(light: vec3<f32>, sun: f32, place: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
-    let direct = min(sun * shade.sun_over_pi.rgb, light);
-    var from_sun = 1.0;
-    var from_sky = 1.0;
-    for (var actor = 0u; actor < shade.count.x; actor += 1u) {
-        // Most of the stone is near no actor, and behind none.
-        let off = shade.reach[actor].xyz - place;
-        let square_off = dot(off, off);
-        let along = dot(off, shade.sun_direction.xyz);
-        let near = along > 0.0 || square_off < shade.radius[actor].x;
-        if (sun > 0.0 && near && square_off - along * along < shade.radius[actor].x) {
-            from_sun = min(from_sun, sun_passes(actor, place));
-        }
-        if (square_off < shade.reach[actor].w) {
-            from_sky *= sky_passes(actor, place, normal, square_off);
-        }
+// `light` is all of it; `sun` of the sun's irradiance / pi in it comes straight from the sun. `own` is the number of the actor, from 1, on whose surface
+// this is: what it takes from itself is in its light already. 0 for stone.
+fn shaded(light: vec3<f32>, sun: f32, place: vec3<f32>, normal: vec3<f32>, own: u32) -> vec3<f32> {
+    let at = vec3<f32>(dot(shade.right.xyz, place), dot(shade.up.xyz, place), dot(shade.along.xyz, place));
+    var suns = 0u;
+    var skies = 0u;
+    for (var actor = 0u; actor < ACTORS; actor += 1u) {
+        let bit = select(1u << actor, 0u, actor + 1u == own);
+        let off = at - shade.tiles[actor].xyz;
+        let half_width = shade.tiles[actor].w;
+        let behind = max(abs(off.x), abs(off.y)) < half_width && off.z > -half_width;
+        suns |= select(0u, bit, behind && sun > 0.0);
+        let to = shade.reach[actor].xyz - place;
+        skies |= select(0u, bit, dot(to, to) < shade.reach[actor].w);
     }
+    var from_sun = 1.0;
+    while (suns != 0u) {
+        let actor = firstTrailingBit(suns);
+        suns &= suns - 1u;
+        from_sun = min(from_sun, sun_passes(actor, at));
+    }
+    var from_sky = 1.0;
+    while (skies != 0u) {
+        let actor = firstTrailingBit(skies);
+        skies &= skies - 1u;
+        let to = shade.reach[actor].xyz - place;
+        from_sky *= sky_passes(actor, place, normal, 1.0 - dot(to, to) / shade.reach[actor].w);
+    }
+    let direct = min(sun * shade.sun_over_pi.rgb, light);
     return direct * from_sun + (light - direct) * from_sky;
 }

@@ -7,7 +7,7 @@
 use super::occlusion::{DepthReadback, may_show};
 use super::pipelines::Subject;
 use super::prepare::{Drawn, StageGpu, StageView};
-use super::seen::{Draw, Seen};
+use super::seen::{Draw, Seen, split};
 use crate::actors::render::ActorsGpu;
 use bevy::camera::{MainPassResolutionOverride, Viewport};
 use bevy::prelude::*;
@@ -74,13 +74,13 @@ pub fn draw_stage(
     let (Some(ids), Some(view_group)) = (stage_view.pipelines, stage_view.bind_group().cloned()) else { return };
     let [stone @ .., sky] = ids.map(|id| cache.get_render_pipeline(id));
     let viewport = Viewport::from_viewport_and_override(camera.viewport.as_ref(), resolution);
-    let plain = [false, true].map(|textured| stone[Subject::stone_index(textured, true)]);
     // Stone that actors shade; without their pipelines it is drawn as if nobody stood there.
     let shaded = stage_view.shaded_pipelines.zip(actors.shade()).and_then(|(ids, shade)| {
         let [stone @ .., _] = ids.map(|id| cache.get_render_pipeline(id));
         stone.iter().all(Option::is_some).then_some((stone, shade))
     });
     let shaded = shaded.map(|(stone, shade)| Shaded { stone, shade, actors: &actors });
+    let (plain_actors, shaded_actors) = (closed_stone(stone), shaded.as_ref().map(|shaded| closed_stone(shaded.stone)));
     let canvas = Canvas { target, depth, viewport, view_group, stone, shaded };
 
     let moving = stage_view.undecided.is_some() || stage_view.drawn.seen.single.is_none();
@@ -119,12 +119,17 @@ pub fn draw_stage(
         question.read(encoder);
     }
     let mut pass = canvas.stone(encoder, &gpu, later.as_ref().unwrap_or(&stage_view.drawn), most);
-    actors.draw(&mut pass, plain);
+    actors.draw(&mut pass, plain_actors, shaded_actors);
     if let (Some(pipeline), Some(maps)) = (sky, &stage_view.sky) {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(1, &**maps, &[]);
         pass.draw(0..3, 0..1);
     }
+}
+
+/// The pipelines of closed stone, without and with a texture.
+fn closed_stone(stone: [Option<&RenderPipeline>; 4]) -> [Option<&RenderPipeline>; 2] {
+    [false, true].map(|textured| stone[Subject::stone_index(textured, true)])
 }
 
 /// Where a camera's passes draw, and by which pipelines.
@@ -169,7 +174,9 @@ impl Canvas<'_> {
     /// Draws stone, in passes of `most` triangles; the last is left open.
     fn stone(&self, encoder: &mut CommandEncoder, gpu: &StageGpu, drawn: &Drawn, most: u64) -> RenderPass<'static> {
         let begin = |encoder: &mut CommandEncoder| self.begin(encoder, "stone_and_sky", self.target.get_color_attachment());
+        let runs = self.shaded.as_ref().map(|shaded| (shaded, drawn.runs(&gpu.chunks)));
         let mut pass = begin(encoder);
+        let mut number = 0;
         for (part, draws) in drawn.seen.parts(most).enumerate() {
             if part > 0 {
                 drop(pass);
@@ -177,24 +184,45 @@ impl Canvas<'_> {
             }
             let mut bound = Bound::default();
             for draw in draws {
-                let chunk = &gpu.chunks[draw.chunk as usize];
-                let subject = Subject::stone_index(chunk.texture.is_some(), chunk.closed);
-                let shaded = self.shaded.as_ref().filter(|shaded| shaded.actors.shades(chunk.kept.bounds));
-                bound.shade(&mut pass, shaded.map(|shaded| shaded.shade));
-                let (pipelines, number, group) = match shaded {
-                    Some(shaded) => (&shaded.stone, subject + self.stone.len(), 2),
-                    None => (&self.stone, subject, 1),
-                };
-                // Until its pipeline and texture are there, nothing is drawn of a chunk.
-                if let Some(pipeline) = pipelines[subject]
-                    && bound.texture(&mut pass, gpu, chunk.texture, group)
-                {
-                    bound.pipeline(&mut pass, number, pipeline);
-                    bound.draw(&mut pass, gpu, drawn.indices.as_ref(), draw, 0);
+                match runs {
+                    None => self.draw(&mut pass, gpu, drawn, &mut bound, draw, None),
+                    Some((shaded, runs)) => {
+                        for (indices, is_shaded) in split(&runs[number], |bounds| shaded.actors.shades(bounds)) {
+                            let draw = Draw { indices, ..*draw };
+                            self.draw(&mut pass, gpu, drawn, &mut bound, &draw, is_shaded.then_some(shaded));
+                        }
+                    }
                 }
+                number += 1;
             }
         }
         pass
+    }
+
+    /// Draws a part of a chunk.
+    fn draw(
+        &self,
+        pass: &mut RenderPass<'_>,
+        gpu: &StageGpu,
+        drawn: &Drawn,
+        bound: &mut Bound,
+        draw: &Draw,
+        shaded: Option<&Shaded<'_>>,
+    ) {
+        let chunk = &gpu.chunks[draw.chunk as usize];
+        let subject = Subject::stone_index(chunk.texture.is_some(), chunk.closed);
+        bound.shade(pass, shaded.map(|shaded| shaded.shade));
+        let (pipelines, number, group) = match shaded {
+            Some(shaded) => (&shaded.stone, subject + self.stone.len(), 2),
+            None => (&self.stone, subject, 1),
+        };
+        // Until its pipeline and texture are there, nothing is drawn of a chunk.
+        if let Some(pipeline) = pipelines[subject]
+            && bound.texture(pass, gpu, chunk.texture, group)
+        {
+            bound.pipeline(pass, number, pipeline);
+            bound.draw(pass, gpu, drawn.indices.as_ref(), draw, 0);
+        }
     }
 
     /// Draws the triangles' numbers.

@@ -5,7 +5,7 @@ use super::moment::MomentUniform;
 use super::occlusion::{DepthReadback, LEAST_TRIANGLES};
 use super::pages::{GpuChunk, GpuTexture, Page, Remaining, upload};
 use super::pipelines::{PipelineKey, SUBJECTS, StagePipelines};
-use super::seen::{LightGroup, Seen};
+use super::seen::{LightGroup, Run, Seen};
 use super::sight::{Change, Sight, SightKey};
 use super::view::{ClusterRef, Eye, ViewUniform, cull};
 use super::{DaylightCamera, allocator};
@@ -25,6 +25,7 @@ use bevy::render::texture::{FallbackImage, GpuImage};
 use bevy::render::view::ExtractedView;
 use heliodon_image::TextureWrap;
 use std::collections::HashMap;
+use std::sync::OnceLock;
 
 /// Bytes of chunks and textures that go up in one frame: loading must not stop the pictures.
 const UPLOAD_BYTES_A_FRAME: usize = 24 << 20;
@@ -147,6 +148,7 @@ pub struct Drawn {
     pub seen: Seen,
     /// [`Seen::indices`].
     pub indices: Option<Buffer>,
+    runs: OnceLock<Vec<Vec<Run>>>,
 }
 
 impl Drawn {
@@ -160,7 +162,13 @@ impl Drawn {
             contents: bytemuck::cast_slice(&indices),
             usage: BufferUsages::INDEX,
         };
-        Self { indices: (!indices.is_empty()).then(|| device.create_buffer_with_data(&descriptor)), seen }
+        let indices = (!indices.is_empty()).then(|| device.create_buffer_with_data(&descriptor));
+        Self { indices, seen, runs: OnceLock::new() }
+    }
+
+    /// [`Seen::runs`].
+    pub fn runs(&self, chunks: &[GpuChunk]) -> &[Vec<Run>] {
+        self.runs.get_or_init(|| self.seen.runs(chunks))
     }
 }
 

@@ -3,6 +3,7 @@
 use super::layout::GROUP;
 use super::pages::GpuChunk;
 use super::view::ClusterRef;
+use glam::Vec3;
 use std::ops::Range;
 
 /// One indexed draw.
@@ -38,6 +39,38 @@ pub struct Seen {
     pub groups: Vec<LightGroup>,
     /// Where single triangles are drawn, their numbers in their chunks; a draw's indices are three for each.
     pub single: Option<Vec<u32>>,
+}
+
+/// Neighbouring triangles of a draw, and the box that they lie in.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// A part of the draw's indices.
+    pub indices: Range<u32>,
+    /// Least and greatest corner.
+    pub bounds: (Vec3, Vec3),
+}
+
+/// Runs between two that are drawn specially are drawn so as well where they are fewer indices: that costs less than other draws.
+const SPECIAL_BRIDGED_INDICES: u32 = 3 * 256;
+
+/// A draw's runs in as few parts as pay, each with whether any of it is `special`.
+pub fn split(runs: &[Run], special: impl Fn((Vec3, Vec3)) -> bool) -> Vec<(Range<u32>, bool)> {
+    let mut parts: Vec<(Range<u32>, bool)> = Vec::new();
+    for run in runs {
+        let is_special = special(run.bounds);
+        match parts.last_mut() {
+            Some((indices, last)) if *last == is_special => indices.end = run.indices.end,
+            _ => parts.push((run.indices.clone(), is_special)),
+        }
+        // A short plain part between two special ones goes with them.
+        if let [.., (before, true), (plain, false), (after, true)] = &mut parts[..]
+            && plain.len() < SPECIAL_BRIDGED_INDICES as usize
+        {
+            before.end = after.end;
+            parts.truncate(parts.len() - 2);
+        }
+    }
+    parts
 }
 
 /// Clusters that are not drawn although between two that are: fewer than these indices cost less than another draw.
@@ -124,6 +157,30 @@ impl Seen {
         groups
             .flat_map(|(chunk, numbers)| numbers.flat_map(move |number| chunks[chunk as usize].kept.triangle(number)))
             .collect()
+    }
+
+    /// The runs of each draw: of one cluster's triangles each.
+    #[must_use]
+    pub fn runs(&self, chunks: &[GpuChunk]) -> Vec<Vec<Run>> {
+        let of_draw = |(draw, (chunk, numbers)): (&Draw, (u32, _))| {
+            let clusters = &chunks[chunk as usize].kept.clusters;
+            let mut runs: Vec<Run> = Vec::new();
+            let mut known = 0..0;
+            for (first, number) in (draw.indices.start..).step_by(3).zip(numbers) {
+                let at = 3 * number;
+                match runs.last_mut().filter(|_| known.contains(&at)) {
+                    Some(run) => run.indices.end = first + 3,
+                    None => {
+                        let cluster = &clusters[clusters.partition_point(|cluster| cluster.indices.end <= at)];
+                        known = cluster.indices.clone();
+                        let bounds = (cluster.center - cluster.half, cluster.center + cluster.half);
+                        runs.push(Run { indices: first..first + 3, bounds });
+                    }
+                }
+            }
+            runs
+        };
+        self.draws.iter().zip(self.numbers()).map(of_draw).collect()
     }
 
     /// The draws in their order, in parts of about `triangles` at most; an empty part if there are none.
@@ -229,5 +286,25 @@ mod tests {
         shown.extend([1]);
         let fewer = seen.only(&chunks, &shown);
         assert_eq!((&fewer.draws[..], fewer.single), (&[Draw { chunk: 1, indices: 0..3 }][..], Some(vec![0])));
+    }
+
+    #[test]
+    fn runs_hold_their_triangles_and_nothing_between_them_is_lost() {
+        let chunks = [quad_at(Vec3::ZERO, 0), quad_at(Vec3::X * 9.0, 6)];
+        let seen = Seen::triangles(&chunks, [(1, &[1][..]), (0, &[0, 1])]);
+        let runs = seen.runs(&chunks);
+        assert_eq!(runs.iter().flatten().map(|run| run.indices.clone()).collect::<Vec<_>>(), [0..3, 3..9]);
+        for (draw, runs) in seen.draws.iter().zip(&runs) {
+            let (low, high) = runs[0].bounds;
+            let kept = &chunks[draw.chunk as usize].kept;
+            assert!(kept.positions.iter().all(|p| p.cmpge(low - 1e-5).all() && p.cmple(high + 1e-5).all()));
+        }
+        let run = |indices: Range<u32>, x: f32| Run { indices, bounds: (Vec3::X * x, Vec3::X * x) };
+        let special = |(low, _): (Vec3, Vec3)| low.x > 0.0;
+        let far = 3 * 1000;
+        let runs =
+            [run(0..3, -1.0), run(3..6, 1.0), run(6..9, -1.0), run(9..12, 1.0), run(12..far, -1.0), run(far..far + 3, 2.0)];
+        assert_eq!(split(&runs, special), [(0..3, false), (3..12, true), (12..far, false), (far..far + 3, true)]);
+        assert_eq!(split(&[], special), []);
     }
 }

@@ -20,8 +20,8 @@ struct Fragment {
     @location(2) uv: vec2<f32>,
 #endif
 #ifdef SHADED
-    @location(3) place: vec3<f32>,
-    @location(4) sun: f32,
+    // xyz: the place in the world; w: the share of the sun's light, and twice the number of the actor.
+    @location(3) place: vec4<f32>,
 #endif
 }
 
@@ -31,7 +31,7 @@ struct Fragment {
 #endif
 
 @vertex
-fn vertex(in: Vertex) -> Fragment {
+fn vertex(in: Vertex, @builtin(instance_index) own: u32) -> Fragment {
     var out: Fragment;
     out.clip = view.clip_from_world * vec4<f32>(in.position, 1.0);
     out.light = in.light.rgb;
@@ -40,8 +40,7 @@ fn vertex(in: Vertex) -> Fragment {
     out.uv = in.uv;
 #endif
 #ifdef SHADED
-    out.place = in.position;
-    out.sun = in.light.a;
+    out.place = vec4<f32>(in.position, in.light.a + f32(2u * own));
 #endif
     return out;
 }
@@ -55,8 +54,9 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
     var light = in.light;
 #ifdef SHADED
     // of the triangle, towards the eye: the picture's y points down
-    let normal = normalize(cross(dpdy(in.place), dpdx(in.place)));
-    light = shaded(light, in.sun, in.place, normal);
+    let normal = normalize(cross(dpdy(in.place.xyz), dpdx(in.place.xyz)));
+    let own = floor(0.5 * in.place.w + 1e-3);
+    light = shaded(light, max(in.place.w - 2.0 * own, 0.0), in.place.xyz, normal, u32(own));
 #endif
     return vec4<f32>(display(light * albedo, in.clip.xy), 1.0);
 }
