@@ -4,7 +4,7 @@ use crate::chunk::LightLayout;
 use crate::grid::GridInfo;
 use crate::manifest::{Bounds, Counts, PartInfo};
 use crate::reader::BundleReader;
-use crate::site::{Actor, Albedo, InputKind, Role, Site, SiteError};
+use crate::site::{Actor, Albedo, InputKind, Lamp, Role, Site, SiteError};
 use glam::DVec3;
 use serde::Serialize;
 use std::fmt;
@@ -40,6 +40,8 @@ pub struct BundleSummary {
     pub rooms: Vec<String>,
     /// The actors.
     pub actors: Vec<ActorSummary>,
+    /// The lamps, in words.
+    pub lamps: Vec<String>,
     /// The light grid, where there is one.
     pub grid: Option<GridInfo>,
     /// glTF files.
@@ -69,6 +71,7 @@ impl BundleSummary {
             sky_steps_with_sun: steps.iter().filter(|s| s.sun.is_some()).count(),
             rooms: manifest.rooms.iter().map(|r| r.name.clone()).collect(),
             actors: manifest.actors.iter().map(ActorSummary::of).collect(),
+            lamps: manifest.lamps.iter().map(lamp_in_words).collect(),
             grid: manifest.grid.clone(),
             geometry_files: manifest.geometry.clone(),
             bytes: manifest.files.iter().map(|f| f.bytes).sum(),
@@ -116,6 +119,15 @@ impl fmt::Display for ActorSummary {
         }
         write!(f, "): {}", self.does)
     }
+}
+
+/// A lamp in words.
+fn lamp_in_words(lamp: &Lamp) -> String {
+    let [x, y, z] = lamp.place;
+    let name = lamp.name.as_deref().map_or(String::new(), |name| format!(" {name}"));
+    let kind =
+        if lamp.look_at.is_some() { format!("a spot light of {} degrees", lamp.angle_deg) } else { "a point light".to_owned() };
+    format!("light{name}: {kind} at {x:.2}, {y:.2}, {z:.2}, reaches {} m", lamp.reach_m)
 }
 
 /// `1234567` as `1,234,567`.
@@ -192,6 +204,9 @@ impl fmt::Display for BundleSummary {
         for actor in &self.actors {
             writeln!(f, "  {actor}")?;
         }
+        for lamp in &self.lamps {
+            writeln!(f, "  {lamp}")?;
+        }
         if let Some(grid) = &self.grid {
             writeln!(
                 f,
@@ -227,6 +242,8 @@ pub struct SiteSummary {
     pub rooms: Vec<String>,
     /// The actors.
     pub actors: Vec<ActorSummary>,
+    /// The lamps, in words.
+    pub lamps: Vec<String>,
 }
 
 /// A part of a site.
@@ -291,6 +308,7 @@ impl SiteSummary {
             ),
             rooms: site.rooms.iter().map(|r| r.name.clone()).collect(),
             actors: site.actors.iter().map(ActorSummary::of).collect(),
+            lamps: site.lamps.iter().map(lamp_in_words).collect(),
             probes,
         })
     }
@@ -318,6 +336,7 @@ impl fmt::Display for SiteSummary {
         let sun_steps = counted(u64::from(self.sun_steps), "sun step");
         writeln!(f, "  bake: {sun_steps}, {}, {}", entries(u64::from(self.sky_steps)), self.bake)?;
         write!(f, "  rooms: {}", if self.rooms.is_empty() { "none".to_owned() } else { self.rooms.join(", ") })?;
-        self.actors.iter().try_for_each(|actor| write!(f, "\n  {actor}"))
+        self.actors.iter().try_for_each(|actor| write!(f, "\n  {actor}"))?;
+        self.lamps.iter().try_for_each(|lamp| write!(f, "\n  {lamp}"))
     }
 }

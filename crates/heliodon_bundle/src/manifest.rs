@@ -5,7 +5,7 @@
 use crate::chunk::LightLayout;
 use crate::grid::GridInfo;
 use crate::layout::{FORMAT_VERSION, STILL_FORMAT_VERSION};
-use crate::site::{Actor, Bake, Display, Role, Room, SiteFile, SiteInfo, Sky};
+use crate::site::{Actor, Bake, Display, Lamp, Role, Room, SiteFile, SiteInfo, Sky};
 use crate::storage::StoredFile;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -28,6 +28,8 @@ pub struct BundleMeta {
     pub parts: Vec<PartMeta>,
     /// Where a visitor's eyes can be.
     pub rooms: Vec<Room>,
+    /// The lamps, in the bundle's space.
+    pub lamps: Vec<Lamp>,
     /// The display that the site was prepared for.
     pub display: Display,
     /// The effective parameters of sky and bake.
@@ -53,6 +55,7 @@ impl BundleMeta {
             site: site.site.clone(),
             parts: parts.collect(),
             rooms: site.rooms.clone(),
+            lamps: site.lamps.iter().map(|lamp| lamp.relative_to(site.site.origin)).collect(),
             display: site.display.clone(),
             parameters: Parameters { sky: site.sky.clone(), bake: site.bake.clone() },
             offset_m,
@@ -113,6 +116,9 @@ pub struct Manifest {
     /// space, the site's origin subtracted. From version 2 on.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub actors: Vec<Actor>,
+    /// The lamps, in the bundle's space, the site's origin subtracted. From version 2 on.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lamps: Vec<Lamp>,
     /// Where a visitor's eyes can be.
     pub rooms: Vec<Room>,
     /// The display that the site was prepared for.
@@ -214,6 +220,7 @@ impl Manifest {
             textures: Vec::new(),
             grid: None,
             actors: Vec::new(),
+            lamps: meta.lamps.clone(),
             rooms: meta.rooms.clone(),
             display: meta.display.clone(),
             parameters: meta.parameters.clone(),
@@ -226,16 +233,18 @@ impl Manifest {
 
     /// The manifest with what was completed in `meta` since [`Manifest::new`].
     pub(crate) fn with_late_meta(self, meta: BundleMeta) -> Self {
+        let moving = self.grid.is_some() || !self.actors.is_empty() || !meta.lamps.is_empty();
         Self {
+            version: if moving { FORMAT_VERSION } else { STILL_FORMAT_VERSION },
             tool: meta.tool,
             site: meta.site,
             offset_m: meta.offset_m,
             rooms: meta.rooms,
+            lamps: meta.lamps,
             display: meta.display,
             parameters: meta.parameters,
             measures: meta.measures,
             inputs: meta.inputs,
-            version: if self.grid.is_some() || !self.actors.is_empty() { FORMAT_VERSION } else { STILL_FORMAT_VERSION },
             ..self
         }
     }

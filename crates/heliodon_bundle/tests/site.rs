@@ -1,7 +1,7 @@
 //! `site.toml`: what is read, what is refused and where, the schema, the template.
 
 use heliodon_bundle::site::{
-    Actor, Albedo, Bake, Between, Date, Display, LightStorage, Mapping, ProbeTimes, Role, Room, Site, SiteFile, SkyModel,
+    Actor, Albedo, Bake, Between, Date, Display, Lamp, LightStorage, Mapping, ProbeTimes, Role, Room, Site, SiteFile, SkyModel,
     Transfer, Unit, UpAxis, Walk,
 };
 use proptest::prelude::*;
@@ -97,6 +97,16 @@ albedo = "people/skin.png"
 name = "guard"
 file = "people/guard.obj"
 place = [475003.5, 151, 4201000]
+
+[[light]]
+name = "oil lamp"
+place = [475002, 151.5, 4201001]
+intensity = [3, 2, 1]
+look_at = [475002, 150, 4201001]
+angle_deg = 40
+edge = 0.5
+reach_m = 8
+shadows = false
 "#;
 
 fn parse(text: &str) -> Result<Site, heliodon_bundle::site::SiteError> {
@@ -137,6 +147,14 @@ fn every_key_of_the_design_is_read() {
     assert_eq!(walker.relative_to(site.site.origin).stations(), [[-0.5, -0.25, -0.75], [9.5, -0.25, -0.75]]);
     assert_eq!(guard, &Actor { name: Some("guard".into()), ..Actor::at("people/guard.obj", [475_003.5, 151.0, 4_201_000.0]) });
     assert_eq!((site.bake.grid_m, site.bake.effective_grid_m()), (Some(0.25), 0.25));
+    let [lamp] = &site.lamps[..] else { panic!("{:?}", site.lamps) };
+    assert_eq!(
+        (lamp.intensity, lamp.angle_deg, lamp.edge, lamp.reach_m, lamp.shadows),
+        ([3.0, 2.0, 1.0], 40.0, 0.5, 8.0, false)
+    );
+    let lamp = lamp.relative_to(site.site.origin);
+    assert_eq!((lamp.place, lamp.direction()), ([1.5, 1.25, 0.25], Some(glam::Vec3::NEG_Y)));
+    assert_eq!(Lamp::at([0.0; 3], [1.0; 3]).direction(), None);
     assert_eq!(site.display, Display { width_px: 1280, height_px: 800, fov_deg: 40.0 });
 }
 
@@ -244,7 +262,7 @@ fn slips_are_told_with_their_place_and_remedy() {
     refused(SMALLEST, "[[part]]", "[part]", (3, 1), &["[part] is one table", "write [[part]], with two brackets"]);
     refused(FULL, "[[room]]", "[ room ]", line_of(FULL, "[[room]]", 1), &["write [[room]], with two brackets"]);
     refused(SMALLEST, "[bake]", "[prepare]", (10, 2), &["[prepare] is not read by this version"]);
-    refused(SMALLEST, "[bake]", "[[light]]", (10, 3), &["[light] is not read by this version"]);
+    refused(SMALLEST, "[bake]", "[[matte]]", (10, 3), &["[matte] is not read by this version"]);
 }
 
 #[test]
@@ -271,6 +289,18 @@ fn values_out_of_range_are_told_with_their_place_and_remedy() {
     refused(FULL, "min = [-50, 1, 0]", "min = [-50, 3, 0]", (48, 1), &["min 3 is not below max 2 along y"]);
     refused(FULL, "min = [-50, 1, 0]", "min = [-50, nan, 0]", (48, 1), &["min holds NaN"]);
     refused(FULL, "fov_deg = 40", "fov_deg = 180", (56, 11), &["fov_deg is 180"]);
+    let line = |text, column| line_of(FULL, text, column);
+    refused(
+        FULL,
+        "intensity = [3, 2, 1]",
+        "intensity = [3, -2, 1]",
+        line("intensity", 1),
+        &["intensity holds -2", "one metre"],
+    );
+    refused(FULL, "look_at = [475002, 150,", "look_at = [475002, 151.5,", line("look_at = [475002", 1), &["its own place"]);
+    refused(FULL, "angle_deg = 40", "angle_deg = 180", line("angle_deg = 40", 13), &["angle_deg is 180"]);
+    refused(FULL, "edge = 0.5", "edge = 2", line("edge = 0.5", 8), &["edge is 2"]);
+    refused(FULL, "reach_m = 8", "reach_m = 0", line("reach_m = 8", 11), &["reach_m is 0"]);
     refused(FULL, "first = 06:57:00", "first = 18:00:00", (35, 9), &["the day begins at 18:00, after its end at 17:34"]);
     refused(FULL, "date = \"-0437-08-01\"", "", (26, 9), &["needs a date"]);
     refused(FULL, "turbidity = 2.5", "probes = \"a.hdr\"", (26, 9), &["both probes and a model"]);

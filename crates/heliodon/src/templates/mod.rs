@@ -166,6 +166,7 @@ fn athens(name: &str, sky: Sky, bake: Bake) -> SiteFile {
         bake,
         rooms: Vec::new(),
         actors: Vec::new(),
+        lamps: Vec::new(),
         display: Display::default(),
     }
 }

@@ -14,7 +14,7 @@ use crate::grid::{Grid, MAX_GRID_POINTS};
 use crate::lapse_check::check_lapse;
 use crate::layout::{FORMAT_VERSION, STILL_FORMAT_VERSION};
 use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, Preamble};
-use crate::site::{Actor, Albedo, check_actor};
+use crate::site::{Actor, Albedo, Lamp, check_actor, check_lamp};
 use crate::storage::StoredFile;
 use error::{io_error, malformed};
 use glb::{ChunkPlace, EmbeddedImage, GlbFile, GridPlace};
@@ -185,6 +185,12 @@ impl BundleReader {
         Ok(read)
     }
 
+    /// The lamps.
+    #[must_use]
+    pub fn lamps(&self) -> &[Lamp] {
+        &self.manifest.lamps
+    }
+
     /// The actors, with paths within the bundle's folder.
     #[must_use]
     pub fn actors(&self) -> &[Actor] {
@@ -285,15 +291,18 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
             return Err(malformed(&path, format!("`{name}` is not among its files")));
         }
     }
-    let moving = manifest.grid.is_some() || !manifest.actors.is_empty();
+    let moving = manifest.grid.is_some() || !manifest.actors.is_empty() || !manifest.lamps.is_empty();
     if moving && manifest.version < FORMAT_VERSION {
-        return Err(malformed(&path, format!("version {} has neither a light grid nor actors", manifest.version)));
+        return Err(malformed(&path, format!("version {} has no light grid, actors or lamps", manifest.version)));
     }
     let is_there = |name: &String| manifest.files.iter().any(|f| f.path == *name);
     if let Some(grid) = &manifest.grid
         && (!is_there(&grid.file) || grid.points > MAX_GRID_POINTS as u64)
     {
         return Err(malformed(&path, format!("its light grid of {} points is not in `{}`", grid.points, grid.file)));
+    }
+    for (i, lamp) in manifest.lamps.iter().enumerate() {
+        check_lamp(lamp).map_err(|what| malformed(&path, format!("light {i}: {what}")))?;
     }
     for actor in &manifest.actors {
         let image = match &actor.albedo {

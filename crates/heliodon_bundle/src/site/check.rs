@@ -1,6 +1,7 @@
 //! What makes a `site.toml` that parses a sensible one.
 
 use super::actor::Actor;
+use super::lamp::Lamp;
 use super::types::{Albedo, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part, Room, SiteFile, Sky};
 use super::values::ProbeTimes;
 
@@ -80,6 +81,9 @@ pub(super) fn check(site: &SiteFile) -> Checked {
             let key = if actor.name.is_some() { "name" } else { "file" };
             return fault(&["actor", &i.to_string(), key], message, "give each a name of its own, whatever the capitals");
         }
+    }
+    for (i, lamp) in site.lamps.iter().enumerate() {
+        check_lamp(&["light", &i.to_string()], lamp)?;
     }
     let display = &site.display;
     within(&["display", "width_px"], f64::from(display.width_px), 1.0, 65_536.0)?;
@@ -185,6 +189,32 @@ fn check_actor(at: &[&str; 2], actor: &Actor) -> Checked {
     check_scale(&key("scale"), actor.scale)?;
     finite(&key("rotate_deg"), &actor.rotate_deg)?;
     check_albedo(&key("albedo"), actor.albedo.as_ref())
+}
+
+/// What is wrong with a lamp that stands in no `site.toml`.
+pub(crate) fn check_lone_lamp(lamp: &Lamp) -> Result<(), String> {
+    check_lamp(&["light", "0"], lamp).map_err(|fault| fault.message)
+}
+
+fn check_lamp(at: &[&str; 2], lamp: &Lamp) -> Checked {
+    let key = |name| [at[0], at[1], name];
+    finite(&key("place"), &lamp.place)?;
+    if let Some(wrong) = lamp.intensity.iter().find(|&&c| !(c >= 0.0 && COORDINATES_M.contains(&c))) {
+        let remedy = "give three numbers from 0 up: the irradiance one metre away, in the unit of the sky's";
+        return fault(&key("intensity"), format!("intensity holds {wrong}"), remedy);
+    }
+    if let Some(look_at) = &lamp.look_at {
+        finite(&key("look_at"), look_at)?;
+        if *look_at == lamp.place {
+            return fault(&key("look_at"), "the lamp looks at its own place", "give a point in front of it, or take it out");
+        }
+    }
+    within(&key("angle_deg"), lamp.angle_deg, 1.0, 170.0)?;
+    within(&key("edge"), lamp.edge, 0.0, 1.0)?;
+    if !(lamp.reach_m > 0.0 && COORDINATES_M.contains(&lamp.reach_m)) {
+        return fault(&key("reach_m"), format!("reach_m is {}", lamp.reach_m), "give metres above 0");
+    }
+    Ok(())
 }
 
 fn check_sky(site: &SiteFile, sky: &Sky) -> Checked {

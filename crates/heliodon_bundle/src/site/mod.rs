@@ -7,6 +7,7 @@ mod actor;
 mod check;
 mod error;
 mod files;
+mod lamp;
 mod parse;
 mod template;
 mod types;
@@ -14,9 +15,11 @@ mod values;
 
 pub use actor::{Actor, DEFAULT_WALK_SPEED, Walk};
 pub(crate) use check::check_lone_actor as check_actor;
+pub(crate) use check::check_lone_lamp as check_lamp;
 pub use error::SiteError;
 pub use files::{InputFile, InputKind};
 pub use heliodon_math::unit::Unit;
+pub use lamp::Lamp;
 pub use types::{
     Albedo, Bake, BelowHorizon, Between, DEFAULT_GRID_M, Display, LightStorage, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part,
     Role, Room, SiteFile, SiteInfo, Sky, SkyModel, Transfer, UpAxis,

@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 /// Tables that the design names for later versions.
-const LATER_TABLES: [&str; 4] = ["prepare", "budget", "light", "matte"];
+const LATER_TABLES: [&str; 3] = ["prepare", "budget", "matte"];
 
 /// Tables that there may be several of.
-const MANY_TABLES: [&str; 3] = ["part", "room", "actor"];
+const MANY_TABLES: [&str; 4] = ["part", "room", "actor", "light"];
 
 /// The text of a `site.toml` and where it came from.
 #[derive(Clone, Debug)]

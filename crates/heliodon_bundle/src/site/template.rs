@@ -1,6 +1,7 @@
 //! A `site.toml` for people to go on from: what is set, and beside it, commented out, what could be.
 
 use super::actor::{Actor, Walk};
+use super::lamp::{self, Lamp};
 use super::types::{Albedo, Bake, Display, Part, Room, SiteFile, SiteInfo, Sky};
 use super::values::ProbeTimes;
 use heliodon_math::unit::Unit;
@@ -79,16 +80,26 @@ pub(super) fn write(site: &SiteFile) -> String {
         write_actor(&mut w, actor);
     }
     if site.actors.is_empty() {
-        let example = Actor::at("walker.glb", [0.0, 0.0, 5.0]);
-        let mut actor = Writer { text: String::new() };
-        write_actor(&mut actor, &example);
-        for line in actor.text.lines() {
-            let gap = if line.is_empty() || line.starts_with('#') { "" } else { "# " };
-            w.line(&format!("{gap}{line}"));
-        }
+        write_example(&mut w, |w| write_actor(w, &Actor::at("walker.glb", [0.0, 0.0, 5.0])));
+    }
+    for lamp in &site.lamps {
+        write_lamp(&mut w, lamp);
+    }
+    if site.lamps.is_empty() {
+        write_example(&mut w, |w| write_lamp(w, &Lamp::at([0.0, 2.0, 5.0], [10.0, 8.0, 5.0])));
     }
     write_display(&mut w, &site.display);
     w.text
+}
+
+/// Writes a table as a comment.
+fn write_example(w: &mut Writer, write: impl Fn(&mut Writer)) {
+    let mut example = Writer { text: String::new() };
+    write(&mut example);
+    for line in example.text.lines() {
+        let gap = if line.is_empty() || line.starts_with('#') { "" } else { "# " };
+        w.line(&format!("{gap}{line}"));
+    }
 }
 
 fn write_info(w: &mut Writer, info: &SiteInfo) {
@@ -170,6 +181,18 @@ fn write_room(w: &mut Writer, room: &Room) {
     let windows = Some(&room.windows).filter(|windows| !windows.is_empty());
     w.absent("windows", windows, WINDOWS, "three corners each: lower left, lower right, upper left");
     w.absent("looks_at", room.looks_at.as_ref(), "[0.0, 5.0, 0.0]", "at first");
+}
+
+fn write_lamp(w: &mut Writer, lamp: &Lamp) {
+    w.line("\n[[light]]  # a lamp, beside sun and sky");
+    w.absent("name", lamp.name.as_ref(), "\"oil lamp\"", "for people");
+    w.set("place", &lamp.place, "");
+    w.set("intensity", &lamp.intensity, "irradiance one metre away, in the unit of the sky's");
+    w.absent("look_at", lamp.look_at.as_ref(), "[0.0, 0.0, 0.0]", "makes it a spot light");
+    w.optional("angle_deg", &lamp.angle_deg, &lamp::angle_deg(), "of a spot light's cone");
+    w.optional("edge", &lamp.edge, &lamp::edge(), "the part of the half angle in which a spot light fades");
+    w.optional("reach_m", &lamp.reach_m, &lamp::reach_m(), "where its light is faded out");
+    w.optional("shadows", &lamp.shadows, &true, "");
 }
 
 fn write_actor(w: &mut Writer, actor: &Actor) {

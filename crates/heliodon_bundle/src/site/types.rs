@@ -3,6 +3,7 @@
 //! Every key that is not here is an error, so that a slip of the pen is not taken for a default.
 
 use super::actor::Actor;
+use super::lamp::Lamp;
 use super::values::{Date, ProbeTimes, TimeOfDay, UtcOffset};
 use heliodon_math::unit::Unit;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -37,6 +38,9 @@ pub struct SiteFile {
     /// Figures that walk or stand in the site.
     #[serde(rename = "actor", default, skip_serializing_if = "Vec::is_empty")]
     pub actors: Vec<Actor>,
+    /// Lamps.
+    #[serde(rename = "light", default, skip_serializing_if = "Vec::is_empty")]
+    pub lamps: Vec<Lamp>,
     /// The display that the site is prepared for.
     #[serde(default)]
     pub display: Display,
