@@ -6,7 +6,7 @@
 //! [`headless::Renderer`] makes the same pictures without a display.
 //!
 //! One folder a feature, one plugin a folder: [`stage`] loads a bundle, [`daylight`] lights and draws the stone, [`sky`] the
-//! dome, [`actors`] move and light what moves, [`time_lapse`] holds the hour, [`tonemap`] brings light to the display, [`guests`] lights what others add,
+//! dome, [`actors`] move and light what moves, [`lamps`] light both, [`time_lapse`] holds the hour, [`tonemap`] brings light to the display, [`guests`] lights what others add,
 //! [`navigation`] walks and flies, [`hud`] tells and takes the hour.
 
 pub mod actors;
@@ -15,6 +15,7 @@ pub mod daylight;
 pub mod guests;
 pub mod headless;
 pub mod hud;
+pub mod lamps;
 pub mod navigation;
 mod readback;
 pub mod sky;
@@ -39,6 +40,7 @@ bevy::app::plugin_group! {
         sky:::SkyPlugin,
         time_lapse:::TimeLapsePlugin,
         actors:::ActorsPlugin,
+        lamps:::LampsPlugin,
         guests:::GuestsPlugin,
     }
 }

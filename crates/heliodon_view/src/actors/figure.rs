@@ -205,6 +205,12 @@ impl Figure {
         self.positions.iter().map(|&p| self.place.transform_point3(p))
     }
 
+    /// Unit normals in the world.
+    pub fn world_normals(&self) -> impl Iterator<Item = Vec3> + '_ {
+        let turn = rotation(self.place);
+        self.normals.iter().map(move |&n| turn * n)
+    }
+
     /// Irradiance / pi of each vertex; what no camera saw has the light that it was last seen with.
     #[must_use]
     pub fn light(&self) -> &[Vec3] {

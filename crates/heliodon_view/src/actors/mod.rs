@@ -14,6 +14,8 @@ pub mod shade;
 mod sun_field;
 
 use crate::daylight::DaylightCamera;
+use crate::daylight::layout::octahedral;
+use crate::lamps::Lamps;
 use crate::stage::Stage;
 use crate::stage::frame::StageFrame;
 use crate::time_lapse::{Now, SettleMoment};
@@ -210,6 +212,7 @@ fn light_actors(
     stage_frame: Res<StageFrame>,
     mut actors: ResMut<Actors>,
     mut frame: ResMut<ActorsFrame>,
+    lamps: Option<Res<Lamps>>,
     cameras: Query<(&Camera, &GlobalTransform), With<DaylightCamera>>,
 ) {
     let Some(moment) = &now.moment else { return };
@@ -230,7 +233,8 @@ fn light_actors(
     let exposure = stage_frame.exposure_stops.exp2();
     let sun = now.has_sun.then(|| (moment.sun_direction, moment.shading.sun_irradiance * exposure));
     *told = Told { actors: people.len(), ..default() };
-    let hour = Hour { moment, grid: grid.as_ref(), exposure, sun };
+    let lamps = lamps.is_some_and(|lamps| !lamps.lamps.is_empty());
+    let hour = Hour { moment, grid: grid.as_ref(), exposure, sun, lamps };
     let mut shown = Vec::with_capacity(people.len());
     for person in people.iter_mut() {
         match person.act(*seconds as f32, &eyes, *directions, &hour, passed_s.map(|s| s as f32)) {
@@ -255,6 +259,7 @@ struct Hour<'a> {
     grid: Option<&'a Grid>,
     exposure: f32,
     sun: Option<(Vec3, Vec3)>,
+    lamps: bool,
 }
 
 impl Person {
@@ -291,8 +296,9 @@ impl Person {
         let half =
             |(light, sun): (&Vec3, &f32)| light.extend(*sun).to_array().map(|v| f16::from_f32(v.clamp(0.0, 65504.0)).to_bits());
         let light = self.figure.light().iter().zip(self.figure.sun()).map(half).collect();
+        let normals = if hour.lamps { self.figure.world_normals().map(octahedral).collect() } else { Vec::new() };
         let bounds = ((low + high) * 0.5).extend(low.distance(high) * 0.5);
-        Ok((Shown { positions, light, caster: Caster { bounds, lumps: self.figure.lumps() } }, asked))
+        Ok((Shown { positions, normals, light, caster: Caster { bounds, lumps: self.figure.lumps() } }, asked))
     }
 }
 

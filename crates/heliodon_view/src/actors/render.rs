@@ -1,25 +1,21 @@
 //! Actors on the GPU: buffers that are written in every frame, the map of their depth from the sun, and their draws in the stone's own pass.
 
 use super::shade::{ACTORS, Caster, SHADE_BYTES, ShadeUniform, TILE_PX, TILES_ACROSS, TILES_DOWN, may_shade};
-use crate::daylight::pipelines::StagePipelines;
+use crate::daylight::pipelines::{DEPTH_MAP_FORMAT, StagePipelines};
 use crate::daylight::prepare::StageGpu;
+use crate::lamps::maps::LampsGpu;
+use crate::lamps::uniform::LAMPS_BYTES;
 use crate::stage::frame::StageFrame;
 use crate::stage::texture::{self, LevelledTexture};
-use bevy::asset::uuid::Uuid;
-use bevy::mesh::VertexBufferLayout;
 use bevy::prelude::*;
 use bevy::render::extract_resource::ExtractResource;
 use bevy::render::render_resource::binding_types::{texture_depth_2d, uniform_buffer_sized};
 use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue};
-use bevy::shader::Shader;
 use heliodon_image::{SrgbImage, TextureWrap};
 use std::num::NonZeroU64;
 use std::ops::Range;
 use std::sync::Arc;
-
-/// Depth from the sun.
-const MAP_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
 /// What of an actor stays.
 #[derive(Debug, Default)]
@@ -41,6 +37,8 @@ pub struct Look {
 pub struct Shown {
     /// Positions in the world.
     pub positions: Vec<Vec3>,
+    /// Unit normals on the octahedron ([`crate::daylight::layout::octahedral`]); none without lamps.
+    pub normals: Vec<u32>,
     /// Exposed light, half floats.
     pub light: Vec<[u16; 4]>,
     /// How it shades the stone.
@@ -59,8 +57,9 @@ pub struct ActorsFrame {
 }
 
 /// An actor's buffers.
-struct ActorGpu {
+pub struct ActorGpu {
     positions: Buffer,
+    normals: Buffer,
     light: Buffer,
     albedo: Buffer,
     uvs: Buffer,
@@ -76,7 +75,8 @@ struct ActorGpu {
 struct ShadowMap {
     view: TextureView,
     uniform: Buffer,
-    bind_group: BindGroup,
+    /// With the lamps' maps of this number.
+    bind_group: Option<(u64, BindGroup)>,
     pipeline: CachedRenderPipelineId,
 }
 
@@ -87,37 +87,35 @@ pub struct ActorsGpu {
     actors: Vec<ActorGpu>,
     map: Option<ShadowMap>,
     casting: usize,
+    /// Whether there are actors that cast, or lamps.
+    near: bool,
     casters: Vec<Caster>,
     /// Spheres around all actors, radius in w.
     bounds: Vec<Vec4>,
     sun_direction: Vec3,
 }
 
-/// The layout of what the map of depths from the sun binds for the stone.
+/// The layout of what stone near actors and lamps binds.
 pub fn shade_layout() -> BindGroupLayoutDescriptor {
+    let uniform = |bytes: usize| uniform_buffer_sized(false, NonZeroU64::new(bytes as u64));
     BindGroupLayoutDescriptor::new(
         "actors_shade",
         &BindGroupLayoutEntries::sequential(
             ShaderStages::FRAGMENT,
-            (uniform_buffer_sized(false, NonZeroU64::new(SHADE_BYTES as u64)), texture_depth_2d()),
+            (uniform(SHADE_BYTES), texture_depth_2d(), uniform(LAMPS_BYTES), texture_depth_2d(), texture_depth_2d()),
         ),
     )
 }
 
-fn caster_layout() -> BindGroupLayoutDescriptor {
-    let matrix = uniform_buffer_sized(false, NonZeroU64::new(size_of::<Mat4>() as u64));
-    BindGroupLayoutDescriptor::new("actors_caster", &BindGroupLayoutEntries::single(ShaderStages::VERTEX, matrix))
-}
-
 impl ShadowMap {
-    fn new(device: &RenderDevice, cache: &mut PipelineCache) -> Self {
+    fn new(device: &RenderDevice, pipeline: CachedRenderPipelineId) -> Self {
         let texture = device.create_texture(&TextureDescriptor {
             label: Some("actors_sun_depth"),
             size: Extent3d { width: TILE_PX * TILES_ACROSS, height: TILE_PX * TILES_DOWN, depth_or_array_layers: 1 },
             mip_level_count: 1,
             sample_count: 1,
             dimension: TextureDimension::D2,
-            format: MAP_FORMAT,
+            format: DEPTH_MAP_FORMAT,
             usage: TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT,
             view_formats: &[],
         });
@@ -128,35 +126,18 @@ impl ShadowMap {
             usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let layout = cache.get_bind_group_layout(&shade_layout());
-        let entries = BindGroupEntries::sequential((uniform.as_entire_binding(), &view));
-        let bind_group = device.create_bind_group("actors_shade", &layout, &entries);
-        let uuid = Uuid::from_u128(0x91c2_03f7_52ab_4d0e_8d10_0000_0000_0001);
-        cache.set_shader(AssetId::Uuid { uuid }, Shader::from_wgsl(include_str!("caster.wgsl"), "heliodon/caster.wgsl"));
-        let position = VertexBufferLayout {
-            array_stride: 12,
-            step_mode: VertexStepMode::Vertex,
-            attributes: vec![VertexAttribute { format: VertexFormat::Float32x3, offset: 0, shader_location: 0 }],
-        };
-        let pipeline = cache.queue_render_pipeline(RenderPipelineDescriptor {
-            label: Some("actors_caster".into()),
-            layout: vec![caster_layout()],
-            vertex: VertexState {
-                shader: Handle::Uuid(uuid, std::marker::PhantomData),
-                entry_point: Some("vertex".into()),
-                buffers: vec![position],
-                ..default()
-            },
-            depth_stencil: Some(DepthStencilState {
-                format: MAP_FORMAT,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(CompareFunction::LessEqual),
-                stencil: default(),
-                bias: default(),
-            }),
-            ..default()
-        });
-        Self { view, uniform, bind_group, pipeline }
+        Self { view, uniform, bind_group: None, pipeline }
+    }
+
+    /// Binds the lamps as they are.
+    fn bind(&mut self, device: &RenderDevice, cache: &PipelineCache, lamps: &mut LampsGpu) {
+        let (serial, uniform, [stone, actors]) = lamps.bindings(device);
+        if self.bind_group.as_ref().is_none_or(|(bound, _)| *bound != serial) {
+            let layout = cache.get_bind_group_layout(&shade_layout());
+            let (shade, lamps) = (self.uniform.as_entire_binding(), uniform.as_entire_binding());
+            let entries = BindGroupEntries::sequential((shade, &self.view, lamps, stone, actors));
+            self.bind_group = Some((serial, device.create_bind_group("actors_shade", &layout, &entries)));
+        }
     }
 }
 
@@ -192,9 +173,10 @@ impl ActorGpu {
             Some(device.create_bind_group("actor_texture", &texture_layout, &entries))
         });
         let clip = empty("actor_caster", size_of::<Mat4>() as u64, BufferUsages::UNIFORM);
-        let layout = cache.get_bind_group_layout(&caster_layout());
+        let layout = cache.get_bind_group_layout(&pipelines.caster_layout);
         let clip_group = device.create_bind_group("actor_caster", &layout, &BindGroupEntries::single(clip.as_entire_binding()));
         Self {
+            normals: empty("actor_normals", 4 * vertices, BufferUsages::VERTEX),
             positions: empty("actor_positions", 12 * vertices, BufferUsages::VERTEX),
             light: empty("actor_light", 8 * vertices, BufferUsages::VERTEX),
             albedo: filled("actor_albedo", bytemuck::cast_slice(&look.albedo), BufferUsages::VERTEX),
@@ -208,21 +190,30 @@ impl ActorGpu {
     }
 }
 
+impl ActorGpu {
+    /// Draws its depth.
+    pub fn draw_depth(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_vertex_buffer(0, *self.positions.slice(..));
+        pass.set_index_buffer(*self.indices.slice(..), IndexFormat::Uint32);
+        pass.draw_indexed(0..self.index_count, 0, 0..1);
+    }
+}
+
 impl ActorsGpu {
-    /// Draws the actors as closed stone: by the pipelines without and with a texture, and those for what others shade.
+    /// Draws the actors as closed stone: by the pipelines without and with a texture, and those for what others shade and `lamps` light.
     pub fn draw(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
         plain: [Option<&RenderPipeline>; 2],
         shaded: Option<[Option<&RenderPipeline>; 2]>,
+        lamps: Option<&LampsGpu>,
     ) {
         for (number, actor) in self.actors.iter().enumerate() {
             pass.set_vertex_buffer(0, *actor.positions.slice(..));
             pass.set_vertex_buffer(1, *actor.light.slice(..));
             pass.set_vertex_buffer(2, *actor.albedo.slice(..));
-            pass.set_vertex_buffer(3, *actor.uvs.slice(..));
             pass.set_index_buffer(*actor.indices.slice(..), IndexFormat::Uint32);
-            let shaded = shaded.zip(self.shade()).filter(|_| self.is_shaded(number));
+            let shaded = shaded.zip(self.shade()).filter(|_| self.is_shaded(number, lamps));
             // A texture is the group after what shades.
             let (pipelines, texture_group) = match shaded {
                 Some((pipelines, shade)) => {
@@ -231,6 +222,10 @@ impl ActorsGpu {
                 }
                 None => (plain, 1),
             };
+            let normals = shaded.and(lamps).map(|_| &actor.normals);
+            for (slot, buffer) in (3..).zip(normals.into_iter().chain([&actor.uvs])) {
+                pass.set_vertex_buffer(slot, *buffer.slice(..));
+            }
             // By its instance an actor that casts is known from the others.
             let instance = if number < self.casting { number as u32 + 1 } else { 0 };
             for (indices, texture) in &actor.draws {
@@ -245,12 +240,21 @@ impl ActorsGpu {
         }
     }
 
-    /// Whether others may shade an actor.
-    fn is_shaded(&self, number: usize) -> bool {
+    /// Whether others may shade an actor, or lamps light it.
+    fn is_shaded(&self, number: usize, lamps: Option<&LampsGpu>) -> bool {
         let Some(bounds) = self.bounds.get(number) else { return false };
         let (center, half) = (bounds.truncate(), Vec3::splat(bounds.w));
-        let others = self.casters.iter().enumerate().filter(|&(other, _)| other != number);
-        others.into_iter().any(|(_, caster)| may_shade(caster, self.sun_direction, (center - half, center + half)))
+        let bounds = (center - half, center + half);
+        let mut others = self.casters.iter().enumerate().filter(|&(other, _)| other != number);
+        lamps.is_some_and(|lamps| lamps.light(bounds))
+            || others.any(|(_, caster)| may_shade(caster, self.sun_direction, bounds))
+    }
+
+    /// The actors that may show between planes with inward unit normals.
+    pub fn in_view<'a>(&'a self, planes: &[Vec4]) -> impl Iterator<Item = &'a ActorGpu> + use<'a> {
+        let within = |ball: &Vec4| planes.iter().all(|plane| plane.truncate().dot(ball.truncate()) + plane.w >= -ball.w);
+        let within: Vec<bool> = self.bounds.iter().map(within).collect();
+        self.actors.iter().zip(within).filter_map(|(actor, within)| within.then_some(actor))
     }
 
     /// Whether anybody may shade what lies in a box of the world.
@@ -259,10 +263,10 @@ impl ActorsGpu {
         self.casters.iter().any(|caster| may_shade(caster, self.sun_direction, bounds))
     }
 
-    /// What shades the stone, where anybody does.
+    /// What stone near actors and lamps binds, where there are any.
     #[must_use]
     pub fn shade(&self) -> Option<&BindGroup> {
-        self.map.as_ref().filter(|_| self.casting > 0).map(|map| &map.bind_group)
+        self.map.as_ref().filter(|_| self.near).and_then(|map| map.bind_group.as_ref()).map(|(_, group)| group)
     }
 }
 
@@ -273,7 +277,8 @@ pub fn prepare_actors(
     stage: Res<StageFrame>,
     stone: Res<StageGpu>,
     mut gpu: ResMut<ActorsGpu>,
-    pipelines: Res<StagePipelines>,
+    mut lamps: ResMut<LampsGpu>,
+    mut pipelines: ResMut<StagePipelines>,
     mut cache: ResMut<PipelineCache>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
@@ -284,17 +289,19 @@ pub fn prepare_actors(
         gpu.actors = made.collect();
         gpu.serial = frame.serial;
     }
-    gpu.casting = 0;
-    let (Some(moment), false) = (&stage.moment, gpu.actors.is_empty()) else { return };
-    if frame.shown.len() != gpu.actors.len() {
-        return;
-    }
-    for (actor, shown) in gpu.actors.iter().zip(frame.shown.iter()) {
+    (gpu.casting, gpu.near) = (0, false);
+    (gpu.casters, gpu.bounds) = (Vec::new(), Vec::new());
+    // Who was added in this frame is not lit yet.
+    let shown = if frame.shown.len() == gpu.actors.len() { &frame.shown[..] } else { &[] };
+    let Some(moment) = stage.moment.as_ref().filter(|_| !shown.is_empty() || lamps.any()) else { return };
+    for (actor, shown) in gpu.actors.iter().zip(shown) {
         queue.write_buffer(&actor.positions, 0, bytemuck::cast_slice(&shown.positions));
         queue.write_buffer(&actor.light, 0, bytemuck::cast_slice(&shown.light));
+        queue.write_buffer(&actor.normals, 0, bytemuck::cast_slice(&shown.normals));
     }
-    let map = gpu.map.get_or_insert_with(|| ShadowMap::new(&device, &mut cache));
-    let casters: Vec<Caster> = frame.shown.iter().take(ACTORS).map(|shown| shown.caster.clone()).collect();
+    let map = gpu.map.get_or_insert_with(|| ShadowMap::new(&device, pipelines.caster(&mut cache)));
+    map.bind(&device, &cache, &mut lamps);
+    let casters: Vec<Caster> = shown.iter().take(ACTORS).map(|shown| shown.caster.clone()).collect();
     let irradiance = moment.shading.sun_irradiance * stage.exposure_stops.exp2();
     let (uniform, clips) = ShadeUniform::new(&casters, moment.sun_direction, irradiance);
     queue.write_buffer(&map.uniform, 0, bytemuck::bytes_of(&uniform));
@@ -304,8 +311,9 @@ pub fn prepare_actors(
     // Until its pipeline is there the map would hold nothing that anybody wrote.
     if cache.get_render_pipeline(map.pipeline).is_some() {
         gpu.casting = clips.len();
+        gpu.near = true;
     }
-    gpu.bounds = frame.shown.iter().map(|shown| shown.caster.bounds).collect();
+    gpu.bounds = shown.iter().map(|shown| shown.caster.bounds).collect();
     (gpu.casters, gpu.sun_direction) = (casters, moment.sun_direction);
 }
 
@@ -331,8 +339,6 @@ pub fn cast_shadows(gpu: Res<ActorsGpu>, cache: Res<PipelineCache>, mut context:
         let [x, y] = [i as u32 % TILES_ACROSS, i as u32 / TILES_ACROSS].map(|tile| (tile * TILE_PX) as f32);
         pass.set_viewport(x, y, TILE_PX as f32, TILE_PX as f32, 0.0, 1.0);
         pass.set_bind_group(0, &*actor.clip.1, &[]);
-        pass.set_vertex_buffer(0, *actor.positions.slice(..));
-        pass.set_index_buffer(*actor.indices.slice(..), IndexFormat::Uint32);
-        pass.draw_indexed(0..actor.index_count, 0, 0..1);
+        actor.draw_depth(&mut pass);
     }
 }

@@ -48,6 +48,12 @@ impl VertexLayout {
         (self.mask_at() + self.0.mask_words() as u32).div_ceil(TEXEL_WORDS)
     }
 
+    /// The shader that takes the normals out of what is baked, complete.
+    #[must_use]
+    pub fn normals_wgsl(self) -> String {
+        format!("const BLOCK: u32 = {BLOCK}u;\nconst TEXELS: u32 = {}u;\n{}", self.texels(), crate::lamps::NORMALS_WGSL)
+    }
+
     /// The light shader for this layout, complete.
     #[must_use]
     pub fn light_wgsl(self) -> String {

@@ -13,10 +13,10 @@ pub mod layout;
 pub mod moment;
 mod occlusion;
 pub mod pages;
-mod pass;
+pub(crate) mod pass;
 pub mod pipelines;
 pub(crate) mod prepare;
-mod seen;
+pub(crate) mod seen;
 #[cfg(test)]
 mod shader_tests;
 pub mod sight;

@@ -80,11 +80,22 @@ pub struct Page {
     pub indices: Buffer,
     /// Groups that the light shader must do.
     pub work: Buffer,
+    /// Normals, where lamps need them.
+    pub normals: Option<PageNormals>,
     /// What the light shader binds.
     pub light_bind_group: BindGroup,
     baked: Texture,
     capacity: (u32, u32),
     used: (u32, u32),
+}
+
+/// A page's normals, 4 bytes a vertex: 2 x snorm16 on the octahedron.
+#[derive(Debug)]
+pub struct PageNormals {
+    /// The normals.
+    pub buffer: Buffer,
+    /// What makes them binds.
+    pub bind_group: BindGroup,
 }
 
 /// A chunk in a page.
@@ -158,11 +169,27 @@ impl Page {
             light,
             indices: buffer("stone_indices", u64::from(indices) * 2, BufferUsages::INDEX),
             work,
+            normals: None,
             light_bind_group,
             baked,
             capacity: (vertices, indices),
             used: (0, 0),
         }
+    }
+
+    /// Makes room for normals; answers with how many workgroups of [`BLOCK`] fill it.
+    pub fn want_normals(&mut self, device: &RenderDevice, layout: &BindGroupLayout) -> u32 {
+        let buffer = device.create_buffer(&BufferDescriptor {
+            label: Some("stone_normals"),
+            size: u64::from(self.capacity.0) * 4,
+            usage: BufferUsages::STORAGE | BufferUsages::VERTEX,
+            mapped_at_creation: false,
+        });
+        let view = self.baked.create_view(&TextureViewDescriptor::default());
+        let entries = BindGroupEntries::sequential((&view, buffer.as_entire_buffer_binding()));
+        let bind_group = device.create_bind_group("stone_normals", layout, &entries);
+        self.normals = Some(PageNormals { buffer, bind_group });
+        self.capacity.0 / BLOCK
     }
 
     fn fits(&self, vertices: u32, indices: u32, textured: bool) -> bool {

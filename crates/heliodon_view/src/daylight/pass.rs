@@ -5,10 +5,11 @@
 //! eye is submitted in two parts (occlusion.rs).
 
 use super::occlusion::{DepthReadback, may_show};
-use super::pipelines::Subject;
+use super::pipelines::{Near, Subject};
 use super::prepare::{Drawn, StageGpu, StageView};
 use super::seen::{Draw, Seen, split};
 use crate::actors::render::ActorsGpu;
+use crate::lamps::maps::LampsGpu;
 use bevy::camera::{MainPassResolutionOverride, Viewport};
 use bevy::prelude::*;
 use bevy::render::camera::ExtractedCamera;
@@ -22,7 +23,7 @@ use wgpu::{RenderPass, TextureView};
 
 /// The most triangles of a pass where a processor draws. Such a driver (llvmpipe) keeps some 300 bytes of each triangle until the
 /// pass is done, in scenes that it keeps for the next frame. docs/decisions/008-drawing-stone.md has the figures.
-const PASS_TRIANGLES: u64 = 200_000;
+pub const PASS_TRIANGLES: u64 = 200_000;
 
 /// Lights the visible vertices, if the moment is a new one for them.
 pub fn light_stage(gpu: Res<StageGpu>, cache: Res<PipelineCache>, mut context: RenderContext) {
@@ -64,6 +65,7 @@ pub fn draw_stage(
     mut gpu: ResMut<StageGpu>,
     mut pending: ResMut<PendingCommandBuffers>,
     actors: Res<ActorsGpu>,
+    lamps: Res<LampsGpu>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
@@ -74,12 +76,13 @@ pub fn draw_stage(
     let (Some(ids), Some(view_group)) = (stage_view.pipelines, stage_view.bind_group().cloned()) else { return };
     let [stone @ .., sky] = ids.map(|id| cache.get_render_pipeline(id));
     let viewport = Viewport::from_viewport_and_override(camera.viewport.as_ref(), resolution);
-    // Stone that actors shade; without their pipelines it is drawn as if nobody stood there.
-    let shaded = stage_view.shaded_pipelines.zip(actors.shade()).and_then(|(ids, shade)| {
+    // Stone near actors and lamps; without its pipelines it is drawn as if there were none.
+    let shaded = stage_view.near_pipelines.zip(actors.shade()).and_then(|((near, ids), shade)| {
         let [stone @ .., _] = ids.map(|id| cache.get_render_pipeline(id));
-        stone.iter().all(Option::is_some).then_some((stone, shade))
+        let lamps = (near == Near::Lamps).then_some(&*lamps);
+        stone.iter().all(Option::is_some).then_some(Shaded { stone, shade, actors: &actors, lamps })
     });
-    let shaded = shaded.map(|(stone, shade)| Shaded { stone, shade, actors: &actors });
+    let lamps = shaded.as_ref().and_then(|shaded| shaded.lamps);
     let (plain_actors, shaded_actors) = (closed_stone(stone), shaded.as_ref().map(|shaded| closed_stone(shaded.stone)));
     let canvas = Canvas { target, depth, viewport, view_group, stone, shaded };
 
@@ -119,7 +122,7 @@ pub fn draw_stage(
         question.read(encoder);
     }
     let mut pass = canvas.stone(encoder, &gpu, later.as_ref().unwrap_or(&stage_view.drawn), most);
-    actors.draw(&mut pass, plain_actors, shaded_actors);
+    actors.draw(&mut pass, plain_actors, shaded_actors, lamps);
     if let (Some(pipeline), Some(maps)) = (sky, &stage_view.sky) {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(1, &**maps, &[]);
@@ -139,15 +142,23 @@ struct Canvas<'a> {
     viewport: Option<Viewport>,
     view_group: BindGroup,
     stone: [Option<&'a RenderPipeline>; 4],
-    /// Stone that actors may shade.
+    /// Stone near actors and lamps.
     shaded: Option<Shaded<'a>>,
 }
 
-/// How stone is drawn that actors may shade: what they cast is group 1, and the texture group 2.
+/// How stone is drawn near actors and lamps: what they cast is group 1, and the texture group 2.
 struct Shaded<'a> {
     stone: [Option<&'a RenderPipeline>; 4],
     shade: &'a BindGroup,
     actors: &'a ActorsGpu,
+    lamps: Option<&'a LampsGpu>,
+}
+
+impl Shaded<'_> {
+    /// Whether anything in a box of the world is to be drawn so.
+    fn concerns(&self, bounds: (Vec3, Vec3)) -> bool {
+        self.actors.shades(bounds) || self.lamps.is_some_and(|lamps| lamps.light(bounds))
+    }
 }
 
 impl Canvas<'_> {
@@ -187,7 +198,7 @@ impl Canvas<'_> {
                 match runs {
                     None => self.draw(&mut pass, gpu, drawn, &mut bound, draw, None),
                     Some((shaded, runs)) => {
-                        for (indices, is_shaded) in split(&runs[number], |bounds| shaded.actors.shades(bounds)) {
+                        for (indices, is_shaded) in split(&runs[number], |bounds| shaded.concerns(bounds)) {
                             let draw = Draw { indices, ..*draw };
                             self.draw(&mut pass, gpu, drawn, &mut bound, &draw, is_shaded.then_some(shaded));
                         }
@@ -211,7 +222,8 @@ impl Canvas<'_> {
     ) {
         let chunk = &gpu.chunks[draw.chunk as usize];
         let subject = Subject::stone_index(chunk.texture.is_some(), chunk.closed);
-        bound.shade(pass, shaded.map(|shaded| shaded.shade));
+        let lamps = self.shaded.as_ref().is_some_and(|shaded| shaded.lamps.is_some());
+        bound.shade(pass, shaded.map(|shaded| shaded.shade), lamps);
         let (pipelines, number, group) = match shaded {
             Some(shaded) => (&shaded.stone, subject + self.stone.len(), 2),
             None => (&self.stone, subject, 1),
@@ -253,11 +265,13 @@ impl Canvas<'_> {
 
 /// What a pass has bound already.
 #[derive(Default)]
-struct Bound {
+pub struct Bound {
     pipeline: Option<usize>,
     page: Option<usize>,
     texture: Option<u32>,
     shaded: bool,
+    /// Whether normals come before texture coordinates.
+    normals: bool,
 }
 
 impl Bound {
@@ -269,10 +283,13 @@ impl Bound {
         }
     }
 
-    /// Goes over to stone that is shaded, or is not: their groups have other numbers.
-    fn shade(&mut self, pass: &mut RenderPass<'_>, shade: Option<&BindGroup>) {
+    /// Goes over to stone that is shaded, or is not: their groups have other numbers, and where there are lamps normals are among their buffers.
+    fn shade(&mut self, pass: &mut RenderPass<'_>, shade: Option<&BindGroup>, lamps: bool) {
         if self.shaded != shade.is_some() {
             (self.shaded, self.texture) = (shade.is_some(), None);
+            if lamps {
+                (self.normals, self.page) = (shade.is_some(), None);
+            }
             if let Some(shade) = shade {
                 pass.set_bind_group(1, &**shade, &[]);
             }
@@ -290,15 +307,16 @@ impl Bound {
     }
 
     /// Records a draw of stone, with indices of `own` where there are any.
-    fn draw(&mut self, pass: &mut RenderPass<'_>, gpu: &StageGpu, own: Option<&Buffer>, draw: &Draw, instance: u32) {
+    pub fn draw(&mut self, pass: &mut RenderPass<'_>, gpu: &StageGpu, own: Option<&Buffer>, draw: &Draw, instance: u32) {
         let chunk = &gpu.chunks[draw.chunk as usize];
         if self.page != Some(chunk.page) {
             let page = &gpu.pages[chunk.page];
             pass.set_vertex_buffer(0, *page.positions.slice(..));
             pass.set_vertex_buffer(1, *page.light.slice(..));
             pass.set_vertex_buffer(2, *page.albedo.slice(..));
-            if let Some(uvs) = &page.uvs {
-                pass.set_vertex_buffer(3, *uvs.slice(..));
+            let normals = page.normals.as_ref().filter(|_| self.normals);
+            for (slot, buffer) in (3..).zip(normals.map(|normals| &normals.buffer).into_iter().chain(&page.uvs)) {
+                pass.set_vertex_buffer(slot, *buffer.slice(..));
             }
             pass.set_index_buffer(*own.unwrap_or(&page.indices).slice(..), IndexFormat::Uint16);
             self.page = Some(chunk.page);

@@ -5,6 +5,7 @@ use super::sight::NUMBER_FORMAT;
 use super::view::VIEW_BYTES;
 use crate::actors::SHADE_WGSL;
 use crate::actors::render::shade_layout;
+use crate::lamps::LAMPS_WGSL;
 use crate::daylight::moment::MOMENT_BYTES;
 use crate::tonemap::{DisplayKey, ToneCurve};
 use bevy::asset::uuid::Uuid;
@@ -18,6 +19,12 @@ use bevy::render::render_resource::*;
 use bevy::shader::Shader;
 use std::collections::HashMap;
 use std::num::NonZeroU64;
+
+/// Maps of depth from the sun and from lamps.
+pub const DEPTH_MAP_FORMAT: TextureFormat = TextureFormat::Depth32Float;
+
+/// WGSL of what draws depth alone.
+pub const CASTER_WGSL: &str = include_str!("caster.wgsl");
 
 /// WGSL of `View` and its binding.
 pub const VIEW_WGSL: &str = include_str!("view.wgsl");
@@ -57,11 +64,22 @@ impl Subject {
     }
 }
 
+/// What stone is near to that its baked light knows nothing of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Near {
+    /// Nothing.
+    Nothing,
+    /// Actors, which shade it.
+    Actors,
+    /// Lamps, which light it, and actors.
+    Lamps,
+}
+
 /// What a colour pipeline is specialised for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PipelineKey {
     subject: Subject,
-    shaded: bool,
+    near: Near,
     display: DisplayKey,
     samples: u32,
 }
@@ -70,13 +88,13 @@ impl PipelineKey {
     /// The key for a target of `format` with `samples` samples.
     #[must_use]
     pub fn new(subject: Subject, curve: ToneCurve, format: TextureFormat, samples: u32) -> Self {
-        Self { subject, shaded: false, display: DisplayKey { curve, format }, samples }
+        Self { subject, near: Near::Nothing, display: DisplayKey { curve, format }, samples }
     }
 
-    /// The key for stone that actors shade; they bind what they cast as group 1, and the texture is group 2.
+    /// The key for stone that is near to something; what that casts is bound as group 1, and the texture is group 2.
     #[must_use]
-    pub fn shaded(self) -> Self {
-        Self { shaded: self.subject != Subject::Sky, ..self }
+    pub fn near(self, near: Near) -> Self {
+        Self { near: if self.subject == Subject::Sky { Near::Nothing } else { near }, ..self }
     }
 
     /// The shader's whole text.
@@ -85,9 +103,11 @@ impl PipelineKey {
         let before = format!("{}{VIEW_WGSL}\n", self.display.wgsl());
         match self.subject {
             Subject::Stone { textured, .. } => {
-                let defined = [("TEXTURED", textured), ("SHADED", self.shaded)];
+                let (shaded, lamps) = (self.near != Near::Nothing, self.near == Near::Lamps);
+                let defined = [("TEXTURED", textured), ("SHADED", shaded), ("LAMPS", lamps)];
                 let stone = resolved(include_str!("stone.wgsl"), &defined);
-                if self.shaded { before + SHADE_WGSL + &stone.replace("@group(1)", "@group(2)") } else { before + &stone }
+                let lamps = if lamps { LAMPS_WGSL } else { "" };
+                if shaded { before + SHADE_WGSL + lamps + &stone.replace("@group(1)", "@group(2)") } else { before + &stone }
             }
             Subject::Sky => before + crate::sky::SKY_WGSL,
         }
@@ -131,10 +151,16 @@ pub struct StagePipelines {
     pub texture_layout: BindGroupLayoutDescriptor,
     /// The dome's two maps.
     pub sky_layout: BindGroupLayoutDescriptor,
+    /// The matrix of a map of depth.
+    pub caster_layout: BindGroupLayoutDescriptor,
+    /// What is baked of a page, and where its normals go.
+    pub normals_layout: BindGroupLayoutDescriptor,
     made: HashMap<PipelineKey, CachedRenderPipelineId>,
     /// Bevy's cache frees none: bundles of one layout share theirs.
     light_made: Vec<(VertexLayout, CachedComputePipelineId)>,
     sight_made: Option<[CachedRenderPipelineId; 2]>,
+    caster_made: Option<CachedRenderPipelineId>,
+    normals_made: Vec<(VertexLayout, CachedComputePipelineId)>,
     shaders: u128,
 }
 
@@ -173,9 +199,22 @@ impl Default for StagePipelines {
                     (image(), image(), sampler(SamplerBindingType::Filtering)),
                 ),
             ),
+            caster_layout: BindGroupLayoutDescriptor::new(
+                "caster",
+                &BindGroupLayoutEntries::single(ShaderStages::VERTEX, uniform(size_of::<Mat4>())),
+            ),
+            normals_layout: BindGroupLayoutDescriptor::new(
+                "stone_normals",
+                &BindGroupLayoutEntries::sequential(
+                    ShaderStages::COMPUTE,
+                    (texture_2d(TextureSampleType::Uint), storage_buffer_sized(false, None)),
+                ),
+            ),
             made: HashMap::new(),
             light_made: Vec::new(),
             sight_made: None,
+            caster_made: None,
+            normals_made: Vec::new(),
             shaders: 0,
         }
     }
@@ -240,6 +279,51 @@ impl StagePipelines {
         ids
     }
 
+    /// The pipeline that draws depth alone, from positions.
+    pub fn caster(&mut self, cache: &mut PipelineCache) -> CachedRenderPipelineId {
+        if let Some(id) = self.caster_made {
+            return id;
+        }
+        let shader = self.shader(cache, CASTER_WGSL.to_owned(), "caster");
+        let id = cache.queue_render_pipeline(RenderPipelineDescriptor {
+            label: Some("caster".into()),
+            layout: vec![self.caster_layout.clone()],
+            vertex: VertexState {
+                shader,
+                entry_point: Some("vertex".into()),
+                buffers: vec![vertex_buffer(0, VertexFormat::Float32x3)],
+                ..default()
+            },
+            depth_stencil: Some(DepthStencilState {
+                format: DEPTH_MAP_FORMAT,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(CompareFunction::LessEqual),
+                stencil: default(),
+                bias: default(),
+            }),
+            ..default()
+        });
+        self.caster_made = Some(id);
+        id
+    }
+
+    /// The pipeline that takes normals out of what is baked.
+    pub fn normals(&mut self, cache: &mut PipelineCache, layout: VertexLayout) -> CachedComputePipelineId {
+        if let Some((_, id)) = self.normals_made.iter().find(|(made, _)| *made == layout) {
+            return *id;
+        }
+        let shader = self.shader(cache, layout.normals_wgsl(), "normals");
+        let id = cache.queue_compute_pipeline(ComputePipelineDescriptor {
+            label: Some("stone_normals".into()),
+            layout: vec![self.normals_layout.clone()],
+            shader,
+            entry_point: Some("main".into()),
+            ..default()
+        });
+        self.normals_made.push((layout, id));
+        id
+    }
+
     /// The colour pipeline for a target.
     pub fn colour(&mut self, cache: &mut PipelineCache, key: PipelineKey) -> CachedRenderPipelineId {
         if let Some(&id) = self.made.get(&key) {
@@ -248,7 +332,7 @@ impl StagePipelines {
         let shader = self.shader(cache, key.wgsl(), "colour");
         let stone = key.subject != Subject::Sky;
         let mut layout = vec![self.view_layout.clone()];
-        if key.shaded {
+        if key.near != Near::Nothing {
             layout.push(shade_layout());
         }
         match key.subject {
@@ -262,7 +346,7 @@ impl StagePipelines {
             vertex: VertexState {
                 shader: shader.clone(),
                 entry_point: Some("vertex".into()),
-                buffers: if stone { vertex_buffers(key.subject.textured()) } else { Vec::new() },
+                buffers: if stone { vertex_buffers(key) } else { Vec::new() },
                 ..default()
             },
             primitive: sides(matches!(key.subject, Subject::Stone { closed: true, .. })),
@@ -306,11 +390,14 @@ fn vertex_buffer(location: u32, format: VertexFormat) -> VertexBufferLayout {
     }
 }
 
-/// Position, light, albedo, and texture coordinates, each from a buffer of its own.
-fn vertex_buffers(textured: bool) -> Vec<VertexBufferLayout> {
-    let mut formats = vec![VertexFormat::Float32x3, VertexFormat::Float16x4, VertexFormat::Unorm10_10_10_2];
-    if textured {
-        formats.push(VertexFormat::Float32x2);
+/// Position, light, albedo, the normal where there are lamps, and texture coordinates, each from a buffer of its own.
+fn vertex_buffers(key: PipelineKey) -> Vec<VertexBufferLayout> {
+    let mut formats = vec![(0, VertexFormat::Float32x3), (1, VertexFormat::Float16x4), (2, VertexFormat::Unorm10_10_10_2)];
+    if key.near == Near::Lamps {
+        formats.push((4, VertexFormat::Snorm16x2));
     }
-    (0..).zip(formats).map(|(location, format)| vertex_buffer(location, format)).collect()
+    if key.subject.textured() {
+        formats.push((3, VertexFormat::Float32x2));
+    }
+    formats.into_iter().map(|(location, format)| vertex_buffer(location, format)).collect()
 }

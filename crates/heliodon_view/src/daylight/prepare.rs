@@ -3,13 +3,14 @@
 use super::layout::{BLOCK, GROUP};
 use super::moment::MomentUniform;
 use super::occlusion::{DepthReadback, LEAST_TRIANGLES};
-use super::pages::{GpuChunk, GpuTexture, Page, Remaining, upload};
-use super::pipelines::{PipelineKey, SUBJECTS, StagePipelines};
+use super::pages::{GpuChunk, GpuTexture, Page, PageNormals, Remaining, upload};
+use super::pipelines::{Near, PipelineKey, SUBJECTS, StagePipelines};
 use super::seen::{LightGroup, Run, Seen};
 use super::sight::{Change, Sight, SightKey};
 use super::view::{ClusterRef, Eye, ViewUniform, cull};
 use super::{DaylightCamera, allocator};
 use crate::actors::render::ActorsGpu;
+use crate::lamps::maps::LampsGpu;
 use crate::sky::SkyResources;
 use crate::stage::feed::Delivery;
 use crate::stage::frame::StageFrame;
@@ -58,6 +59,8 @@ pub struct StageGpu {
     settled_frames: u32,
     /// Groups of vertices to be lit, per page.
     work: Vec<Vec<u32>>,
+    /// The pipeline that makes normals, and the pages that have none yet, with their workgroups.
+    normals: Option<(CachedComputePipelineId, Vec<(usize, u32)>)>,
 }
 
 impl StageGpu {
@@ -74,6 +77,33 @@ impl StageGpu {
             .zip(&self.work)
             .map(|(page, work)| (page, work.len() as u32 * GROUP / BLOCK))
             .filter(|&(_, workgroups)| workgroups > 0)
+    }
+
+    /// Lets normals be made where there are none; all chunks are there.
+    pub fn want_normals(&mut self, device: &RenderDevice, pipeline: CachedComputePipelineId, layout: &BindGroupLayout) {
+        let (_, without) = self.normals.get_or_insert((pipeline, Vec::new()));
+        let pages = self.pages.iter_mut().enumerate().filter(|(_, page)| page.normals.is_none());
+        without.extend(pages.map(|(number, page)| (number, page.want_normals(device, layout))));
+    }
+
+    /// The pages whose normals are to be made, how many workgroups do it, and the pipeline that does.
+    pub fn without_normals(&self) -> Option<(CachedComputePipelineId, impl Iterator<Item = (&PageNormals, u32)>)> {
+        let (pipeline, pages) = self.normals.as_ref().filter(|(_, pages)| !pages.is_empty())?;
+        let page = |&(number, workgroups): &(usize, u32)| Some((self.pages.get(number)?.normals.as_ref()?, workgroups));
+        Some((*pipeline, pages.iter().filter_map(page)))
+    }
+
+    /// Normals were made wherever they were wanted.
+    pub fn made_normals(&mut self) {
+        if let Some((_, pages)) = &mut self.normals {
+            pages.clear();
+        }
+    }
+
+    /// Whether stone can be drawn with normals.
+    #[must_use]
+    pub fn has_normals(&self) -> bool {
+        self.normals.as_ref().is_some_and(|(_, pages)| pages.is_empty()) && self.pages.iter().all(|page| page.normals.is_some())
     }
 
     /// Lists those of `groups` that have not the moment's light, for [`Self::lit_pages`]: none before there is a moment.
@@ -126,7 +156,7 @@ pub struct StageView {
     /// Pipelines for all subjects.
     pub pipelines: Option<[CachedRenderPipelineId; SUBJECTS.len()]>,
     /// The same for stone that actors shade, while they do.
-    pub shaded_pipelines: Option<[CachedRenderPipelineId; SUBJECTS.len()]>,
+    pub near_pipelines: Option<(Near, [CachedRenderPipelineId; SUBJECTS.len()])>,
     /// Pipelines that find out what is seen, for surfaces and for closed bodies.
     pub sight_pipelines: Option<[CachedRenderPipelineId; 2]>,
     /// The dome's maps, when there are any.
@@ -278,6 +308,7 @@ pub fn prepare_views(
     fallback: Res<FallbackImage>,
     mut sky: ResMut<SkyResources>,
     actors: Res<ActorsGpu>,
+    lamps: Res<LampsGpu>,
     prepassed: Query<(), WithPrepass>,
     mut views: Query<SeenCamera, With<DaylightCamera>>,
 ) {
@@ -297,7 +328,9 @@ pub fn prepare_views(
         let keys = SUBJECTS.map(|subject| PipelineKey::new(subject, frame.curve, view.target_format, msaa.samples()));
         let ids = keys.map(|key| pipelines.colour(&mut cache, key));
         stage_view.pipelines = Some(ids);
-        stage_view.shaded_pipelines = actors.shade().map(|_| keys.map(|key| pipelines.colour(&mut cache, key.shaded())));
+        let near = if lamps.any() && gpu.has_normals() { Near::Lamps } else { Near::Actors };
+        stage_view.near_pipelines =
+            actors.shade().map(|_| (near, keys.map(|key| pipelines.colour(&mut cache, key.near(near)))));
         let key = SightKey {
             clip_from_world,
             viewport: view.viewport,

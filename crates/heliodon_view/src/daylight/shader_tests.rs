@@ -2,9 +2,10 @@
 
 use super::layout::VertexLayout;
 use super::moment::MOMENT_BYTES;
-use super::pipelines::{PipelineKey, SUBJECTS, Subject, sight_wgsl};
+use super::pipelines::{CASTER_WGSL, Near, PipelineKey, SUBJECTS, Subject, sight_wgsl};
 use super::view::VIEW_BYTES;
 use crate::actors::shade::SHADE_BYTES;
+use crate::lamps::uniform::LAMPS_BYTES;
 use crate::tonemap::ToneCurve;
 use bevy::render::render_resource::TextureFormat;
 use heliodon_bundle::LightLayout;
@@ -47,11 +48,23 @@ fn the_colour_shaders_are_valid_for_every_target() {
                 let key = PipelineKey::new(subject, curve, format, 1);
                 assert_eq!(size_of_struct(&compile(&key.wgsl()), "View"), Some(VIEW_BYTES as u32));
                 if subject != Subject::Sky {
-                    assert_eq!(size_of_struct(&compile(&key.shaded().wgsl()), "Shade"), Some(SHADE_BYTES as u32));
+                    for near in [Near::Actors, Near::Lamps] {
+                        let module = compile(&key.near(near).wgsl());
+                        assert_eq!(size_of_struct(&module, "Shade"), Some(SHADE_BYTES as u32));
+                        let lamps = (near == Near::Lamps).then_some(LAMPS_BYTES as u32);
+                        assert_eq!(size_of_struct(&module, "Lamps"), lamps);
+                    }
                 }
             }
         }
     }
+}
+
+#[test]
+fn what_draws_depth_and_makes_normals_is_valid() {
+    compile(CASTER_WGSL);
+    let layout = LightLayout { sun_steps: 92, coefficients: 4, channels: 1, sun_bounce_functions: 8 };
+    compile(&VertexLayout(layout).normals_wgsl());
 }
 
 #[test]

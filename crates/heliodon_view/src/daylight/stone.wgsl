@@ -1,5 +1,5 @@
 // The stone: light comes per vertex, albedo is met in the fragment, exposure is already in the light.
-// Prepended: display.wgsl with its constants, view.wgsl, and where actors shade it actors/shade.wgsl. Lines between `#ifdef` and `#endif` are kept where
+// Prepended: display.wgsl with its constants, view.wgsl, where actors shade it actors/shade.wgsl, and where lamps light it lamps/lamps.wgsl. Lines between `#ifdef` and `#endif` are kept where
 // they apply (pipelines.rs).
 
 struct Vertex {
@@ -9,6 +9,10 @@ struct Vertex {
     @location(2) albedo_root: vec4<f32>,
 #ifdef TEXTURED
     @location(3) uv: vec2<f32>,
+#endif
+#ifdef LAMPS
+    // On the octahedron.
+    @location(4) normal: vec2<f32>,
 #endif
 }
 
@@ -22,6 +26,9 @@ struct Fragment {
 #ifdef SHADED
     // xyz: the place in the world; w: the share of the sun's light, and twice the number of the actor.
     @location(3) place: vec4<f32>,
+#endif
+#ifdef LAMPS
+    @location(4) normal: vec3<f32>,
 #endif
 }
 
@@ -42,6 +49,11 @@ fn vertex(in: Vertex, @builtin(instance_index) own: u32) -> Fragment {
 #ifdef SHADED
     out.place = vec4<f32>(in.position, in.light.a + f32(2u * own));
 #endif
+#ifdef LAMPS
+    let fold = max(abs(in.normal.x) + abs(in.normal.y) - 1.0, 0.0);
+    let flat = vec3<f32>(in.normal, 1.0 - abs(in.normal.x) - abs(in.normal.y));
+    out.normal = vec3<f32>(flat.xy - select(vec2<f32>(-fold), vec2<f32>(fold), flat.xy >= vec2<f32>(0.0)), flat.z);
+#endif
     return out;
 }
 
@@ -57,6 +69,9 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
     let normal = normalize(cross(dpdy(in.place.xyz), dpdx(in.place.xyz)));
     let own = floor(0.5 * in.place.w + 1e-3);
     light = shaded(light, max(in.place.w - 2.0 * own, 0.0), in.place.xyz, normal, u32(own));
+#endif
+#ifdef LAMPS
+    light += lamp_light(in.place.xyz, normalize(in.normal));
 #endif
     return vec4<f32>(display(light * albedo, in.clip.xy), 1.0);
 }

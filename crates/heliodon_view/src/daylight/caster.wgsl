@@ -1,4 +1,4 @@
-// An actor's depth from the sun, in its tile of the map.
+// Depth alone, from the sun or from a lamp, in a tile of a map.
 @group(0) @binding(0) var<uniform> clip_from_world: mat4x4<f32>;
 
 @vertex

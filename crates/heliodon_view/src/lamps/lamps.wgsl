@@ -1,0 +1,82 @@
+// The light of lamps: `LampsUniform` in lamps/uniform.rs. Prepended to stone.wgsl, after actors/shade.wgsl, where there are lamps.
+
+const LAMPS: u32 = 8u;
+const LAMP_TILES_ACROSS: u32 = 8u;
+const LAMP_TILE_PX: f32 = 512.0;
+// How far off the surface, in texels, and how much nearer to the lamp, in parts of the depth, what casts a shadow on it must be.
+const LAMP_OFFSET: f32 = 1.5;
+const LAMP_BIAS: f32 = 2e-5;
+
+struct Lamps {
+    // xyz: where a lamp is, w: 1 / the square of its reach.
+    place: array<vec4<f32>, 8>,
+    // rgb: irradiance / pi one metre away, times exposure; w: 1 / the cosines over which a spot light fades.
+    light: array<vec4<f32>, 8>,
+    // xyz: unit direction of a spot light, w: the cosine at its edge.
+    cone: array<vec4<f32>, 8>,
+    // x: its first tile, below 0 where nothing casts shadows; y: its faces; z: what a texel is wide, one metre away.
+    shadow: array<vec4<f32>, 8>,
+    // World to clip space, for each tile.
+    clip_from_world: array<mat4x4<f32>, 48>,
+}
+
+@group(1) @binding(2) var<uniform> lamps: Lamps;
+@group(1) @binding(3) var lamp_stone: texture_depth_2d;
+@group(1) @binding(4) var lamp_actors: texture_depth_2d;
+
+// How much of a lamp's light passes stone and actors, `to` the lamp.
+fn lamp_passes(lamp: u32, place: vec3<f32>, normal: vec3<f32>, to: vec3<f32>) -> f32 {
+    let shadow = lamps.shadow[lamp];
+    let casts = shadow.x >= 0.0;
+    let away = -to;
+    let size = abs(away);
+    let by_z = select(select(5u, 4u, away.z > 0.0), select(3u, 2u, away.y > 0.0), size.y >= size.z);
+    let of_cube = select(by_z, select(1u, 0u, away.x > 0.0), size.x >= size.y && size.x >= size.z);
+    let tile = u32(max(shadow.x, 0.0)) + select(of_cube, 0u, shadow.y < 2.0);
+    // The more obliquely light falls, the farther off the surface.
+    let oblique = 1.0 - clamp(dot(normal, to) * inverseSqrt(dot(to, to)), 0.0, 1.0);
+    let off = normal * (LAMP_OFFSET * (0.3 + oblique) * shadow.z * length(to));
+    let clip = lamps.clip_from_world[tile] * vec4<f32>(place + off, 1.0);
+    let at = clip.xyz / clip.w;
+    let corner = vec2<f32>(f32(tile % LAMP_TILES_ACROSS), f32(tile / LAMP_TILES_ACROSS));
+    let px = (corner + 0.5 + vec2<f32>(0.5, -0.5) * clamp(at.xy, vec2<f32>(-0.99), vec2<f32>(0.99))) * LAMP_TILE_PX - 0.5;
+    let first = floor(px);
+    let part = px - first;
+    let depth = at.z - LAMP_BIAS;
+    var lit = 0.0;
+    for (var tap = 0u; tap < select(0u, 16u, casts); tap += 1u) {
+        let step = vec2<u32>(tap % 4u, tap / 4u);
+        let weights = select(vec2<f32>(1.0), part, step == vec2<u32>(3u)) - select(vec2<f32>(0.0), part, step == vec2<u32>(0u));
+        let texel = vec2<i32>(first) + vec2<i32>(step) - 1;
+        let there = min(textureLoad(lamp_stone, texel, 0), textureLoad(lamp_actors, texel, 0));
+        lit += select(0.0, weights.x * weights.y, depth <= there);
+    }
+    return select(1.0, lit / 9.0, casts);
+}
+
+// Irradiance / pi from all lamps on a surface with this unit normal.
+fn lamp_light(place: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+    var near = 0u;
+    for (var lamp = 0u; lamp < LAMPS; lamp += 1u) {
+        let to = lamps.place[lamp].xyz - place;
+        let within = dot(to, to) * lamps.place[lamp].w < 1.0;
+        let in_cone = -dot(to, lamps.cone[lamp].xyz) > lamps.cone[lamp].w * length(to);
+        near |= select(0u, 1u << lamp, within && in_cone && dot(to, normal) > 0.0);
+    }
+    var sum = vec3<f32>(0.0);
+    while (near != 0u) {
+        let lamp = firstTrailingBit(near);
+        near &= near - 1u;
+        let at = lamps.place[lamp];
+        let to = at.xyz - place;
+        let square = max(dot(to, to), 1e-4);
+        let cosines = vec2<f32>(dot(normal, to), -dot(lamps.cone[lamp].xyz, to)) * inverseSqrt(square);
+        let inside = clamp((cosines.y - lamps.cone[lamp].w) * lamps.light[lamp].w, 0.0, 1.0);
+        // Faded out at the reach (B. Karis: "Real Shading in Unreal Engine 4", SIGGRAPH 2013).
+        let left = square * at.w;
+        let window = clamp(1.0 - left * left, 0.0, 1.0);
+        let falls = max(cosines.x, 0.0) / square * window * window * inside * inside * (3.0 - 2.0 * inside);
+        sum += lamps.light[lamp].rgb * (falls * lamp_passes(lamp, place, normal, to));
+    }
+    return sum;
+}
