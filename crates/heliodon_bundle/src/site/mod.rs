@@ -8,11 +8,12 @@ mod check;
 mod error;
 mod files;
 mod parse;
+mod placement;
 mod template;
 mod types;
 mod values;
 
-pub use actor::{Actor, DEFAULT_WALK_SPEED, Walk};
+pub use actor::{Actor, CACHE_FRAMES_PER_S_RANGE, DEFAULT_WALK_SPEED, Ground, Walk};
 pub(crate) use check::check_lone_actor as check_actor;
 pub use error::SiteError;
 pub use files::{InputFile, InputKind};
