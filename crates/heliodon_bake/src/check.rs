@@ -169,20 +169,22 @@ fn checked_part(site: &Site, scene: &scene::Scene, index: usize) -> CheckedPart 
     }
 }
 
-/// Whether most of a part's area, seen from above or below, has its front below.
+/// The part of its area by which a ground looks more down than up before it is told: one that is closed below does both alike, but for rounding.
+const LOOKS_DOWN: f64 = 0.1;
+
+/// Whether more of a part's area, seen from above or below, has its front below than above.
 fn looks_down(scene: &scene::Scene, part: usize) -> bool {
     let mesh = &scene.mesh;
-    let up: f64 = mesh.triangles[scene.parts[part].triangles.clone()]
-        .iter()
-        .map(|triangle| {
-            let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
-            let area = (b - a).cross(c - a);
-            // normals that the file has decide what is lit; they may contradict the order of the corners
-            let normal: glam::Vec3 = triangle.iter().map(|&vertex| mesh.normals[vertex as usize]).sum();
-            f64::from(area.y.abs().copysign(normal.y))
-        })
-        .sum();
-    up < 0.0
+    let (mut up, mut all) = (0.0, 0.0);
+    for triangle in &mesh.triangles[scene.parts[part].triangles.clone()] {
+        let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
+        let area = f64::from((b - a).cross(c - a).y.abs());
+        // normals that the file has decide what is lit; they may contradict the order of the corners
+        let normal: glam::Vec3 = triangle.iter().map(|&vertex| mesh.normals[vertex as usize]).sum();
+        up += area.copysign(normal.y.into());
+        all += area;
+    }
+    up < -LOOKS_DOWN * all
 }
 
 fn warn_of_part(part: &CheckedPart, warnings: &mut Vec<String>) {
