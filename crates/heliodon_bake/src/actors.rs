@@ -1,45 +1,65 @@
 //! The actors of a site: their files, which a bundle takes in, and whether they can be played.
 
 use crate::error::BakeError;
-use crate::plan::Plan;
-use crate::referenced::{clip_names, referenced_files};
-use heliodon_bundle::site::{Actor, Albedo, InputFile, InputKind, Site};
+use crate::referenced::referenced_files;
+use heliodon_bundle::site::{Actor, Albedo, Ground, InputFile, InputKind, Site};
 use heliodon_bundle::{ActorFile, ActorMeta};
-use heliodon_mesh::import::{ImportOptions, read};
+use heliodon_mesh::import::{ImportOptions, ImportReport};
+use heliodon_mesh::motion::{read_cached, read_moving};
 use std::path::Path;
 
-/// Reads every actor's model once, so that one that cannot be read is told before anything long begins, and looks for the clip
-/// that is asked for. What each vertex does over time is the viewer's business.
+/// What the bake wants to know of an actor's model.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Figure {
+    /// The height of its lowest point at rest over its own origin, metres; of one that stands on its origin 0.
+    pub low_m: f64,
+    /// The height of its highest point at rest over its own origin, metres.
+    pub high_m: f64,
+    /// What was left out of its files or looked odd there.
+    pub warnings: Vec<String>,
+}
+
+/// Reads every actor's model once, with its vertex cache and placed as the viewer will, so that one that cannot be played is told before
+/// anything long begins, and looks for the clip that is asked for. One figure for each of the site's actors.
 ///
 /// # Errors
-/// A model that cannot be read, an animation that is not in it.
-pub fn check_actors(site: &Site, files: &[InputFile]) -> Result<(), BakeError> {
-    for (i, actor) in site.actors.iter().enumerate() {
-        let Some(file) = files.iter().find(|file| file.kind == InputKind::Actor(i)) else { continue };
-        read(&file.path, &ImportOptions::default())?;
-        let Some(wanted) = &actor.animation else { continue };
-        let clips = clip_names(&file.path);
-        if !clips.contains(wanted) {
-            let there = match &clips[..] {
-                [] => "it has none".to_owned(),
-                clips => format!("it has {}", clips.join(", ")),
-            };
-            let message = format!("{} has no animation `{wanted}`", file.name);
+/// A model or a vertex cache that cannot be read, a cache of another number of vertices, an animation that is not there.
+pub fn read_figures(site: &Site, files: &[InputFile]) -> Result<Vec<Figure>, BakeError> {
+    let of_kind = |kind: InputKind| files.iter().find(|file| file.kind == kind);
+    let read = |(i, actor): (usize, &Actor)| {
+        let Some(model) = of_kind(InputKind::Actor(i)) else { return Ok(Figure::default()) };
+        let options = ImportOptions { placement: actor.placement(), ..ImportOptions::default() };
+        let mut report = ImportReport::default();
+        let moving = match of_kind(InputKind::ActorCache(i)) {
+            Some(cache) => read_cached(&model.path, &cache.path, &options, &mut report)?,
+            None => read_moving(&model.path, &options, &mut report)?,
+        };
+        if let Some(wanted) = &actor.animation
+            && moving.clip_named(wanted).is_none()
+        {
+            let clips: Vec<&str> = moving.clips().iter().map(|clip| clip.name.as_str()).collect();
+            let there = if clips.is_empty() { "it has none".to_owned() } else { format!("it has {}", clips.join(", ")) };
+            let message = format!("{} has no animation `{wanted}`", model.name);
             let key = ["actor", &i.to_string(), "animation"];
             return Err(site.error_at(&key, message, format!("{there}; without the key the first is played")).into());
         }
-    }
-    Ok(())
+        let (low, high) = moving.rest().bounds().unwrap_or_default();
+        let told = |warning: String| format!("actor {}: {warning}", actor.display_name());
+        let warnings = report.warnings.into_iter().map(told).collect();
+        Ok(Figure { low_m: low.y.into(), high_m: high.y.into(), warnings })
+    };
+    site.actors.iter().enumerate().map(read).collect()
 }
 
-/// What the bundle takes in of each actor.
-pub(crate) fn actor_metas(plan: &Plan) -> Vec<ActorMeta> {
-    plan.site.actors.iter().enumerate().map(|(i, actor)| actor_meta(plan, i, actor)).collect()
+/// What the bundle takes in of each actor; `actors` are the site's in the bundle's space, on the ground where they follow it.
+pub(crate) fn actor_metas(files: &[InputFile], actors: Vec<Actor>) -> Vec<ActorMeta> {
+    actors.into_iter().enumerate().map(|(i, actor)| actor_meta(files, i, actor)).collect()
 }
 
-fn actor_meta(plan: &Plan, index: usize, actor: &Actor) -> ActorMeta {
-    let of_kind = |kind: InputKind| plan.files.iter().find(|file| file.kind == kind);
-    let mut actor = actor.relative_to(plan.site.site.origin);
+fn actor_meta(inputs: &[InputFile], index: usize, mut actor: Actor) -> ActorMeta {
+    let of_kind = |kind: InputKind| inputs.iter().find(|file| file.kind == kind);
+    // its heights are what was asked for, and nobody who reads the bundle has a ground to ask
+    actor.ground = Ground::default();
     actor.name = Some(actor.display_name().to_owned());
     let mut files: Vec<ActorFile> = Vec::new();
     let Some(model) = of_kind(InputKind::Actor(index)) else { return ActorMeta { actor, files } };

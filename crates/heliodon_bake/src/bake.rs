@@ -6,16 +6,18 @@ use crate::chunks::ChunkMaker;
 use crate::darkness::tell_of_darkness;
 use crate::error::BakeError;
 use crate::grid::GridPlan;
+use crate::ground;
 use crate::key::told_name;
 use crate::light::{BakedGrid, BakedLight, LightInput, bake_light};
 use crate::memory::peak_resident_bytes;
 use crate::plan::Plan;
-use crate::report::Reporter;
+use crate::report::{Reporter, WarningsKept};
 use crate::scene::{Scene, Traceable};
 use crate::sky::{BakedSky, bake_sky};
 use glam::Vec3;
 use heliodon_bundle::grid::AXES;
 use heliodon_bundle::manifest::Counts;
+use heliodon_bundle::site::Actor;
 use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, GridPoints, LightLayout, Manifest, VertexLight, WriteError};
 use heliodon_mesh::Texture;
 use heliodon_sky::lapse::SunBounceBasis;
@@ -42,6 +44,8 @@ pub struct BakeReport {
     pub offset_m: f64,
     /// Figures of the solver: rays, points, errors of the compression over the day.
     pub measures: BTreeMap<String, f64>,
+    /// What is odd but did not stop the bake; none where nothing was done.
+    pub warnings: Vec<String>,
     /// Seconds that each step took in this run.
     pub seconds: Vec<(String, f64)>,
     /// The most memory that the process has needed so far, where the system tells.
@@ -58,6 +62,7 @@ pub fn bake(plan: &Plan, reporter: &dyn Reporter) -> Result<BakeReport, BakeErro
         return up_to_date_report(plan);
     }
     plan.check_target()?;
+    let reporter = &WarningsKept::new(reporter);
     let mut clock = Clock::default();
     let scene = plan.read_scene(reporter)?;
     let cache = Cache::open(&plan.cache_root(), &plan.key(&scene), &plan.owner())?;
@@ -65,13 +70,13 @@ pub fn bake(plan: &Plan, reporter: &dyn Reporter) -> Result<BakeReport, BakeErro
     let sky = bake_sky(plan, &cache, reporter)?;
     clock.lap("sky");
     let sky_steps = sky.lapse.steps.len();
-    let (light, grid) = scene_light(plan, &scene, &sky.suns(), &cache, reporter, &mut clock)?;
-    let manifest = write_bundle(plan, &scene, sky, (&light, &grid), &cache, reporter)?;
+    let (light, grid, actors) = scene_light(plan, &scene, &sky.suns(), &cache, reporter, &mut clock)?;
+    let manifest = write_bundle(plan, &scene, sky, (&light, &grid), actors, &cache, reporter)?;
     clock.lap("writing");
     if !plan.options.keep_cache {
         cache.remove(&plan.owner());
     }
-    Ok(BakeReport { seconds: clock.laps, sky_steps, ..report_of(plan, &manifest, false) })
+    Ok(BakeReport { seconds: clock.laps, sky_steps, warnings: reporter.warnings(), ..report_of(plan, &manifest, false) })
 }
 
 #[derive(Debug)]
@@ -101,20 +106,24 @@ fn scene_light(
     cache: &Cache,
     reporter: &dyn Reporter,
     clock: &mut Clock,
-) -> Result<(BakedLight, GridPlan), BakeError> {
+) -> Result<(BakedLight, GridPlan, Vec<Actor>), BakeError> {
     let mesh = &scene.mesh;
     reporter.stage("rays", 0);
     let traceable = Traceable::new(mesh)?;
     reporter.finished();
     clock.lap("rays");
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
+    let actors = plan.actors(Some(&traceable.rays));
+    let of_files = plan.figures.iter().flat_map(|figure| figure.warnings.iter().cloned());
+    let doubts = ground::doubts(&plan.site, &actors, &plan.figures, &traceable.rays);
+    of_files.chain(doubts).for_each(|warning| reporter.warning(&warning));
     let grid = plan.grid(Some(&traceable.rays))?;
     let sun_bounce = plan.site.bake.sun_bounce;
     let input = LightInput { surfaces: traceable.surfaces(), suns, sun_bounce, params: &params, grid: &grid };
     let light = bake_light(&input, Some(cache), reporter)?;
     tell_of_darkness(&plan.site.parts, scene, &traceable.rays, &light.light.validity, params.offset_m, reporter);
     clock.lap("light");
-    Ok((light, grid))
+    Ok((light, grid, actors))
 }
 
 /// Writes everything into the bundle, which appears whole or not at all.
@@ -123,6 +132,7 @@ fn write_bundle(
     scene: &Scene,
     sky: BakedSky,
     (light, grid): (&BakedLight, &GridPlan),
+    actors: Vec<Actor>,
     cache: &Cache,
     reporter: &dyn Reporter,
 ) -> Result<Manifest, BakeError> {
@@ -157,7 +167,7 @@ fn write_bundle(
     if let Some(baked) = &light.grid {
         writer.add_grid(&grid_points(grid, baked, layout))?;
     }
-    for actor in actor_metas(plan) {
+    for actor in actor_metas(&plan.files, actors) {
         writer.add_actor(&actor)?;
     }
     let mut lapse = sky.lapse;
@@ -250,6 +260,7 @@ fn report_of(plan: &Plan, manifest: &Manifest, up_to_date: bool) -> BakeReport {
         sky_steps: 0,
         offset_m: manifest.offset_m,
         measures: manifest.measures.clone(),
+        warnings: Vec::new(),
         seconds: Vec::new(),
         peak_memory_bytes: peak_resident_bytes(),
     }

@@ -1,8 +1,9 @@
 //! Looks at everything that a site names, and bakes nothing.
 
-use crate::actors::check_actors;
+use crate::actors::read_figures;
 use crate::error::BakeError;
 use crate::grid::GridPlan;
+use crate::ground::{as_given, doubts, on_the_ground};
 use crate::plan::refuse_texels;
 use crate::report::Reporter;
 use crate::scene;
@@ -10,6 +11,7 @@ use crate::sky::{lapse_params, place_warnings};
 use heliodon_bundle::LightLayout;
 use heliodon_bundle::site::{InputKind, Role, Site};
 use heliodon_light::median_edge_m;
+use heliodon_rays::{BuildParams, TriangleScene};
 use heliodon_sky::day::{self, LapseParams};
 use serde::Serialize;
 
@@ -87,7 +89,7 @@ const FAR_M: f32 = 10_000.0;
 pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeError> {
     refuse_texels(site)?;
     let files = site.input_files()?;
-    check_actors(site, &files)?;
+    let figures = read_figures(site, &files)?;
     let bake = &site.bake;
     let layout = LightLayout {
         sun_steps: bake.sun_steps,
@@ -95,9 +97,17 @@ pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeEr
         channels: bake.channels(),
         sun_bounce_functions: 0,
     };
-    let grid = GridPlan::new(site, layout, None)?;
+    let mut grid = GridPlan::new(site, &as_given(site), layout, None)?;
     let scene = scene::read(site, &files, reporter)?;
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<String> = figures.iter().flat_map(|figure| figure.warnings.iter().cloned()).collect();
+    if !site.actors.is_empty() {
+        reporter.stage("rays", 0);
+        let rays = TriangleScene::build(&scene.mesh.positions, &scene.mesh.triangles, &BuildParams::default())?;
+        reporter.finished();
+        let actors = on_the_ground(site, &figures, &rays);
+        warnings.extend(doubts(site, &actors, &figures, &rays));
+        grid = GridPlan::new(site, &actors, layout, None)?;
+    }
     let parts: Vec<CheckedPart> = scene.parts.iter().enumerate().map(|(index, _)| checked_part(site, &scene, index)).collect();
     for (index, part) in parts.iter().enumerate() {
         warn_of_part(part, &mut warnings);
@@ -159,20 +169,22 @@ fn checked_part(site: &Site, scene: &scene::Scene, index: usize) -> CheckedPart 
     }
 }
 
-/// Whether most of a part's area, seen from above or below, has its front below.
+/// The part of its area by which a ground looks more down than up before it is told: one that is closed below does both alike, but for rounding.
+const LOOKS_DOWN: f64 = 0.1;
+
+/// Whether more of a part's area, seen from above or below, has its front below than above.
 fn looks_down(scene: &scene::Scene, part: usize) -> bool {
     let mesh = &scene.mesh;
-    let up: f64 = mesh.triangles[scene.parts[part].triangles.clone()]
-        .iter()
-        .map(|triangle| {
-            let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
-            let area = (b - a).cross(c - a);
-            // normals that the file has decide what is lit; they may contradict the order of the corners
-            let normal: glam::Vec3 = triangle.iter().map(|&vertex| mesh.normals[vertex as usize]).sum();
-            f64::from(area.y.abs().copysign(normal.y))
-        })
-        .sum();
-    up < 0.0
+    let (mut up, mut all) = (0.0, 0.0);
+    for triangle in &mesh.triangles[scene.parts[part].triangles.clone()] {
+        let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
+        let area = f64::from((b - a).cross(c - a).y.abs());
+        // normals that the file has decide what is lit; they may contradict the order of the corners
+        let normal: glam::Vec3 = triangle.iter().map(|&vertex| mesh.normals[vertex as usize]).sum();
+        up += area.copysign(normal.y.into());
+        all += area;
+    }
+    up < -LOOKS_DOWN * all
 }
 
 fn warn_of_part(part: &CheckedPart, warnings: &mut Vec<String>) {

@@ -8,7 +8,7 @@ use crate::error::BakeError;
 use glam::{DVec3, Vec3};
 use heliodon_bundle::LightLayout;
 use heliodon_bundle::grid::{GridPoints, MAX_GRID_POINTS};
-use heliodon_bundle::site::Site;
+use heliodon_bundle::site::{Actor, Site};
 use heliodon_light::lattice_places;
 use heliodon_rays::{Hit, NO_HIT, Ray, TriangleScene};
 use std::collections::HashSet;
@@ -51,12 +51,12 @@ pub struct GridPlan {
 }
 
 impl GridPlan {
-    /// The points of a site's grid; none where it has neither rooms nor actors. `rays` finds the ground beneath the rooms; without it
-    /// they reach as far down as they may, which bounds the number of points.
+    /// The points of a site's grid; none where it has neither rooms nor actors. `actors` are the site's, in the bundle's space. `rays` finds
+    /// the ground beneath the rooms; without it they reach as far down as they may, which bounds the number of points.
     ///
     /// # Errors
     /// More points than a grid may have.
-    pub fn new(site: &Site, layout: LightLayout, rays: Option<&TriangleScene>) -> Result<Self, BakeError> {
+    pub fn new(site: &Site, actors: &[Actor], layout: LightLayout, rays: Option<&TriangleScene>) -> Result<Self, BakeError> {
         let spacing_m = site.bake.effective_grid_m();
         let limit = most_points(layout);
         let too_many = |path: &[&str], what: &str| {
@@ -72,9 +72,8 @@ impl GridPlan {
                 return Err(too_many(&["room", &i.to_string(), "min"], "this room needs, with what comes before it,"));
             }
         }
-        for (i, actor) in site.actors.iter().enumerate() {
-            let stations = actor.relative_to(site.site.origin).stations();
-            if !corridor(&stations, spacing_m).all(|piece| piece.add(spacing_m, limit, None, &mut cells)) {
+        for (i, actor) in actors.iter().enumerate() {
+            if !corridor(&actor.stations(), spacing_m).all(|piece| piece.add(spacing_m, limit, None, &mut cells)) {
                 let key = if actor.path.is_some() { "path" } else { "place" };
                 return Err(too_many(&["actor", &i.to_string(), key], "the actor's path needs, with what comes before it,"));
             }
@@ -215,6 +214,7 @@ impl Piece {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ground::as_given;
     use heliodon_rays::BuildParams;
 
     const LAYOUT: LightLayout = LightLayout { sun_steps: 92, coefficients: 4, channels: 1, sun_bounce_functions: 0 };
@@ -226,6 +226,10 @@ mod tests {
         Site::parse(&text, "site.toml").unwrap()
     }
 
+    fn laid(site: &Site, layout: LightLayout, rays: Option<&TriangleScene>) -> Result<GridPlan, BakeError> {
+        GridPlan::new(site, &as_given(site), layout, rays)
+    }
+
     fn floor(height: f32) -> TriangleScene {
         let positions = [[-50.0, -50.0], [50.0, -50.0], [0.0, 90.0]].map(|[x, z]| Vec3::new(x, height, z));
         TriangleScene::build(&positions, &[[0, 2, 1]], &BuildParams::default()).unwrap()
@@ -235,7 +239,7 @@ mod tests {
     fn a_room_reaches_down_to_its_ground_and_no_farther() {
         let site = site("[[room]]\nname = \"r\"\nmin = [0, 1.2, 0]\nmax = [2, 2.2, 1]\n");
         let heights = |rays: Option<&TriangleScene>| {
-            let plan = GridPlan::new(&site, LAYOUT, rays).unwrap();
+            let plan = laid(&site, LAYOUT, rays).unwrap();
             let positions = plan.positions();
             assert!(plan.cells.windows(2).all(|pair| pair[0] < pair[1]));
             let low = positions.iter().fold(f32::INFINITY, |low, at| low.min(at.y));
@@ -248,7 +252,7 @@ mod tests {
         assert!((-0.5..0.0).contains(&low) && grounded < open, "{low}");
         assert_eq!(heights(Some(&floor(-5.0))).2, open, "a ground that is too far down is not looked for");
         // every place of the room has all corners of its cell
-        let plan = GridPlan::new(&site, LAYOUT, Some(&floor(0.0))).unwrap();
+        let plan = laid(&site, LAYOUT, Some(&floor(0.0))).unwrap();
         let positions = plan.positions();
         for place in [Vec3::new(0.0, 0.01, 0.0), Vec3::new(2.0, 2.2, 1.0), Vec3::new(1.3, 1.0, 0.4)] {
             assert_eq!(positions.iter().filter(|at| (**at - place).abs().max_element() < 0.5).count(), 8, "{place}");
@@ -258,7 +262,7 @@ mod tests {
     #[test]
     fn a_corridor_follows_its_path_and_nothing_else() {
         let walk = "[[actor]]\nfile = \"a.glb\"\npath = [[100, 0, 0], [108, 2, 8]]\nwalk = \"once\"\n";
-        let plan = GridPlan::new(&site(walk), LAYOUT, None).unwrap();
+        let plan = laid(&site(walk), LAYOUT, None).unwrap();
         let positions = plan.positions();
         for t in 0..=16 {
             let on_path = DVec3::new(8.0, 2.0, 8.0).as_vec3() * (t as f32 / 16.0);
@@ -269,23 +273,23 @@ mod tests {
         }
         let off = |at: &Vec3| (at.x - at.z).abs() / 2.0_f32.sqrt();
         assert!(positions.iter().all(|at| off(at) < 2.6 && at.y < 5.0 && at.y > -0.7), "sparse");
-        let round = GridPlan::new(&site(&walk.replace("\"once\"", "\"circle\"")), LAYOUT, None).unwrap();
+        let round = laid(&site(&walk.replace("\"once\"", "\"circle\"")), LAYOUT, None).unwrap();
         assert_eq!(round.cells.len(), plan.cells.len(), "the way back is the way there");
-        let stand = GridPlan::new(&site("[[actor]]\nfile = \"a.glb\"\nplace = [100, 0, 0]\n"), LAYOUT, None).unwrap();
+        let stand = laid(&site("[[actor]]\nfile = \"a.glb\"\nplace = [100, 0, 0]\n"), LAYOUT, None).unwrap();
         assert!((6 * 6 * 6..=6 * 7 * 6).contains(&stand.cells.len()), "{}", stand.cells.len());
         assert!(stand.digits() != plan.digits() && plan.digits() == plan.clone().digits());
     }
 
     #[test]
     fn neither_rooms_nor_actors_need_a_grid_and_too_large_ones_are_refused() {
-        assert!(GridPlan::new(&site(""), LAYOUT, None).unwrap().is_empty());
-        let error = |more: &str, layout| GridPlan::new(&site(more), layout, None).unwrap_err().to_string();
+        assert!(laid(&site(""), LAYOUT, None).unwrap().is_empty());
+        let error = |more: &str, layout| laid(&site(more), layout, None).unwrap_err().to_string();
         let wide = error("[[room]]\nname = \"r\"\nmin = [0, 0, 0]\nmax = [1e6, 1e6, 1e6]\n", LAYOUT);
         assert!(wide.contains("site.toml:11:1") && wide.contains("grid_m = 1 or more"), "{wide}");
         let long = error("[[actor]]\nfile = \"a.glb\"\npath = [[0, 0, 0], [1e9, 0, 0]]\n", LAYOUT);
         assert!(long.contains("site.toml:11:1") && long.contains("path needs"), "{long}");
         let room = "[[room]]\nname = \"r\"\nmin = [0, 0, 0]\nmax = [60, 30, 40]\n";
-        assert!(GridPlan::new(&site(room), LAYOUT, None).unwrap().cells.len() > 500_000);
+        assert!(laid(&site(room), LAYOUT, None).unwrap().cells.len() > 500_000);
         let rgb = LightLayout { sun_steps: 1024, coefficients: 9, channels: 3, sun_bounce_functions: 0 };
         assert!(error(room, rgb).contains("points of the light grid"), "its light would not fit into the file");
     }

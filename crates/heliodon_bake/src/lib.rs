@@ -5,7 +5,7 @@
 //! 1. [`scene`]: every part read, placed and given its albedo, all in one mesh, for all geometry occludes;
 //! 2. [`sky`]: the day lapse and its sky maps, from probes or a model;
 //! 3. [`light`]: sun masks, sky transfer, bounces, in [`blocks`] that are kept in a [`cache`] as soon as they are done;
-//!    with the vertices that of the points in space that [`grid`] lays through rooms and along the paths of [`actors`];
+//!    with the vertices that of the points in space that [`grid`] lays through rooms and along the paths of [`actors`], of which [`ground`] tells what they stand on;
 //! 4. [`chunks`]: spatially tight primitives with their light, streamed into the bundle.
 //!
 //! A bake that is killed goes on where it stopped, and ends with the same bytes: every block depends on nothing but what the
@@ -24,6 +24,7 @@ mod darkness;
 mod error;
 pub mod estimate;
 pub mod grid;
+pub mod ground;
 mod key;
 pub mod light;
 pub mod memory;

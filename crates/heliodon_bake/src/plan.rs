@@ -1,15 +1,16 @@
 //! What a bake will do: everything resolved before anything long begins.
 
 use crate::CACHE_FOLDER;
-use crate::actors::check_actors;
+use crate::actors::{Figure, read_figures};
 use crate::error::BakeError;
 use crate::grid::GridPlan;
+use crate::ground::{as_given, on_the_ground};
 use crate::key::{TOOL, bake_key, hash_inputs, told_name};
 use crate::light::channels;
 use crate::report::Reporter;
 use crate::scene::{self, Scene};
 use glam::Vec3;
-use heliodon_bundle::site::{InputFile, InputKind, LightStorage, Site};
+use heliodon_bundle::site::{Actor, InputFile, InputKind, LightStorage, Site};
 use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, LightLayout, StoredFile};
 use heliodon_light::{LightParams, default_offset_m};
 use heliodon_rays::TriangleScene;
@@ -51,6 +52,8 @@ pub struct Plan {
     pub files: Vec<InputFile>,
     /// Their hashes, after that of `site.toml`.
     pub inputs: Vec<StoredFile>,
+    /// What there is to know of each actor's model.
+    pub figures: Vec<Figure>,
     /// Where it writes, and what it may skip.
     pub options: BakeOptions,
 }
@@ -63,9 +66,9 @@ impl Plan {
     pub fn new(site: Site, options: BakeOptions) -> Result<Self, BakeError> {
         refuse_texels(&site)?;
         let files = site.input_files()?;
-        check_actors(&site, &files)?;
+        let figures = read_figures(&site, &files)?;
         let inputs = hash_inputs(&site, &files)?;
-        let plan = Self { site, files, inputs, options };
+        let plan = Self { site, files, inputs, figures, options };
         // a grid that is too large is told now, not after hours
         plan.grid(None)?;
         Ok(plan)
@@ -143,12 +146,18 @@ impl Plan {
         }
     }
 
-    /// The points of the light grid; `rays` finds the ground beneath the rooms.
+    /// The actors in the bundle's space; with `rays` those that follow the ground are on it.
+    #[must_use]
+    pub fn actors(&self, rays: Option<&TriangleScene>) -> Vec<Actor> {
+        rays.map_or_else(|| as_given(&self.site), |rays| on_the_ground(&self.site, &self.figures, rays))
+    }
+
+    /// The points of the light grid; `rays` finds the ground beneath rooms and actors.
     ///
     /// # Errors
     /// As [`GridPlan::new`].
     pub fn grid(&self, rays: Option<&TriangleScene>) -> Result<GridPlan, BakeError> {
-        GridPlan::new(&self.site, self.layout(self.site.bake.sun_steps, 0), rays)
+        GridPlan::new(&self.site, &self.actors(rays), self.layout(self.site.bake.sun_steps, 0), rays)
     }
 
     /// Shape of the stored light with so many sun steps and `functions` functions of bounced sunlight.

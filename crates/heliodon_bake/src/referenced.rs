@@ -79,16 +79,6 @@ fn named_in_lines(path: &Path, words: &[&str], end: Option<&str>) -> Vec<String>
     }
 }
 
-/// The names of the animations in a glTF file, in order; none in files of other kinds.
-#[must_use]
-pub fn clip_names(path: &Path) -> Vec<String> {
-    let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-    let json = if matches!(ending.as_str(), "gltf" | "glb") { gltf_json(path) } else { None };
-    let Some(root) = json.and_then(|json| serde_json::from_slice::<serde_json::Value>(&json).ok()) else { return Vec::new() };
-    let clips = root.get("animations").and_then(|clips| clips.as_array()).into_iter().flatten();
-    clips.filter_map(|clip| clip.get("name")?.as_str()).map(str::to_owned).collect()
-}
-
 /// The URIs of buffers and images in a glTF file that are files.
 fn gltf_uris(path: &Path) -> Vec<String> {
     let Some(json) = gltf_json(path) else { return Vec::new() };

@@ -34,6 +34,42 @@ impl Reporter for Silent {
     fn warning(&self, _text: &str) {}
 }
 
+/// Hands everything on, and keeps the warnings.
+pub(crate) struct WarningsKept<'a> {
+    to: &'a dyn Reporter,
+    kept: Collector,
+}
+
+impl<'a> WarningsKept<'a> {
+    pub(crate) fn new(to: &'a dyn Reporter) -> Self {
+        Self { to, kept: Collector::default() }
+    }
+
+    /// The warnings so far, in order.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        self.kept.heard().warnings
+    }
+}
+
+impl Reporter for WarningsKept<'_> {
+    fn stage(&self, name: &str, total: u64) {
+        self.to.stage(name, total);
+    }
+    fn progress(&self, done: u64) {
+        self.to.progress(done);
+    }
+    fn finished(&self) {
+        self.to.finished();
+    }
+    fn note(&self, text: &str) {
+        self.to.note(text);
+    }
+    fn warning(&self, text: &str) {
+        self.kept.warning(text);
+        self.to.warning(text);
+    }
+}
+
 /// Keeps stages, notes and warnings for whoever asks later.
 #[derive(Debug, Default)]
 pub struct Collector {

@@ -3,11 +3,10 @@
 use crate::albedo::SceneAlbedo;
 use crate::error::BakeError;
 use crate::report::Reporter;
-use heliodon_bundle::site::{Albedo, InputFile, InputKind, Part, Site, UpAxis};
+use heliodon_bundle::site::{Albedo, InputFile, InputKind, Part, Site};
 use heliodon_image::SrgbImage;
 use heliodon_light::{Surfaces, median_edge_m};
 use heliodon_mesh::import::{ImportOptions, ImportReport, NormalSource, read_reporting};
-use heliodon_mesh::place::{Placement, Up};
 use heliodon_mesh::{Material, Mesh, Texture, TextureWrap};
 use heliodon_rays::{BuildParams, TriangleScene};
 use std::ops::Range;
@@ -111,26 +110,11 @@ pub fn read(site: &Site, files: &[InputFile], reporter: &dyn Reporter) -> Result
 /// How `site.toml` wants a part's files read.
 fn import_options(part: &Part, origin: [f64; 3]) -> ImportOptions {
     ImportOptions {
-        placement: placement(part, origin),
+        placement: part.placement(origin),
         // who names an angle wants it on normals that the file has, too
         normals: if part.crease_deg.is_some() { NormalSource::Computed } else { NormalSource::FileOrComputed },
         crease_deg: part.crease_deg.map(|degrees| degrees as f32),
         ..ImportOptions::default()
-    }
-}
-
-/// Where `site.toml` places a part.
-fn placement(part: &Part, origin: [f64; 3]) -> Placement {
-    Placement {
-        unit: part.unit,
-        up: match part.up {
-            UpAxis::Y => Up::Y,
-            UpAxis::Z => Up::Z,
-        },
-        scale: [part.scale; 3],
-        rotate_deg: part.rotate_deg,
-        translate: part.translate,
-        origin,
     }
 }
 

@@ -9,7 +9,7 @@ use heliodon_bake::plan::{BakeOptions, Plan};
 use heliodon_bake::report::{Collector, Silent};
 use heliodon_bundle::inspect::{BundleSummary, SiteSummary};
 use heliodon_bundle::moment::{Blend, Day};
-use heliodon_bundle::site::{Albedo, Site, Walk};
+use heliodon_bundle::site::{Albedo, Ground, Site, Walk};
 use heliodon_bundle::{BundleReader, Manifest};
 use heliodon_image::{HdrImage, SrgbImage};
 use std::fs;
@@ -69,6 +69,13 @@ fn slab(low: Vec3, high: Vec3) -> String {
     text
 }
 
+/// A vertex cache of one sample, in which all points are at zero.
+fn cloth(points: u32) -> Vec<u8> {
+    let header =
+        [&b"POINTCACHE2\0"[..], &1_u32.to_le_bytes(), &points.to_le_bytes(), &0_f32.to_le_bytes(), &1_f32.to_le_bytes()];
+    [header.concat(), 1_u32.to_le_bytes().to_vec(), vec![0; 12 * points as usize]].concat()
+}
+
 impl TestSite {
     fn new(more: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
@@ -83,20 +90,24 @@ impl TestSite {
         let person = slab(Vec3::new(-0.2, 0.0, -0.1), Vec3::new(0.2, 1.8, 0.1));
         write("people/walker.obj", &format!("mtllib walker.mtl\nusemtl skin\n{person}"));
         write("people/walker.mtl", "newmtl skin\nmap_Kd maps/skin.png\n");
-        write("people/cloth.pc2", "POINTCACHE2\0");
+        fs::write(root.join("people/cloth.pc2"), cloth(8)).unwrap();
         let skin = SrgbImage::filled(2, 2, [200, 150, 120, 255]).to_png_bytes().unwrap();
         fs::write(root.join("people/maps/skin.png"), &skin).unwrap();
         fs::write(root.join("skin.png"), &skin).unwrap();
-        let triangle: Vec<u8> =
-            [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0_f32]].iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
-        fs::write(root.join("people/guard.bin"), triangle).unwrap();
+        // a triangle, then the one time and the one place of its clip
+        let numbers: [f32; 13] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+        fs::write(root.join("people/guard.bin"), bytes).unwrap();
         write(
             "people/guard.gltf",
             r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
                 "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
-                "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
-                "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"uri":"guard.bin","byteLength":36}],
-                "animations":[{"name":"breathe","channels":[],"samplers":[]}]}"#,
+                "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},
+                    {"bufferView":0,"byteOffset":36,"componentType":5126,"count":1,"type":"SCALAR","min":[0],"max":[0]},
+                    {"bufferView":0,"byteOffset":40,"componentType":5126,"count":1,"type":"VEC3"}],
+                "bufferViews":[{"buffer":0,"byteLength":52}],"buffers":[{"uri":"guard.bin","byteLength":52}],
+                "animations":[{"name":"breathe","channels":[{"sampler":0,"target":{"node":0,"path":"translation"}}],
+                    "samplers":[{"input":1,"output":2}]}]}"#,
         );
         write("site.toml", &(SITE.to_owned() + more));
         Self { folder }
@@ -256,6 +267,42 @@ fn the_same_bytes_for_any_number_of_threads_and_after_an_interruption() {
 }
 
 #[test]
+fn who_is_off_the_ground_is_told_by_check_and_by_the_bake() {
+    let site =
+        TestSite::new(&ACTORS.replace("[106, 0, 0]]", "[106, 1, 0]]").replace("place = [95, 0, 3]", "place = [95, -0.7, 3]"));
+    let mut told = check(&Site::read(site.folder.path()).unwrap(), &Silent).unwrap().warnings;
+    told.retain(|line| line.starts_with("actor "));
+    let [walker, guard, stone] = &told[..] else { panic!("{told:?}") };
+    assert!(walker.starts_with("actor walker: its lowest point is above the ground along 10."), "{walker}");
+    assert!(walker.contains("see metre 12.0 (106.00, 1.00, 0.00): by 1.00 m, for the ground there is at y = 0.00"), "{walker}");
+    assert!(
+        guard.starts_with("actor guard: its lowest point is below the ground at its place 95.00, -0.70, 3.00: by 0.70 m"),
+        "{guard}"
+    );
+    assert!(stone.starts_with("actor guard: it is within stone at half its height at its place 95.00, -0.70, 3.00"), "{stone}");
+    let heard = Collector::default();
+    let report = bake(&site.plan("bundle", |options| options), &heard).unwrap();
+    assert!(told.iter().all(|line| report.warnings.contains(line)) && report.warnings == heard.heard().warnings);
+}
+
+#[test]
+fn who_follows_the_ground_is_on_it_in_the_bundle() {
+    let follow = ACTORS
+        .replace("[94, 0, 0], [106, 0, 0]]", "[94, 0.7, 0], [106, -0.4, 0]]\nground = \"follow\"\ncache_frames_per_s = 30");
+    let (site, flat) = (TestSite::new(&follow), TestSite::new(ACTORS));
+    assert_eq!(site.bake("bundle").warnings, flat.bake("bundle").warnings);
+    let bundle = BundleReader::open(site.path("bundle")).unwrap();
+    let walker = &bundle.actors()[0];
+    assert_eq!((walker.ground, walker.cache_frames_per_s), (Ground::Check, Some(30.0)));
+    let stations = walker.stations();
+    assert!(stations.len() == 2 && stations.iter().all(|at| at[1].abs() < 1e-6), "{stations:?}");
+    // its light is baked where it goes, not where it was said to
+    let grid =
+        |site: &TestSite| BundleReader::open(site.path("bundle")).unwrap().read_grid().unwrap().unwrap().points().cells.clone();
+    assert_eq!(grid(&site), grid(&flat));
+}
+
+#[test]
 fn what_a_bake_stops_at_is_told_beforehand() {
     let fault = |from: &str, to: &str| {
         let site = TestSite::new(&ACTORS.replace(from, to));
@@ -276,6 +323,11 @@ fn what_a_bake_stops_at_is_told_beforehand() {
     assert!(error.contains("site.toml:22:9: there is no file `people/cape.pc2`"), "{error}");
     let error = fault("people/walker.obj", "people/cloth.pc2");
     assert!(error.contains("cloth.pc2"), "{error}");
+    // a cache that opens, and one that is of this mesh
+    let error = fault("people/cloth.pc2", "people/guard.bin");
+    assert!(error.contains("guard.bin") && error.contains("is no PointCache2 file"), "{error}");
+    let error = fault("\"people/guard.gltf\"", "\"people/guard.gltf\"\ncache = \"people/cloth.pc2\"");
+    assert!(error.contains("cloth.pc2") && error.contains("has 8 points, but the mesh has 3 vertices"), "{error}");
     let error = fault("max = [6, 1.8, 1]", "max = [600, 180, 100]");
     assert!(error.contains("site.toml:18:1: this room needs") && error.contains("grid_m = 1 or more"), "{error}");
 

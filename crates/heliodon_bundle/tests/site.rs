@@ -1,8 +1,8 @@
 //! `site.toml`: what is read, what is refused and where, the schema, the template.
 
 use heliodon_bundle::site::{
-    Actor, Albedo, Bake, Between, Date, Display, Lamp, LightStorage, Mapping, ProbeTimes, Role, Room, Site, SiteFile, SkyModel,
-    Transfer, Unit, UpAxis, Walk,
+    Actor, Albedo, Bake, Between, Date, Display, Ground, Lamp, LightStorage, Mapping, ProbeTimes, Role, Room, Site, SiteFile,
+    SkyModel, Transfer, Unit, UpAxis, Walk,
 };
 use proptest::prelude::*;
 use std::path::Path;
@@ -97,6 +97,15 @@ albedo = "people/skin.png"
 name = "guard"
 file = "people/guard.obj"
 place = [475003.5, 151, 4201000]
+ground = "follow"
+
+[[actor]]
+file = "people/flag.obj"
+cache = "people/flag.pc2"
+cache_frames_per_s = 24
+place = [475004, 160, 4201000]
+ground = "ignore"
+name = "flag"
 
 [[light]]
 name = "oil lamp"
@@ -138,14 +147,17 @@ fn every_key_of_the_design_is_read() {
     assert_eq!(site.bake.first.map(|t| t.seconds()), Some(6 * 3600 + 57 * 60));
     assert_eq!((site.bake.coefficients(), site.bake.channels()), (9, 3));
     assert_eq!(site.rooms[0].windows[0][2], [-48.0, 2.0, 0.0]);
-    let [walker, guard] = &site.actors[..] else { panic!("{:?}", site.actors) };
+    let [walker, guard, flag] = &site.actors[..] else { panic!("{:?}", site.actors) };
     assert_eq!(
         (walker.display_name(), walker.walk, walker.unit, walker.up),
         ("walker", Walk::BackAndForth, Unit::Centimetre, UpAxis::Z)
     );
     assert_eq!((walker.speed, walker.walk_speed, walker.turn_deg, walker.scale), (0.5, 1.0, 90.0, 1.1));
     assert_eq!(walker.relative_to(site.site.origin).stations(), [[-0.5, -0.25, -0.75], [9.5, -0.25, -0.75]]);
-    assert_eq!(guard, &Actor { name: Some("guard".into()), ..Actor::at("people/guard.obj", [475_003.5, 151.0, 4_201_000.0]) });
+    let stands = Actor::at("people/guard.obj", [475_003.5, 151.0, 4_201_000.0]);
+    assert_eq!(guard, &Actor { name: Some("guard".into()), ground: Ground::Follow, ..stands });
+    assert_eq!((walker.ground, walker.cache_frames_per_s), (Ground::Check, None));
+    assert_eq!((flag.ground, flag.cache_frames_per_s), (Ground::Ignore, Some(24.0)));
     assert_eq!((site.bake.grid_m, site.bake.effective_grid_m()), (Some(0.25), 0.25));
     let [lamp] = &site.lamps[..] else { panic!("{:?}", site.lamps) };
     assert_eq!(
@@ -192,6 +204,12 @@ fn a_wrong_actor_is_refused_where_it_is_wrong() {
         ("people/guard.obj", "", (75, 8), &["file is empty"]),
         ("albedo = \"people/skin.png\"", "albedo = [2, 0, 0]", (71, 1), &["albedo holds 2"]),
         ("[[actor]]\nname", "[[actor]]\nplaces = 1\nname", (74, 1), &["unknown key `places`", "did you mean `place`?"]),
+        ("cache_frames_per_s = 24", "cache_frames_per_s = 0", (82, 22), &["cache_frames_per_s is 0", "from 0.001 to 1000"]),
+        ("cache_frames_per_s = 24", "cache_frames_per_s = inf", (82, 22), &["cache_frames_per_s is inf"]),
+        ("cache_frames_per_s = 24", "cache_frames_per_s = nan", (82, 22), &["cache_frames_per_s is NaN"]),
+        ("cache_frames_per_s = 24", "cache_frames_per_s = 1000.5", (82, 22), &["cache_frames_per_s is 1000.5"]),
+        ("cache = \"people/flag.pc2\"\n", "", (81, 22), &["belongs to a vertex cache", "add cache"]),
+        ("ground = \"follow\"", "ground = \"folow\"", (77, 10), &["unknown value `folow`", "did you mean `follow`?"]),
         ("grid_m = 0.25", "grid_m = 0.01", (42, 10), &["grid_m is 0.01", "from 0.1 to 10"]),
     ] {
         refused(FULL, from, to, at, words);
@@ -349,6 +367,8 @@ fn files_are_found_sorted_and_missing_ones_told() {
         "people/cloth.pc2",
         "people/skin.png",
         "people/guard.obj",
+        "people/flag.obj",
+        "people/flag.pc2",
     ] {
         std::fs::write(root.join(name), "x").unwrap();
     }
@@ -360,7 +380,10 @@ fn files_are_found_sorted_and_missing_ones_told() {
     let site = Site::read(&root).unwrap();
     let names: Vec<_> = site.input_files().unwrap().into_iter().map(|f| f.name).collect();
     assert_eq!(names[..6], ["temple/a.ply", "temple/b.ply", "marble.png", "ground.glb", "sky/0600.hdr", "sky/0700.hdr"]);
-    assert_eq!(names[6..], ["people/walker.glb", "people/cloth.pc2", "people/skin.png", "people/guard.obj"]);
+    assert_eq!(
+        names[6..],
+        ["people/walker.glb", "people/cloth.pc2", "people/skin.png", "people/guard.obj", "people/flag.obj", "people/flag.pc2"]
+    );
     assert_eq!(Site::read(root.join("site.toml")).unwrap().part_files(0).unwrap().len(), 2);
 
     let read = |text: String| {

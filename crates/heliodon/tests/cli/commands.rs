@@ -43,6 +43,8 @@ fn wrong_arguments_end_with_two() {
         &["export", "bundle", "--time", "25:00", "lit.glb"],
         &["export", "bundle", "--time", "10:00", "lit.obj"],
         &["sky"],
+        &["visibility", "a.obj", "--cache-frames-per-s", "30"],
+        &["visibility", "a.obj", "--animation", "cache", "--cache", "a.pc2", "--cache-frames-per-s", "0"],
         &["bench", "nothing"],
         &["bench", "import"],
         &["new", "dir", "--template", "pyramid"],

@@ -4,6 +4,7 @@ use super::types::{Albedo, UpAxis};
 use heliodon_math::unit::Unit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::ops::RangeInclusive;
 
 /// `[[actor]]`: a model that moves, lit by what is baked of the place where it is.
 ///
@@ -20,6 +21,10 @@ pub struct Actor {
     /// A vertex cache (.pc2) for the file's vertices, from the same folder.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cache: Option<String>,
+    /// How many of the vertex cache's frames make a second, from 0.001 to 1,000; only with `cache`, whose file does not say. Default: 25.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.001, max = 1000))]
+    pub cache_frames_per_s: Option<f64>,
     /// The file's clip that is played. Default: its first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub animation: Option<String>,
@@ -41,6 +46,9 @@ pub struct Actor {
     /// How a path goes on at its end.
     #[serde(default)]
     pub walk: Walk,
+    /// What the ground beneath it is to it. In a bundle's manifest it is always the default: there the place or path is on the ground already.
+    #[serde(default, skip_serializing_if = "Ground::is_default")]
+    pub ground: Ground,
     /// Turns the actor about +Y, counter-clockwise seen from above, degrees; of one that walks, after it has been turned along its path.
     #[serde(default)]
     pub turn_deg: f64,
@@ -75,6 +83,29 @@ pub enum Walk {
     Once,
 }
 
+/// What the ground beneath an actor is to it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Ground {
+    /// The actor goes at the heights that are given, and where it sinks in or floats the bake says so.
+    #[default]
+    Check,
+    /// The bake puts its lowest point onto the first surface beneath its head, all along its path: stairs are walked up.
+    Follow,
+    /// It hangs or flies: the actor goes at the heights that are given.
+    Ignore,
+}
+
+impl Ground {
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's skip_serializing_if passes a reference")]
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// How many frames of a vertex cache can make a second.
+pub const CACHE_FRAMES_PER_S_RANGE: RangeInclusive<f64> = 0.001..=1000.0;
+
 /// Metres a second at which an actor walks unless its site says otherwise: a visitor who looks about.
 pub const DEFAULT_WALK_SPEED: f64 = 1.3;
 
@@ -86,12 +117,14 @@ impl Actor {
             name: None,
             file: file.into(),
             cache: None,
+            cache_frames_per_s: None,
             animation: None,
             speed: 1.0,
             place: Some(place),
             path: None,
             walk_speed: DEFAULT_WALK_SPEED,
             walk: Walk::Circle,
+            ground: Ground::Check,
             turn_deg: 0.0,
             scale: 1.0,
             unit: Unit::Metre,

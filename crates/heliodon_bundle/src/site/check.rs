@@ -1,6 +1,6 @@
 //! What makes a `site.toml` that parses a sensible one.
 
-use super::actor::Actor;
+use super::actor::{Actor, CACHE_FRAMES_PER_S_RANGE};
 use super::lamp::Lamp;
 use super::types::{Albedo, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part, Room, SiteFile, Sky};
 use super::values::ProbeTimes;
@@ -155,6 +155,15 @@ fn check_actor(at: &[&str; 2], actor: &Actor) -> Checked {
         if let Some(text) = text {
             not_empty(&key(name), text)?;
         }
+    }
+    if let Some(frames_per_s) = actor.cache_frames_per_s {
+        let at = key("cache_frames_per_s");
+        if actor.cache.is_none() {
+            let remedy =
+                "add cache = \"....pc2\", or take the key out; other animations know their own times, and speed changes them";
+            return fault(&at, "cache_frames_per_s belongs to a vertex cache, and the actor has none", remedy);
+        }
+        within(&at, frames_per_s, *CACHE_FRAMES_PER_S_RANGE.start(), *CACHE_FRAMES_PER_S_RANGE.end())?;
     }
     if !(actor.speed >= 0.0 && COORDINATES_M.contains(&actor.speed)) {
         return fault(&key("speed"), format!("speed is {}", actor.speed), "give a number from 0 up; 1 plays as it was made");

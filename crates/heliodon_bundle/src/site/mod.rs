@@ -9,11 +9,12 @@ mod error;
 mod files;
 mod lamp;
 mod parse;
+mod placement;
 mod template;
 mod types;
 mod values;
 
-pub use actor::{Actor, DEFAULT_WALK_SPEED, Walk};
+pub use actor::{Actor, CACHE_FRAMES_PER_S_RANGE, DEFAULT_WALK_SPEED, Ground, Walk};
 pub(crate) use check::check_lone_actor as check_actor;
 pub(crate) use check::check_lone_lamp as check_lamp;
 pub use error::SiteError;

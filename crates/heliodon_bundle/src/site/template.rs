@@ -1,6 +1,6 @@
 //! A `site.toml` for people to go on from: what is set, and beside it, commented out, what could be.
 
-use super::actor::{Actor, Walk};
+use super::actor::{Actor, Ground, Walk};
 use super::lamp::{self, Lamp};
 use super::types::{Albedo, Bake, Display, Part, Room, SiteFile, SiteInfo, Sky};
 use super::values::ProbeTimes;
@@ -200,12 +200,15 @@ fn write_actor(w: &mut Writer, actor: &Actor) {
     w.set("file", &actor.file, "ply, obj, gltf, glb or stl");
     w.absent("name", actor.name.as_ref(), "\"walker\"", "default: from the file's name");
     w.absent("cache", actor.cache.as_ref(), "\"cloth.pc2\"", "a vertex cache for the file's vertices");
+    w.absent("cache_frames_per_s", actor.cache_frames_per_s.as_ref(), "25.0", "of the cache, whose file does not say");
     w.absent("animation", actor.animation.as_ref(), "\"walk\"", "default: the file's first");
     w.optional("speed", &actor.speed, &1.0, "of the animation");
     w.absent("place", actor.place.as_ref(), "[0.0, 0.0, 5.0]", "of the model's origin; or:");
     w.absent("path", actor.path.as_ref(), "[[-2.0, 0.0, 5.0], [2.0, 0.0, 5.0]]", "points between which it walks");
     w.optional("walk_speed", &actor.walk_speed, &super::DEFAULT_WALK_SPEED, "metres a second");
     w.optional("walk", &actor.walk, &Walk::Circle, "circle, back-and-forth or once");
+    let ground = "check, follow (the bake puts it onto what is beneath) or ignore (it hangs or flies)";
+    w.optional("ground", &actor.ground, &Ground::Check, ground);
     w.optional("turn_deg", &actor.turn_deg, &0.0, "about +Y, after it faces along its path");
     w.optional("unit", &actor.unit, &Unit::Metre, &Unit::ALL.map(Unit::name).join(", "));
     w.optional("up", &actor.up, &super::UpAxis::Y, "y or z; +Z of the model then looks forward");

@@ -293,6 +293,28 @@ mod tests {
         assert_eq!(mesh.positions, [Vec3::Y, Vec3::X + Vec3::Y, Vec3::Y * 2.0]);
     }
 
+    fn spare_weight(scene: &mut Scene) {
+        let target = scene.meshes[0].targets[0].clone();
+        scene.meshes[0].targets.push(target);
+        scene.clips[0].channels[0].track = Track::Weights(vec![0.5; 7]);
+    }
+
+    fn perspective(scene: &mut Scene) {
+        let inverse_bind = vec![glam::Mat4::perspective_rh(1.0, 1.0, 0.1, 10.0)];
+        scene.skins.push(Skin { joints: vec![0], inverse_bind });
+    }
+
+    #[test]
+    fn a_spline_of_turns_has_tangents_of_any_length() {
+        let mut scene = flag();
+        let turn = Track::Rotation([Quat::IDENTITY * 0.0, Quat::IDENTITY, Quat::IDENTITY * 5.0].repeat(3));
+        let channel = &mut scene.clips[0].channels[0];
+        (channel.track, channel.interpolation) = (turn, Interpolation::CubicSpline);
+        scene.validate().unwrap();
+        scene.clips[0].channels[0].track = Track::Rotation([Quat::IDENTITY, Quat::IDENTITY * 5.0, Quat::IDENTITY].repeat(3));
+        assert!(scene.validate().unwrap_err().to_string().contains("not unit"));
+    }
+
     #[test]
     fn what_contradicts_itself_is_not_written() {
         let broken = |spoil: fn(&mut Scene)| {
@@ -306,6 +328,14 @@ mod tests {
             (|s| s.nodes[0].mesh = Some(1), "mesh that does not exist"),
             (|s| s.clips[0].channels[0].times_s[1] = 2.0, "do not rise"),
             (|s| s.clips[0].channels[0].interpolation = Interpolation::CubicSpline, "as many keys as times"),
+            // two targets and a number too many for three times
+            (spare_weight, "as many keys as times"),
+            (|s| s.clips[0].channels[0].track = Track::Rotation(vec![Quat::IDENTITY * 2.0; 3]), "not unit"),
+            (|s| s.clips[0].channels.clear(), "moves nothing"),
+            (|s| s.nodes.clear(), "node 0: is missing"),
+            (|s| s.meshes.clear(), "no mesh"),
+            (perspective, "not affine"),
+            (|s| s.nodes.push(Node { skin: Some(0), ..Node::at("bare", Vec3::ZERO) }), "skin that does not exist"),
             (|s| s.meshes[0].weights.push([1.0, 0.0, 0.0, 0.0]), "weight for each vertex"),
             (|s| s.meshes[0].targets[0].offsets.truncate(1), "target"),
             (|s| s.meshes[0].mesh.triangles[0][0] = 9, "vertex 9"),

@@ -11,6 +11,7 @@ pub use obj::{obj, write_obj};
 pub use pc2::write_pc2;
 pub use ply::{ply, write_ply};
 
+use crate::Mesh;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -23,6 +24,21 @@ pub struct ExportError {
     pub file: PathBuf,
     /// What the system said.
     pub source: std::io::Error,
+}
+
+/// Refuses a mesh that has a normal, texture coordinate or colour for some of its vertices only: these formats cannot say so, and their
+/// readers would take the numbers of one vertex for another's.
+fn ensure_whole(mesh: &Mesh) -> std::io::Result<()> {
+    let vertices = mesh.positions.len();
+    for (what, length) in
+        [("normals", mesh.normals.len()), ("texture coordinates", mesh.uvs.len()), ("colours", mesh.colors_linear.len())]
+    {
+        if length != 0 && length != vertices {
+            let fault = format!("the mesh has {length} {what} for {vertices} vertices");
+            return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, fault));
+        }
+    }
+    Ok(())
 }
 
 /// Writes to a file beside the wanted one and renames it, so that a failure leaves what was there.
@@ -41,4 +57,20 @@ fn write_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> std::io::Result
         let _ = std::fs::remove_file(&beside);
         ExportError { file: path.to_owned(), source }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn meshes_with_gaps_are_not_written() {
+        let mesh = Mesh { positions: vec![Vec3::ZERO; 3], normals: vec![Vec3::Y; 2], ..Mesh::default() };
+        for write in [obj as fn(&mut dyn Write, &Mesh) -> std::io::Result<()>, |out, mesh| ply(out, mesh, None)] {
+            let mut out = Vec::new();
+            let error = write(&mut out, &mesh).unwrap_err().to_string();
+            assert!(error.contains("2 normals for 3 vertices") && out.is_empty(), "{error}");
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Plain OBJ: positions, texture coordinates, normals, triangles; numbers in the fewest digits that read back to the same bits.
 
-use super::{ExportError, write_file};
+use super::{ExportError, ensure_whole, write_file};
 use crate::Mesh;
 use std::io::{self, Write};
 use std::path::Path;
@@ -8,7 +8,7 @@ use std::path::Path;
 /// Writes the mesh's shape to a file; colours, materials and textures are left out.
 ///
 /// # Errors
-/// Where the file cannot be written; an older file stays as it was.
+/// Where the file cannot be written, or an array of the mesh is not as long as the vertices; an older file stays as it was.
 pub fn write_obj(path: &Path, mesh: &Mesh) -> Result<(), ExportError> {
     write_file(path, |out| obj(out, mesh))
 }
@@ -16,8 +16,9 @@ pub fn write_obj(path: &Path, mesh: &Mesh) -> Result<(), ExportError> {
 /// Writes the mesh's shape to `out`, in many small pieces: give it a buffer.
 ///
 /// # Errors
-/// What `out` answers.
+/// What `out` answers, or that an array of the mesh is not as long as the vertices.
 pub fn obj(out: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
+    ensure_whole(mesh)?;
     writeln!(out, "# written by Heliodon")?;
     for p in &mesh.positions {
         writeln!(out, "v {} {} {}", p.x, p.y, p.z)?;

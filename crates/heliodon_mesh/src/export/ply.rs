@@ -1,6 +1,6 @@
 //! Binary little-endian PLY with whatever the mesh has: normals, texture coordinates, sRGB colours, and a number for each vertex.
 
-use super::{ExportError, write_file};
+use super::{ExportError, ensure_whole, write_file};
 use crate::Mesh;
 use heliodon_math::color::srgb8_from_linear;
 use std::io::{self, Write};
@@ -9,7 +9,7 @@ use std::path::Path;
 /// Writes the mesh to a file; `quality`, if given, is a number for each vertex under the name that MeshLab knows.
 ///
 /// # Errors
-/// Where the file cannot be written, or `quality` is not as long as the vertices; an older file stays as it was.
+/// Where the file cannot be written, or `quality` or an array of the mesh is not as long as the vertices; an older file stays as it was.
 pub fn write_ply(path: &Path, mesh: &Mesh, quality: Option<&[f32]>) -> Result<(), ExportError> {
     write_file(path, |out| ply(out, mesh, quality))
 }
@@ -17,11 +17,12 @@ pub fn write_ply(path: &Path, mesh: &Mesh, quality: Option<&[f32]>) -> Result<()
 /// Writes the mesh to `out`, in many small pieces: give it a buffer.
 ///
 /// # Errors
-/// What `out` answers, or that `quality` is not as long as the vertices.
+/// What `out` answers, or that `quality` or an array of the mesh is not as long as the vertices.
 pub fn ply(out: &mut dyn Write, mesh: &Mesh, quality: Option<&[f32]>) -> io::Result<()> {
     if quality.is_some_and(|q| q.len() != mesh.positions.len()) {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "as many numbers as vertices are needed"));
     }
+    ensure_whole(mesh)?;
     header(out, mesh, quality.is_some())?;
     let mut row = Vec::with_capacity(64);
     for (i, p) in mesh.positions.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Objects that move, as glTF knows them: nodes, meshes with skins and morph targets, clips.
 
 use crate::{Mesh, MeshError};
-use glam::{Mat4, Quat, Vec3};
+use glam::{Mat4, Quat, Vec3, Vec4};
 
 /// Nodes, what hangs on them, and how they move. Metres, +Y up; a figure faces +Z.
 #[derive(Clone, Debug, Default)]
@@ -31,7 +31,7 @@ pub struct Node {
     pub children: Vec<usize>,
     /// Index of its mesh.
     pub mesh: Option<usize>,
-    /// Index of the skin that moves its mesh.
+    /// Index of the skin that moves its mesh; none without a mesh.
     pub skin: Option<usize>,
 }
 
@@ -80,7 +80,7 @@ pub struct MorphTarget {
 pub struct Skin {
     /// Nodes, at most 256.
     pub joints: Vec<usize>,
-    /// For each joint `joint_from_mesh` at rest.
+    /// For each joint `joint_from_mesh` at rest; finite and affine.
     pub inverse_bind: Vec<Mat4>,
 }
 
@@ -89,7 +89,7 @@ pub struct Skin {
 pub struct Clip {
     /// A name.
     pub name: String,
-    /// What moves, each property of a node at most once.
+    /// What moves, at least one, each property of a node at most once.
     pub channels: Vec<Channel>,
 }
 
@@ -111,7 +111,7 @@ pub struct Channel {
 pub enum Track {
     /// [`Node::translation`].
     Translation(Vec<Vec3>),
-    /// [`Node::rotation`].
+    /// [`Node::rotation`]; of a spline the values are unit, the tangents need not be.
     Rotation(Vec<Quat>),
     /// [`Node::scale`].
     Scale(Vec<Vec3>),
@@ -120,13 +120,19 @@ pub enum Track {
 }
 
 impl Track {
-    /// How many keys it has for a mesh of so many targets.
-    fn len(&self, targets: usize) -> usize {
+    /// Whether it has so many keys for a mesh of so many targets.
+    fn has_keys(&self, keys: usize, targets: usize) -> bool {
         match self {
-            Self::Translation(keys) | Self::Scale(keys) => keys.len(),
-            Self::Rotation(keys) => keys.len(),
-            Self::Weights(keys) => keys.len().checked_div(targets).unwrap_or(0),
+            Self::Translation(own) | Self::Scale(own) => own.len() == keys,
+            Self::Rotation(own) => own.len() == keys,
+            Self::Weights(own) => targets > 0 && own.len() == keys * targets,
         }
+    }
+
+    /// Whether rotations are turns, and nothing else; tangents, which are two of `each` three, need not be.
+    fn is_unit(&self, each: usize) -> bool {
+        let Self::Rotation(keys) = self else { return true };
+        keys.iter().skip(each / 2).step_by(each).all(|key| (key.length() - 1.0).abs() < UNIT_TOLERANCE)
     }
 
     fn is_finite(&self) -> bool {
@@ -191,6 +197,8 @@ impl Scene {
     /// # Errors
     /// The first promise that is broken.
     pub fn validate(&self) -> Result<(), SceneError> {
+        // a GLB file has a node and some data, or it is none
+        part("node")(0, !self.nodes.is_empty() && !self.meshes.is_empty(), "is missing, or there is no mesh to hang on it")?;
         self.validate_nodes()?;
         self.meshes.iter().enumerate().try_for_each(|(index, mesh)| validate_mesh(index, mesh))?;
         let ensure = part("skin");
@@ -198,9 +206,11 @@ impl Scene {
             ensure(index, skin.joints.iter().all(|&node| node < self.nodes.len()), "names a node that does not exist")?;
             ensure(index, (1..=256).contains(&skin.joints.len()), "has not 1 to 256 joints")?;
             ensure(index, skin.joints.len() == skin.inverse_bind.len(), "has not as many matrices as joints")?;
-            ensure(index, skin.inverse_bind.iter().all(|m| m.is_finite()), "has a matrix that is not finite")?;
+            let affine = |m: &Mat4| m.is_finite() && m.row(3) == Vec4::W;
+            ensure(index, skin.inverse_bind.iter().all(affine), "has a matrix that is not finite or not affine")?;
         }
-        for clip in &self.clips {
+        for (index, clip) in self.clips.iter().enumerate() {
+            part("clip")(index, !clip.channels.is_empty(), "moves nothing")?;
             clip.channels.iter().enumerate().try_for_each(|(index, channel)| self.validate_channel(index, channel))?;
             let key = |c: &Channel| (c.node, std::mem::discriminant(&c.track));
             let twice = clip.channels.iter().enumerate().find(|(i, c)| clip.channels[..*i].iter().any(|d| key(d) == key(c)));
@@ -217,6 +227,7 @@ impl Scene {
             ensure(index, placed && (node.rotation.length() - 1.0).abs() < UNIT_TOLERANCE, "has no proper place")?;
             ensure(index, node.mesh.is_none_or(|mesh| mesh < self.meshes.len()), "names a mesh that does not exist")?;
             ensure(index, node.skin.is_none_or(|skin| skin < self.skins.len()), "names a skin that does not exist")?;
+            ensure(index, node.mesh.is_some() || node.skin.is_none(), "has a skin without a mesh")?;
             if let (Some(mesh), Some(skin)) = (node.mesh, node.skin) {
                 let joints = self.skins[skin].joints.len();
                 let mesh = &self.meshes[mesh];
@@ -247,10 +258,15 @@ impl Scene {
         let targets = self.nodes[channel.node].mesh.map_or(0, |mesh| self.meshes[mesh].targets.len());
         let each = if channel.interpolation == Interpolation::CubicSpline { 3 } else { 1 };
         let times = &channel.times_s;
-        ensure(index, !times.is_empty() && channel.track.len(targets) == each * times.len(), "has not as many keys as times")?;
+        ensure(
+            index,
+            !times.is_empty() && channel.track.has_keys(each * times.len(), targets),
+            "has not as many keys as times",
+        )?;
         let rising = times[0] >= 0.0 && times.windows(2).all(|pair| pair[0] < pair[1]) && times.iter().all(|t| t.is_finite());
         ensure(index, rising, "has times that do not rise from 0 on")?;
-        ensure(index, channel.track.is_finite(), "has a key that is not finite")
+        ensure(index, channel.track.is_finite(), "has a key that is not finite")?;
+        ensure(index, channel.track.is_unit(each), "has a rotation that is not unit")
     }
 }
 

@@ -9,6 +9,7 @@
 //! to where it was a period ago, by the same solver. To fade one end into the other instead would crumple it, by 70 % of a
 //! thread's length where folds differ.
 
+use crate::figures::shape::smoothstep;
 use crate::{Mesh, normals};
 use glam::{Vec2, Vec3};
 use heliodon_math::frame::unit_or;
@@ -119,7 +120,7 @@ fn close(frames: &mut [Vec<Vec3>]) {
     for back in 0..MEND_FRAMES {
         let x = 1.0 - back as f32 / MEND_FRAMES as f32;
         for (p, &off) in frames[last - back].iter_mut().zip(&off) {
-            *p += off * (x * x * (3.0 - 2.0 * x));
+            *p += off * smoothstep(x);
         }
     }
     frames[last] = frames[0].clone();

@@ -16,7 +16,13 @@ pub struct Shape {
 /// A point of a piece's axis with half its width along the side and across it, metres.
 pub type Station = ([f32; 3], f32, f32);
 
-/// A piece with elliptic sections along a smooth line through the stations, ends rounded: `rings * sides + 2` vertices.
+/// From 0 to 1 as `x` does, level at both ends: Hermite's cubic of the slopes 0.
+pub fn smoothstep(x: f32) -> f32 {
+    x * x * (3.0 - 2.0 * x)
+}
+
+/// A piece with elliptic sections along a smooth line through the stations, ends rounded: `rings * sides + 2` vertices. Stations and rings are
+/// two at the least, sides three.
 /// `side` is the way of the first radius, as far as it is square to the line.
 pub fn sweep(stations: &[Station], side: Vec3, rings: usize, sides: usize) -> Shape {
     let line: Vec<(Vec3, f32, f32)> = (0..rings).map(|i| on_line(stations, i as f32 / (rings - 1) as f32)).collect();

@@ -28,7 +28,8 @@ use rig::{Rig, Scratch};
 use rigid::Rigid;
 use std::path::Path;
 
-/// Frames a second that a vertex cache is taken to have, since its file does not say: what Blender and film assume.
+/// Frames a second that a vertex cache is taken to have, since its file does not say: those of European television and of
+/// [`mod@crate::figures::cloth`]. Film and what Blender exports untouched have 24, American television and 3ds Max 30.
 pub const CACHE_FRAMES_PER_S: f32 = 25.0;
 
 /// A motion that a mesh can perform.
@@ -156,7 +157,7 @@ impl MovingMesh {
         }
     }
 
-    /// Checks that the rest mesh keeps the promises of [`Mesh`], and that the first and last pose of each clip are finite and unit.
+    /// Checks that the rest mesh keeps the promises of [`Mesh`], and that the first, middle and last pose of each clip are finite and unit.
     ///
     /// # Errors
     /// The first promise that is broken, in words.

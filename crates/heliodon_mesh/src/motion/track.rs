@@ -135,15 +135,15 @@ fn quaternion(v: &[f32]) -> DQuat {
 
 /// From `a` to `b` at constant speed, the shortest way.
 fn slerp(a: DQuat, b: DQuat, u: f64) -> DQuat {
-    let cos = a.dot(b);
     // a quaternion and its negative turn alike; the nearer one is the shorter way
-    let (b, cos) = if cos < 0.0 { (-b, -cos) } else { (b, cos) };
+    let b = if a.dot(b) < 0.0 { -b } else { b };
     let difference = b - a;
     // acos loses half its digits near 1
     let angle = 2.0 * libm::asin((difference.length() * 0.5).min(1.0));
-    if angle < STRAIGHT_RAD || cos <= -1.0 {
+    if angle < STRAIGHT_RAD {
         return unit_quaternion((a + difference * u).to_array());
     }
+    // the sine of the whole angle, by which both are to be divided, falls out where the sum is made unit
     let turned = a * libm::sin((1.0 - u) * angle) + b * libm::sin(u * angle);
     unit_quaternion(turned.to_array())
 }

@@ -9,12 +9,11 @@ use crate::stage::texture::halved;
 use bevy::math::{DVec3, Vec2, Vec3};
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::grid::Grid;
-use heliodon_bundle::site::{Actor, Albedo, UpAxis};
+use heliodon_bundle::site::{Actor, Albedo};
 use heliodon_image::{SrgbImage, TextureWrap};
 use heliodon_math::color::linear_from_srgb8_table;
 use heliodon_mesh::import::{ImportOptions, ImportReport};
 use heliodon_mesh::motion::{MovingMesh, read_cached, read_moving};
-use heliodon_mesh::place::{Placement, Up};
 use heliodon_mesh::{Material, Texture};
 use std::ops::Range;
 use std::sync::Arc;
@@ -53,20 +52,17 @@ pub fn run(bundle: &BundleReader) -> Loaded {
 
 /// One actor.
 fn read(bundle: &BundleReader, actor: &Actor) -> Result<(Person, Look), String> {
-    let up = match actor.up {
-        UpAxis::Y => Up::Y,
-        UpAxis::Z => Up::Z,
-    };
-    let placement =
-        Placement { unit: actor.unit, up, scale: [actor.scale; 3], rotate_deg: actor.rotate_deg, ..Placement::default() };
-    let options = ImportOptions { placement, ..ImportOptions::default() };
+    let options = ImportOptions { placement: actor.placement(), ..ImportOptions::default() };
     let file = bundle.folder().join(&actor.file);
     let mut report = ImportReport::default();
     let moving = match &actor.cache {
         Some(cache) => read_cached(&file, &bundle.folder().join(cache), &options, &mut report),
         None => read_moving(&file, &options, &mut report),
     };
-    let moving = moving.map_err(|error| error.to_string())?;
+    let mut moving = moving.map_err(|error| error.to_string())?;
+    if let Some(frames_per_s) = actor.cache_frames_per_s {
+        moving.set_cache_frames_per_s(frames_per_s as f32);
+    }
     let clip = match &actor.animation {
         Some(name) => Some(moving.clip_named(name).ok_or_else(|| {
             let clips: Vec<&str> = moving.clips().iter().map(|clip| clip.name.as_str()).collect();

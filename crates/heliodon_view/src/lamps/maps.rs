@@ -13,9 +13,8 @@ use crate::stage::frame::StageFrame;
 use bevy::prelude::*;
 use bevy::render::render_resource::{
     BindGroup, BindGroupEntries, Buffer, BufferDescriptor, BufferInitDescriptor, BufferUsages, CachedRenderPipelineId,
-    CommandEncoder, ComputePassDescriptor, Extent3d,
-    LoadOp, Operations, PipelineCache, RenderPassDepthStencilAttachment, RenderPassDescriptor, StoreOp, TextureDescriptor,
-    TextureDimension, TextureUsages, TextureView, TextureViewDescriptor,
+    CommandEncoder, ComputePassDescriptor, Extent3d, LoadOp, Operations, PipelineCache, RenderPassDepthStencilAttachment,
+    RenderPassDescriptor, StoreOp, TextureDescriptor, TextureDimension, TextureUsages, TextureView, TextureViewDescriptor,
 };
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue};
 use wgpu::RenderPass;
@@ -126,8 +125,7 @@ pub fn prepare_lamps(
                 contents: bytes,
                 usage: BufferUsages::UNIFORM,
             });
-            let group =
-                device.create_bind_group("lamp_tile", &layout, &BindGroupEntries::single(matrix.as_entire_binding()));
+            let group = device.create_bind_group("lamp_tile", &layout, &BindGroupEntries::single(matrix.as_entire_binding()));
             TileGpu { tile, group }
         });
         gpu.tiles = made.collect();

@@ -61,11 +61,8 @@ pub struct Cone {
 
 impl From<&heliodon_bundle::site::Lamp> for Lamp {
     fn from(lamp: &heliodon_bundle::site::Lamp) -> Self {
-        let cone = |direction| Cone {
-            direction,
-            half_angle_rad: (0.5 * lamp.angle_deg as f32).to_radians(),
-            edge: lamp.edge as f32,
-        };
+        let cone =
+            |direction| Cone { direction, half_angle_rad: (0.5 * lamp.angle_deg as f32).to_radians(), edge: lamp.edge as f32 };
         Self {
             place: DVec3::from(lamp.place).as_vec3(),
             intensity: DVec3::from(lamp.intensity).as_vec3(),
@@ -82,9 +79,7 @@ pub struct LampsPlugin;
 
 impl Plugin for LampsPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Lamps>()
-            .add_plugins(ExtractResourcePlugin::<Lamps>::default())
-            .add_systems(Update, follow_stage);
+        app.init_resource::<Lamps>().add_plugins(ExtractResourcePlugin::<Lamps>::default()).add_systems(Update, follow_stage);
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else { return };
         render_app
             .init_resource::<LampsGpu>()

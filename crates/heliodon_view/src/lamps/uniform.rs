@@ -141,7 +141,13 @@ mod tests {
         for direction in heliodon_math::sphere::fibonacci_sphere(500) {
             // as the shader chooses it
             let size = direction.abs();
-            let axis = if size.x >= size.y && size.x >= size.z { 0 } else if size.y >= size.z { 1 } else { 2 };
+            let axis = if size.x >= size.y && size.x >= size.z {
+                0
+            } else if size.y >= size.z {
+                1
+            } else {
+                2
+            };
             let face = 2 * axis + usize::from(direction[axis] < 0.0);
             for distance in [0.1, 1.0, 4.9] {
                 let on = tiles[face].clip_from_world.project_point3(place + direction * distance);

@@ -36,11 +36,14 @@ pub struct Acted {
 pub fn read(app: &App, args: &Args, name: &str) -> Result<Acted> {
     let [path] = args.meshes.as_slice() else { bail!("--animation takes one model, not {}", args.meshes.len()) };
     let (options, mut report) = (ImportOptions::default(), ImportReport::default());
-    let model = match &args.cache {
+    let mut model = match &args.cache {
         Some(cache) => read_cached(path, cache, &options, &mut report)?,
         None => read_moving(path, &options, &mut report)?,
     };
     report.warnings.iter().for_each(|warning| app.progress.warning(warning));
+    if let Some(frames_per_s) = args.cache_frames_per_s {
+        model.set_cache_frames_per_s(frames_per_s);
+    }
     let clips: Vec<&str> = model.clips().iter().map(|clip| clip.name.as_str()).collect();
     let clip = model.clip_named(name).with_context(|| {
         let known = if clips.is_empty() { "nothing in it moves".to_owned() } else { format!("it has {}", clips.join(", ")) };

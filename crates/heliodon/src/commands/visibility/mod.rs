@@ -18,6 +18,7 @@ use found::{Found, write_found, write_matrix};
 use glam::{Quat, Vec3};
 use heliodon_bake::memory::peak_resident_bytes;
 use heliodon_bake::report::Reporter;
+use heliodon_bundle::site::CACHE_FRAMES_PER_S_RANGE;
 use heliodon_image::HdrImage;
 use heliodon_math::light_sphere::{LightSphere, MAX_LEVEL};
 use heliodon_math::visibility::VisibilityMatrix;
@@ -78,6 +79,9 @@ pub struct Args {
     /// A vertex cache (.pc2) that moves the mesh; its animation is called cache
     #[arg(long, value_name = "FILE", requires = "animation")]
     cache: Option<PathBuf>,
+    /// Frames of the vertex cache that make a second, which its file does not say [default: 25]
+    #[arg(long, value_name = "N", requires = "cache", value_parser = |text: &str| crate::values::within(text, *CACHE_FRAMES_PER_S_RANGE.start(), *CACHE_FRAMES_PER_S_RANGE.end()).map(|frames| frames as f32))]
+    cache_frames_per_s: Option<f32>,
     /// How far off the surface rays start, metres [default: a ten-thousandth of the scene's diagonal]
     #[arg(long, value_name = "M", value_parser = |text: &str| crate::values::within(text, 0.0, 1e6).map(|offset| offset as f32))]
     offset: Option<f32>,

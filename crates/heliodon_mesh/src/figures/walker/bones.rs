@@ -3,7 +3,7 @@
 use super::rig::{Core, Limb, Side, core, limb};
 use super::skull;
 use crate::export::scene::SceneMesh;
-use crate::figures::shape::{Shape, Station, ball, sweep};
+use crate::figures::shape::{Shape, Station, ball, smoothstep, sweep};
 use crate::temple::noise::fbm;
 use crate::{Material, Mesh, normals};
 use glam::Vec3;
@@ -35,7 +35,7 @@ impl Follows {
 
     /// The four joints and weights of a vertex.
     fn at(self, along: f32) -> ([u8; 4], [f32; 4]) {
-        let x = along * along * (3.0 - 2.0 * along);
+        let x = smoothstep(along);
         let mut shares: Vec<(usize, f32)> = Vec::with_capacity(4);
         for ((joint, share), weight) in self.begin.into_iter().map(|s| (s, 1.0 - x)).chain(self.end.into_iter().map(|s| (s, x)))
         {
@@ -185,7 +185,7 @@ fn trunk(y: f32) -> Follows {
     ];
     let i = JOINTS.iter().rposition(|(_, at)| *at <= y).unwrap_or(0).min(JOINTS.len() - 2);
     let x = ((y - JOINTS[i].1) / (JOINTS[i + 1].1 - JOINTS[i].1)).clamp(0.0, 1.0);
-    Follows::mix(core(JOINTS[i].0), core(JOINTS[i + 1].0), x * x * (3.0 - 2.0 * x))
+    Follows::mix(core(JOINTS[i].0), core(JOINTS[i + 1].0), smoothstep(x))
 }
 
 fn spine(all: &mut Skeleton) {
@@ -226,7 +226,7 @@ fn spine(all: &mut Skeleton) {
             5..17 => (0.027 + 0.001 * (i as f32 - 5.0), 0.018),
             _ => (0.023, 0.006),
         };
-        let wing = |x: f32, back: f32, r: f32| ([x, middle + 0.002, z - 0.75 * r_of(size) - back], r, r * 0.9);
+        let wing = |x: f32, back: f32, thick: f32| ([x, middle + 0.002, z - 0.75 * r - back], thick, thick * 0.9);
         let wings = [
             wing(-wide, back, 0.0045),
             wing(-0.4 * wide, 0.3 * back, 0.0035),
@@ -235,10 +235,6 @@ fn spine(all: &mut Skeleton) {
         ];
         all.add(&sweep(&wings, Vec3::Y, 4, 4), follows);
     }
-}
-
-fn r_of(size: f32) -> f32 {
-    0.0105 + 0.0125 * size
 }
 
 fn ribs(all: &mut Skeleton) {

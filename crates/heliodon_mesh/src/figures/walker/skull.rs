@@ -1,6 +1,6 @@
 //! The skull: a ball whose every direction has its own distance.
 
-use crate::figures::shape::{Shape, ball};
+use crate::figures::shape::{Shape, ball, smoothstep};
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
@@ -14,8 +14,7 @@ fn bump(distance_squared: f32, width: f32) -> f32 {
 }
 
 fn smooth(low: f32, high: f32, x: f32) -> f32 {
-    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
+    smoothstep(((x - low) / (high - low)).clamp(0.0, 1.0))
 }
 
 /// Braincase and face, without the jaw.
