@@ -1,0 +1,83 @@
+//! What visibility costs: `cargo test -p heliodon_gpu --test speed -- --ignored --nocapture`, on whatever GPU is at hand.
+
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+use glam::Vec3;
+use heliodon_gpu::{DepthMaps, Headless, Method, Rays, VisibilityGpu, headless};
+use heliodon_math::light_sphere::LightSphere;
+use heliodon_math::visibility::VisibilityBackend;
+use heliodon_mesh::Mesh;
+use heliodon_mesh::figures::walker;
+use heliodon_mesh::normals;
+use heliodon_rays::VisibilityCpu;
+use heliodon_testkit::scenes::ball;
+use std::time::Instant;
+
+/// A ball with bumps, as many triangles as the Stanford bunny has.
+fn pebble() -> Mesh {
+    let mut scene = ball(1.0, 132);
+    for p in &mut scene.positions {
+        let wave = |f: f32, q: Vec3| (f * q.x).sin() * (f * q.y + 1.0).sin() * (f * q.z + 2.0).sin();
+        *p *= 1.0 + 0.25 * wave(4.0, *p) + 0.06 * wave(17.0, *p);
+    }
+    let mut mesh = Mesh { positions: scene.positions, triangles: scene.triangles, ..Mesh::default() };
+    normals::compute(&mut mesh);
+    mesh
+}
+
+fn ms(work: impl FnOnce()) -> f64 {
+    let start = Instant::now();
+    work();
+    start.elapsed().as_secs_f64() * 1e3
+}
+
+/// Milliseconds for setting the mesh, moving it, and asking it, the best of some.
+fn measured<B: VisibilityBackend>(backend: &mut B, mesh: &Mesh, level: u32) -> [f64; 4] {
+    let Mesh { positions, normals, triangles, .. } = mesh;
+    let sphere = LightSphere::new(level);
+    let set = ms(|| backend.set_mesh(positions, normals, triangles).unwrap());
+    let mut best = [set, f64::INFINITY, f64::INFINITY, f64::INFINITY];
+    for _ in 0..3 {
+        let moved = ms(|| backend.move_vertices(positions, normals).unwrap());
+        // its boxes are fitted when it is asked first: one direction takes little else
+        let fitted = ms(|| {
+            backend.compute(&sphere.directions()[..1]).unwrap();
+            backend.wait().unwrap();
+        });
+        let asked = ms(|| {
+            backend.compute(sphere.directions()).unwrap();
+            backend.wait().unwrap();
+        });
+        for (best, now) in best[1..].iter_mut().zip([moved, fitted, asked]) {
+            *best = best.min(now);
+        }
+    }
+    best
+}
+
+#[test]
+#[ignore = "measures"]
+fn rays_and_depth_maps() {
+    let Headless { adapter, device, queue, fault } = headless().unwrap();
+    println!("{}, {} threads", adapter.get_info().name, rayon::current_num_threads());
+    let only = std::env::var("SPEED").unwrap_or_default();
+    for (name, mesh, levels) in [("walker", walker().rest().clone(), [2, 3]), ("pebble", pebble(), [3, 4])] {
+        println!("{name}: {} vertices, {} triangles", mesh.positions.len(), mesh.triangles.len());
+        for level in levels {
+            let k = LightSphere::count(level);
+            let tell = |who: &str, [set, moved, fitted, asked]: [f64; 4]| {
+                println!(
+                    "  k = {k:4} {who:10} set {set:8.1} ms, move {moved:6.2}, fit and one direction {fitted:8.2}, ask {asked:9.1}"
+                );
+            };
+            for (who, method) in [("maps", Method::from(DepthMaps::default())), ("rays", Rays::default().into())] {
+                if only.is_empty() || only == who {
+                    tell(who, measured(&mut VisibilityGpu::new(&device, &queue, &fault, method), &mesh, level));
+                }
+            }
+            if only.is_empty() {
+                tell("processor", measured(&mut VisibilityCpu::new(None), &mesh, level));
+            }
+        }
+    }
+}
