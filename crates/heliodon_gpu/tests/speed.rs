@@ -2,12 +2,13 @@
 
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
+mod figures;
+
 use glam::Vec3;
 use heliodon_gpu::{DepthMaps, Headless, Method, Rays, VisibilityGpu, headless};
 use heliodon_math::light_sphere::LightSphere;
 use heliodon_math::visibility::VisibilityBackend;
 use heliodon_mesh::Mesh;
-use heliodon_mesh::figures::walker;
 use heliodon_mesh::normals;
 use heliodon_rays::VisibilityCpu;
 use heliodon_testkit::scenes::ball;
@@ -61,7 +62,7 @@ fn rays_and_depth_maps() {
     let Headless { adapter, device, queue, fault } = headless().unwrap();
     println!("{}, {} threads", adapter.get_info().name, rayon::current_num_threads());
     let only = std::env::var("SPEED").unwrap_or_default();
-    for (name, mesh, levels) in [("walker", walker().rest().clone(), [2, 3]), ("pebble", pebble(), [3, 4])] {
+    for (name, mesh, levels) in [("walker", figures::walker().rest().clone(), [2, 3]), ("pebble", pebble(), [3, 4])] {
         println!("{name}: {} vertices, {} triangles", mesh.positions.len(), mesh.triangles.len());
         for level in levels {
             let k = LightSphere::count(level);

@@ -1,5 +1,6 @@
 //! By rays or by depth maps.
 
+use crate::GpuError;
 use crate::hierarchy::Hierarchy;
 use wgpu::{Device, DeviceType};
 
@@ -82,6 +83,15 @@ impl Method {
                 if fits { Answered::expected(points, triangles, software) } else { Answered::DepthMaps }
             }
         }
+    }
+
+    /// # Errors
+    /// An offset that is none.
+    pub(crate) fn check(self) -> Result<(), GpuError> {
+        if self.rays().offset_m.is_some_and(|offset_m| !(offset_m >= 0.0 && offset_m.is_finite())) {
+            return Err(GpuError::Input("rays start off the surface by a finite distance, 0 at the least"));
+        }
+        Ok(())
     }
 
     pub(crate) fn maps(self) -> DepthMaps {

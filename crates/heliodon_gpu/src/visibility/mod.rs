@@ -19,7 +19,8 @@ pub use method::{Answered, DepthMaps, Method, Rays};
 pub(crate) use {
     atlas::Atlas,
     maps::{Drawn, MapsPipelines},
-    query::{Query, QueryPipelines, quantities},
+    points::median_edge,
+    query::{Asked, Query, QueryPipelines, encode, quantities},
 };
 
 use crate::buffers::{empty, storage};
@@ -199,6 +200,7 @@ impl VisibilityBackend for VisibilityGpu {
 
     fn set_mesh(&mut self, positions: &[Vec3], normals: &[Vec3], triangles: &[[u32; 3]]) -> Result<(), GpuError> {
         (self.columns, self.mesh) = (None, None);
+        self.method.check()?;
         let device = &self.device;
         let points = Points::new(device, positions, normals, triangles)?;
         let way = match self.method.answers(device, positions.len(), triangles.len()) {

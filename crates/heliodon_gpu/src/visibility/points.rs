@@ -144,7 +144,8 @@ impl Shape {
     }
 }
 
-fn median_edge(positions: &[Vec3], triangles: &[[u32; 3]]) -> f32 {
+/// The median length of the triangles' edges, 0 without any.
+pub(crate) fn median_edge(positions: &[Vec3], triangles: &[[u32; 3]]) -> f32 {
     let stride = triangles.len().div_ceil(EDGE_SAMPLE).max(1);
     let edge = |t: &[u32; 3]| positions[t[0] as usize].distance(positions[t[1] as usize]);
     let mut edges: Vec<f32> = triangles.iter().step_by(stride).map(edge).collect();
