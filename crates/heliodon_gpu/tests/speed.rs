@@ -38,7 +38,11 @@ fn measured<B: VisibilityBackend>(backend: &mut B, mesh: &Mesh, level: u32) -> [
     let sphere = LightSphere::new(level);
     let set = ms(|| backend.set_mesh(positions, normals, triangles).unwrap());
     let mut best = [set, f64::INFINITY, f64::INFINITY, f64::INFINITY];
+    let begun = Instant::now();
     for _ in 0..3 {
+        if begun.elapsed().as_secs_f64() > 5.0 {
+            break;
+        }
         let moved = ms(|| backend.move_vertices(positions, normals).unwrap());
         // its boxes are fitted when it is asked first: one direction takes little else
         let fitted = ms(|| {
@@ -61,10 +65,12 @@ fn measured<B: VisibilityBackend>(backend: &mut B, mesh: &Mesh, level: u32) -> [
 fn rays_and_depth_maps() {
     let Headless { adapter, device, queue, fault } = headless().unwrap();
     println!("{}, {} threads", adapter.get_info().name, rayon::current_num_threads());
+    // SPEED=rays for one of them, FINEST=3 for less
+    let finest = std::env::var("FINEST").map_or(4, |level| level.parse().unwrap());
     let only = std::env::var("SPEED").unwrap_or_default();
     for (name, mesh, levels) in [("walker", figures::walker().rest().clone(), [2, 3]), ("pebble", pebble(), [3, 4])] {
         println!("{name}: {} vertices, {} triangles", mesh.positions.len(), mesh.triangles.len());
-        for level in levels {
+        for level in levels.into_iter().filter(|&level| level <= finest) {
             let k = LightSphere::count(level);
             let tell = |who: &str, [set, moved, fitted, asked]: [f64; 4]| {
                 println!(

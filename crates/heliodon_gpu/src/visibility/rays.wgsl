@@ -87,41 +87,6 @@ fn meets(at: u32, origin: vec3<f32>, k: u32, shear: vec3<f32>) -> bool {
     return inside && (low.z > 0.0 || (high.z > 0.0 && ahead));
 }
 
-fn occluded(origin: vec3<f32>, l: vec3<f32>) -> bool {
-    let m = abs(l);
-    var k = 2u;
-    if (m.x >= m.y && m.x >= m.z) {
-        k = 0u;
-    } else if (m.y >= m.z) {
-        k = 1u;
-    }
-    let d = turned(l, k);
-    let shear = vec3<f32>(d.xy / d.z, sign(d.z));
-    let towards = select(vec3<f32>(-1.0), vec3<f32>(1.0), l >= vec3<f32>(0.0));
-    let steps = select(towards * STEEPEST, 1.0 / l, m > vec3<f32>(1.0 / STEEPEST));
-    var i = 0u;
-    while (i < rays.nodes) {
-        let node = nodes[i];
-        let t0 = (node.low - origin) * steps;
-        let t1 = (node.high - origin) * steps;
-        let near = min(t0, t1);
-        let far = max(t0, t1);
-        // Boxes are wider than what they hold by more than this rounds (`MARGIN` of refit.wgsl): each side 3 times 2^-24 of at most twice the greatest coordinate.
-        if (max(max(max(near.x, near.y), near.z), 0.0) > min(min(far.x, far.y), far.z)) {
-            i = node.next;
-            continue;
-        }
-        let first = node.leaf / 8u;
-        for (var at = first; at < first + node.leaf % 8u; at++) {
-            if (meets(3u * at, origin, k, shear)) {
-                return true;
-            }
-        }
-        i++;
-    }
-    return false;
-}
-
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let at = (group.y * rays.row + group.x) * 64u + lane;
@@ -133,11 +98,59 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let origin = (positions[point].xyz - extent.anchor) + n * extent.offset;
     let word_at = rays.first + group.z;
     let first = word_at * 32u;
+    let count = min(32u, rays.directions - first);
+    // One loop for all directions: whoever's ray is done goes on to the next, and waits for no neighbour's.
     var word = 0u;
-    for (var i = 0u; i < min(32u, rays.directions - first); i++) {
-        let l = directions[first + i].xyz;
-        if (dot(n, l) > 0.0 && !occluded(origin, l)) {
-            word |= 1u << i;
+    var next = 0u;
+    var i = rays.nodes;
+    var k = 0u;
+    var shear = vec3<f32>(0.0);
+    var steps = vec3<f32>(0.0);
+    loop {
+        if (i >= rays.nodes) {
+            var l = vec3<f32>(0.0);
+            while (next < count) {
+                l = directions[first + next].xyz;
+                next++;
+                if (dot(n, l) > 0.0) {
+                    break;
+                }
+                l = vec3<f32>(0.0);
+            }
+            if (dot(n, l) <= 0.0) {
+                break;
+            }
+            // Until it meets something.
+            word |= 1u << (next - 1u);
+            let m = abs(l);
+            k = select(select(2u, 1u, m.y >= m.z), 0u, m.x >= m.y && m.x >= m.z);
+            let d = turned(l, k);
+            shear = vec3<f32>(d.xy / d.z, sign(d.z));
+            let towards = select(vec3<f32>(-1.0), vec3<f32>(1.0), l >= vec3<f32>(0.0));
+            steps = select(towards * STEEPEST, 1.0 / l, m > vec3<f32>(1.0 / STEEPEST));
+            i = 0u;
+            if (rays.nodes == 0u) {
+                continue;
+            }
+        }
+        let node = nodes[i];
+        let t0 = (node.low - origin) * steps;
+        let t1 = (node.high - origin) * steps;
+        let near = min(t0, t1);
+        let far = max(t0, t1);
+        // Boxes are wider than what they hold by more than this rounds (`MARGIN` of refit.wgsl): each side 3 times 2^-24 of at most twice the greatest coordinate.
+        if (max(max(max(near.x, near.y), near.z), 0.0) > min(min(far.x, far.y), far.z)) {
+            i = node.next;
+            continue;
+        }
+        i++;
+        let place = node.leaf / 8u;
+        for (var at = place; at < place + node.leaf % 8u; at++) {
+            if (meets(3u * at, origin, k, shear)) {
+                word &= ~(1u << (next - 1u));
+                i = rays.nodes;
+                break;
+            }
         }
     }
     bits[word_at * rays.points + point] = word;
