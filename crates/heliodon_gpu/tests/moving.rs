@@ -11,7 +11,7 @@ use glam::{Affine3A, Quat, Vec3};
 use half::f16;
 use heliodon_gpu::moving::{Corner, MovingFrame, MovingGpu, MovingPipelines, MovingSun, SunLattice, follow};
 use heliodon_gpu::wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoderDescriptor, MapMode, PollType};
-use heliodon_gpu::{Answered, DepthMaps, GpuError, Headless, Method, Rays, headless};
+use heliodon_gpu::{Answered, DepthMaps, GpuError, Headless, Method, Rays, VisibilityGpu, headless};
 use heliodon_math::light_sphere::LightSphere;
 use heliodon_math::visibility::VisibilityBackend;
 use heliodon_mesh::figures::stoneyard;
@@ -187,10 +187,9 @@ fn figures_are_lit_as_by_the_processor() {
     let irradiance = Vec3::new(9.0, 8.0, 6.0);
     for (name, moving, corners) in [("walker", figures::walker(), None), ("cloth", figures::cloth(), Some(()))] {
         let corners = corners.map_or_else(|| Corner::of_all(moving.rest().positions.len()), |()| sides(&moving));
-        // rays: 0.1 % of the entries, and of the sun's; depth maps: 2 %, and contacts
-        for (method, most_sky, most_sun) in
-            [(Method::from(Rays::default()), 0.002, 0.002), (DepthMaps::default().into(), 0.02, 0.03)]
-        {
+        // Rays: 0.1 % of the entries, and of the sun's. Depth maps: about what they err where nothing moves; there the backs of a cloth are in no
+        // triangle, and so smoother than here.
+        for (method, most) in [(Method::from(Rays::default()), Some(0.002)), (DepthMaps::default().into(), None)] {
             let mut gpu = gpu(&moving, &corners, method);
             let (mut pose, mut palette) = (Pose::default(), Palette::default());
             for time_s in [0.1, 0.6] {
@@ -210,31 +209,59 @@ fn figures_are_lit_as_by_the_processor() {
                 for (p, q) in world(&gpu).into_iter().zip(&exact.positions) {
                     assert!(p.distance(place.transform_point3(*q)) < 1e-4, "{name}");
                 }
-                let (mut sky_error, mut wrong_sun, mut mean) = (0.0, 0, 0.0);
                 let lit = shown(&gpu);
-                for (i, light) in lit.iter().enumerate() {
-                    let cosine = exact.normals[i].dot(sun).max(0.0);
-                    let direct = irradiance * (cosine * FRAC_1_PI);
-                    let both = [exact.sky[i], exact.sky[i] + direct];
-                    let [without, with] = both.map(|expected| (*light - expected).abs().max_element());
-                    // what the sun reaches or not is a step, and counted apart from what the sky's light is off
-                    wrong_sun += usize::from(if exact.sunned[i] {
-                        without < with && cosine > 0.05
-                    } else {
-                        with < without && cosine > 0.05
-                    });
-                    sky_error += without.min(with);
-                    mean += exact.sky[i].max_element();
-                }
-                let (relative, share) = (sky_error / mean, wrong_sun as f32 / lit.len() as f32);
+                let (relative, share) = errors(&lit, &exact, sun, irradiance);
+                let most = most.map_or_else(
+                    || {
+                        let still = still(method, &moving, &exact, &sphere, &radiance, (sun, irradiance));
+                        let (relative, share) = errors(&still, &exact, sun, irradiance);
+                        println!("{name} still: {relative:.5}, {share:.5}");
+                        (1.2 * relative + 0.01, 1.2 * share + 0.01)
+                    },
+                    |most| (most, most),
+                );
                 println!(
                     "{name} {:?} at {time_s} s: the sky's light is {relative:.5} off, the sun wrong at {share:.5}",
                     gpu.answered()
                 );
-                assert!(relative < most_sky && share < most_sun, "{name}");
+                assert!(relative < most.0 && share < most.1, "{name}");
             }
         }
     }
+}
+
+/// How much of the sky's light is wrong on the average, and the part of the corners that are lit by the sun and should not be, or are not and should.
+fn errors(lit: &[Vec3], exact: &Expected, sun: Vec3, irradiance: Vec3) -> (f32, f32) {
+    let (mut error, mut wrong, mut sum) = (0.0, 0, 0.0);
+    for (i, light) in lit.iter().enumerate() {
+        let cosine = exact.normals[i].dot(sun).max(0.0);
+        let both = [exact.sky[i], exact.sky[i] + irradiance * (cosine * FRAC_1_PI)];
+        let [without, with] = both.map(|expected| (*light - expected).abs().max_element());
+        // what the sun reaches or not is a step, and counted apart from what the sky's light is off
+        wrong += usize::from(cosine > 0.05 && exact.sunned[i] != (with < without));
+        error += without.min(with);
+        sum += exact.sky[i].max_element();
+    }
+    (error / sum, wrong as f32 / lit.len() as f32)
+}
+
+/// The light that the method makes of the pose as a mesh that stands still.
+fn still(
+    method: Method,
+    moving: &MovingMesh,
+    exact: &Expected,
+    sphere: &LightSphere,
+    radiance: &[Vec3],
+    (sun, irradiance): (Vec3, Vec3),
+) -> Vec<Vec3> {
+    let (Headless { device, queue, fault, .. }, _) = own();
+    let mut gpu = VisibilityGpu::new(device, queue, fault, method);
+    gpu.set_mesh(&exact.positions, &exact.normals, &moving.rest().triangles).unwrap();
+    gpu.compute(sphere.directions()).unwrap();
+    let sky = gpu.light(sphere.weights(), radiance).unwrap().light;
+    gpu.compute(&[sun]).unwrap();
+    let direct = gpu.light(&[1.0], &[irradiance]).unwrap().light;
+    sky.iter().zip(direct).map(|(&sky, direct)| sky + direct).collect()
 }
 
 /// A triangle under the open sky.

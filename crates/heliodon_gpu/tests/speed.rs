@@ -4,14 +4,18 @@
 
 mod figures;
 
-use glam::Vec3;
+use glam::{Affine3A, Vec3};
+use heliodon_gpu::moving::{Corner, MovingFrame, MovingGpu, MovingPipelines, MovingSun};
+use heliodon_gpu::wgpu::{CommandEncoderDescriptor, PollType};
 use heliodon_gpu::{DepthMaps, Headless, Method, Rays, VisibilityGpu, headless};
 use heliodon_math::light_sphere::LightSphere;
 use heliodon_math::visibility::VisibilityBackend;
 use heliodon_mesh::Mesh;
+use heliodon_mesh::motion::{Palette, Pose};
 use heliodon_mesh::normals;
 use heliodon_rays::VisibilityCpu;
 use heliodon_testkit::scenes::ball;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// A ball with bumps, as many triangles as the Stanford bunny has.
@@ -63,7 +67,7 @@ fn measured<B: VisibilityBackend>(backend: &mut B, mesh: &Mesh, level: u32) -> [
 #[test]
 #[ignore = "measures"]
 fn rays_and_depth_maps() {
-    let Headless { adapter, device, queue, fault } = headless().unwrap();
+    let Headless { adapter, device, queue, fault, .. } = headless().unwrap();
     println!("{}, {} threads", adapter.get_info().name, rayon::current_num_threads());
     // SPEED=rays for one of them, FINEST=3 for less
     let finest = std::env::var("FINEST").map_or(4, |level| level.parse().unwrap());
@@ -85,6 +89,69 @@ fn rays_and_depth_maps() {
             if only.is_empty() {
                 tell("processor", measured(&mut VisibilityCpu::new(None), &mesh, level));
             }
+        }
+    }
+}
+
+/// The best of some, in milliseconds, of recording frames, submitting them and waiting.
+fn frames(headless: &Headless, gpu: &mut MovingGpu, frame: &MovingFrame<'_>) -> f64 {
+    let Headless { device, queue, .. } = headless;
+    let mut best = f64::INFINITY;
+    let begun = Instant::now();
+    while best.is_infinite() || begun.elapsed().as_secs_f64() < 1.0 {
+        best = best.min(ms(|| {
+            let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
+            gpu.record(&mut encoder, frame).unwrap();
+            queue.submit([encoder.finish()]);
+            device.poll(PollType::wait_indefinitely()).unwrap();
+        }));
+    }
+    best
+}
+
+#[test]
+#[ignore = "measures"]
+fn a_walker_s_frame() {
+    let headless = headless().unwrap();
+    let pipelines = Arc::new(MovingPipelines::new(&headless.device));
+    let moving = figures::walker();
+    let corners = Corner::of_all(moving.rest().positions.len());
+    println!("{}: {} corners", headless.adapter.get_info().name, corners.len());
+    let (mut pose, mut palette) = (Pose::default(), Palette::default());
+    moving.palette(0, 0.3, &mut palette);
+    moving.pose(0, 0.3, &mut pose);
+    println!(
+        "  the processor's pose {:.3} ms, its palette {:.3}",
+        ms(|| moving.pose(0, 0.31, &mut pose)),
+        ms(|| moving.palette(0, 0.31, &mut palette))
+    );
+    for (who, method) in [("maps", Method::from(DepthMaps::default())), ("rays", Rays::default().into())] {
+        for level in [2, 3] {
+            let mut gpu = MovingGpu::new(&headless.device, &pipelines, &moving, &corners, method).unwrap();
+            let sphere = LightSphere::new(level);
+            let radiance = vec![Vec3::ONE; sphere.directions().len()];
+            let dark = MovingFrame {
+                palette: Some(&palette),
+                world_from_mesh: Affine3A::IDENTITY,
+                directions: &[],
+                weights: &[],
+                radiance: &[],
+                sun: None,
+                follow: 1.0,
+            };
+            let posed = frames(&headless, &mut gpu, &dark);
+            let sun = Some(MovingSun { direction: Vec3::Y, irradiance: Vec3::ONE, lattice: None });
+            let (directions, weights) = (sphere.directions(), sphere.weights());
+            let whole = MovingFrame { directions, weights, radiance: &radiance, ..dark };
+            let lit = frames(&headless, &mut gpu, &whole);
+            let sunned = frames(&headless, &mut gpu, &MovingFrame { sun, ..whole });
+            let rested = frames(&headless, &mut gpu, &MovingFrame { palette: None, sun, ..whole });
+            println!(
+                "  k = {:4} {who}: pose and fit {posed:.2} ms, light summed and written {rested:.2}, asked {:.1}, the sun {:.1}, all {sunned:.1}",
+                directions.len(),
+                lit - posed - rested,
+                sunned - lit
+            );
         }
     }
 }

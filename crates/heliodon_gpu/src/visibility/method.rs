@@ -2,7 +2,7 @@
 
 use crate::GpuError;
 use crate::hierarchy::Hierarchy;
-use wgpu::{Device, DeviceType};
+use wgpu::Device;
 
 /// How a GPU finds out what reaches what.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,7 +11,7 @@ pub enum Method {
     DepthMaps(DepthMaps),
     /// A ray for each point and direction.
     Rays(Rays),
-    /// Whichever [`Answered::expected`] holds for faster.
+    /// What [`Answered::expected`] says; depth maps where the hierarchy of the triangles is more than a binding of the device holds.
     Auto,
 }
 
@@ -25,10 +25,18 @@ pub enum Answered {
 }
 
 impl Answered {
-    /// PLACEHOLDER
+    /// Which of both is expected to be faster for a mesh, however many directions are asked: all that either does, it does for each of them.
+    ///
+    /// A ray visits about twice `log2(triangles)` boxes, and half of a mesh's points face a direction: `points log2(triangles)` visits. A depth map sets each triangle up,
+    /// draws its texels (some eighteen, half of them hidden), and looks four up for each point. Argued and not measured on a GPU of its own: one that visits 15,000 million boxes
+    /// in a second (500 million rays of 30) sets up 1,500 million small triangles and fills 50,000 million texels, so that a triangle costs 13 visits.
+    ///
+    /// So rays, wherever a mesh has not many more points than triangles. Measured on software Vulkan (llvmpipe, two busy cores), where this holds too: a walker's 8,415 vertices and
+    /// 15,898 triangles from 258 directions 2.0 s by rays and 3.3 by maps, 35,112 and 69,168 of a pebble 8.3 and 10.5. A processor's own rays take a fifteenth.
     #[must_use]
-    pub fn expected(_points: usize, _triangles: usize, _software: bool) -> Self {
-        Self::Rays
+    pub fn expected(points: usize, triangles: usize) -> Self {
+        let (points, triangles) = (points as f64, triangles as f64);
+        if points * triangles.max(2.0).log2() <= 13.0 * triangles + 4.0 * points { Self::Rays } else { Self::DepthMaps }
     }
 }
 
@@ -79,8 +87,7 @@ impl Method {
             Self::Auto => {
                 let limits = device.limits();
                 let fits = Hierarchy::bytes(triangles) <= limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-                let software = device.adapter_info().device_type == DeviceType::Cpu;
-                if fits { Answered::expected(points, triangles, software) } else { Answered::DepthMaps }
+                if fits { Answered::expected(points, triangles) } else { Answered::DepthMaps }
             }
         }
     }
@@ -100,5 +107,18 @@ impl Method {
 
     pub(crate) fn rays(self) -> Rays {
         if let Self::Rays(rays) = self { rays } else { Rays::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn meshes_are_asked_by_rays_and_many_points_over_few_triangles_by_depth_maps() {
+        for (points, triangles) in [(0, 0), (3, 1), (35_000, 70_000), (1_000_000, 2_000_000)] {
+            assert_eq!(Answered::expected(points, triangles), Answered::Rays, "{points} {triangles}");
+        }
+        assert_eq!(Answered::expected(1_000_000, 1000), Answered::DepthMaps);
     }
 }
