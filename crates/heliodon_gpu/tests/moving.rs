@@ -1,6 +1,6 @@
 //! Meshes that are posed and lit on the GPU, against the processor's poses and rays.
 
-#![expect(clippy::unwrap_used, reason = "a test may panic")]
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic, and tell what it found")]
 
 mod figures;
 #[allow(dead_code, reason = "not all of another crate's small files are needed here")]
@@ -63,7 +63,7 @@ fn vectors(buffer: &Buffer) -> Vec<Vec3> {
 }
 
 fn world(gpu: &MovingGpu) -> Vec<Vec3> {
-    read::<[f32; 3]>(gpu.positions()).into_iter().map(Vec3::from).collect()
+    read::<[f32; 3]>(gpu.world_positions()).into_iter().map(Vec3::from).collect()
 }
 
 fn shown(gpu: &MovingGpu) -> Vec<Vec3> {

@@ -1,6 +1,6 @@
 //! The visibility matrix on a GPU, software if need be: analytic scenes, and rays as the truth.
 
-#![expect(clippy::unwrap_used, reason = "a test may panic")]
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic, and tell what it found")]
 
 use glam::Vec3;
 use heliodon_gpu::{Answered, DepthMaps, GpuError, Headless, Method, Rays, VisibilityGpu, headless};

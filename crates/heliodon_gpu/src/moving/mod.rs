@@ -255,7 +255,7 @@ impl MovingGpu {
 
     /// Where the corners are in the world, in metres: three `f32` each, a vertex buffer of stride 12.
     #[must_use]
-    pub fn positions(&self) -> &Buffer {
+    pub fn world_positions(&self) -> &Buffer {
         &self.world
     }
 
@@ -283,7 +283,7 @@ impl MovingGpu {
         if self.atlas.is_some() { Answered::DepthMaps } else { Answered::Rays }
     }
 
-    /// Records a frame: what [`Self::positions`] and [`Self::light`] hold when the encoder's commands are done. It must be submitted before the next is, for the next builds
+    /// Records a frame: what [`Self::world_positions`] and [`Self::light`] hold when the encoder's commands are done. It must be submitted before the next is, for the next builds
     /// on it.
     ///
     /// # Errors
