@@ -5,7 +5,7 @@
 
 use glam::Vec3;
 
-/// Triangles of a leaf at most. Two of them cost about what a box does; `cargo test -p heliodon_gpu --release -- --ignored` tells for the machine at hand.
+/// Triangles of a leaf at most; a triangle is taken to cost what a box does.
 pub(super) const LEAF: usize = 4;
 /// Places along each axis at which a split is tried.
 const BINS: usize = 16;

@@ -98,8 +98,8 @@ pub(crate) struct Hierarchy {
 impl Hierarchy {
     /// Bytes of the largest buffer that so many triangles take.
     pub fn bytes(triangles: usize) -> u64 {
-        // Nodes are 32 bytes, and twice as many as leaves at most.
-        (PLACE_BYTES * triangles as u64).max(64 * triangles as u64)
+        // Nodes: 32 bytes each, and at most twice as many as triangles. Corners take less.
+        64 * triangles as u64
     }
 
     /// Over `triangles` as they lie when `rest` is given; `positions` has a `vec4` for each vertex, its fourth 0 for one that is nowhere. `offset_m` is where rays

@@ -141,7 +141,7 @@ fn survey() {
     extent.radius = max(length(half) * 1.00001, 1e-30);
     extent.anchor = refit.anchor;
     extent.margin = reach * MARGIN;
-    // As `Extent` of extent.rs.
+    // As `start_offset` of hierarchy/mod.rs.
     let rounding = 1.9073486e-6 * max(max(max(far.x, far.y), far.z), reach);
     extent.offset = select(max(max(2e-4 * length(half), rounding), 1e-37), refit.offset, refit.offset >= 0.0);
 }
