@@ -216,16 +216,30 @@ fn a_gpu_answers_as_the_processor_does() {
 
     let desk = Desk::new();
     let (square, wall) = (desk.square(), desk.write("low.obj", "v 1.3 0 -4\nv 1.3 0 4\nv 1.3 8 4\nv 1.3 8 -4\nf 1 2 3 4\n"));
-    let answers = ["cpu", "gpu"].map(|backend| {
-        let out = desk.path("ao.npy");
-        let report = json(&[&"visibility", &square, &wall, &"--backend", &backend, &"-o", &out]);
-        assert_eq!(report["backend"], backend);
-        read_npy_f32(&out).1
-    });
-    for (exact, found) in answers[0].iter().zip(&answers[1]) {
-        assert!((exact - found).abs() < 0.05, "{answers:?}");
+    let out = desk.path("ao.npy");
+    let report = json(&[&"visibility", &square, &wall, &"--backend", &"cpu", &"-o", &out]);
+    assert_eq!((&report["backend"], &report["method"]), (&"cpu".into(), &"rays".into()));
+    let (exact, offset_m) = (read_npy_f32(&out).1, report["offset_m"].as_f64().unwrap());
+    for (method, most) in [("rays", 1e-5), ("maps", 0.05)] {
+        let by = [&"--backend" as &dyn AsRef<std::ffi::OsStr>, &"gpu", &"--gpu-method", &method];
+        let arguments: [&dyn AsRef<std::ffi::OsStr>; 3] = [&"visibility", &square, &wall];
+        let report = json(&[&arguments[..], &by, &[&"-o" as &dyn AsRef<std::ffi::OsStr>, &out]].concat());
+        assert_eq!((&report["backend"], &report["method"]), (&"gpu".into(), &method.into()));
+        let told = report["offset_m"].as_f64();
+        assert_eq!(told.is_some_and(|told| (told - offset_m).abs() < 1e-5 * offset_m), method == "rays");
+        for (exact, found) in exact.iter().zip(&read_npy_f32(&out).1) {
+            assert!((exact - found).abs() < most, "{method}: {found} for {exact}");
+        }
     }
-    assert_eq!(run(&[&"visibility", &square, &"--backend", &"gpu", &"--offset", &"0.1"]).code, 2);
+    for wrong in [
+        ["--backend", "gpu", "--gpu-method", "maps", "--offset", "0.1"],
+        ["--backend", "cpu", "--gpu-method", "rays", "--level", "1"],
+    ] {
+        let arguments: Vec<&dyn AsRef<std::ffi::OsStr>> =
+            [&"visibility" as &dyn AsRef<std::ffi::OsStr>, &square].into_iter().chain(wrong.iter().map(|w| w as _)).collect();
+        assert_eq!(run(&arguments).code, 2, "{wrong:?}");
+    }
+    assert_eq!(run(&[&"visibility", &square, &"--backend", &"gpu", &"--offset", &"0.1"]).code, 0);
 
     let arguments: [&dyn AsRef<std::ffi::OsStr>; 4] = [&"visibility", &square, &"--backend", &"gpu"];
     let nowhere = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"].map(|name| (name, "/nowhere.json"));

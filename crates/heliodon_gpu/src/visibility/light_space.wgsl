@@ -1,9 +1,6 @@
 // Where a point lies as the light of a direction sees it, and on which pixel of the atlas that is.
 
 struct Maps {
-    // The bounding sphere.
-    center: vec3<f32>,
-    inverse_radius: f32,
     // Pixels of a tile and of the atlas, and tiles in a row.
     tile_px: f32,
     atlas_px: f32,
@@ -18,8 +15,18 @@ struct Maps {
     row: u32,
 }
 
+// The bounding sphere, and what only rays need to know.
+struct Extent {
+    center: vec3<f32>,
+    radius: f32,
+    anchor: vec3<f32>,
+    offset: f32,
+    margin: f32,
+}
+
 @group(0) @binding(0) var<uniform> maps: Maps;
-@group(0) @binding(1) var<storage, read> directions: array<vec4<f32>>;
+@group(0) @binding(1) var<uniform> extent: Extent;
+@group(0) @binding(2) var<storage, read> directions: array<vec4<f32>>;
 
 // A texel's width around the sphere: what is looked up beside its edge is still the tile's own.
 const MARGIN: f32 = 2.0;
@@ -35,7 +42,7 @@ fn basis(l: vec3<f32>) -> mat3x3<f32> {
 
 // Across, across, and towards the light, in radii.
 fn light_space(axes: mat3x3<f32>, p: vec3<f32>) -> vec3<f32> {
-    return ((p - maps.center) * maps.inverse_radius) * axes;
+    return ((p - extent.center) / extent.radius) * axes;
 }
 
 // Texels of one radius.

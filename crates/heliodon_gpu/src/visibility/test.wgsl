@@ -3,10 +3,10 @@
 // A point is compared with the four texels around it, each taken at its own middle: there the surface through the point, by its
 // normal, has another depth (receiver plane). It is occluded if the map is nearer, by the bias, on more than half of the weight.
 
-@group(0) @binding(2) var<storage, read> positions: array<vec4<f32>>;
-@group(0) @binding(3) var<storage, read> normals: array<vec4<f32>>;
-@group(0) @binding(4) var depth: texture_depth_2d;
-@group(0) @binding(5) var<storage, read_write> bits: array<u32>;
+@group(0) @binding(3) var<storage, read> positions: array<vec4<f32>>;
+@group(0) @binding(4) var<storage, read> normals: array<vec4<f32>>;
+@group(0) @binding(5) var depth: texture_depth_2d;
+@group(0) @binding(6) var<storage, read_write> bits: array<u32>;
 
 // The steepest slope that is followed, in radii of depth for each radius across: 85 degrees.
 const STEEPEST: f32 = 11.4;

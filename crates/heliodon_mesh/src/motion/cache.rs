@@ -72,18 +72,27 @@ impl Cache {
         self.frames_per_s = frames_per_s;
     }
 
+    /// Which vertices share a normal.
+    pub fn renewal(&self) -> &Renewal {
+        &self.renewal
+    }
+
     pub fn pose(&self, time_s: f32, rest: &Mesh, pose: &mut Pose) {
+        self.place(time_s, &mut pose.positions);
+        self.renewal.renew(rest, &pose.positions, &mut pose.normals);
+    }
+
+    /// Where the vertices are.
+    pub fn place(&self, time_s: f32, positions: &mut Vec<Vec3>) {
         let last = self.samples() - 1;
         let at = (f64::from(time_s) * f64::from(self.frames_per_s) / f64::from(self.frames_per_sample)).clamp(0.0, last as f64);
         let (before, part) = (at as usize, at.fract() as f32);
         let sample = |k: usize| &self.positions[k * self.points..(k + 1) * self.points];
-        let positions = &mut pose.positions;
         positions.clear();
         let between = sample(before).iter().zip(sample((before + 1).min(last)));
         positions.extend(between.map(|(a, b)| *a + (*b - *a) * part));
         for &repeated in &self.appended {
             positions.push(positions[repeated as usize]);
         }
-        self.renewal.renew(rest, &pose.positions, &mut pose.normals);
     }
 }

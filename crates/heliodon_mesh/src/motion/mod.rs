@@ -18,6 +18,7 @@ pub mod pc2;
 mod renewal;
 pub(crate) mod rig;
 mod rigid;
+pub mod rules;
 pub(crate) mod track;
 
 use crate::Mesh;
@@ -27,6 +28,8 @@ use glam::{DAffine3, Vec3};
 use rig::{Rig, Scratch};
 use rigid::Rigid;
 use std::path::Path;
+
+pub use rules::{Palette, PoseRules};
 
 /// Frames a second that a vertex cache is taken to have, since its file does not say: those of European television and of
 /// [`mod@crate::figures::cloth`]. Film and what Blender exports untouched have 24, American television and 3ds Max 30.

@@ -16,7 +16,7 @@ pub(crate) struct Influences {
 }
 
 impl Influences {
-    fn of(&self, vertex: usize) -> &[(u16, f32)] {
+    pub fn of(&self, vertex: usize) -> &[(u16, f32)] {
         &self.pairs[self.starts[vertex] as usize..self.starts[vertex + 1] as usize]
     }
 }

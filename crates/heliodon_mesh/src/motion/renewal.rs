@@ -59,6 +59,11 @@ impl Renewal {
         Self { starts, members }
     }
 
+    /// Vertices that share a normal, group after group.
+    pub fn groups(&self) -> impl Iterator<Item = &[u32]> {
+        self.starts.windows(2).map(|group| &self.members[group[0] as usize..group[1] as usize])
+    }
+
     /// Unit normals of a pose; where no triangle with an area uses a vertex, the rest normal.
     pub fn renew(&self, rest: &Mesh, positions: &[Vec3], normals: &mut Vec<Vec3>) {
         normals.clear();
@@ -69,8 +74,7 @@ impl Renewal {
                 normals[vertex as usize] += (normal * angle).as_vec3();
             }
         }
-        for group in self.starts.windows(2) {
-            let group = &self.members[group[0] as usize..group[1] as usize];
+        for group in self.groups() {
             let sum: Vec3 = group.iter().map(|&i| normals[i as usize]).sum();
             group.iter().for_each(|&i| normals[i as usize] = sum);
         }

@@ -122,9 +122,21 @@ pub(crate) struct Scratch {
     pub renewed: Vec<Vec3>,
 }
 
+impl Scratch {
+    /// The morph weights that were sampled last.
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// The node's `site_from_node` that was sampled last.
+    pub fn global(&self, node: usize) -> Affine {
+        self.globals[node]
+    }
+}
+
 impl Rig {
     /// The values of the nodes and weights at a time of a clip, and where the nodes are by them.
-    fn sample(&self, clip: Option<&RigClip>, time_s: f32, scratch: &mut Scratch) {
+    pub(super) fn sample(&self, clip: Option<&RigClip>, time_s: f32, scratch: &mut Scratch) {
         let Scratch { trs, weights, globals, .. } = scratch;
         trs.clear();
         trs.extend(self.nodes.iter().map(|node| node.trs));
@@ -211,15 +223,12 @@ impl Rig {
         }
     }
 
-    fn joint_matrices(&self, skin: usize, scratch: &mut Scratch) {
+    pub(super) fn joint_matrices(&self, skin: usize, scratch: &mut Scratch) {
         let Skin { joints, binds, centre } = &self.skins[skin];
         scratch.joints.clear();
-        scratch.joints.extend(joints.iter().zip(binds).map(|(&joint, bind)| {
-            let site_from_mesh = scratch.globals[joint].after(bind);
-            let linear = site_from_mesh.linear();
-            let columns = [linear.x_axis, linear.y_axis, linear.z_axis, site_from_mesh.position(*centre)];
-            JointMatrix { columns: columns.map(|column| column.as_vec3().into()) }
-        }));
+        scratch.joints.extend(
+            joints.iter().zip(binds).map(|(&joint, bind)| JointMatrix::of(&scratch.globals[joint].after(bind), *centre)),
+        );
     }
 
     /// Binds the rig to the mesh that the importer made of the same vertices, and puts that into the default pose; no rig where

@@ -399,3 +399,45 @@ fn every_other_format_is_still() {
     import::read_reporting(&path, &ImportOptions::default(), &mut report).unwrap();
     assert!(report.warnings[0].contains("has skins, which are not applied"));
 }
+
+/// Positions by [`motion::rules`], as whoever poses a mesh elsewhere computes them.
+fn by_rules(moving: &MovingMesh, palette: &motion::Palette) -> Vec<Vec3> {
+    let rules = moving.rules();
+    rules.validate().unwrap();
+    let sizes = [palette.matrices.len(), palette.weights.len(), palette.moves.len()];
+    assert_eq!(sizes, [rules.matrices, rules.weights, rules.renews.len()]);
+    let place = |(v, rule): (usize, &motion::rules::VertexRule)| {
+        if !rule.part.is_some_and(|part| palette.moves[part as usize]) {
+            return moving.rest().positions[v];
+        }
+        if rules.cached {
+            return palette.positions[v];
+        }
+        let deltas = &rules.deltas[rule.deltas.start as usize..rule.deltas.end as usize];
+        let p = deltas.iter().fold(rule.position, |p, d| p + d.position * palette.weights[d.weight as usize]);
+        let influences = &rules.influences[rule.influences.start as usize..rule.influences.end as usize];
+        let through = |&(m, share): &(u32, f32)| glam::Mat4::from_cols_array_2d(&palette.matrices[m as usize]) * share;
+        let sum = influences.iter().map(through).fold(glam::Mat4::ZERO, |sum, m| sum + m);
+        sum.transform_point3(p)
+    };
+    rules.vertices.iter().enumerate().map(place).collect()
+}
+
+#[test]
+fn rules_and_palettes_say_what_poses_do() {
+    for bytes in [arm(float_weights), objects(), morphing(true), morphing(false)] {
+        let moving = read(&bytes);
+        let mut palette = motion::Palette::default();
+        for clip in 0..=moving.clips().len() {
+            for time_s in [0.0, 0.3, 0.9, 5.0] {
+                moving.palette(clip, time_s, &mut palette);
+                within(2e-6, &by_rules(&moving, &palette), &posed(&moving, clip, time_s).positions);
+            }
+        }
+        let renews = moving.rules().renews.contains(&true);
+        assert_eq!(renews, bytes == morphing(false), "normals are computed only where nothing says them");
+    }
+    let (still, mut palette) = (MovingMesh::still(read(&objects()).rest().clone()), motion::Palette::default());
+    still.palette(0, 1.0, &mut palette);
+    assert_eq!(by_rules(&still, &palette), still.rest().positions);
+}

@@ -89,7 +89,7 @@ pub fn run(
     let (found, engine) = match gpu {
         Some((mut backend, device)) => {
             let found = frames(app, args, &mut backend, acted, &question, &mut made, phases)?;
-            (found, Engine::gpu(device))
+            (found, Engine::gpu(&backend, device))
         }
         None => by_rays(app, args, acted, &question, &mut made, phases)?,
     };

@@ -25,6 +25,8 @@ pub struct Question<'a> {
 /// Who answered.
 pub struct Engine {
     pub backend: Backend,
+    /// `rays` or `maps`.
+    pub method: &'static str,
     pub device: String,
     pub offset_m: Option<f32>,
 }
@@ -43,7 +45,8 @@ pub fn answer(app: &App, args: &Args, question: &Question<'_>, phases: &mut Phas
     if let Some((mut backend, device)) = gpu(args, mesh.positions.len() as u64 * question.sphere.directions().len() as u64 / 2)?
     {
         phases.time("hierarchy", || backend.set_mesh(&mesh.positions, normals, &mesh.triangles))?;
-        return Ok((ask(Some(app), &mut backend, question, phases)?, Engine::gpu(device)));
+        let found = ask(Some(app), &mut backend, question, phases)?;
+        return Ok((found, Engine::gpu(&backend, device)));
     }
     let mut backend = VisibilityCpu::new(args.offset);
     phases.time("hierarchy", || backend.set_mesh(&mesh.positions, normals, &mesh.triangles))?;
@@ -55,23 +58,26 @@ impl Engine {
     /// Rays have answered.
     pub fn rays(backend: &VisibilityCpu) -> Self {
         let device = crate::output::counted(rayon::current_num_threads() as u64, "thread", "threads");
-        Self { backend: Backend::Cpu, device, offset_m: Some(backend.offset_m()) }
+        Self { backend: Backend::Cpu, method: "rays", device, offset_m: Some(backend.offset_m()) }
     }
 
     /// A GPU of this name has answered.
     #[cfg(feature = "gpu")]
-    pub fn gpu(device: String) -> Self {
-        Self { backend: Backend::Gpu, device, offset_m: None }
+    pub fn gpu(backend: &heliodon_gpu::VisibilityGpu, device: String) -> Self {
+        let rays = backend.answered() == Some(heliodon_gpu::Answered::Rays);
+        let method = if rays { "rays" } else { "maps" };
+        Self { backend: Backend::Gpu, method, device, offset_m: backend.offset_m() }
     }
 }
 
 /// The GPU, if it is to answer about so many rays.
 #[cfg(feature = "gpu")]
 pub fn gpu(args: &Args, rays: u64) -> Result<Option<(heliodon_gpu::VisibilityGpu, String)>> {
-    use heliodon_gpu::{DepthMaps, VisibilityGpu, headless, wgpu};
+    use super::GpuMethod;
+    use heliodon_gpu::{DepthMaps, Method, Rays, VisibilityGpu, headless, wgpu};
 
     let auto = args.backend == Backend::Auto;
-    if args.backend == Backend::Cpu || auto && (rays < GPU_RAYS || args.offset.is_some()) {
+    if args.backend == Backend::Cpu || auto && rays < GPU_RAYS {
         return Ok(None);
     }
     let gpu = match headless() {
@@ -83,7 +89,12 @@ pub fn gpu(args: &Args, rays: u64) -> Result<Option<(heliodon_gpu::VisibilityGpu
     if auto && info.device_type == wgpu::DeviceType::Cpu {
         return Ok(None);
     }
-    Ok(Some((VisibilityGpu::new(&gpu.device, &gpu.queue, &gpu.fault, DepthMaps::default()), info.name)))
+    let method = match (args.gpu_method, args.offset) {
+        (Some(GpuMethod::Maps), _) => DepthMaps::default().into(),
+        (Some(GpuMethod::Rays), offset_m) | (_, offset_m @ Some(_)) => Rays { offset_m }.into(),
+        _ => Method::Auto,
+    };
+    Ok(Some((VisibilityGpu::new(&gpu.device, &gpu.queue, &gpu.fault, method), info.name)))
 }
 
 /// Asks a backend that has the mesh; `app` is told how far it is.

@@ -53,6 +53,10 @@ pub struct Args {
     /// What computes
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     backend: Backend,
+    /// How the GPU finds out what occludes [default: auto]
+    #[cfg(feature = "gpu")]
+    #[arg(long, value_enum, value_name = "METHOD")]
+    gpu_method: Option<GpuMethod>,
     /// Light of this environment (.hdr, .exr), latitude-longitude unless --mapping says otherwise
     #[arg(long, value_name = "SKY")]
     env: Option<PathBuf>,
@@ -98,9 +102,21 @@ enum Backend {
     Auto,
     /// Rays on the processor: exact
     Cpu,
-    /// Depth maps on the GPU
+    /// The GPU
     #[cfg(feature = "gpu")]
     Gpu,
+}
+
+/// How a GPU finds out what occludes.
+#[cfg(feature = "gpu")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum GpuMethod {
+    /// What is expected to be faster for the mesh
+    Auto,
+    /// A ray for each vertex and direction
+    Rays,
+    /// A depth map for each direction: loses contacts narrower than some of its pixels
+    Maps,
 }
 
 #[derive(Serialize)]
@@ -109,6 +125,8 @@ struct VisibilityReport {
     triangles: u64,
     directions: u64,
     backend: Backend,
+    /// `rays` or `maps`.
+    method: &'static str,
     /// Which processor or GPU.
     device: String,
     /// How far off the surface rays start; depth maps have none.
@@ -173,6 +191,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         triangles: scene.mesh.triangles.len() as u64,
         directions: sphere.directions().len() as u64,
         backend: engine.backend,
+        method: engine.method,
         device: engine.device,
         offset_m: engine.offset_m,
         visible: found.matrix.as_ref().map(VisibilityMatrix::visible_count),
@@ -209,10 +228,11 @@ fn still(
 
 fn describe(report: &VisibilityReport) -> String {
     let mut text = format!(
-        "{} vertices, {} triangles, {} directions on {}: mean ambient occlusion {:.4}",
+        "{} vertices, {} triangles, {} directions by {} on {}: mean ambient occlusion {:.4}",
         count(report.vertices),
         count(report.triangles),
         count(report.directions),
+        report.method,
         report.device,
         report.mean_ambient_occlusion
     );
@@ -247,8 +267,13 @@ impl Phases {
 /// Looks whether what is asked for goes together and can be written.
 fn form(args: &Args) -> Result<Option<Written>> {
     #[cfg(feature = "gpu")]
-    if args.offset.is_some() && args.backend == Backend::Gpu {
-        wrong_arguments!("--offset is where rays start, and depth maps have none; leave it out, or say --backend cpu");
+    {
+        if args.offset.is_some() && args.gpu_method == Some(GpuMethod::Maps) {
+            wrong_arguments!("--offset is where rays start, and depth maps have none; leave it out, or say --gpu-method rays");
+        }
+        if args.gpu_method.is_some() && args.backend == Backend::Cpu {
+            wrong_arguments!("--gpu-method is how a GPU computes; leave it out, or say --backend gpu");
+        }
     }
     if args.env.is_none() && args.probe.any() {
         wrong_arguments!("--mapping, --opening and --turn say how --env is read; name one, or leave them out");

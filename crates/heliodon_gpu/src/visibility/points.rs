@@ -1,53 +1,35 @@
-//! The mesh, and other buffers of the GPU.
+//! The mesh.
 
+use super::query::Asked;
 use crate::GpuError;
+use crate::buffers::{filled, fits, storage};
+use crate::hierarchy::{Extent, usable};
 use glam::Vec3;
 use heliodon_math::frame::unit_or;
-use wgpu::util::{BufferInitDescriptor, DeviceExt};
-use wgpu::{BindGroupEntry, Buffer, BufferUsages, Device, Queue};
+use wgpu::{Buffer, BufferUsages, Device, Queue};
 
 /// Vertices that ask and triangles that occlude.
 pub(super) struct Points {
     pub count: u32,
+    /// Fourth: 1, or 0 for a vertex that is nowhere; such a one stands in the middle.
     pub positions: Buffer,
     pub normals: Buffer,
     pub indices: Buffer,
     pub index_count: u32,
-    /// The bounding sphere.
-    pub center: Vec3,
+    /// [`Extent`] with the bounding sphere of the vertices.
+    pub extent: Buffer,
+    /// Its radius.
     pub radius: f32,
     /// The median length of the triangles' edges.
     pub edge: f32,
     /// What the GPU has as well: zero where a vertex sees nothing.
     pub unit_normals: Vec<Vec3>,
+    /// Where the vertices are.
+    pub places: Vec<Vec3>,
+    /// All triangles as they were given.
+    pub all_triangles: Vec<[u32; 3]>,
+    /// Those that a depth map can draw.
     triangles: Vec<[u32; 3]>,
-}
-
-/// As storage buffers have vectors.
-pub(super) fn padded(vectors: &[Vec3]) -> Vec<[f32; 4]> {
-    vectors.iter().map(|v| v.extend(0.0).to_array()).collect()
-}
-
-/// A buffer that shaders read.
-pub(super) fn storage(device: &Device, label: &str, contents: &[u8]) -> Buffer {
-    // An empty binding is none.
-    let contents = if contents.is_empty() { &[0; 16] } else { contents };
-    device.create_buffer_init(&BufferInitDescriptor {
-        label: Some(label),
-        contents,
-        usage: BufferUsages::STORAGE | BufferUsages::COPY_DST,
-    })
-}
-
-/// A buffer of constants.
-pub(super) fn uniform(device: &Device, contents: &[u8]) -> Buffer {
-    device.create_buffer_init(&BufferInitDescriptor { label: Some("uniform"), contents, usage: BufferUsages::UNIFORM })
-}
-
-/// Bindings from 0 on.
-pub(super) fn entries<'a>(buffers: &[&'a Buffer]) -> Vec<BindGroupEntry<'a>> {
-    let entry = |(binding, buffer): (u32, &&'a Buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() };
-    (0..).zip(buffers).map(entry).collect()
 }
 
 /// Edges of so many triangles at most decide the median.
@@ -63,33 +45,32 @@ impl Points {
         if triangles.as_flattened().iter().any(|&i| i >= count) {
             return Err(GpuError::Input("a triangle names a vertex that is not there"));
         }
-        let limits = device.limits();
-        let most_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let needed_bytes = (16 * u64::from(count)).max(12 * triangles.len() as u64);
-        if needed_bytes > most_bytes {
-            let remedy = "split the mesh, or compute on the processor";
-            return Err(GpuError::TooLarge { what: "the vertices", needed_bytes, most_bytes, remedy });
-        }
+        fits(device, "the vertices", needed_bytes, "split the mesh, or compute on the processor")?;
         let kept: Vec<[u32; 3]> =
             triangles.iter().copied().filter(|t| t.iter().all(|&i| positions[i as usize].is_finite())).collect();
         let shape = Shape::of(positions, normals);
-        let init = |label, contents: &[u8], usage| {
-            let contents = if contents.is_empty() { &[0; 16] } else { contents };
-            device.create_buffer_init(&BufferInitDescriptor { label: Some(label), contents, usage })
-        };
         let position_usage = BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::COPY_DST;
+        let constants = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+        let indices = bytemuck::cast_slice(kept.as_flattened());
         Ok(Self {
             count,
-            positions: init("visibility_positions", bytemuck::cast_slice(&padded(&shape.positions)), position_usage),
+            positions: filled(device, "visibility_positions", bytemuck::cast_slice(&shape.flagged(positions)), position_usage),
             normals: storage(device, "visibility_normals", bytemuck::cast_slice(&shape.normals_and_spread(&kept))),
-            indices: init("visibility_indices", bytemuck::cast_slice(kept.as_flattened()), BufferUsages::INDEX),
+            indices: filled(device, "visibility_indices", indices, BufferUsages::INDEX),
             index_count: 3 * kept.len() as u32,
-            center: shape.center,
+            extent: filled(device, "visibility_extent", bytemuck::bytes_of(&shape.extent()), constants),
             radius: shape.radius,
             edge: median_edge(&shape.positions, &kept),
             unit_normals: shape.normals,
+            places: positions.to_vec(),
+            all_triangles: triangles.to_vec(),
             triangles: kept,
         })
+    }
+
+    pub fn asked(&self) -> Asked<'_> {
+        Asked { points: self.count, positions: &self.positions, normals: &self.normals }
     }
 
     pub fn write(&mut self, queue: &Queue, positions: &[Vec3], normals: &[Vec3]) -> Result<(), GpuError> {
@@ -97,10 +78,12 @@ impl Points {
             return Err(GpuError::Input("a mesh that moves keeps its number of vertices"));
         }
         let shape = Shape::of(positions, normals);
-        queue.write_buffer(&self.positions, 0, bytemuck::cast_slice(&padded(&shape.positions)));
+        queue.write_buffer(&self.positions, 0, bytemuck::cast_slice(&shape.flagged(positions)));
         queue.write_buffer(&self.normals, 0, bytemuck::cast_slice(&shape.normals_and_spread(&self.triangles)));
-        (self.center, self.radius, self.unit_normals) = (shape.center, shape.radius, shape.normals);
+        queue.write_buffer(&self.extent, 0, bytemuck::bytes_of(&shape.extent()));
         self.edge = median_edge(&shape.positions, &self.triangles);
+        (self.radius, self.unit_normals) = (shape.radius, shape.normals);
+        self.places.copy_from_slice(positions);
         Ok(())
     }
 }
@@ -119,7 +102,7 @@ impl Shape {
         let (low, high) = finite().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
         let center = if low.x <= high.x { 0.5 * low + 0.5 * high } else { Vec3::ZERO };
         let radius = finite().map(|p| p.distance(center)).fold(0.0, f32::max);
-        let seeing = |(&p, &n): (&Vec3, &Vec3)| if p.is_finite() { unit_or(n, Vec3::ZERO) } else { Vec3::ZERO };
+        let seeing = |(&p, &n): (&Vec3, &Vec3)| if usable(p) { unit_or(n, Vec3::ZERO) } else { Vec3::ZERO };
         Self {
             normals: positions.iter().zip(normals).map(seeing).collect(),
             positions: positions.iter().map(|&p| if p.is_finite() { p } else { center }).collect(),
@@ -127,6 +110,17 @@ impl Shape {
             // A point has a sphere as well; so has what reaches almost to infinity.
             radius: if radius.is_finite() { radius.max(f32::MIN_POSITIVE * 1e8) } else { f32::MAX * 1e-8 },
         }
+    }
+}
+
+impl Shape {
+    /// Positions, and whether each vertex is anywhere.
+    fn flagged(&self, given: &[Vec3]) -> Vec<[f32; 4]> {
+        self.positions.iter().zip(given).map(|(p, &given)| p.extend(f32::from(usable(given))).to_array()).collect()
+    }
+
+    fn extent(&self) -> Extent {
+        Extent { center: self.center.to_array(), radius: self.radius, ..Extent::default() }
     }
 }
 
@@ -150,7 +144,8 @@ impl Shape {
     }
 }
 
-fn median_edge(positions: &[Vec3], triangles: &[[u32; 3]]) -> f32 {
+/// The median length of the triangles' edges, 0 without any.
+pub(crate) fn median_edge(positions: &[Vec3], triangles: &[[u32; 3]]) -> f32 {
     let stride = triangles.len().div_ceil(EDGE_SAMPLE).max(1);
     let edge = |t: &[u32; 3]| positions[t[0] as usize].distance(positions[t[1] as usize]);
     let mut edges: Vec<f32> = triangles.iter().step_by(stride).map(edge).collect();
