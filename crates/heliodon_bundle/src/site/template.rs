@@ -186,8 +186,8 @@ fn write_room(w: &mut Writer, room: &Room) {
 fn write_lamp(w: &mut Writer, lamp: &Lamp) {
     w.line("\n[[light]]  # a lamp, beside sun and sky");
     w.absent("name", lamp.name.as_ref(), "\"oil lamp\"", "for people");
-    w.set("place", &lamp.place, "");
-    w.set("intensity", &lamp.intensity, "irradiance one metre away, in the unit of the sky's");
+    w.set("place", lamp.place, "");
+    w.set("intensity", lamp.intensity, "irradiance one metre away, in the unit of the sky's");
     w.absent("look_at", lamp.look_at.as_ref(), "[0.0, 0.0, 0.0]", "makes it a spot light");
     w.optional("angle_deg", &lamp.angle_deg, &lamp::angle_deg(), "of a spot light's cone");
     w.optional("edge", &lamp.edge, &lamp::edge(), "the part of the half angle in which a spot light fades");
