@@ -1,5 +1,7 @@
 //! The `heliodon` program: arguments, a validated plan, the run; each command in a file of its own.
 
+#[cfg(feature = "viewer")]
+mod acting;
 mod args;
 mod commands;
 mod failure;

@@ -8,6 +8,8 @@ use heliodon_bundle::BundleReader;
 use heliodon_bundle::site::TimeOfDay;
 use heliodon_image::{HdrImage, SrgbImage};
 use heliodon_light::reference::{Camera, ReferenceFrame};
+use crate::acting;
+use heliodon_view::actors::Actors;
 use heliodon_view::headless::{RenderOptions, Renderer, Shot, ShotExposure};
 use heliodon_view::navigation::pose::{Pose, fov_deg};
 use heliodon_view::{Blend, ToneCurve, tonemap};
@@ -36,6 +38,8 @@ pub struct Look {
     pub samples: u32,
     /// How long actors have acted in the first picture, in seconds.
     pub actors_s: f64,
+    /// How they are lit.
+    pub acting: acting::Args,
 }
 
 impl Look {
@@ -52,6 +56,7 @@ impl Look {
             blend: Blend::Smooth,
             samples: RenderOptions::film().samples,
             actors_s: 0.0,
+            acting: acting::Args::default(),
         }
     }
 }
@@ -87,7 +92,9 @@ impl Studio {
             Some(samples) => Painter::Reference(Box::new(ReferenceStage::new(&bundle, samples)?)),
             None => {
                 let options = RenderOptions { samples: look.samples };
-                Painter::Viewer(Box::new(Renderer::new(folder, look.width, look.height, options)?))
+                let mut renderer = Renderer::new(folder, look.width, look.height, options)?;
+                look.acting.apply(&mut renderer.app_mut().world_mut().resource_mut::<Actors>().options);
+                Painter::Viewer(Box::new(renderer))
             }
         };
         let fov_deg = look.fov_deg.unwrap_or_else(|| fov_deg(bundle.manifest()));

@@ -10,7 +10,7 @@ mod glb;
 use glam::{Affine3A, Quat, Vec3};
 use half::f16;
 use heliodon_gpu::moving::{Corner, MovingFrame, MovingGpu, MovingPipelines, MovingSun, SunLattice, follow};
-use heliodon_gpu::wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoderDescriptor, MapMode, PollType};
+use heliodon_gpu::wgpu::{Buffer, BufferDescriptor, BufferSlice, BufferUsages, CommandEncoderDescriptor, MapMode, PollType};
 use heliodon_gpu::{Answered, DepthMaps, GpuError, Headless, Method, Rays, VisibilityGpu, headless};
 use heliodon_math::light_sphere::LightSphere;
 use heliodon_math::visibility::VisibilityBackend;
@@ -45,13 +45,13 @@ fn frame(gpu: &mut MovingGpu, frame: &MovingFrame<'_>) {
     fault.check().unwrap();
 }
 
-fn read<T: bytemuck::Pod>(buffer: &Buffer) -> Vec<T> {
+fn read<T: bytemuck::Pod>(slice: BufferSlice<'_>) -> Vec<T> {
     let (Headless { device, queue, .. }, _) = own();
     let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
-    let size = buffer.size();
+    let size = slice.size().get();
     let readable = device.create_buffer(&BufferDescriptor { label: None, size, usage, mapped_at_creation: false });
     let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
-    encoder.copy_buffer_to_buffer(buffer, 0, &readable, 0, buffer.size());
+    encoder.copy_buffer_to_buffer(slice.buffer(), slice.offset(), &readable, 0, size);
     queue.submit([encoder.finish()]);
     readable.slice(..).map_async(MapMode::Read, |result| result.unwrap());
     device.poll(PollType::wait_indefinitely()).unwrap();
@@ -59,19 +59,30 @@ fn read<T: bytemuck::Pod>(buffer: &Buffer) -> Vec<T> {
 }
 
 fn vectors(buffer: &Buffer) -> Vec<Vec3> {
-    read::<[f32; 4]>(buffer).into_iter().map(|[x, y, z, _]| Vec3::new(x, y, z)).collect()
+    read::<[f32; 4]>(buffer.slice(..)).into_iter().map(|[x, y, z, _]| Vec3::new(x, y, z)).collect()
 }
 
 fn world(gpu: &MovingGpu) -> Vec<Vec3> {
     read::<[f32; 3]>(gpu.world_positions()).into_iter().map(Vec3::from).collect()
 }
 
-fn shown(gpu: &MovingGpu) -> Vec<Vec3> {
-    let of = |[r, g, b, a]: [u16; 4]| {
-        assert_eq!(a, 0);
-        Vec3::from([r, g, b].map(|v| f16::from_bits(v).to_f32()))
+/// Unit normals in the world.
+fn world_normals(gpu: &MovingGpu) -> Vec<Vec3> {
+    let of = |both: [i16; 2]| {
+        let [x, y] = both.map(|v| f32::from(v) / 32767.0);
+        let fold = (x.abs() + y.abs() - 1.0).max(0.0);
+        Vec3::new(x - fold.copysign(x), y - fold.copysign(y), 1.0 - x.abs() - y.abs()).normalize()
     };
-    read::<[u16; 4]>(gpu.light()).into_iter().map(of).collect()
+    read::<[i16; 2]>(gpu.world_normals()).into_iter().map(of).collect()
+}
+
+/// The light, and the sun's part in it.
+fn shown(gpu: &MovingGpu) -> (Vec<Vec3>, Vec<f32>) {
+    let of = |light: [u16; 4]| {
+        let [r, g, b, sun] = light.map(|v| f16::from_bits(v).to_f32());
+        (Vec3::new(r, g, b), sun)
+    };
+    read::<[u16; 4]>(gpu.light().slice(..)).into_iter().map(of).unzip()
 }
 
 /// A frame without light.
@@ -209,7 +220,15 @@ fn figures_are_lit_as_by_the_processor() {
                 for (p, q) in world(&gpu).into_iter().zip(&exact.positions) {
                     assert!(p.distance(place.transform_point3(*q)) < 1e-4, "{name}");
                 }
-                let lit = shown(&gpu);
+                for (n, m) in world_normals(&gpu).into_iter().zip(&exact.normals) {
+                    assert!(n.distance(place.transform_vector3(*m)) < 2e-4, "{name}: {n} for {m}");
+                }
+                let (lit, sunlit) = shown(&gpu);
+                // What comes from the sun is said to.
+                for (light, sun) in lit.iter().zip(&sunlit) {
+                    assert!((*sun * FRAC_1_PI * irradiance).cmple(*light * 1.002 + 1e-3).all(), "{name}: {sun} of {light}");
+                }
+                assert!(sunlit.iter().any(|&sun| sun > 0.3) && sunlit.contains(&0.0), "{name}");
                 let (relative, share) = errors(&lit, &exact, sun, irradiance);
                 let most = most.map_or_else(
                     || {
@@ -283,7 +302,7 @@ fn the_sun_comes_through_a_lattice_and_half_floats_do_not_overflow() {
     let lit = |gpu: &mut MovingGpu, place, irradiance, direction| {
         let sun = Some(MovingSun { direction, irradiance, lattice: Some(lattice) });
         frame(gpu, &MovingFrame { sun, world_from_mesh: place, ..dark(&palette) });
-        shown(gpu)
+        shown(gpu).0
     };
     let pi = Vec3::splat(std::f32::consts::PI);
     // at x = 10, 10, 11
@@ -317,7 +336,7 @@ fn the_sky_s_light_follows_and_the_sun_s_does_not_wait() {
             ..dark(&palette)
         };
         frame(gpu, &frame_of);
-        shown(gpu)[0].x
+        shown(gpu).0[0].x
     };
     let pi = std::f32::consts::PI;
     // the first goes all of the way
@@ -350,7 +369,7 @@ fn a_mesh_at_rest_is_asked_again_only_where_the_question_is_another() {
             follow: 1.0,
         };
         frame(gpu, &of);
-        shown(gpu)
+        shown(gpu).0
     };
     let first = under(&mut gpu, &coarse, Vec3::Y, Some(&palette));
     assert_eq!(under(&mut gpu, &coarse, Vec3::Y, None), first);

@@ -1,6 +1,7 @@
 //! The viewer's own window.
 
 use crate::HeliodonPlugins;
+use crate::actors::{Actors, ActorsOptions};
 use crate::hud::HudPlugin;
 use crate::navigation::{NavigationPlugin, Visitor};
 use crate::stage::Stage;
@@ -26,6 +27,8 @@ pub struct WindowOptions {
     pub blend: Blend,
     /// Samples a pixel: 1, or 4 where a GPU has the time.
     pub samples: u32,
+    /// How actors are lit.
+    pub actors: ActorsOptions,
 }
 
 impl Default for WindowOptions {
@@ -36,6 +39,7 @@ impl Default for WindowOptions {
             clock_s: None,
             blend: Blend::Smooth,
             samples: 1,
+            actors: ActorsOptions::default(),
         }
     }
 }
@@ -86,6 +90,7 @@ pub fn run_window(folder: impl AsRef<Path>, options: &WindowOptions) -> Result<(
     .add_plugins((HeliodonPlugins, NavigationPlugin, HudPlugin));
     let mut lapse = app.world_mut().resource_mut::<TimeLapse>();
     (lapse.day_seconds, lapse.blend) = (options.day_seconds, options.blend);
+    app.world_mut().resource_mut::<Actors>().options = options.actors;
     app.world_mut().resource_mut::<Stage>().open(folder)?;
     app.world_mut().spawn((Visitor::default(), Msaa::from_samples(options.samples)));
     if let Some(clock_s) = options.clock_s {

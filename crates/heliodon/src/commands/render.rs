@@ -1,6 +1,7 @@
 //! `heliodon render`: stills, contact sheets and films.
 
 use crate::App;
+use crate::acting;
 use crate::failure::wrong_arguments;
 use crate::files;
 use crate::film::{self, Film};
@@ -74,6 +75,8 @@ pub struct Args {
     /// How long actors have acted, seconds; in a film, at its beginning
     #[arg(long, value_name = "S", default_value = "0", value_parser = values::elapsed)]
     actors_time: f64,
+    #[command(flatten)]
+    acting: acting::Args,
     /// Let each step hold until the next instead of blending between them
     #[arg(long)]
     hard_steps: bool,
@@ -122,6 +125,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         blend: if args.hard_steps { Blend::Hard } else { Blend::Smooth },
         samples: args.samples.unwrap_or_else(|| usual_samples(work)),
         actors_s: args.actors_time,
+        acting: args.acting,
         ..Look::new(args.size.width, args.size.height)
     };
     files::check_place(&args.output)?;

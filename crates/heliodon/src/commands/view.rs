@@ -1,6 +1,7 @@
 //! `heliodon view`: the viewer's window.
 
 use crate::App;
+use crate::acting;
 use crate::failure::wrong_arguments;
 use crate::values::{self, Size};
 use anyhow::Result;
@@ -9,6 +10,7 @@ use heliodon_bake::plan::{BakeOptions, Plan};
 use heliodon_bundle::manifest::MANIFEST_FILE_NAME;
 use heliodon_bundle::site::{Site, TimeOfDay};
 use heliodon_view::Blend;
+use heliodon_view::actors::ActorsOptions;
 use heliodon_view::window::{WindowOptions, run_window};
 use std::path::{Path, PathBuf};
 
@@ -27,6 +29,8 @@ pub struct Args {
     /// Seconds in which the whole day passes
     #[arg(long, value_name = "S", default_value = "30", value_parser = values::seconds)]
     day_seconds: f64,
+    #[command(flatten)]
+    acting: acting::Args,
     /// Let each step hold until the next instead of blending between them
     #[arg(long)]
     hard_steps: bool,
@@ -40,12 +44,15 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     if app.output.json {
         wrong_arguments!("the viewer has no result to print; leave out --json");
     }
+    let mut actors = ActorsOptions::default();
+    args.acting.apply(&mut actors);
     let options = WindowOptions {
         size: args.size.map(|size| (size.width, size.height)),
         day_seconds: args.day_seconds as f32,
         clock_s: args.time.map(|time| f64::from(time.seconds())),
         blend: if args.hard_steps { Blend::Hard } else { Blend::Smooth },
         samples: args.samples,
+        actors,
     };
     if !matches!(args.samples, 1 | 2 | 4 | 8) {
         wrong_arguments!("--samples is {}: 1, 2, 4 or 8 are possible", args.samples);

@@ -28,9 +28,9 @@ struct Light {
 @group(0) @binding(5) var<storage, read> lattice: array<f32>;
 // rgb: the sky's light as it was shown last.
 @group(0) @binding(6) var<storage, read_write> sky: array<vec4<f32>>;
-// Three numbers a corner.
-@group(0) @binding(7) var<storage, read_write> world: array<f32>;
-// Four half floats a corner.
+// The bits of three numbers a corner; after those of all, the unit normals in the world on the octahedron, 2 x snorm16.
+@group(0) @binding(7) var<storage, read_write> world: array<u32>;
+// Four half floats a corner: the light, and the part of the sun's irradiance / pi in it.
 @group(0) @binding(8) var<storage, read_write> shown: array<vec2<u32>>;
 
 const HALF_MOST: f32 = 65504.0;
@@ -56,6 +56,14 @@ fn reaches(place: vec3<f32>) -> f32 {
     return mix(sides.x, sides.y, part.z);
 }
 
+// Cigolle, Donow, Evangelakos, Mara, McGuire, Meyer: "A Survey of Efficient Representations for Independent Unit Vectors", JCGT 3(2), 2014.
+fn octahedral(n: vec3<f32>) -> u32 {
+    let sum = max(abs(n.x) + abs(n.y) + abs(n.z), 1e-30);
+    let flat = n.xy / sum;
+    let folded = (1.0 - abs(flat.yx)) * select(vec2<f32>(-1.0), vec2<f32>(1.0), flat >= vec2<f32>(0.0));
+    return pack2x16snorm(select(flat, folded, n.z < 0.0));
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let corner = (group.y * light.row + group.x) * 64u + lane;
@@ -63,9 +71,9 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         return;
     }
     let place = (light.world_from_mesh * vec4<f32>(positions[corner].xyz, 1.0)).xyz;
-    world[3u * corner] = place.x;
-    world[3u * corner + 1u] = place.y;
-    world[3u * corner + 2u] = place.z;
+    world[3u * corner] = bitcast<u32>(place.x);
+    world[3u * corner + 1u] = bitcast<u32>(place.y);
+    world[3u * corner + 2u] = bitcast<u32>(place.z);
     var now = gathered[corner].rgb;
     // What was before the first light is not looked at.
     if (light.follow < 1.0) {
@@ -73,10 +81,14 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         now = before + (now - before) * light.follow;
     }
     sky[corner] = vec4<f32>(now, 0.0);
-    let cosine = max(dot(normals[corner].xyz, light.sun), 0.0);
+    let normal = normals[corner].xyz;
+    world[3u * light.corners + corner] = octahedral((light.world_from_mesh * vec4<f32>(normal, 0.0)).xyz);
+    let cosine = max(dot(normal, light.sun), 0.0);
+    var sun = 0.0;
     if (cosine > 0.0 && (sunned[corner] & 1u) == 1u) {
-        now += light.irradiance * (cosine * reaches(place));
+        sun = cosine * reaches(place);
+        now += light.irradiance * sun;
     }
     let exposed = clamp(now, vec3<f32>(0.0), vec3<f32>(HALF_MOST));
-    shown[corner] = vec2<u32>(pack2x16float(exposed.rg), pack2x16float(vec2<f32>(exposed.b, 0.0)));
+    shown[corner] = vec2<u32>(pack2x16float(exposed.rg), pack2x16float(vec2<f32>(exposed.b, sun)));
 }

@@ -20,7 +20,7 @@ use heliodon_mesh::motion::{MovingMesh, Palette, PoseRules};
 use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
 use upload::Upload;
-use wgpu::{Buffer, BufferUsages, CommandEncoder, ComputePipeline, Device};
+use wgpu::{Buffer, BufferSlice, BufferUsages, CommandEncoder, ComputePipeline, Device};
 
 /// The shaders, whole.
 const POSE: &str = include_str!("pose.wgsl");
@@ -136,7 +136,8 @@ pub struct MovingFrame<'a> {
 /// The part of the way that shown light goes in `dt_s` seconds, if it follows within `follow_s`; all of it where nothing came before.
 #[must_use]
 pub fn follow(dt_s: Option<f32>, follow_s: f32) -> f32 {
-    dt_s.map_or(1.0, |dt_s| (1.0 - (-dt_s / follow_s).exp()).clamp(0.0, 1.0))
+    // libm, so that the same frames have the same light everywhere
+    dt_s.map_or(1.0, |dt_s| (1.0 - libm::expf(-dt_s / follow_s)).clamp(0.0, 1.0))
 }
 
 /// What all moving meshes of a device share.
@@ -243,7 +244,7 @@ impl MovingGpu {
             gathered: made("moving_gathered", 16),
             open: made("moving_open", 4),
             sky: made("moving_sky", 16),
-            world: made("moving_world", 12),
+            world: made("moving_world", 16),
             shown: made("moving_light", 8),
             upload,
             asked: None,
@@ -255,11 +256,18 @@ impl MovingGpu {
 
     /// Where the corners are in the world, in metres: three `f32` each, a vertex buffer of stride 12.
     #[must_use]
-    pub fn world_positions(&self) -> &Buffer {
-        &self.world
+    pub fn world_positions(&self) -> BufferSlice<'_> {
+        self.world.slice(..(12 * u64::from(self.upload.corners)).max(12))
     }
 
-    /// Irradiance / pi of the corners, exposed: four `f16` each (red, green, blue, 0), a vertex buffer of stride 8.
+    /// The corners' unit normals in the world, on the octahedron: 2 x snorm16 each, a vertex buffer of stride 4.
+    #[must_use]
+    pub fn world_normals(&self) -> BufferSlice<'_> {
+        self.world.slice(12 * u64::from(self.upload.corners)..)
+    }
+
+    /// Irradiance / pi of the corners, exposed, and the part of the sun's at normal incidence in it that comes straight from the sun: four `f16` each, a vertex buffer
+    /// of stride 8.
     #[must_use]
     pub fn light(&self) -> &Buffer {
         &self.shown

@@ -19,7 +19,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 /// Seconds in which the light from the sky follows: a direction that comes or goes must not be seen as a step.
-const FOLLOW_S: f32 = 0.08;
+pub const FOLLOW_S: f32 = 0.08;
 /// Of a mesh's triangles as many may be unseen when all count as seen.
 const THRESHOLD: f32 = 0.03;
 
@@ -71,6 +71,13 @@ impl Model {
         let lumps = order.chunks(each).map(|part| part.iter().map(|&i| fronts[i as usize]).collect()).collect();
         let fronts = mesh.triangles.len();
         Self { moving, sources, triangles, fronts, lumps }
+    }
+
+    /// The moving mesh's vertex of each vertex here, and its side, as a GPU that poses it takes them.
+    #[must_use]
+    pub fn gpu_corners(&self) -> Vec<heliodon_gpu::moving::Corner> {
+        let corner = |corner: &Corner| heliodon_gpu::moving::Corner { vertex: corner.vertex, back: corner.back };
+        self.sources.iter().map(corner).collect()
     }
 
     /// The mesh and its motions.
@@ -150,6 +157,8 @@ pub struct Figure {
     spheres: HashMap<u32, LightSphere>,
     pose: Pose,
     posed_at: Option<(Option<usize>, f32)>,
+    /// Whether the backend has the mesh at all, and as it is posed.
+    backend_has: [bool; 2],
     /// In its own space, sides included.
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
@@ -181,6 +190,7 @@ impl Figure {
             spheres: HashMap::new(),
             pose: Pose::default(),
             posed_at: None,
+            backend_has: [false; 2],
             positions: vec![Vec3::ZERO; count],
             normals: vec![Vec3::ZERO; count],
             place: Affine3A::IDENTITY,
@@ -224,13 +234,10 @@ impl Figure {
     }
 
     /// Goes to a moment of a clip, and to a place; answers whether the mesh itself has changed.
-    ///
-    /// # Errors
-    /// A mesh that cannot be asked.
-    pub fn go(&mut self, clip: Option<usize>, time_s: f32, place: Affine3A) -> Result<bool, VisibilityCpuError> {
+    pub fn go(&mut self, clip: Option<usize>, time_s: f32, place: Affine3A) -> bool {
         self.place = place;
         if self.posed_at == Some((clip, time_s)) {
-            return Ok(false);
+            return false;
         }
         let rest = self.model.moving.rest();
         let (positions, normals) = match clip {
@@ -243,27 +250,47 @@ impl Figure {
         let first = self.posed_at.replace((clip, time_s)).is_none();
         let mut sources = self.model.sources.iter().zip(&self.positions);
         if !first && sources.all(|(corner, &position)| positions[corner.vertex as usize] == position) {
-            return Ok(false);
+            return false;
         }
         for (i, corner) in self.model.sources.iter().enumerate() {
             let normal = normals[corner.vertex as usize];
             self.positions[i] = positions[corner.vertex as usize];
             self.normals[i] = if corner.back { -normal } else { normal };
         }
-        if first {
-            self.backend.set_mesh(&self.positions, &self.normals, &self.model.triangles[..self.model.fronts])?;
-        } else {
-            self.backend.move_vertices(&self.positions, &self.normals)?;
-        }
+        self.backend_has[1] = false;
         self.filter.reset();
         self.sun_asked = None;
-        Ok(true)
+        true
+    }
+
+    /// Tells the backend how the mesh is posed.
+    fn tell_backend(&mut self) -> Result<(), VisibilityCpuError> {
+        match self.backend_has {
+            [_, true] => {}
+            [true, _] => self.backend.move_vertices(&self.positions, &self.normals)?,
+            [false, _] => {
+                self.backend.set_mesh(&self.positions, &self.normals, &self.model.triangles[..self.model.fronts])?;
+            }
+        }
+        self.backend_has = [true; 2];
+        Ok(())
+    }
+
+    /// The light sphere of a level.
+    pub fn sphere(&mut self, level: u32) -> &LightSphere {
+        self.spheres.entry(level).or_insert_with(|| LightSphere::new(level))
+    }
+
+    /// How the mesh's own directions lie in the world.
+    #[must_use]
+    pub fn turn(&self) -> Mat3A {
+        rotation(self.place)
     }
 
     /// Asks what the eyes need (in the world's space) and lights it; `dt_s` seconds have passed since it was lit last, none for a picture on its own.
     ///
     /// # Errors
-    /// Not posed yet.
+    /// Not posed yet, or a mesh that cannot be asked.
     pub fn illuminate(
         &mut self,
         eyes: &[EyeView],
@@ -272,6 +299,7 @@ impl Figure {
         around: &Surroundings<'_>,
         dt_s: Option<f32>,
     ) -> Result<Asked, VisibilityCpuError> {
+        self.tell_backend()?;
         let place = glam::Mat4::from(self.place);
         let mut new = 0;
         for eye in eyes {
@@ -289,7 +317,7 @@ impl Figure {
         let turn = rotation(self.place);
         let radiance: Vec<Vec3> = sphere.directions().iter().map(|&l| (around.radiance)(turn * l)).collect();
         let sky = self.backend.light(sphere.weights(), &radiance)?.light;
-        let follow = dt_s.map_or(1.0, |dt| 1.0 - libm::expf(-dt / FOLLOW_S));
+        let follow = heliodon_gpu::moving::follow(dt_s, FOLLOW_S);
         if !self.lit {
             // What no eye is thought to see may show at a pixel's edge: then as the rest does on the average.
             let sum: Vec3 = sky.iter().zip(wanted).filter(|(_, wanted)| **wanted).map(|(light, _)| *light).sum();
@@ -396,7 +424,7 @@ mod tests {
     #[test]
     fn a_ball_in_the_open_is_lit_by_all_that_it_faces() {
         let mut figure = figure(ball(1.0, 20));
-        assert!(figure.go(None, 0.0, Affine3A::IDENTITY).unwrap());
+        assert!(figure.go(None, 0.0, Affine3A::IDENTITY));
         let asked = figure.illuminate(&eyes(), FIXED, true, &around(), None).unwrap();
         assert_eq!((asked.directions, asked.vertices), (258, figure.model().vertex_count()));
         let normals = ball(1.0, 20).normals;
@@ -412,10 +440,10 @@ mod tests {
     fn what_is_turned_and_carried_is_not_asked_again() {
         let scene = ball(0.5, 12).and(ground(2.0, 8).moved(Vec3::Y * -0.6));
         let mut carried = figure(scene.clone());
-        carried.go(None, 0.0, Affine3A::IDENTITY).unwrap();
+        carried.go(None, 0.0, Affine3A::IDENTITY);
         carried.illuminate(&eyes(), FIXED, true, &around(), None).unwrap();
         let place = Affine3A::from_rotation_translation(Quat::from_rotation_y(1.1), Vec3::new(0.3, 0.0, -0.2));
-        assert!(!carried.go(None, 0.0, place).unwrap(), "the same shape");
+        assert!(!carried.go(None, 0.0, place), "the same shape");
         let asked = carried.illuminate(&eyes(), FIXED, false, &around(), None).unwrap();
         assert_eq!(asked.vertices, 0);
         // against one that was built there, whose directions are the world's: other directions, nearly the same light
@@ -425,7 +453,7 @@ mod tests {
             ..scene
         };
         let mut built = figure(turned);
-        built.go(None, 0.0, Affine3A::IDENTITY).unwrap();
+        built.go(None, 0.0, Affine3A::IDENTITY);
         built.illuminate(&eyes(), Directions::Fixed(4), true, &around(), None).unwrap();
         let off = carried.light().iter().zip(built.light()).map(|(a, b)| (*a - *b).abs().max_element());
         assert!(off.clone().sum::<f32>() / (built.light().len() as f32) < 0.01);
@@ -439,7 +467,7 @@ mod tests {
         let count = sheet.positions.len();
         let mut figure = figure(sheet);
         assert_eq!(figure.model().vertex_count(), 2 * count);
-        figure.go(None, 0.0, Affine3A::IDENTITY).unwrap();
+        figure.go(None, 0.0, Affine3A::IDENTITY);
         let from_ahead = |direction: Vec3| if direction.z > 0.0 { Vec3::ONE } else { Vec3::ZERO };
         let sun = Some((Vec3::Z, Vec3::splat(std::f32::consts::PI)));
         let around = Surroundings { radiance: &from_ahead, sun, sun_reaches: &|place| if place.x > 0.0 { 1.0 } else { 0.0 } };
@@ -460,7 +488,7 @@ mod tests {
     #[test]
     fn only_what_is_seen_is_asked_and_the_rest_when_it_shows() {
         let mut figure = figure(ball(1.0, 30));
-        figure.go(None, 0.0, Affine3A::IDENTITY).unwrap();
+        figure.go(None, 0.0, Affine3A::IDENTITY);
         let front = figure.illuminate(&[eye(Vec3::Z * 4.0)], FIXED, false, &around(), None).unwrap().vertices;
         let all = figure.model().vertex_count();
         assert!(front * 5 < all * 3 && front * 4 > all, "{front} of {all}");
@@ -479,7 +507,7 @@ mod tests {
     #[test]
     fn light_from_the_sky_follows_and_does_not_jump() {
         let mut figure = figure(ball(1.0, 12));
-        figure.go(None, 0.0, Affine3A::IDENTITY).unwrap();
+        figure.go(None, 0.0, Affine3A::IDENTITY);
         let even = |value: f32| move |_: Vec3| Vec3::splat(value);
         let (dark, bright) = (even(0.0), even(1.0));
         let lit = |figure: &mut Figure, radiance: &dyn Fn(Vec3) -> Vec3, dt_s| {

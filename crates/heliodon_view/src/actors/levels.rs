@@ -17,6 +17,21 @@ pub enum Directions {
     },
 }
 
+impl Directions {
+    /// The level where a GPU asks, which does not say how long it takes: of a budget the level that one is thought to keep while an actor deforms.
+    #[must_use]
+    pub fn on_gpu(self, deforming: bool) -> u32 {
+        match self {
+            Self::Fixed(level) => level,
+            Self::Budget { finest, .. } if deforming => finest.min(MOVING_ON_GPU),
+            Self::Budget { finest, .. } => finest,
+        }
+    }
+}
+
+/// The level of what deforms, where a GPU asks: 258 directions.
+const MOVING_ON_GPU: u32 = 3;
+
 /// While things move no level below this is used: with 18 directions and fewer light jumps from vertex to vertex.
 const COARSEST: u32 = 2;
 

@@ -17,6 +17,7 @@ use heliodon_mesh::motion::{MovingMesh, read_cached, read_moving};
 use heliodon_mesh::{Material, Texture};
 use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// The bundle's actors.
 #[derive(Default)]
@@ -99,8 +100,8 @@ pub fn person(
     let clip = clip.or_else(|| (!moving.clips().is_empty()).then_some(0));
     let duration_s = clip.map_or(0.0, |clip| moving.clips()[clip].duration_s);
     let model = Arc::new(Model::new(moving));
-    let look = look(&model, material);
-    (Person { name: name.to_owned(), figure: Figure::new(model), course, clip, speed, duration_s }, look)
+    let look = Look { model: Some(Arc::clone(&model)), ..look(&model, material) };
+    (Person { name: name.to_owned(), figure: Figure::new(model), course, clip, speed, duration_s, pose: None }, look)
 }
 
 /// The albedo of a model's vertices and triangles.
@@ -139,5 +140,7 @@ fn look(model: &Model, material: Option<&Material>) -> Look {
         indices: triangles.into_iter().flat_map(|(_, t)| t).collect(),
         draws,
         textures,
+        model: None,
+        refused: AtomicBool::new(false),
     }
 }

@@ -23,22 +23,24 @@ use bevy::camera::Camera;
 use bevy::core_pipeline::schedule::camera_driver;
 use bevy::prelude::*;
 use bevy::render::extract_resource::ExtractResourcePlugin;
-use bevy::render::renderer::RenderGraph;
+use bevy::render::renderer::{RenderAdapterInfo, RenderDevice, RenderGraph};
 use bevy::render::{Render, RenderApp, RenderSystems};
 use course::Course;
-use figure::{Asked, Figure, Surroundings};
+use figure::{Asked, FOLLOW_S, Figure, Surroundings};
 use glam::Affine3A;
 use half::f16;
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::grid::{AmbientCube, Grid};
 use heliodon_bundle::moment::Moment;
 use heliodon_math::sh;
-use heliodon_mesh::motion::MovingMesh;
+use heliodon_gpu::MovingPipelines;
+use heliodon_mesh::motion::{MovingMesh, Palette};
 use heliodon_rays::EyeView;
 use levels::Directions;
 use load::Loaded;
-use render::{ActorsFrame, ActorsGpu, Look, Shown};
+use render::{ActorsFrame, ActorsGpu, Look, OnGpu, Shown};
 use shade::Caster;
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -55,8 +57,8 @@ const APART_S: f64 = 0.5;
 pub struct Actors {
     /// Seconds since they began; flows with the app's time, also while the hour stands still.
     pub seconds: f64,
-    /// How many directions are asked for their light.
-    pub directions: Directions,
+    /// How they are lit.
+    pub options: ActorsOptions,
     stage: u64,
     loading: Option<Mutex<Receiver<Loaded>>>,
     /// Added by the app, not yet on the stage.
@@ -65,6 +67,45 @@ pub struct Actors {
     grid: Option<Grid>,
     lit_s: Option<f64>,
     told: Told,
+}
+
+/// How actors are lit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ActorsOptions {
+    /// Who asks for their light.
+    pub backend: Backend,
+    /// From how many directions.
+    pub directions: Directions,
+}
+
+impl Default for ActorsOptions {
+    fn default() -> Self {
+        // A third of a frame of thirty a second; at rest as the monument's own sky.
+        Self { backend: Backend::Auto, directions: Directions::Budget { ms: 12.0, finest: 4 } }
+    }
+}
+
+/// Who poses actors and asks for their light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Backend {
+    /// The GPU that draws, unless it is a processor: that one's own rays are ten times as fast as it is as a GPU.
+    #[default]
+    Auto,
+    /// The processor, by rays, for the vertices that the cameras see.
+    Cpu,
+    /// The GPU that draws: nothing comes back from it. What it refuses is left to the processor.
+    Gpu,
+}
+
+impl Backend {
+    fn is_gpu(self, adapter: Option<&RenderAdapterInfo>, device: Option<&RenderDevice>) -> bool {
+        let wanted = match self {
+            Self::Cpu => false,
+            Self::Gpu => true,
+            Self::Auto => adapter.is_some_and(|adapter| adapter.device_type != wgpu::DeviceType::Cpu),
+        };
+        wanted && device.is_some_and(|device| MovingPipelines::supports(device.wgpu_device()))
+    }
 }
 
 /// What the actors of a frame took.
@@ -76,7 +117,7 @@ pub struct Told {
     pub directions: usize,
     /// Vertices for which anything was asked.
     pub vertices: usize,
-    /// Milliseconds for all of it.
+    /// Milliseconds that the processor took for all of it.
     pub ms: f32,
 }
 
@@ -88,14 +129,15 @@ pub(crate) struct Person {
     clip: Option<usize>,
     speed: f32,
     duration_s: f32,
+    /// What a GPU poses it by, and a number that changes with it.
+    pose: Option<(u64, Arc<Palette>)>,
 }
 
 impl Default for Actors {
     fn default() -> Self {
         Self {
             seconds: 0.0,
-            // A third of a frame of thirty a second; at rest as the monument's own sky.
-            directions: Directions::Budget { ms: 12.0, finest: 4 },
+            options: ActorsOptions::default(),
             stage: 0,
             loading: None,
             added: Vec::new(),
@@ -213,6 +255,7 @@ fn light_actors(
     mut actors: ResMut<Actors>,
     mut frame: ResMut<ActorsFrame>,
     lamps: Option<Res<Lamps>>,
+    (adapter, device): (Option<Res<RenderAdapterInfo>>, Option<Res<RenderDevice>>),
     cameras: Query<(&Camera, &GlobalTransform), With<DaylightCamera>>,
 ) {
     let Some(moment) = &now.moment else { return };
@@ -228,7 +271,8 @@ fn light_actors(
             Some(EyeView { clip_from_mesh, size_px: camera.physical_viewport_size()? })
         })
         .collect();
-    let Actors { seconds, directions, people, grid, lit_s, told, .. } = &mut *actors;
+    let Actors { seconds, options, people, grid, lit_s, told, .. } = &mut *actors;
+    let on_gpu = options.backend.is_gpu(adapter.as_deref(), device.as_deref());
     let passed_s = lit_s.replace(*seconds).map(|lit_s| *seconds - lit_s).filter(|&s| s > 0.0 && s < APART_S);
     let exposure = stage_frame.exposure_stops.exp2();
     let sun = now.has_sun.then(|| (moment.sun_direction, moment.shading.sun_irradiance * exposure));
@@ -236,8 +280,9 @@ fn light_actors(
     let lamps = lamps.is_some_and(|lamps| !lamps.lamps.is_empty());
     let hour = Hour { moment, grid: grid.as_ref(), exposure, sun, lamps };
     let mut shown = Vec::with_capacity(people.len());
-    for person in people.iter_mut() {
-        match person.act(*seconds as f32, &eyes, *directions, &hour, passed_s.map(|s| s as f32)) {
+    for (i, person) in people.iter_mut().enumerate() {
+        let on_gpu = on_gpu && frame.looks.get(i).is_some_and(|look| !look.refused.load(Ordering::Relaxed));
+        match person.act(*seconds as f32, (!on_gpu).then_some(&eyes), options.directions, &hour, passed_s.map(|s| s as f32)) {
             Ok((one, asked)) => {
                 told.directions = told.directions.max(asked.directions);
                 told.vertices += asked.vertices;
@@ -263,10 +308,11 @@ struct Hour<'a> {
 }
 
 impl Person {
+    /// Poses it, and lights what the eyes see; without eyes it says what a GPU needs for both.
     fn act(
         &mut self,
         seconds: f32,
-        eyes: &[EyeView],
+        eyes: Option<&Vec<EyeView>>,
         directions: Directions,
         hour: &Hour<'_>,
         passed_s: Option<f32>,
@@ -279,16 +325,41 @@ impl Person {
             place *= Affine3A::from_mat4(moved.as_affine3().into());
             clip = None;
         }
-        let deforms = self.figure.go(clip, clip_s, place)?;
+        let deforms = self.figure.go(clip, clip_s, place);
         let positions: Vec<Vec3> = self.figure.world_positions().collect();
         let (low, high) = positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |b, &p| (b.0.min(p), b.1.max(p)));
         let field = hour.grid.and_then(|grid| grid.light_at(hour.moment, (low + high) * 0.5)).map(|around| Field::new(&around));
         let suns = hour.grid.map(|grid| SunField::new(grid, hour.moment, low, high));
+        let radiance = |direction| match &field {
+            Some(field) => field.from(direction) * hour.exposure,
+            None => sh::radiance(&hour.moment.sky, direction).max(Vec3::ZERO) * hour.exposure,
+        };
+        let bounds = ((low + high) * 0.5).extend(low.distance(high) * 0.5);
+        let caster = Caster { bounds, lumps: self.figure.lumps() };
+        let Some(eyes) = eyes else {
+            let level = directions.on_gpu(deforms);
+            let pose = self.posed(clip, clip_s, deforms);
+            let turn = self.figure.turn();
+            let sphere = self.figure.sphere(level);
+            let asked = Asked {
+                directions: sphere.directions().len(),
+                vertices: if deforms { positions.len() } else { 0 },
+            };
+            let on_gpu = OnGpu {
+                pose,
+                world_from_mesh: place,
+                directions: sphere.directions().to_vec(),
+                weights: sphere.weights().to_vec(),
+                radiance: sphere.directions().iter().map(|&direction| radiance(turn * direction)).collect(),
+                sun: hour.sun.map(|(direction, irradiance)| (turn.transpose() * direction, irradiance)),
+                sun_field: suns,
+                follow: heliodon_gpu::moving::follow(passed_s, FOLLOW_S),
+            };
+            return Ok((Shown { on_gpu: Some(on_gpu), caster, ..Shown::default() }, asked));
+        };
+        self.pose = None;
         let surroundings = Surroundings {
-            radiance: &|direction| match &field {
-                Some(field) => field.from(direction) * hour.exposure,
-                None => sh::radiance(&hour.moment.sky, direction).max(Vec3::ZERO) * hour.exposure,
-            },
+            radiance: &radiance,
             sun: hour.sun,
             sun_reaches: &|place| suns.as_ref().map_or(1.0, |suns| suns.at(place)),
         };
@@ -297,8 +368,21 @@ impl Person {
             |(light, sun): (&Vec3, &f32)| light.extend(*sun).to_array().map(|v| f16::from_f32(v.clamp(0.0, 65504.0)).to_bits());
         let light = self.figure.light().iter().zip(self.figure.sun()).map(half).collect();
         let normals = if hour.lamps { self.figure.world_normals().map(octahedral).collect() } else { Vec::new() };
-        let bounds = ((low + high) * 0.5).extend(low.distance(high) * 0.5);
-        Ok((Shown { positions, normals, light, caster: Caster { bounds, lumps: self.figure.lumps() } }, asked))
+        Ok((Shown { positions, normals, light, on_gpu: None, caster }, asked))
+    }
+
+    /// What a GPU poses it by.
+    fn posed(&mut self, clip: Option<usize>, clip_s: f32, anew: bool) -> (u64, Arc<Palette>) {
+        match &self.pose {
+            Some(pose) if !anew => pose.clone(),
+            before => {
+                let serial = before.as_ref().map_or(0, |(serial, _)| serial + 1);
+                let mut palette = Palette::default();
+                // Beyond its clips it is at rest.
+                self.figure.model().moving().palette(clip.unwrap_or(usize::MAX), clip_s, &mut palette);
+                self.pose.insert((serial, Arc::new(palette))).clone()
+            }
+        }
     }
 }
 

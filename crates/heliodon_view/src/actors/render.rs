@@ -1,6 +1,8 @@
 //! Actors on the GPU: buffers that are written in every frame, the map of their depth from the sun, and their draws in the stone's own pass.
 
+use super::figure::Model;
 use super::shade::{ACTORS, Caster, SHADE_BYTES, ShadeUniform, TILE_PX, TILES_ACROSS, TILES_DOWN, may_shade};
+use super::sun_field::SunField;
 use crate::daylight::pipelines::{DEPTH_MAP_FORMAT, StagePipelines};
 use crate::daylight::prepare::StageGpu;
 use crate::lamps::maps::LampsGpu;
@@ -12,13 +14,18 @@ use bevy::render::extract_resource::ExtractResource;
 use bevy::render::render_resource::binding_types::{texture_depth_2d, uniform_buffer_sized};
 use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue};
+use glam::Affine3A;
+use heliodon_gpu::moving::MovingSun;
+use heliodon_gpu::{GpuError, Method, MovingFrame, MovingGpu, MovingPipelines};
 use heliodon_image::{SrgbImage, TextureWrap};
+use heliodon_mesh::motion::Palette;
 use std::num::NonZeroU64;
 use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What of an actor stays.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub struct Look {
     /// [`crate::daylight::layout::albedo_roots`] of each vertex.
     pub albedo: Vec<u32>,
@@ -30,6 +37,31 @@ pub struct Look {
     pub draws: Vec<(Range<u32>, Option<usize>)>,
     /// Base colour images, each with its smaller levels.
     pub textures: Vec<(Vec<SrgbImage>, [TextureWrap; 2])>,
+    /// What a GPU poses and lights; none where only a processor can.
+    pub model: Option<Arc<Model>>,
+    /// Set where the GPU could not take it: then the processor lights it.
+    pub refused: AtomicBool,
+}
+
+/// A frame that a GPU poses and lights.
+#[derive(Clone, Debug)]
+pub struct OnGpu {
+    /// The pose, and a number that changes with it.
+    pub pose: (u64, Arc<Palette>),
+    /// Where the mesh stands.
+    pub world_from_mesh: Affine3A,
+    /// Directions in its own space, their solid angles, and the exposed radiance from each.
+    pub directions: Vec<Vec3>,
+    /// Steradians.
+    pub weights: Vec<f32>,
+    /// Exposed.
+    pub radiance: Vec<Vec3>,
+    /// Direction to the sun in the mesh's own space, and its exposed irradiance at normal incidence.
+    pub sun: Option<(Vec3, Vec3)>,
+    /// How much of it the monument lets through.
+    pub sun_field: Option<SunField>,
+    /// [`heliodon_gpu::moving::follow`].
+    pub follow: f32,
 }
 
 /// What of an actor changes.
@@ -41,12 +73,14 @@ pub struct Shown {
     pub normals: Vec<u32>,
     /// Exposed light, half floats.
     pub light: Vec<[u16; 4]>,
+    /// Where a GPU poses and lights it: then there are neither normals nor light here.
+    pub on_gpu: Option<OnGpu>,
     /// How it shades the stone.
     pub caster: Caster,
 }
 
 /// The actors of a frame.
-#[derive(Resource, Clone, Debug, Default, ExtractResource)]
+#[derive(Resource, Clone, Default, ExtractResource)]
 pub struct ActorsFrame {
     /// Changes with the actors.
     pub serial: u64,
@@ -69,6 +103,27 @@ pub struct ActorGpu {
     textures: Vec<Option<BindGroup>>,
     /// The matrix of its tile.
     clip: (Buffer, BindGroup),
+    moving: Option<Moving>,
+    /// Where this frame's positions and light are.
+    shown: Source,
+}
+
+/// Where an actor's positions and light are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Source {
+    /// Nowhere yet.
+    #[default]
+    Nowhere,
+    /// In buffers that the processor has written.
+    Written,
+    /// In those of [`Moving`].
+    Moving,
+}
+
+/// A mesh that the GPU poses, and the number of its last pose.
+struct Moving {
+    mesh: MovingGpu,
+    posed: Option<u64>,
 }
 
 /// The map of depths from the sun, and who reads it.
@@ -89,6 +144,8 @@ pub struct ActorsGpu {
     casting: usize,
     /// Whether there are actors that cast, or lamps.
     near: bool,
+    shared: SharedPipelines,
+    frame: ActorsFrame,
     casters: Vec<Caster>,
     /// Spheres around all actors, radius in w.
     bounds: Vec<Vec4>,
@@ -186,16 +243,84 @@ impl ActorGpu {
             draws: look.draws.clone(),
             textures: textures.collect(),
             clip: (clip, clip_group),
+            moving: None,
+            shown: Source::Nowhere,
         }
     }
 }
 
 impl ActorGpu {
+    /// Positions, light and normals, where there are any.
+    fn vertices(&self) -> Option<[wgpu::BufferSlice<'_>; 3]> {
+        match (self.shown, &self.moving) {
+            (Source::Written, _) => Some([&self.positions, &self.light, &self.normals].map(|buffer| *buffer.slice(..))),
+            (Source::Moving, Some(Moving { mesh, .. })) => {
+                Some([mesh.world_positions(), mesh.light().slice(..), mesh.world_normals()])
+            }
+            _ => None,
+        }
+    }
+
+    /// Takes a frame to the GPU.
+    fn take(&mut self, shown: &Shown, look: &Look, device: &RenderDevice, queue: &RenderQueue, shared: &mut SharedPipelines) {
+        if shown.on_gpu.is_none() {
+            queue.write_buffer(&self.positions, 0, bytemuck::cast_slice(&shown.positions));
+            queue.write_buffer(&self.light, 0, bytemuck::cast_slice(&shown.light));
+            queue.write_buffer(&self.normals, 0, bytemuck::cast_slice(&shown.normals));
+            self.shown = Source::Written;
+            return;
+        }
+        self.shown = Source::Nowhere;
+        if let (None, Some(model)) = (&self.moving, &look.model) {
+            let device = device.wgpu_device();
+            let pipelines = shared.get_or_insert_with(|| Arc::new(MovingPipelines::new(device)));
+            match MovingGpu::new(device, pipelines, model.moving(), &model.gpu_corners(), Method::Auto) {
+                Ok(mesh) => self.moving = Some(Moving { mesh, posed: None }),
+                Err(error) => refuse(look, &error),
+            }
+        }
+    }
+
+    /// Records how it is posed and lit, where the GPU does that.
+    fn record(&mut self, encoder: &mut CommandEncoder, shown: &Shown, look: &Look) {
+        let (Some(frame), Some(moving)) = (&shown.on_gpu, &mut self.moving) else { return };
+        let (serial, palette) = &frame.pose;
+        let lattice = frame.sun_field.as_ref().map(SunField::lattice);
+        let sun = frame.sun.map(|(direction, irradiance)| MovingSun { direction, irradiance, lattice });
+        let recorded = moving.mesh.record(
+            encoder,
+            &MovingFrame {
+                palette: (moving.posed != Some(*serial)).then_some(&**palette),
+                world_from_mesh: frame.world_from_mesh,
+                directions: &frame.directions,
+                weights: &frame.weights,
+                radiance: &frame.radiance,
+                sun,
+                follow: frame.follow,
+            },
+        );
+        match recorded {
+            Ok(()) => (moving.posed, self.shown) = (Some(*serial), Source::Moving),
+            Err(error) => refuse(look, &error),
+        }
+    }
+
     /// Draws its depth.
     pub fn draw_depth(&self, pass: &mut wgpu::RenderPass<'_>) {
-        pass.set_vertex_buffer(0, *self.positions.slice(..));
+        let Some([positions, ..]) = self.vertices() else { return };
+        pass.set_vertex_buffer(0, positions);
         pass.set_index_buffer(*self.indices.slice(..), IndexFormat::Uint32);
         pass.draw_indexed(0..self.index_count, 0, 0..1);
+    }
+}
+
+/// What all actors that a GPU poses share, once there is one.
+type SharedPipelines = Option<Arc<MovingPipelines>>;
+
+/// Leaves an actor to the processor.
+fn refuse(look: &Look, error: &GpuError) {
+    if !look.refused.swap(true, Ordering::Relaxed) {
+        warn!("an actor is lit by the processor: {error}");
     }
 }
 
@@ -209,8 +334,9 @@ impl ActorsGpu {
         lamps: Option<&LampsGpu>,
     ) {
         for (number, actor) in self.actors.iter().enumerate() {
-            pass.set_vertex_buffer(0, *actor.positions.slice(..));
-            pass.set_vertex_buffer(1, *actor.light.slice(..));
+            let Some([positions, light, normals]) = actor.vertices() else { continue };
+            pass.set_vertex_buffer(0, positions);
+            pass.set_vertex_buffer(1, light);
             pass.set_vertex_buffer(2, *actor.albedo.slice(..));
             pass.set_index_buffer(*actor.indices.slice(..), IndexFormat::Uint32);
             let shaded = shaded.zip(self.shade()).filter(|_| self.is_shaded(number, lamps));
@@ -222,9 +348,9 @@ impl ActorsGpu {
                 }
                 None => (plain, 1),
             };
-            let normals = shaded.and(lamps).map(|_| &actor.normals);
-            for (slot, buffer) in (3..).zip(normals.into_iter().chain([&actor.uvs])) {
-                pass.set_vertex_buffer(slot, *buffer.slice(..));
+            let normals = shaded.and(lamps).map(|_| normals);
+            for (slot, buffer) in (3..).zip(normals.into_iter().chain([*actor.uvs.slice(..)])) {
+                pass.set_vertex_buffer(slot, buffer);
             }
             // By its instance an actor that casts is known from the others.
             let instance = if number < self.casting { number as u32 + 1 } else { 0 };
@@ -291,13 +417,12 @@ pub fn prepare_actors(
     }
     (gpu.casting, gpu.near) = (0, false);
     (gpu.casters, gpu.bounds) = (Vec::new(), Vec::new());
+    gpu.frame = frame.clone();
     // Who was added in this frame is not lit yet.
     let shown = if frame.shown.len() == gpu.actors.len() { &frame.shown[..] } else { &[] };
     let Some(moment) = stage.moment.as_ref().filter(|_| !shown.is_empty() || lamps.any()) else { return };
-    for (actor, shown) in gpu.actors.iter().zip(shown) {
-        queue.write_buffer(&actor.positions, 0, bytemuck::cast_slice(&shown.positions));
-        queue.write_buffer(&actor.light, 0, bytemuck::cast_slice(&shown.light));
-        queue.write_buffer(&actor.normals, 0, bytemuck::cast_slice(&shown.normals));
+    for ((actor, shown), look) in gpu.actors.iter_mut().zip(shown).zip(frame.looks.iter()) {
+        actor.take(shown, look, &device, &queue, &mut gpu.shared);
     }
     let map = gpu.map.get_or_insert_with(|| ShadowMap::new(&device, pipelines.caster(&mut cache)));
     map.bind(&device, &cache, &mut lamps);
@@ -317,8 +442,12 @@ pub fn prepare_actors(
     (gpu.casters, gpu.sun_direction) = (casters, moment.sun_direction);
 }
 
-/// Draws the actors' depth from the sun.
-pub fn cast_shadows(gpu: Res<ActorsGpu>, cache: Res<PipelineCache>, mut context: RenderContext) {
+/// Poses and lights the actors that the GPU does that for, and draws the depth of all from the sun.
+pub fn cast_shadows(mut gpu: ResMut<ActorsGpu>, cache: Res<PipelineCache>, mut context: RenderContext) {
+    let ActorsGpu { actors, frame, .. } = &mut *gpu;
+    for ((actor, shown), look) in actors.iter_mut().zip(frame.shown.iter()).zip(frame.looks.iter()) {
+        actor.record(context.command_encoder(), shown, look);
+    }
     let Some(map) = gpu.map.as_ref().filter(|_| gpu.casting > 0) else { return };
     let Some(pipeline) = cache.get_render_pipeline(map.pipeline) else { return };
     let depth = RenderPassDepthStencilAttachment {

@@ -3,6 +3,7 @@
 use glam::{DVec3, IVec3, Vec3};
 use heliodon_bundle::grid::Grid;
 use heliodon_bundle::moment::Moment;
+use heliodon_gpu::moving::SunLattice;
 
 /// Lattice points around an actor at most; larger ones are lit as their middle is.
 const MOST_POINTS: i32 = 20_000;
@@ -39,6 +40,13 @@ impl SunField {
             }
         }
         Self { origin: place(0, 0, 0), spacing_m: spacing_m as f32, size, reached }
+    }
+
+    /// The lattice, as a GPU takes it.
+    #[must_use]
+    pub fn lattice(&self) -> SunLattice<'_> {
+        let size = self.size.as_uvec3().to_array();
+        SunLattice { origin: self.origin, spacing_m: self.spacing_m, size, reached: &self.reached }
     }
 
     /// The part of the sun that reaches a place, 0 to 1.

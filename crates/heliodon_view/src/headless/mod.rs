@@ -171,7 +171,7 @@ impl Renderer {
         app.world_mut().resource_mut::<TimeLapse>().playing = false;
         // A picture does not depend on how fast the machine is.
         let level = if samples > RenderOptions::film().samples { STILL_LEVEL } else { FILM_LEVEL };
-        app.world_mut().resource_mut::<Actors>().directions = Directions::Fixed(level);
+        app.world_mut().resource_mut::<Actors>().options.directions = Directions::Fixed(level);
 
         let most = readback::longest_side(&app) / samples;
         if !(1..=most).contains(&width) || !(1..=most).contains(&height) {

@@ -91,7 +91,7 @@ impl Plugin for LampsPlugin {
                     .before(prepare_actors)
                     .before(prepare_views),
             )
-            .add_systems(RenderGraph, maps::cast_shadows.before(camera_driver));
+            .add_systems(RenderGraph, maps::cast_shadows.after(crate::actors::render::cast_shadows).before(camera_driver));
     }
 }
 
