@@ -1,5 +1,6 @@
 //! Where pictures are made: everything of the program that needs the viewer or the reference path tracer.
 
+use crate::acting;
 use crate::reference::{self, ReferenceStage};
 use crate::values::Exposure;
 use anyhow::{Result, bail};
@@ -8,7 +9,6 @@ use heliodon_bundle::BundleReader;
 use heliodon_bundle::site::TimeOfDay;
 use heliodon_image::{HdrImage, SrgbImage};
 use heliodon_light::reference::{Camera, ReferenceFrame};
-use crate::acting;
 use heliodon_view::actors::Actors;
 use heliodon_view::headless::{RenderOptions, Renderer, Shot, ShotExposure};
 use heliodon_view::navigation::pose::{Pose, fov_deg};

@@ -24,8 +24,6 @@ use heliodon_math::color::{linear_from_srgb, srgb_from_linear};
 use heliodon_math::random::{hash3_u32, unit_f32};
 use heliodon_math::sphere::direction_from_azimuth_elevation;
 use heliodon_sky::lapse::{Fitted, Lapse, LapseStep, Sun, SunBounceBasis};
-use heliodon_view::actors::Actors;
-use heliodon_view::actors::course::Course;
 use heliodon_view::headless::{RenderOptions, Renderer, Shot, ShotExposure};
 use heliodon_view::{DaylightCamera, Pose, ToneCurve};
 use std::path::Path;
@@ -513,61 +511,4 @@ fn the_same_shot_is_the_same_picture() {
         .unwrap();
     assert!(film.iter().eq(one_by_one.iter().rev()));
     assert!(film[0] != film[3]);
-}
-
-#[test]
-fn an_actor_is_lit_and_takes_the_sun_from_the_ground_behind_it() {
-    let folder = tempfile::tempdir().unwrap();
-    let bundle = folder.path().join("court");
-    let court = common::Court { shafts: (1, 1), sun_steps: 4, sky_columns: 64, ..common::Court::small() };
-    court.write(&bundle).unwrap();
-    let mut renderer = Renderer::new(&bundle, 192, 144, RenderOptions { samples: 1 }).unwrap();
-    let eye = Vec3::new(3.0, 6.0, 14.0);
-    let target = Vec3::new(0.0, 0.0, 6.0);
-    let day = Day::new(BundleReader::open(&bundle).unwrap().lapse().clone());
-    let (first, last) = day.span_seconds();
-    let clock_s = 0.5 * (first + last);
-    let shot = Shot { pose: Pose::looking(eye, target), fov_deg: 60.0, ..renderer.home_shot(clock_s) };
-    let empty = renderer.render_linear(&shot).unwrap();
-    let moment = day.at(clock_s, Blend::Smooth);
-    assert!(moment.sun_irradiance.max_element() > 0.0);
-
-    let cube = heliodon_testkit::scenes::cuboid(Vec3::new(-0.4, 0.8, -0.4), Vec3::new(0.4, 1.6, 0.4), 6);
-    let mesh = heliodon_mesh::Mesh {
-        positions: cube.positions,
-        normals: cube.normals,
-        triangles: cube.triangles,
-        ..heliodon_mesh::Mesh::default()
-    };
-    let moving = heliodon_mesh::motion::MovingMesh::still(mesh);
-    let course = Course::stands(target, 0.0);
-    renderer.app_mut().world_mut().resource_mut::<Actors>().add("cube", moving, None, 1.0, course);
-    // Taken in one frame, lit and drawn from the next on.
-    for _ in 0..3 {
-        renderer.render_linear(&shot).unwrap();
-    }
-    let with = renderer.render_linear(&shot).unwrap();
-    assert_eq!(renderer.render_linear(&shot).unwrap().pixels, with.pixels, "a picture depends on its shot alone");
-
-    // Where a point of the world is in the picture.
-    let half = 30f32.to_radians().tan();
-    let pixel = |place: Vec3| {
-        let view = shot.pose.rotation().inverse() * (place - eye);
-        let x = 0.5 + 0.5 * view.x / -view.z / (half * 4.0 / 3.0);
-        let y = 0.5 - 0.5 * view.y / -view.z / half;
-        (y * 144.0) as usize * 192 + (x * 192.0) as usize
-    };
-    let shadow = pixel(target + Vec3::Y * 1.2 - moment.sun_direction * (1.2 / moment.sun_direction.y));
-    let (before, after) = (empty.pixels[shadow], with.pixels[shadow]);
-    assert!(after.max_element() < 0.8 * before.max_element(), "in the shadow {after} after {before}");
-    assert!(after.min_element() > 0.0, "the sky stays");
-    let top = with.pixels[pixel(target + Vec3::new(0.0, 1.6, 0.1))];
-    // An albedo of half, in the open: the sun and the sky that a level surface gets, to what 66 directions and 4 coefficients say.
-    let facing = moment.sun_direction.y * std::f32::consts::FRAC_1_PI;
-    assert!(top.max_element() > 0.5 * 0.9 * (moment.shading.sun_irradiance * facing).max_element(), "{top}");
-    // Far away nothing has changed.
-    let far = pixel(Vec3::new(-7.0, 0.0, -4.0));
-    assert_eq!(empty.pixels[far], with.pixels[far]);
-    let changed = empty.pixels.iter().zip(&with.pixels).filter(|(a, b)| a != b).count();
-    assert!(changed * 4 < with.pixels.len(), "{changed} pixels");
 }

@@ -101,7 +101,7 @@ pub fn person(
     let duration_s = clip.map_or(0.0, |clip| moving.clips()[clip].duration_s);
     let model = Arc::new(Model::new(moving));
     let look = Look { model: Some(Arc::clone(&model)), ..look(&model, material) };
-    (Person { name: name.to_owned(), figure: Figure::new(model), course, clip, speed, duration_s, pose: None }, look)
+    (Person { name: name.to_owned(), figure: Figure::new(model), course, clip, speed, duration_s, pose: None, poses: 0 }, look)
 }
 
 /// The albedo of a model's vertices and triangles.

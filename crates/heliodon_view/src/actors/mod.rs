@@ -32,8 +32,8 @@ use half::f16;
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::grid::{AmbientCube, Grid};
 use heliodon_bundle::moment::Moment;
-use heliodon_math::sh;
 use heliodon_gpu::MovingPipelines;
+use heliodon_math::sh;
 use heliodon_mesh::motion::{MovingMesh, Palette};
 use heliodon_rays::EyeView;
 use levels::Directions;
@@ -129,8 +129,9 @@ pub(crate) struct Person {
     clip: Option<usize>,
     speed: f32,
     duration_s: f32,
-    /// What a GPU poses it by, and a number that changes with it.
-    pose: Option<(u64, Arc<Palette>)>,
+    /// What a GPU poses it by, and the number of poses so far.
+    pose: Option<Arc<Palette>>,
+    poses: u64,
 }
 
 impl Default for Actors {
@@ -341,10 +342,7 @@ impl Person {
             let pose = self.posed(clip, clip_s, deforms);
             let turn = self.figure.turn();
             let sphere = self.figure.sphere(level);
-            let asked = Asked {
-                directions: sphere.directions().len(),
-                vertices: if deforms { positions.len() } else { 0 },
-            };
+            let asked = Asked { directions: sphere.directions().len(), vertices: if deforms { positions.len() } else { 0 } };
             let on_gpu = OnGpu {
                 pose,
                 world_from_mesh: place,
@@ -373,16 +371,14 @@ impl Person {
 
     /// What a GPU poses it by.
     fn posed(&mut self, clip: Option<usize>, clip_s: f32, anew: bool) -> (u64, Arc<Palette>) {
-        match &self.pose {
-            Some(pose) if !anew => pose.clone(),
-            before => {
-                let serial = before.as_ref().map_or(0, |(serial, _)| serial + 1);
-                let mut palette = Palette::default();
-                // Beyond its clips it is at rest.
-                self.figure.model().moving().palette(clip.unwrap_or(usize::MAX), clip_s, &mut palette);
-                self.pose.insert((serial, Arc::new(palette))).clone()
-            }
+        if let Some(pose) = self.pose.as_ref().filter(|_| !anew) {
+            return (self.poses, Arc::clone(pose));
         }
+        self.poses += 1;
+        let mut palette = Palette::default();
+        // Beyond its clips it is at rest.
+        self.figure.model().moving().palette(clip.unwrap_or(usize::MAX), clip_s, &mut palette);
+        (self.poses, Arc::clone(self.pose.insert(Arc::new(palette))))
     }
 }
 
