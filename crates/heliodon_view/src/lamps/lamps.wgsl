@@ -3,8 +3,8 @@
 const LAMPS: u32 = 8u;
 const LAMP_TILES_ACROSS: u32 = 8u;
 const LAMP_TILE_PX: f32 = 512.0;
-// How far off the surface, in texels, and how much nearer to the lamp, in parts of the depth, what casts a shadow on it must be.
-const LAMP_OFFSET: f32 = 1.5;
+// How far off the surface, in texels, a shadow is looked for: two, as far as samples are taken, where light grazes it, and a little for rounding.
+const LAMP_OFFSET: vec2<f32> = vec2<f32>(0.3, 2.0);
 const LAMP_BIAS: f32 = 2e-5;
 
 struct Lamps {
@@ -34,8 +34,8 @@ fn lamp_passes(lamp: u32, place: vec3<f32>, normal: vec3<f32>, to: vec3<f32>) ->
     let of_cube = select(by_z, select(1u, 0u, away.x > 0.0), size.x >= size.y && size.x >= size.z);
     let tile = u32(max(shadow.x, 0.0)) + select(of_cube, 0u, shadow.y < 2.0);
     // The more obliquely light falls, the farther off the surface.
-    let oblique = 1.0 - clamp(dot(normal, to) * inverseSqrt(dot(to, to)), 0.0, 1.0);
-    let off = normal * (LAMP_OFFSET * (0.3 + oblique) * shadow.z * length(to));
+    let cosine = clamp(dot(normal, to) * inverseSqrt(dot(to, to)), 0.0, 1.0);
+    let off = normal * (dot(LAMP_OFFSET, vec2<f32>(1.0, sqrt(1.0 - cosine * cosine))) * shadow.z * length(to));
     let clip = lamps.clip_from_world[tile] * vec4<f32>(place + off, 1.0);
     let at = clip.xyz / clip.w;
     let corner = vec2<f32>(f32(tile % LAMP_TILES_ACROSS), f32(tile / LAMP_TILES_ACROSS));
