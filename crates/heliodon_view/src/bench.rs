@@ -1,6 +1,7 @@
 //! How long a frame takes: the measure of `heliodon bench` and of `examples/frame_time.rs`.
 
 use crate::HeliodonPlugins;
+use crate::actors::{Actors, ActorsOptions, Told};
 use crate::daylight::DaylightCamera;
 use crate::headless::fault::DeviceFault;
 use crate::navigation::pose::{Pose, fov_deg};
@@ -38,11 +39,13 @@ pub struct FrameBench {
     pub frames: u32,
     /// The eye; `None` for the bundle's beginning.
     pub pose: Option<Pose>,
+    /// How actors are lit.
+    pub actors: ActorsOptions,
 }
 
 impl Default for FrameBench {
     fn default() -> Self {
-        Self { width: 1024, height: 768, playing: true, swaying: false, warm_up: 60, frames: 100, pose: None }
+        Self { width: 1024, height: 768, playing: true, swaying: false, warm_up: 60, frames: 100, pose: None, actors: ActorsOptions::default() }
     }
 }
 
@@ -78,6 +81,8 @@ pub struct FrameTimes {
     pub device: String,
     /// Memory of the process at the end, bytes; `None` where the system does not tell.
     pub resident_bytes: Option<u64>,
+    /// What the actors of the last frame took.
+    pub actors: Told,
 }
 
 /// Resident memory of this process.
@@ -128,6 +133,7 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
     )
     .add_plugins((HeliodonPlugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
     app.world_mut().resource_mut::<TimeLapse>().playing = bench.playing;
+    app.world_mut().resource_mut::<Actors>().options = bench.actors;
     let target = Image::new_target_texture(bench.width, bench.height, TextureFormat::Rgba8UnormSrgb, None);
     let target = app.world_mut().resource_mut::<Assets<Image>>().add(target);
     let camera = app.world_mut().spawn((DaylightCamera, RenderTarget::from(target))).id();
@@ -146,6 +152,7 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
     app.insert_resource(clock.clone()).insert_resource(fault.clone()).add_systems(
         Update,
         move |stage: Res<Stage>,
+              actors: Res<Actors>,
               clock: Res<Clock>,
               fault: Res<DeviceFault>,
               adapter: Option<Res<RenderAdapterInfo>>,
@@ -162,7 +169,7 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
                 exit.write(AppExit::error());
                 return;
             }
-            if !(stage.is_complete() || *stage.status() == StageStatus::Empty) {
+            if !(stage.is_complete() && actors.is_complete() || *stage.status() == StageStatus::Empty) {
                 return;
             }
             let (first, last) = lapse.span_s();
@@ -185,6 +192,7 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
                         processor_ms: before.zip(processor_ms()).map(|(before, after)| (after - before) / frames),
                         device: adapter.map_or_else(String::new, |info| info.name.clone()),
                         resident_bytes: resident_bytes(),
+                        actors: actors.told(),
                     }));
                 }
                 exit.write(AppExit::Success);

@@ -59,6 +59,9 @@ pub struct Args {
     /// For motion: a vertex cache (.pc2) that moves the mesh
     #[arg(long, value_name = "FILE")]
     cache: Option<PathBuf>,
+    #[cfg(feature = "viewer")]
+    #[command(flatten)]
+    acting: crate::acting::Args,
     /// Also write the mesh as OBJ, for programs to compare with
     #[arg(long, value_name = "FILE")]
     write_obj: Option<PathBuf>,
@@ -231,15 +234,23 @@ fn bench_frame(args: &Args) -> Result<Figures> {
     let mut figures = figures(args, bundle.manifest().site.name.clone(), &Mesh::default());
     (figures.vertices, figures.triangles) = (bundle.vertex_count(), bundle.triangle_count());
     drop(bundle);
-    let empty = frame_times(None, FrameBench::default())?;
+    let mut bench = FrameBench::default();
+    args.acting.apply(&mut bench.actors);
+    let empty = frame_times(None, bench)?;
     for _ in 0..args.runs {
-        let times = frame_times(Some(folder), FrameBench::default())?;
+        let times = frame_times(Some(folder), bench)?;
         figures.seconds.push(times.mean_ms / 1e3);
         if let (Some(with), Some(without)) = (times.resident_bytes, empty.resident_bytes) {
             figures.more.insert("resident_bytes_beyond_an_empty_scene".to_owned(), with as f64 - without as f64);
         }
         if let Some(ms) = times.processor_ms {
             figures.more.insert("processor_ms".to_owned(), ms);
+        }
+        let told = times.actors;
+        if told.actors > 0 {
+            figures.more.insert("actors_directions".to_owned(), told.directions as f64);
+            figures.more.insert("actors_vertices".to_owned(), told.vertices as f64);
+            figures.more.insert("actors_ms".to_owned(), f64::from(told.ms));
         }
         figures.scene = format!("{} on {}", figures.scene.split(" on ").next().unwrap_or_default(), times.device);
     }

@@ -8,6 +8,14 @@ use heliodon_math::frame::{orthonormal_basis, unit_or};
 pub const ACTORS: usize = 8;
 /// Spheres of each; `SPHERES` in shade.wgsl.
 pub const SPHERES: usize = 24;
+/// Spheres that stand for several of them from afar; `MERGED` in shade.wgsl.
+const MERGED: usize = SPHERES / MERGE;
+/// How many spheres are one from afar.
+const MERGE: usize = 4;
+/// Both together; `ALL_SPHERES` in shade.wgsl.
+const ALL_SPHERES: usize = SPHERES + MERGED;
+/// How many radii of an actor from its middle that is.
+const FAR: f32 = 1.25;
 /// Texels of a tile's side: 4 mm for somebody who fits into two metres.
 pub const TILE_PX: u32 = 512;
 /// Tiles side by side.
@@ -38,7 +46,8 @@ pub struct ShadeUniform {
     along: Vec4,
     tiles: [Vec4; ACTORS],
     reach: [Vec4; ACTORS],
-    spheres: [Vec4; ACTORS * SPHERES],
+    far: [Vec4; ACTORS],
+    spheres: [Vec4; ACTORS * ALL_SPHERES],
 }
 
 /// Size of `Shade` in shade.wgsl, which a test compares with what the shader's compiler says.
@@ -58,13 +67,21 @@ impl ShadeUniform {
             let center = caster.bounds.truncate();
             uniform.tiles[i] = Vec3::from(axes.map(|axis| axis.dot(center))).extend(half_width(caster));
             uniform.reach[i] = center.extend(reach(caster).powi(2));
-            for (slot, &lump) in uniform.spheres[i * SPHERES..(i + 1) * SPHERES].iter_mut().zip(&caster.lumps) {
-                *slot = lump;
-            }
+            uniform.far[i].x = (FAR * caster.bounds.w).powi(2);
+            let (all, merged) = uniform.spheres[i * ALL_SPHERES..(i + 1) * ALL_SPHERES].split_at_mut(SPHERES);
+            all.iter_mut().zip(&caster.lumps).for_each(|(slot, &lump)| *slot = lump);
+            merged.iter_mut().zip(caster.lumps.chunks(MERGE)).for_each(|(slot, lumps)| *slot = merge(lumps));
             clips.push(clip_from_world(axes, uniform.tiles[i]));
         }
         (uniform, clips)
     }
+}
+
+/// The sphere that takes as much of the sky, seen from afar, as all of these.
+fn merge(lumps: &[Vec4]) -> Vec4 {
+    let square: f32 = lumps.iter().map(|lump| lump.w * lump.w).sum();
+    let center: Vec3 = lumps.iter().map(|lump| lump.truncate() * (lump.w * lump.w)).sum();
+    if square > 0.0 { (center / square).extend(square.sqrt()) } else { Vec4::ZERO }
 }
 
 /// Unit axes across the sun's light, to the right and up for who looks along it, and along it.
@@ -157,6 +174,10 @@ mod tests {
                 assert!((behind.truncate() - on_map.truncate()).length() < 1e-5 && behind.z > on_map.z + 0.02);
             }
         }
-        assert!(uniform.spheres.iter().all(|sphere| sphere.w == 0.2));
+        for spheres in uniform.spheres.chunks(ALL_SPHERES) {
+            assert!(spheres[..SPHERES].iter().all(|sphere| sphere.w == 0.2));
+            // four in one place
+            assert!(spheres[SPHERES..].iter().all(|sphere| (sphere.w - 0.4).abs() < 1e-6));
+        }
     }
 }

@@ -6,6 +6,8 @@
 
 const ACTORS: u32 = 8u;
 const SPHERES: u32 = 24u;
+const MERGED: u32 = 6u;
+const ALL_SPHERES: u32 = 30u;
 const TILES_ACROSS: u32 = 4u;
 const TILE_PX: f32 = 512.0;
 // Half of a tile, without the margin into which nothing casts, for half a tile.
@@ -23,8 +25,10 @@ struct Shade {
     tiles: array<vec4<f32>, 8>,
     // xyz: the middle of an actor, w: the square of how far its darkness of the sky reaches.
     reach: array<vec4<f32>, 8>,
-    // Centres and radii, SPHERES for each actor; the rest have no radius.
-    spheres: array<vec4<f32>, 192>,
+    // x: the square of how far from its middle its spheres are merged.
+    far: array<vec4<f32>, 8>,
+    // Centres and radii, for each actor SPHERES and as many MERGED ones; the rest have no radius.
+    spheres: array<vec4<f32>, 240>,
 }
 
 @group(1) @binding(0) var<uniform> shade: Shade;
@@ -54,20 +58,26 @@ fn sun_passes(actor: u32, at: vec3<f32>) -> f32 {
 
 // How much of the sky an actor leaves to a surface: each of its spheres takes the solid angle that it has there, weighted by its cosine
 // (an even sky, and a sphere above the horizon: (r / d)^2 cos; spheres that the horizon cuts, by where their middle would be).
-fn sky_passes(actor: u32, place: vec3<f32>, normal: vec3<f32>, edge: f32) -> f32 {
-    let first = actor * SPHERES;
-    let end = select(first, first + SPHERES, edge > 0.0);
+fn sky_passes(actor: u32, place: vec3<f32>, normal: vec3<f32>) -> f32 {
+    let reach = shade.reach[actor];
+    let off = reach.xyz - place;
+    let square_off = dot(off, off);
+    let edge = 1.0 - square_off / reach.w;
+    // From afar four of them are one.
+    let is_far = square_off > shade.far[actor].x;
+    let first = actor * ALL_SPHERES + select(0u, SPHERES, is_far);
+    let count = select(select(SPHERES, MERGED, is_far), 0u, edge <= 0.0);
     var taken = 0.0;
-    for (var i = first; i < end; i += 1u) {
+    for (var i = first; i < first + count; i += 1u) {
         let sphere = shade.spheres[i];
         let to = sphere.xyz - place;
-        let square = max(dot(to, to), 1e-6);
-        let size = sphere.w * sphere.w / max(square, sphere.w * sphere.w);
-        let cosine = dot(normal, to) * inverseSqrt(square);
-        let sine = sqrt(size);
+        let nearness = inverseSqrt(max(dot(to, to), 1e-6));
+        let sine = min(sphere.w * nearness, 1.0);
+        let above = dot(normal, to);
         // below the horizon by its own radius it is gone
-        let shown = clamp((cosine + sine) / max(2.0 * sine, 1e-4), 0.0, 1.0);
-        taken += size * max(mix(0.5 * (cosine + sine), cosine, shown), 0.0) * shown;
+        let shown = clamp(0.5 + 0.5 * above / max(sphere.w, 1e-4), 0.0, 1.0);
+        let cosine = above * nearness;
+        taken += sine * sine * max(mix(0.5 * (cosine + sine), cosine, shown), 0.0) * shown;
     }
     // Spheres hide one another: what is left is not 1 - taken, but as if they lay there without order. It fades out where it would be cut off.
     return exp(-taken * clamp(4.0 * edge, 0.0, 1.0));
@@ -98,8 +108,7 @@ fn shaded(light: vec3<f32>, sun: f32, place: vec3<f32>, normal: vec3<f32>, own: 
     while (skies != 0u) {
         let actor = firstTrailingBit(skies);
         skies &= skies - 1u;
-        let to = shade.reach[actor].xyz - place;
-        from_sky *= sky_passes(actor, place, normal, 1.0 - dot(to, to) / shade.reach[actor].w);
+        from_sky *= sky_passes(actor, place, normal);
     }
     let direct = min(sun * shade.sun_over_pi.rgb, light);
     return direct * from_sun + (light - direct) * from_sky;
