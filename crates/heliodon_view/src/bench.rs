@@ -45,7 +45,16 @@ pub struct FrameBench {
 
 impl Default for FrameBench {
     fn default() -> Self {
-        Self { width: 1024, height: 768, playing: true, swaying: false, warm_up: 60, frames: 100, pose: None, actors: ActorsOptions::default() }
+        Self {
+            width: 1024,
+            height: 768,
+            playing: true,
+            swaying: false,
+            warm_up: 60,
+            frames: 100,
+            pose: None,
+            actors: ActorsOptions::default(),
+        }
     }
 }
 

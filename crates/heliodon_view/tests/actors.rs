@@ -215,7 +215,11 @@ fn lamps_light_the_ground_by_the_square_of_the_distance() {
             let reference = stage.picture().pixels[pixel] - dark.pixels[pixel];
             let above_window = 1.0 - (4.0 / (lamp.reach_m * lamp.reach_m)).powi(2);
             let part = 4.0 * to.normalize().y / to.length_squared() * window / (above_window * above_window);
-            assert!((got - reference * part).abs().max_element() < 0.02 * got.max_element(), "{offset}: {got} for {}", reference * part);
+            assert!(
+                (got - reference * part).abs().max_element() < 0.02 * got.max_element(),
+                "{offset}: {got} for {}",
+                reference * part
+            );
         }
         for offset in unlit {
             let pixel = stage.pixel(TARGET + offset);

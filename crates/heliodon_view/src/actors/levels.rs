@@ -10,7 +10,7 @@ pub enum Directions {
     Fixed(u32),
     /// As many as can be asked in so many milliseconds a frame while an actor deforms, and level after level more while it does not.
     Budget {
-        /// Milliseconds of a frame for one actor.
+        /// Milliseconds of a frame for all actors that deform, in even parts.
         ms: f32,
         /// The level at which an actor at rest is exact.
         finest: u32,
@@ -18,6 +18,15 @@ pub enum Directions {
 }
 
 impl Directions {
+    /// For one of so many that share a budget.
+    #[must_use]
+    pub fn shared(self, by: usize) -> Self {
+        match self {
+            Self::Budget { ms, finest } => Self::Budget { ms: ms / by.max(1) as f32, finest },
+            Self::Fixed(_) => self,
+        }
+    }
+
     /// The level where a GPU asks, which does not say how long it takes: of a budget the level that one is thought to keep while an actor deforms.
     #[must_use]
     pub fn on_gpu(self, deforming: bool) -> u32 {
@@ -110,6 +119,15 @@ mod tests {
         assert_eq!(frame(&mut choice, 8000, true), 2);
         assert_eq!([0; 3].map(|_| frame(&mut choice, 8000, false)), [3, 4, 4]);
         assert_eq!(choice.next(Directions::Fixed(1), 10, true), 1);
+        // Three share it: what one affords alone none of them does.
+        let mut choice = LevelChoice::default();
+        let shares = (0..30).map(|_| {
+            let level = choice.next(budget.shared(3), 1000, true);
+            choice.took(1e-5 * 1000.0 * LightSphere::count(level) as f32, 1000, LightSphere::count(level));
+            level
+        });
+        assert!(shares.collect::<Vec<_>>().iter().all(|&level| level == 2));
+        assert_eq!((budget.shared(0), Directions::Fixed(4).shared(3)), (budget, Directions::Fixed(4)));
     }
 
     #[test]

@@ -66,6 +66,8 @@ pub struct Actors {
     people: Vec<Person>,
     grid: Option<Grid>,
     lit_s: Option<f64>,
+    /// Actors that deformed in the last frame.
+    deforming: usize,
     told: Told,
 }
 
@@ -145,6 +147,7 @@ impl Default for Actors {
             people: Vec::new(),
             grid: None,
             lit_s: None,
+            deforming: 0,
             told: Told::default(),
         }
     }
@@ -272,7 +275,9 @@ fn light_actors(
             Some(EyeView { clip_from_mesh, size_px: camera.physical_viewport_size()? })
         })
         .collect();
-    let Actors { seconds, options, people, grid, lit_s, told, .. } = &mut *actors;
+    let Actors { seconds, options, people, grid, lit_s, deforming, told, .. } = &mut *actors;
+    let directions = options.directions.shared(*deforming);
+    *deforming = 0;
     let on_gpu = options.backend.is_gpu(adapter.as_deref(), device.as_deref());
     let passed_s = lit_s.replace(*seconds).map(|lit_s| *seconds - lit_s).filter(|&s| s > 0.0 && s < APART_S);
     let exposure = stage_frame.exposure_stops.exp2();
@@ -283,10 +288,11 @@ fn light_actors(
     let mut shown = Vec::with_capacity(people.len());
     for (i, person) in people.iter_mut().enumerate() {
         let on_gpu = on_gpu && frame.looks.get(i).is_some_and(|look| !look.refused.load(Ordering::Relaxed));
-        match person.act(*seconds as f32, (!on_gpu).then_some(&eyes), options.directions, &hour, passed_s.map(|s| s as f32)) {
+        match person.act(*seconds as f32, (!on_gpu).then_some(&eyes), directions, &hour, passed_s.map(|s| s as f32)) {
             Ok((one, asked)) => {
                 told.directions = told.directions.max(asked.directions);
                 told.vertices += asked.vertices;
+                *deforming += usize::from(asked.deforms);
                 shown.push(one);
             }
             Err(error) => {
@@ -342,7 +348,8 @@ impl Person {
             let pose = self.posed(clip, clip_s, deforms);
             let turn = self.figure.turn();
             let sphere = self.figure.sphere(level);
-            let asked = Asked { directions: sphere.directions().len(), vertices: if deforms { positions.len() } else { 0 } };
+            let vertices = if deforms { positions.len() } else { 0 };
+            let asked = Asked { directions: sphere.directions().len(), vertices, deforms };
             let on_gpu = OnGpu {
                 pose,
                 world_from_mesh: place,
