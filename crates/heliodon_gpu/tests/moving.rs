@@ -12,6 +12,7 @@ use half::f16;
 use heliodon_gpu::moving::{Corner, MovingFrame, MovingGpu, MovingPipelines, MovingSun, SunLattice, follow};
 use heliodon_gpu::wgpu::{Buffer, BufferDescriptor, BufferSlice, BufferUsages, CommandEncoderDescriptor, MapMode, PollType};
 use heliodon_gpu::{Answered, DepthMaps, GpuError, Headless, Method, Rays, VisibilityGpu, headless};
+use heliodon_math::frame::unit_or;
 use heliodon_math::light_sphere::LightSphere;
 use heliodon_math::visibility::VisibilityBackend;
 use heliodon_mesh::figures::stoneyard;
@@ -71,7 +72,7 @@ fn world_normals(gpu: &MovingGpu) -> Vec<Vec3> {
     let of = |both: [i16; 2]| {
         let [x, y] = both.map(|v| f32::from(v) / 32767.0);
         let fold = (x.abs() + y.abs() - 1.0).max(0.0);
-        Vec3::new(x - fold.copysign(x), y - fold.copysign(y), 1.0 - x.abs() - y.abs()).normalize()
+        unit_or(Vec3::new(x - fold.copysign(x), y - fold.copysign(y), 1.0 - x.abs() - y.abs()), Vec3::ZERO)
     };
     read::<[i16; 2]>(gpu.world_normals()).into_iter().map(of).collect()
 }

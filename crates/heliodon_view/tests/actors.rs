@@ -204,7 +204,7 @@ fn lamps_light_the_ground_by_the_square_of_the_distance() {
             let to = lamp.place - place;
             let left = to.length_squared() / (lamp.reach_m * lamp.reach_m);
             let window = (1.0 - left * left) * (1.0 - left * left);
-            let irradiance = lamp.intensity * (to.normalize().y / to.length_squared() * window);
+            let irradiance = lamp.intensity * ((to.y / to.length()) / to.length_squared() * window);
             let wanted = stage.albedo(place) * irradiance * std::f32::consts::FRAC_1_PI;
             let got = with.pixels[pixel] - dark.pixels[pixel];
             // The albedo is that of the nearest vertex.
@@ -214,7 +214,7 @@ fn lamps_light_the_ground_by_the_square_of_the_distance() {
             stage.set_lamps(vec![above]);
             let reference = stage.picture().pixels[pixel] - dark.pixels[pixel];
             let above_window = 1.0 - (4.0 / (lamp.reach_m * lamp.reach_m)).powi(2);
-            let part = 4.0 * to.normalize().y / to.length_squared() * window / (above_window * above_window);
+            let part = 4.0 * (to.y / to.length()) / to.length_squared() * window / (above_window * above_window);
             assert!(
                 (got - reference * part).abs().max_element() < 0.02 * got.max_element(),
                 "{offset}: {got} for {}",
