@@ -288,7 +288,7 @@ fn light_actors(
     let mut shown = Vec::with_capacity(people.len());
     for (i, person) in people.iter_mut().enumerate() {
         let on_gpu = on_gpu && frame.looks.get(i).is_some_and(|look| !look.refused.load(Ordering::Relaxed));
-        match person.act(*seconds as f32, (!on_gpu).then_some(&eyes), directions, &hour, passed_s.map(|s| s as f32)) {
+        match person.act(*seconds as f32, (!on_gpu).then_some(&eyes[..]), directions, &hour, passed_s.map(|s| s as f32)) {
             Ok((one, asked)) => {
                 told.directions = told.directions.max(asked.directions);
                 told.vertices += asked.vertices;
@@ -319,7 +319,7 @@ impl Person {
     fn act(
         &mut self,
         seconds: f32,
-        eyes: Option<&Vec<EyeView>>,
+        eyes: Option<&[EyeView]>,
         directions: Directions,
         hour: &Hour<'_>,
         passed_s: Option<f32>,

@@ -3,7 +3,8 @@
 use super::figure::Model;
 use super::shade::{ACTORS, Caster, SHADE_BYTES, ShadeUniform, TILE_PX, TILES_ACROSS, TILES_DOWN, may_shade};
 use super::sun_field::SunField;
-use crate::daylight::pipelines::{DEPTH_MAP_FORMAT, StagePipelines};
+use crate::daylight::depth_map::{begin, depth_map};
+use crate::daylight::pipelines::StagePipelines;
 use crate::daylight::prepare::StageGpu;
 use crate::lamps::maps::LampsGpu;
 use crate::lamps::uniform::LAMPS_BYTES;
@@ -166,17 +167,7 @@ pub fn shade_layout() -> BindGroupLayoutDescriptor {
 
 impl ShadowMap {
     fn new(device: &RenderDevice, pipeline: CachedRenderPipelineId) -> Self {
-        let texture = device.create_texture(&TextureDescriptor {
-            label: Some("actors_sun_depth"),
-            size: Extent3d { width: TILE_PX * TILES_ACROSS, height: TILE_PX * TILES_DOWN, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: TextureDimension::D2,
-            format: DEPTH_MAP_FORMAT,
-            usage: TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT,
-            view_formats: &[],
-        });
-        let view = texture.create_view(&TextureViewDescriptor::default());
+        let view = depth_map(device, "actors_sun_depth", TILE_PX * TILES_ACROSS, TILE_PX * TILES_DOWN);
         let uniform = device.create_buffer(&BufferDescriptor {
             label: Some("actors_shade"),
             size: SHADE_BYTES as u64,
@@ -450,19 +441,7 @@ pub fn cast_shadows(mut gpu: ResMut<ActorsGpu>, cache: Res<PipelineCache>, mut c
     }
     let Some(map) = gpu.map.as_ref().filter(|_| gpu.casting > 0) else { return };
     let Some(pipeline) = cache.get_render_pipeline(map.pipeline) else { return };
-    let depth = RenderPassDepthStencilAttachment {
-        view: &map.view,
-        depth_ops: Some(Operations { load: LoadOp::Clear(1.0), store: StoreOp::Store }),
-        stencil_ops: None,
-    };
-    let mut pass = context.command_encoder().begin_render_pass(&RenderPassDescriptor {
-        label: Some("actors_sun_depth"),
-        color_attachments: &[],
-        depth_stencil_attachment: Some(depth),
-        timestamp_writes: None,
-        occlusion_query_set: None,
-        multiview_mask: None,
-    });
+    let mut pass = begin(context.command_encoder(), "actors_sun_depth", &map.view, true);
     pass.set_pipeline(pipeline);
     for (i, actor) in gpu.actors.iter().take(gpu.casting).enumerate() {
         let [x, y] = [i as u32 % TILES_ACROSS, i as u32 / TILES_ACROSS].map(|tile| (tile * TILE_PX) as f32);

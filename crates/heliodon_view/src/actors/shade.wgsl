@@ -34,6 +34,17 @@ struct Shade {
 @group(1) @binding(0) var<uniform> shade: Shade;
 @group(1) @binding(1) var sun_depth: texture_depth_2d;
 
+// Sixteen samples around a point `part` of a texel beyond the one that they begin at, and what each weighs: a square of three texels around it.
+fn tap_step(tap: u32) -> vec2<i32> {
+    return vec2<i32>(vec2<u32>(tap % 4u, tap / 4u)) - 1;
+}
+
+fn tap_weight(tap: u32, part: vec2<f32>) -> f32 {
+    let step = tap_step(tap);
+    let weights = select(vec2<f32>(1.0), part, step == vec2<i32>(2)) - select(vec2<f32>(0.0), part, step == vec2<i32>(-1));
+    return weights.x * weights.y / 9.0;
+}
+
 // How much of the sun passes an actor at a place in the sun's axes: three texels square, which is as wide as the sun's penumbra behind somebody's shoulder.
 fn sun_passes(actor: u32, at: vec3<f32>) -> f32 {
     let middle = shade.tiles[actor];
@@ -48,12 +59,10 @@ fn sun_passes(actor: u32, at: vec3<f32>) -> f32 {
     let taps = select(0u, 16u, inside);
     var lit = 0.0;
     for (var tap = 0u; tap < taps; tap += 1u) {
-        let step = vec2<u32>(tap % 4u, tap / 4u);
-        let weights = select(vec2<f32>(1.0), part, step == vec2<u32>(3u)) - select(vec2<f32>(0.0), part, step == vec2<u32>(0u));
-        let there = textureLoad(sun_depth, vec2<i32>(first) + vec2<i32>(step) - 1, 0);
-        lit += select(0.0, weights.x * weights.y, depth <= there);
+        let there = textureLoad(sun_depth, vec2<i32>(first) + tap_step(tap), 0);
+        lit += select(0.0, tap_weight(tap, part), depth <= there);
     }
-    return select(1.0, lit / 9.0, inside);
+    return select(1.0, lit, inside);
 }
 
 // How much of the sky an actor leaves to a surface: each of its spheres takes the solid angle that it has there, weighted by its cosine

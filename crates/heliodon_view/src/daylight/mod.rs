@@ -9,6 +9,7 @@ mod allocator;
 pub mod chunk;
 pub mod closed;
 pub mod cluster;
+pub(crate) mod depth_map;
 pub mod layout;
 pub mod moment;
 mod occlusion;

@@ -1,5 +1,6 @@
 //! The pipelines that draw stone and sky, one for each kind of target.
 
+use super::depth_map;
 use super::layout::VertexLayout;
 use super::sight::NUMBER_FORMAT;
 use super::view::VIEW_BYTES;
@@ -19,9 +20,6 @@ use bevy::render::render_resource::*;
 use bevy::shader::Shader;
 use std::collections::HashMap;
 use std::num::NonZeroU64;
-
-/// Maps of depth from the sun and from lamps.
-pub const DEPTH_MAP_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
 /// WGSL of what draws depth alone.
 pub const CASTER_WGSL: &str = include_str!("caster.wgsl");
@@ -295,7 +293,7 @@ impl StagePipelines {
                 ..default()
             },
             depth_stencil: Some(DepthStencilState {
-                format: DEPTH_MAP_FORMAT,
+                format: depth_map::FORMAT,
                 depth_write_enabled: Some(true),
                 depth_compare: Some(CompareFunction::LessEqual),
                 stencil: default(),

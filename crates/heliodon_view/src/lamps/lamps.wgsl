@@ -45,13 +45,11 @@ fn lamp_passes(lamp: u32, place: vec3<f32>, normal: vec3<f32>, to: vec3<f32>) ->
     let depth = at.z - LAMP_BIAS;
     var lit = 0.0;
     for (var tap = 0u; tap < select(0u, 16u, casts); tap += 1u) {
-        let step = vec2<u32>(tap % 4u, tap / 4u);
-        let weights = select(vec2<f32>(1.0), part, step == vec2<u32>(3u)) - select(vec2<f32>(0.0), part, step == vec2<u32>(0u));
-        let texel = vec2<i32>(first) + vec2<i32>(step) - 1;
+        let texel = vec2<i32>(first) + tap_step(tap);
         let there = min(textureLoad(lamp_stone, texel, 0), textureLoad(lamp_actors, texel, 0));
-        lit += select(0.0, weights.x * weights.y, depth <= there);
+        lit += select(0.0, tap_weight(tap, part), depth <= there);
     }
-    return select(1.0, lit / 9.0, casts);
+    return select(1.0, lit, casts);
 }
 
 // Irradiance / pi from all lamps on a surface with this unit normal.

@@ -3,9 +3,10 @@
 use super::uniform::{LAMPS_BYTES, LampsUniform, TILE_PX, TILES_ACROSS, Tile, lit, may_light, tiles};
 use super::{Lamp, Lamps};
 use crate::actors::render::ActorsGpu;
+use crate::daylight::depth_map::{begin, depth_map};
 use crate::daylight::pages::GpuChunk;
 use crate::daylight::pass::{Bound, PASS_TRIANGLES};
-use crate::daylight::pipelines::{DEPTH_MAP_FORMAT, StagePipelines};
+use crate::daylight::pipelines::StagePipelines;
 use crate::daylight::prepare::StageGpu;
 use crate::daylight::seen::Seen;
 use crate::daylight::view::{ClusterRef, frustum_planes};
@@ -13,8 +14,7 @@ use crate::stage::frame::StageFrame;
 use bevy::prelude::*;
 use bevy::render::render_resource::{
     BindGroup, BindGroupEntries, Buffer, BufferDescriptor, BufferInitDescriptor, BufferUsages, CachedRenderPipelineId,
-    CommandEncoder, ComputePassDescriptor, Extent3d, LoadOp, Operations, PipelineCache, RenderPassDepthStencilAttachment,
-    RenderPassDescriptor, StoreOp, TextureDescriptor, TextureDimension, TextureUsages, TextureView, TextureViewDescriptor,
+    CommandEncoder, ComputePassDescriptor, PipelineCache, TextureView,
 };
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue};
 use wgpu::RenderPass;
@@ -85,19 +85,7 @@ impl Maps {
     /// Maps with so many rows of tiles; without any, of a single texel.
     fn new(device: &RenderDevice, rows: u32) -> Self {
         let [width, height] = [TILES_ACROSS * rows.min(1), rows].map(|tiles| (tiles * TILE_PX).max(1));
-        let map = |label| {
-            let texture = device.create_texture(&TextureDescriptor {
-                label: Some(label),
-                size: Extent3d { width, height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: TextureDimension::D2,
-                format: DEPTH_MAP_FORMAT,
-                usage: TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT,
-                view_formats: &[],
-            });
-            texture.create_view(&TextureViewDescriptor::default())
-        };
+        let map = |label| depth_map(device, label, width, height);
         Self { rows, stone: map("lamps_stone_depth"), actors: map("lamps_actors_depth") }
     }
 }
@@ -180,7 +168,7 @@ pub fn cast_shadows(
         for (number, tile) in gpu.tiles.iter().enumerate() {
             let seen = Seen::clusters(&stone.chunks, &clusters_in(&stone, &tile.tile.clip_from_world));
             for draws in seen.parts(PASS_TRIANGLES) {
-                let mut pass = begin(encoder, &maps.stone, clear);
+                let mut pass = begin(encoder, "lamps_stone_depth", &maps.stone, clear);
                 clear = false;
                 aim(&mut pass, pipeline, number, tile);
                 let mut bound = Bound::default();
@@ -192,7 +180,7 @@ pub fn cast_shadows(
     let any = gpu.tiles.iter().any(|tile| near(&tile.tile).next().is_some());
     // What stood in it in the last frame is cleared away.
     if any || gpu.actors_are_drawn {
-        let mut pass = begin(encoder, &maps.actors, true);
+        let mut pass = begin(encoder, "lamps_actors_depth", &maps.actors, true);
         for (number, tile) in gpu.tiles.iter().enumerate() {
             aim(&mut pass, pipeline, number, tile);
             near(&tile.tile).for_each(|actor| actor.draw_depth(&mut pass));
@@ -221,24 +209,6 @@ fn clusters_in(stone: &StageGpu, clip_from_world: &Mat4) -> Vec<ClusterRef> {
         meets.map(|(cluster, _)| ClusterRef { chunk: chunk as u32, cluster: cluster as u32 }).collect::<Vec<_>>()
     };
     stone.chunks.iter().enumerate().flat_map(of_chunk).collect()
-}
-
-fn begin(encoder: &mut CommandEncoder, map: &TextureView, clear: bool) -> RenderPass<'static> {
-    let load = if clear { LoadOp::Clear(1.0) } else { LoadOp::Load };
-    encoder
-        .begin_render_pass(&RenderPassDescriptor {
-            label: Some("lamps_depth"),
-            color_attachments: &[],
-            depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
-                view: map,
-                depth_ops: Some(Operations { load, store: StoreOp::Store }),
-                stencil_ops: None,
-            }),
-            timestamp_writes: None,
-            occlusion_query_set: None,
-            multiview_mask: None,
-        })
-        .forget_lifetime()
 }
 
 /// Lets what follows be drawn into a tile.
