@@ -13,7 +13,7 @@ use wgpu::{
 };
 
 /// What fits boxes.
-pub(crate) const REFIT: &str = include_str!("refit.wgsl");
+pub(crate) const REFIT: &str = concat!(include_str!("extent.wgsl"), include_str!("node.wgsl"), include_str!("refit.wgsl"));
 
 /// Boxes of one size that make one of the next: FOLD of refit.wgsl.
 const FOLD: u32 = 16;
@@ -42,7 +42,7 @@ pub(crate) struct RefitUniform {
     first: [u32; LEVELS],
 }
 
-/// `Extent` of refit.wgsl and of those who read it.
+/// `Extent` of extent.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub(crate) struct Extent {

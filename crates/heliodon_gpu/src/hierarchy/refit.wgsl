@@ -27,24 +27,6 @@ struct Box {
     high: vec3<f32>,
 }
 
-// The node to visit next where its box is missed, and for a leaf the first of its places times eight, and how many there are; else 0.
-struct Node {
-    low: vec3<f32>,
-    next: u32,
-    high: vec3<f32>,
-    leaf: u32,
-}
-
-// The bounding sphere, and what rays need to know.
-struct Extent {
-    center: vec3<f32>,
-    radius: f32,
-    anchor: vec3<f32>,
-    offset: f32,
-    // By which boxes are wider than what they hold.
-    margin: f32,
-}
-
 @group(0) @binding(0) var<uniform> refit: Refit;
 // Fourth: 1, or 0 for one that is nowhere.
 @group(0) @binding(1) var<storage, read> positions: array<vec4<f32>>;

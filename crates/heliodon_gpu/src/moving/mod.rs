@@ -23,9 +23,9 @@ use upload::Upload;
 use wgpu::{Buffer, BufferSlice, BufferUsages, CommandEncoder, ComputePipeline, Device};
 
 /// The shaders, whole.
-const POSE: &str = include_str!("pose.wgsl");
+const POSE: &str = concat!(include_str!("rule.wgsl"), include_str!("pose.wgsl"));
 const CACHED: &str = include_str!("cached.wgsl");
-const NORMALS: &str = include_str!("normals.wgsl");
+const NORMALS: &str = concat!(include_str!("rule.wgsl"), include_str!("normals.wgsl"));
 const LIGHT: &str = include_str!("light.wgsl");
 
 /// `Pose` of pose.wgsl.

@@ -9,17 +9,6 @@ struct Normals {
     spread: u32,
 }
 
-struct Rule {
-    position: vec3<f32>,
-    part: u32,
-    normal: vec3<f32>,
-    influences: u32,
-    rest: vec3<f32>,
-    deltas: u32,
-    rest_normal: vec3<f32>,
-    renews: u32,
-}
-
 @group(0) @binding(0) var<uniform> constants: Normals;
 @group(0) @binding(1) var<storage, read> sources: array<u32>;
 @group(0) @binding(2) var<storage, read> rules: array<Rule>;

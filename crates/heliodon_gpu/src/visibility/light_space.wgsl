@@ -15,15 +15,6 @@ struct Maps {
     row: u32,
 }
 
-// The bounding sphere, and what only rays need to know.
-struct Extent {
-    center: vec3<f32>,
-    radius: f32,
-    anchor: vec3<f32>,
-    offset: f32,
-    margin: f32,
-}
-
 @group(0) @binding(0) var<uniform> maps: Maps;
 @group(0) @binding(1) var<uniform> extent: Extent;
 @group(0) @binding(2) var<storage, read> directions: array<vec4<f32>>;

@@ -13,8 +13,10 @@ use wgpu::{
 };
 
 /// The shaders, whole.
-pub(super) const DEPTH: &str = concat!(include_str!("light_space.wgsl"), include_str!("depth.wgsl"));
-pub(super) const TEST: &str = concat!(include_str!("light_space.wgsl"), include_str!("test.wgsl"));
+pub(super) const DEPTH: &str =
+    concat!(include_str!("../hierarchy/extent.wgsl"), include_str!("light_space.wgsl"), include_str!("depth.wgsl"));
+pub(super) const TEST: &str =
+    concat!(include_str!("../hierarchy/extent.wgsl"), include_str!("light_space.wgsl"), include_str!("test.wgsl"));
 
 /// What the shaders know of a batch; `Maps` of light_space.wgsl.
 #[repr(C)]

@@ -10,7 +10,8 @@ use std::ops::Range;
 use wgpu::{BindGroupDescriptor, Buffer, BufferUsages, CommandEncoder, ComputePassDescriptor, ComputePipeline, Device};
 
 /// The shaders, whole.
-pub(super) const RAYS: &str = include_str!("rays.wgsl");
+pub(super) const RAYS: &str =
+    concat!(include_str!("../hierarchy/extent.wgsl"), include_str!("../hierarchy/node.wgsl"), include_str!("rays.wgsl"));
 pub(super) const GATHER: &str = include_str!("gather.wgsl");
 
 /// `Rays` of rays.wgsl.

@@ -14,21 +14,6 @@ struct Rays {
     row: u32,
 }
 
-struct Extent {
-    center: vec3<f32>,
-    radius: f32,
-    anchor: vec3<f32>,
-    offset: f32,
-    margin: f32,
-}
-
-struct Node {
-    low: vec3<f32>,
-    next: u32,
-    high: vec3<f32>,
-    leaf: u32,
-}
-
 @group(0) @binding(0) var<uniform> rays: Rays;
 @group(0) @binding(1) var<uniform> extent: Extent;
 @group(0) @binding(2) var<storage, read> directions: array<vec4<f32>>;
