@@ -58,7 +58,7 @@ pub(crate) struct Extent {
     pub padding: [f32; 3],
 }
 
-/// `Node` of refit.wgsl.
+/// `Node` of node.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct Node {

@@ -1,4 +1,4 @@
-// How a vertex moves: `Rule` of upload.rs.
+// How a vertex moves, as heliodon_mesh::motion::rules says.
 struct Rule {
     // Before its matrices; u32::MAX for the part of what nothing moves.
     position: vec3<f32>,

@@ -9,7 +9,7 @@ use heliodon_mesh::Mesh;
 use heliodon_mesh::motion::{MovingMesh, PoseRules};
 use wgpu::{Buffer, BufferUsages, Device};
 
-/// `Rule` of pose.wgsl.
+/// `Rule` of rule.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Rule {
