@@ -101,6 +101,17 @@ impl Studio {
         Ok(Self { bundle, look, pose, fov_deg, painter })
     }
 
+    /// What the viewer would show and these pictures do not, if they are traced.
+    pub fn left_out(&self) -> Option<&'static str> {
+        let there = [!self.bundle.actors().is_empty(), !self.bundle.lamps().is_empty()];
+        match (&self.painter, there) {
+            (Painter::Viewer(_), _) | (_, [false, false]) => None,
+            (_, [true, false]) => Some("the path tracer knows no actors: they are left out"),
+            (_, [false, true]) => Some("the path tracer knows no lamps: their light is left out"),
+            (_, [true, true]) => Some("the path tracer knows neither actors nor lamps: they are left out"),
+        }
+    }
+
     /// The bundle's day in seconds after midnight.
     pub fn day(&self) -> (f64, f64) {
         heliodon_bundle::moment::Day::new(self.bundle.lapse()).span_seconds()

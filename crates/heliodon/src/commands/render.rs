@@ -21,7 +21,7 @@ use std::time::Instant;
 
 /// Writes stills (PNG, or EXR with linear radiance), contact sheets of the day (PNG), and films (MP4), without a display.
 ///
-/// With --reference the same pictures are traced by a path tracer over the bundle's geometry, albedo and skies: what the
+/// With --reference the same pictures, but for actors and lamps, are traced by a path tracer over the bundle's geometry, albedo and skies: what the
 /// real-time pictures must look like.
 #[derive(Debug, clap::Args)]
 #[command(
@@ -135,6 +135,9 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     let studio = Studio::open(&args.bundle, look, args.reference);
     app.progress.finished();
     let mut studio = studio?;
+    if let Some(left_out) = studio.left_out() {
+        app.progress.warning(left_out);
+    }
     let pictures = match work {
         Work::Still { time } => {
             let times = times(&studio, Some(time), 1)?;
