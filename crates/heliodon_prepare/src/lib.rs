@@ -1,0 +1,7 @@
+//! From the geometry that was scanned or modelled to the geometry that is drawn.
+//!
+//! [`Views`] says where eyes can be and what screen they look at; what no eye can tell apart need not be drawn.
+
+mod views;
+
+pub use views::{Screen, ViewCell, Views};

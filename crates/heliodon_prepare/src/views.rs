@@ -1,0 +1,108 @@
+//! Where eyes can be, and how finely they see.
+
+use glam::Vec3;
+
+/// The screen that a site is prepared for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Screen {
+    /// Columns.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+    /// Vertical opening angle in radians.
+    pub fov_rad: f32,
+}
+
+impl Screen {
+    /// The side of a pixel, in metres, in a plane before the eye at this distance in metres: that of the middle of the screen, where
+    /// pixels are as large as anywhere.
+    #[must_use]
+    pub fn pixel_m(&self, distance_m: f32) -> f32 {
+        2.0 * (0.5 * self.fov_rad).tan() * distance_m / self.height_px.max(1) as f32
+    }
+}
+
+/// A box in which eyes can be, metres.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewCell {
+    /// Its least corner.
+    pub low: Vec3,
+    /// Its greatest corner.
+    pub high: Vec3,
+    /// Virtual windows: three corners each (lower left, lower right, upper left, seen from inside). With any, eyes see only through them.
+    pub windows: Vec<[Vec3; 3]>,
+}
+
+impl ViewCell {
+    /// The distance from a point to the box, 0 within.
+    #[must_use]
+    pub fn distance_m(&self, point: Vec3) -> f32 {
+        self.distance_to_box_m(point, point)
+    }
+
+    /// The least distance between another box and this one, 0 where they meet.
+    #[must_use]
+    pub fn distance_to_box_m(&self, low: Vec3, high: Vec3) -> f32 {
+        (low - self.high).max(self.low - high).max(Vec3::ZERO).length()
+    }
+}
+
+/// All boxes in which eyes can be, and the screen that they look at.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Views {
+    /// The boxes; without any, nothing is known of where eyes will be.
+    pub cells: Vec<ViewCell>,
+    /// The screen.
+    pub screen: Screen,
+}
+
+impl Views {
+    /// The distance from a point to the nearest box; infinite without boxes.
+    #[must_use]
+    pub fn distance_m(&self, point: Vec3) -> f32 {
+        self.distance_to_box_m(point, point)
+    }
+
+    /// The least distance between a box and the nearest of those that eyes are in; infinite without any.
+    #[must_use]
+    pub fn distance_to_box_m(&self, low: Vec3, high: Vec3) -> f32 {
+        self.cells.iter().map(|cell| cell.distance_to_box_m(low, high)).fold(f32::INFINITY, f32::min)
+    }
+
+    /// How large, in metres, a pixel is on a surface that faces the eye at a point, seen from the nearest place an eye can be, but from no
+    /// nearer than `nearest_m`: visitors do not put an eye onto the stone.
+    #[must_use]
+    pub fn pixel_m(&self, point: Vec3, nearest_m: f32) -> f32 {
+        self.screen.pixel_m(self.distance_m(point).max(nearest_m))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn views() -> Views {
+        let cell = |x: f32| ViewCell { low: Vec3::new(x, 0.0, 0.0), high: Vec3::new(x + 2.0, 2.0, 2.0), windows: Vec::new() };
+        let screen = Screen { width_px: 1024, height_px: 768, fov_rad: std::f32::consts::FRAC_PI_2 };
+        Views { cells: vec![cell(0.0), cell(10.0)], screen }
+    }
+
+    #[test]
+    fn distances_are_those_to_the_nearest_box() {
+        let views = views();
+        assert_eq!(views.distance_m(Vec3::new(1.0, 1.0, 1.0)), 0.0);
+        assert_eq!(views.distance_m(Vec3::new(5.0, 6.0, 1.0)), 5.0);
+        assert_eq!(views.distance_m(Vec3::new(9.0, 1.0, 1.0)), 1.0);
+        assert_eq!(views.distance_to_box_m(Vec3::new(3.0, 0.0, 0.0), Vec3::new(4.0, 1.0, 1.0)), 1.0);
+        assert_eq!(views.distance_to_box_m(Vec3::new(-5.0, -5.0, -5.0), Vec3::splat(50.0)), 0.0);
+        let nowhere = Views { cells: Vec::new(), ..views };
+        assert_eq!(nowhere.distance_m(Vec3::ZERO), f32::INFINITY);
+    }
+
+    #[test]
+    fn a_right_angle_shows_twice_the_distance_in_all_rows() {
+        let views = views();
+        assert!((views.screen.pixel_m(384.0) - 1.0).abs() < 1e-6);
+        assert!((views.pixel_m(Vec3::new(1.0, 1.0, 1.0), 3.84) - 0.01).abs() < 1e-8);
+    }
+}
