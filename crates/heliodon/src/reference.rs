@@ -108,6 +108,7 @@ impl ReferenceStage {
             normals: &self.geometry.normals,
             triangles: &self.geometry.triangles,
             albedo: &self.geometry,
+            detail: None,
         };
         let map = sky_without_sun(bundle, moment)?;
         let sky = LatLongSky::new(map.width, map.height, map.pixels)?;

@@ -51,6 +51,7 @@ impl<'a> Traceable<'a> {
             normals: &self.mesh.normals,
             triangles: &self.mesh.triangles,
             albedo: &self.albedo,
+            detail: None,
         }
     }
 }

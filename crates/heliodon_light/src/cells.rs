@@ -248,7 +248,7 @@ impl Layout {
     /// Appends points in free space, whose sites count from 0.
     pub(crate) fn append_free(&mut self, places: impl Iterator<Item = Place>) -> Range<usize> {
         let first = self.points.len();
-        let mut more = PointSet::new(places, 0.0);
+        let mut more = PointSet::new(places);
         self.free_points = vec![NONE; more.len()];
         for (i, site) in more.sites.iter_mut().enumerate() {
             self.free_points[*site as usize] = (first + i) as u32;
@@ -356,16 +356,16 @@ impl Layout {
                 None => {
                     let v = index as usize;
                     let (position, normal) = (surfaces.positions[v], surfaces.normals[v] * side);
-                    Place { position, normal, inward: inward[v], site }
+                    Place { position, normal, inward: inward[v], lift_m: offset_m + surfaces.vertex_clearance_m(v), site }
                 }
                 Some(sub) => {
                     let (t, u, v) = sub_cells[sub as usize];
                     let (position, normal) = (surfaces.position_at(t, u, v), surfaces.normal_at(t, u, v) * side);
-                    Place { position, normal, inward: Vec3::ZERO, site }
+                    Place { position, normal, inward: Vec3::ZERO, lift_m: offset_m + surfaces.clearance_m(t), site }
                 }
             }
         };
-        PointSet::new(sites.iter().map(place), offset_m)
+        PointSet::new(sites.iter().map(place))
     }
 }
 

@@ -188,7 +188,7 @@ impl Run<'_> {
             .map(|(path, &direction)| Ray { origin: path.origin, direction, t_min: 0.0, t_max: f32::INFINITY })
             .collect();
         let mut hits = vec![Hit::MISS; rays.len()];
-        self.surfaces.rays.closest(&rays, &mut hits);
+        self.surfaces.closest(&rays, &mut hits);
         self.rays += rays.len() as u64;
         let surfaces = self.surfaces;
         let mut next = Vec::new();

@@ -29,6 +29,7 @@ impl Layout {
             position,
             normal,
             inward: Vec3::ZERO,
+            lift_m: 0.0,
             site: site as u32,
         };
         self.append_free(places.iter().enumerate().map(place))

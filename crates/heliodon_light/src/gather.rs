@@ -357,7 +357,7 @@ pub(crate) fn for_each_direction(
     for (index, direction) in directions.enumerate() {
         let count = facing(normals, direction, &mut active);
         if count > 0 {
-            surfaces.rays.closest_parallel(origins, direction, &active, &mut hits);
+            surfaces.closest_parallel(origins, direction, &active, &mut hits);
         }
         rays += u64::from(count);
         then(&Direction { index, direction, active: &active, hits: &hits });

@@ -58,5 +58,5 @@ pub use params::{Channels, LightParams, MAX_SUN_STEPS};
 pub use points::PointSet;
 pub use solve::{Baked, SunBounce, VertexLight, bake, solve, solve_all, vertex_masks};
 pub use sun_basis::{DayFunctions, day_functions};
-pub use surfaces::{ConstantAlbedo, SurfaceAlbedo, Surfaces, default_offset_m, median_edge_m};
+pub use surfaces::{ConstantAlbedo, Detail, SurfaceAlbedo, Surfaces, default_offset_m, median_edge_m};
 pub use validity::Validity;

@@ -170,12 +170,13 @@ fn records(surfaces: &Surfaces, splits: impl Iterator<Item = Split>, suns: &[Vec
     let (mut above, mut below, mut normals, mut albedos) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for split in splits {
         let normal = surfaces.face_normal(split.triangle);
+        let offset_m = params.offset_m + surfaces.clearance_m(split.triangle);
         for (u, v) in split.centres() {
             let place = surfaces.position_at(split.triangle, u, v);
             let (place, normal) =
                 if place.is_finite() && normal.is_finite() { (place, normal) } else { (Vec3::ZERO, Vec3::ZERO) };
-            above.push(place + normal * params.offset_m);
-            below.push(place - normal * params.offset_m);
+            above.push(place + normal * offset_m);
+            below.push(place - normal * offset_m);
             normals.push(normal);
             let albedo = match split.parts {
                 1 => surfaces.albedo.mean(split.triangle),

@@ -31,9 +31,10 @@ impl PointSet {
             position: surfaces.positions[v as usize],
             normal: surfaces.normals[v as usize],
             inward: inward[v as usize],
+            lift_m: offset_m + surfaces.vertex_clearance_m(v as usize),
             site: v,
         };
-        Self::new((0..surfaces.positions.len() as u32).map(place), offset_m)
+        Self::new((0..surfaces.positions.len() as u32).map(place))
     }
 
     /// How many points there are.
@@ -54,18 +55,18 @@ impl PointSet {
     }
 
     /// Points at places, sorted.
-    pub(crate) fn new(places: impl Iterator<Item = Place>, offset_m: f32) -> Self {
+    pub(crate) fn new(places: impl Iterator<Item = Place>) -> Self {
         let new: Vec<Place> = places.map(Place::cleaned).collect();
         let mut set = Self::default();
         let (positions, normals): (Vec<Vec3>, Vec<Vec3>) = new.iter().map(|p| (p.position, p.normal)).unzip();
         let order = beam_order(&positions, Some(&normals));
         for &i in &order {
-            let Place { position, normal, inward, .. } = new[i as usize];
+            let Place { position, normal, inward, lift_m, .. } = new[i as usize];
             let along = inward - normal * inward.dot(normal);
             if along.length() > MOVED {
-                set.unmoved.push((set.origins.len() as u32, position + normal * offset_m));
+                set.unmoved.push((set.origins.len() as u32, position + normal * lift_m));
             }
-            set.origins.push(position + (normal + along) * offset_m);
+            set.origins.push(position + (normal + along) * lift_m);
         }
         set.normals = order.iter().map(|&i| new[i as usize].normal).collect();
         set.sites = order.iter().map(|&i| new[i as usize].site).collect();
@@ -89,6 +90,8 @@ pub(crate) struct Place {
     pub normal: Vec3,
     /// Where the surface lies, seen from the point; see [`inward_shifts`].
     pub inward: Vec3,
+    /// How far off the surface rays start, metres.
+    pub lift_m: f32,
     pub site: u32,
 }
 
@@ -135,14 +138,14 @@ mod tests {
     use super::*;
 
     fn place(position: Vec3, normal: Vec3, site: u32) -> Place {
-        Place { position, normal, inward: Vec3::ZERO, site }
+        Place { position, normal, inward: Vec3::ZERO, lift_m: 0.5, site }
     }
 
     #[test]
     fn neighbours_in_the_order_are_neighbours_in_space() {
         let side = 32_u32;
         let points = (0..side * side).map(|i| place(Vec3::new((i % side) as f32, 0.0, (i / side) as f32), Vec3::Y, i));
-        let set = PointSet::new(points, 0.0);
+        let set = PointSet::new(points);
         // 64 consecutive points of a square grid fill a square of 8 x 8
         for run in set.origins.chunks(64) {
             let low = run.iter().copied().reduce(Vec3::min).unwrap();
@@ -157,7 +160,7 @@ mod tests {
     #[test]
     fn points_that_are_nowhere_have_no_normal() {
         let places = [place(Vec3::NAN, Vec3::Y, 0), place(Vec3::ONE, Vec3::NAN, 1), place(Vec3::ONE, Vec3::Y * 2.0, 2)];
-        let set = PointSet::new(places.into_iter(), 0.5);
+        let set = PointSet::new(places.into_iter());
         for (site, normal) in set.sites.iter().zip(&set.normals) {
             assert_eq!(*normal, if *site == 2 { Vec3::Y } else { Vec3::ZERO });
         }

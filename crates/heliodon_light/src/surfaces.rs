@@ -1,13 +1,14 @@
 //! The surfaces that light falls on.
 
+use crate::gather::bits;
 use crate::{Channels, LightError};
 use glam::Vec3;
 use heliodon_math::color::luminance;
-use heliodon_rays::{Hit, TriangleScene};
+use heliodon_rays::{Hit, NO_HIT, Ray, TriangleScene};
 
 /// Triangles with normals, albedo and the structure that answers rays among them.
 ///
-/// Triangles occlude and reflect from both sides; `triangles[i]` is triangle `i` of `rays`.
+/// Triangles occlude and reflect from both sides. Without `detail`, `triangles[i]` is triangle `i` of `rays`.
 #[derive(Clone, Copy)]
 pub struct Surfaces<'a> {
     /// Answers rays.
@@ -20,6 +21,22 @@ pub struct Surfaces<'a> {
     pub triangles: &'a [[u32; 3]],
     /// What the triangles reflect.
     pub albedo: &'a dyn SurfaceAlbedo,
+    /// How `rays` belong to the triangles where they meet others: the monument as it was scanned, of which the triangles are a
+    /// simplification.
+    pub detail: Option<Detail<'a>>,
+}
+
+/// The finer triangles that rays meet, and what stands for them.
+///
+/// Light is solved at the vertices of the surfaces, and shadows are those of the finer triangles; a ray that meets one of these is taken
+/// to have met the nearest place of the surfaces' triangle that stands for it, where light and albedo are known.
+#[derive(Clone, Copy, Debug)]
+pub struct Detail<'a> {
+    /// For each triangle of `rays` the one of the surfaces that stands for it.
+    pub stands_for: &'a [u32],
+    /// For each vertex how far in metres the finer triangles depart from the surfaces around it: rays start off the surface by as much more,
+    /// or what was simplified would shadow itself.
+    pub clearance_m: &'a [f32],
 }
 
 /// What part of the light surfaces reflect: linear Rec. 709, each component in [0, 1).
@@ -60,6 +77,16 @@ impl Surfaces<'_> {
                 return Err(LightError::TooMany { what, count });
             }
         }
+        if let Some(Detail { stands_for, clearance_m }) = self.detail {
+            let mismatch = |what: &str| Err(LightError::Mismatch(what.into()));
+            if clearance_m.len() != positions || !clearance_m.iter().all(|c| *c >= 0.0 && c.is_finite()) {
+                return mismatch("clearances that are not one length for each vertex");
+            }
+            let named = stands_for.iter().all(|&t| (t as usize) < self.triangles.len());
+            if !named || stands_for.len() < self.rays.triangle_count() {
+                return mismatch("finer triangles for which no triangle stands");
+            }
+        }
         for (triangle, indices) in self.triangles.iter().enumerate() {
             if let Some(&vertex) = indices.iter().find(|&&i| i as usize >= positions) {
                 return Err(LightError::VertexIndex { triangle, vertex, vertices: positions });
@@ -73,6 +100,47 @@ impl Surfaces<'_> {
     #[inline]
     pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
         self.triangles[triangle as usize].map(|i| self.positions[i as usize])
+    }
+
+    /// As [`TriangleScene::closest`], with what was met told in these triangles.
+    pub(crate) fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
+        self.rays.closest(rays, hits);
+        if let Some(detail) = &self.detail {
+            for (ray, hit) in rays.iter().zip(hits) {
+                self.tell_in_surfaces(detail, ray.origin, ray.direction, hit);
+            }
+        }
+    }
+
+    /// As [`TriangleScene::closest_parallel`], with what was met told in these triangles.
+    pub(crate) fn closest_parallel(&self, origins: &[Vec3], direction: Vec3, active: &[u64], hits: &mut [Hit]) {
+        self.rays.closest_parallel(origins, direction, active, hits);
+        if let Some(detail) = &self.detail {
+            for i in bits(active) {
+                self.tell_in_surfaces(detail, origins[i], direction, &mut hits[i]);
+            }
+        }
+    }
+
+    fn tell_in_surfaces(&self, detail: &Detail, origin: Vec3, direction: Vec3, hit: &mut Hit) {
+        if hit.triangle == NO_HIT {
+            return;
+        }
+        hit.triangle = detail.stands_for[hit.triangle as usize];
+        [hit.u, hit.v] = weights_near(self.corners(hit.triangle), origin + direction * hit.t);
+    }
+
+    /// How far the finer triangles that rays meet may depart from a triangle, metres.
+    #[must_use]
+    pub(crate) fn clearance_m(&self, triangle: u32) -> f32 {
+        let of = |vertex: u32| self.vertex_clearance_m(vertex as usize);
+        self.triangles[triangle as usize].map(of).into_iter().fold(0.0, f32::max)
+    }
+
+    /// The same around a vertex.
+    #[must_use]
+    pub(crate) fn vertex_clearance_m(&self, vertex: usize) -> f32 {
+        self.detail.map_or(0.0, |detail| detail.clearance_m[vertex])
     }
 
     /// The place at barycentric weights `u` (second vertex) and `v` (third vertex).
@@ -95,15 +163,15 @@ impl Surfaces<'_> {
         reflected(self.albedo.albedo(hit.triangle, hit.u, hit.v), channels)
     }
 
-    /// Where a path goes on from what it met: `offset_m` off the plane of the triangle on the side it came from, with the shading
-    /// normal turned to that side.
+    /// Where a path goes on from what it met: `offset_m` and the clearance off the plane of the triangle on the side it came from, with the
+    /// shading normal turned to that side.
     #[must_use]
     pub(crate) fn leave(&self, direction: Vec3, hit: &Hit, offset_m: f32) -> (Vec3, Vec3) {
         let plane = self.face_normal(hit.triangle);
         let plane = if plane.dot(direction) > 0.0 { -plane } else { plane };
         let shading = self.normal_at(hit.triangle, hit.u, hit.v);
         let shading = if hit.back { -shading } else { shading };
-        let origin = self.position_at(hit.triangle, hit.u, hit.v) + plane * offset_m;
+        let origin = self.position_at(hit.triangle, hit.u, hit.v) + plane * (offset_m + self.clearance_m(hit.triangle));
         (origin, if shading == Vec3::ZERO { plane } else { shading })
     }
 
@@ -113,6 +181,20 @@ impl Surfaces<'_> {
         let [a, b, c] = self.corners(triangle);
         (b - a).cross(c - a).normalize_or_zero()
     }
+}
+
+/// Weights of the second and third corner at the place of a triangle's plane below a point, brought into the triangle.
+fn weights_near([a, b, c]: [Vec3; 3], point: Vec3) -> [f32; 2] {
+    let (ab, ac, to) = (b - a, c - a, point - a);
+    let normal = ab.cross(ac);
+    let area = normal.length_squared();
+    if area <= 0.0 {
+        return [0.0; 2];
+    }
+    let weight = |w: f32| if w.is_finite() { w.clamp(0.0, 1.0) } else { 0.0 };
+    let (u, v) = (weight(to.cross(ac).dot(normal) / area), weight(ab.cross(to).dot(normal) / area));
+    let all = (u + v).max(1.0);
+    [u / all, v / all]
 }
 
 /// An albedo in the channels that are solved: no more than all of the light; what is not a number must not spread over the scene.

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use crate::hierarchy;
 use crate::scene::TriangleScene;
+use crate::tiles::build_tiles;
 
 /// How much care the hierarchy gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -70,8 +70,7 @@ impl TriangleScene {
         let start = corners_of(first)[0];
         let (low, high) = kept.iter().flat_map(|&t| corners_of(t)).fold((start, start), |(l, h), x| (l.min(x), h.max(x)));
         let center = 0.5 * low + 0.5 * high;
-        let corners: Vec<[Vec3; 3]> = kept.iter().map(|&t| corners_of(t).map(|x| x - center)).collect();
-        let hierarchy = hierarchy::build(&corners, &kept, params.quality);
+        let hierarchy = build_tiles(kept, |t| corners_of(t).map(|x| x - center), params.quality);
         Ok(Self::new(hierarchy, left_out, center, (low, high)))
     }
 }

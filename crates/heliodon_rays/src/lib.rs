@@ -43,6 +43,7 @@ mod scene;
 mod shear;
 mod simd;
 mod single;
+mod tiles;
 mod triangle;
 mod types;
 mod view;

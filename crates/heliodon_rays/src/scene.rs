@@ -85,6 +85,12 @@ impl TriangleScene {
         self.bounds
     }
 
+    /// One more than the highest index of any triangle that it was built from: how many there were.
+    pub fn triangle_count(&self) -> usize {
+        let met = self.packets.iter().flat_map(Packet::triangles).map(|(_, id)| id);
+        met.chain(self.left_out.iter().copied()).max().map_or(0, |last| last as usize + 1)
+    }
+
     /// Bytes that the hierarchy and its triangles occupy.
     pub fn memory_bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<Node>() + self.packets.capacity() * size_of::<Packet>()

@@ -206,6 +206,7 @@ fn bench_mesh(app: &App, args: &Args, params: &LightParams) -> Result<Figures> {
         normals: &mesh.normals,
         triangles: &mesh.triangles,
         albedo: &albedo,
+        detail: None,
     };
     match args.name {
         Benchmark::Build => {

@@ -28,6 +28,7 @@ impl Lit {
             normals: &self.scene.normals,
             triangles: &self.scene.triangles,
             albedo: &self.albedo,
+            detail: None,
         }
     }
 }
