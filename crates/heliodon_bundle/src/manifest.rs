@@ -5,7 +5,7 @@
 use crate::chunk::LightLayout;
 use crate::grid::GridInfo;
 use crate::layout::{FORMAT_VERSION, STILL_FORMAT_VERSION};
-use crate::site::{Actor, Bake, Display, Lamp, Role, Room, SiteFile, SiteInfo, Sky};
+use crate::site::{Actor, Bake, Display, Lamp, Prepare, Role, Room, SiteFile, SiteInfo, Sky};
 use crate::storage::StoredFile;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -57,7 +57,7 @@ impl BundleMeta {
             rooms: site.rooms.clone(),
             lamps: site.lamps.iter().map(|lamp| lamp.relative_to(site.site.origin)).collect(),
             display: site.display.clone(),
-            parameters: Parameters { sky: site.sky.clone(), bake: site.bake.clone() },
+            parameters: Parameters { sky: site.sky.clone(), bake: site.bake.clone(), prepare: site.prepare.clone() },
             offset_m,
             light,
             inputs: Vec::new(),
@@ -83,6 +83,9 @@ pub struct Parameters {
     pub sky: Sky,
     /// `[bake]`.
     pub bake: Bake,
+    /// `[prepare]`, where the geometry was prepared: from version 2 on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prepare: Option<Prepare>,
 }
 
 /// All of `manifest.json`.
@@ -233,9 +236,10 @@ impl Manifest {
 
     /// The manifest with what was completed in `meta` since [`Manifest::new`].
     pub(crate) fn with_late_meta(self, meta: BundleMeta) -> Self {
-        let moving = self.grid.is_some() || !self.actors.is_empty() || !meta.lamps.is_empty();
+        let later =
+            self.grid.is_some() || !self.actors.is_empty() || !meta.lamps.is_empty() || meta.parameters.prepare.is_some();
         Self {
-            version: if moving { FORMAT_VERSION } else { STILL_FORMAT_VERSION },
+            version: if later { FORMAT_VERSION } else { STILL_FORMAT_VERSION },
             tool: meta.tool,
             site: meta.site,
             offset_m: meta.offset_m,

@@ -1,8 +1,8 @@
 //! `site.toml`: what is read, what is refused and where, the schema, the template.
 
 use heliodon_bundle::site::{
-    Actor, Albedo, Bake, Between, Date, Display, Ground, Lamp, LightStorage, Mapping, ProbeTimes, Role, Room, Site, SiteFile,
-    SkyModel, Transfer, Unit, UpAxis, Walk,
+    Actor, Albedo, Bake, Between, Date, Display, Ground, Lamp, LightStorage, Mapping, Prepare, ProbeTimes, Role, Room, Site,
+    SiteFile, SkyModel, Transfer, Unit, UpAxis, Walk, Winding,
 };
 use proptest::prelude::*;
 use std::path::Path;
@@ -116,6 +116,19 @@ angle_deg = 40
 edge = 0.5
 reach_m = 8
 shadows = false
+
+[prepare]
+weld_m = 0.001
+isolated_m = 0.25
+winding = "report"
+solids = false
+error_px = 0.5
+edge_px = 4
+nearest_m = 2
+error_m = 0.01
+edge_m = 0.1
+purge = true
+ring = 2
 "#;
 
 fn parse(text: &str) -> Result<Site, heliodon_bundle::site::SiteError> {
@@ -167,6 +180,11 @@ fn every_key_of_the_design_is_read() {
     let lamp = lamp.relative_to(site.site.origin);
     assert_eq!((lamp.place, lamp.direction()), ([1.5, 1.25, 0.25], Some(glam::Vec3::NEG_Y)));
     assert_eq!(Lamp::at([0.0; 3], [1.0; 3]).direction(), None);
+    let prepare = site.prepare.as_ref().unwrap();
+    assert_eq!((prepare.clean, prepare.weld_m, prepare.winding, prepare.solids), (true, 0.001, Winding::Report, false));
+    assert_eq!((prepare.error_px, prepare.edge_px, prepare.error_m, prepare.ring), (0.5, 4.0, Some(0.01), 2));
+    assert_eq!(parse(SMALLEST).unwrap().prepare, None);
+    assert_eq!(parse(&SMALLEST.replacen("[bake]", "[prepare]\n[bake]", 1)).unwrap().prepare, Some(Prepare::default()));
     assert_eq!(site.display, Display { width_px: 1280, height_px: 800, fov_deg: 40.0 });
 }
 
@@ -279,7 +297,7 @@ fn slips_are_told_with_their_place_and_remedy() {
     refused(SMALLEST, "[site]", "name = \"x\"\n[site]", (1, 1), &["unknown key `name`", "write one of: site, part, sky"]);
     refused(SMALLEST, "[[part]]", "[part]", (3, 1), &["[part] is one table", "write [[part]], with two brackets"]);
     refused(FULL, "[[room]]", "[ room ]", line_of(FULL, "[[room]]", 1), &["write [[room]], with two brackets"]);
-    refused(SMALLEST, "[bake]", "[prepare]", (10, 2), &["[prepare] is not read by this version"]);
+    refused(SMALLEST, "[bake]", "[budget]", (10, 2), &["[budget] is not read by this version"]);
     refused(SMALLEST, "[bake]", "[[matte]]", (10, 3), &["[matte] is not read by this version"]);
 }
 
@@ -319,6 +337,10 @@ fn values_out_of_range_are_told_with_their_place_and_remedy() {
     refused(FULL, "angle_deg = 40", "angle_deg = 180", line("angle_deg = 40", 13), &["angle_deg is 180"]);
     refused(FULL, "edge = 0.5", "edge = 2", line("edge = 0.5", 8), &["edge is 2"]);
     refused(FULL, "reach_m = 8", "reach_m = 0", line("reach_m = 8", 11), &["reach_m is 0"]);
+    refused(FULL, "weld_m = 0.001", "weld_m = 2", line("weld_m", 10), &["weld_m is 2", "from 0 to 1"]);
+    refused(FULL, "nearest_m = 2", "nearest_m = 0", line("nearest_m", 13), &["nearest_m is 0"]);
+    refused(FULL, "ring = 2", "ring = 17", line("ring = 2", 8), &["ring is 17"]);
+    refused(FULL, "winding = \"report\"", "winding = \"turn\"", line("winding", 11), &["write one of: mend, report"]);
     refused(FULL, "first = 06:57:00", "first = 18:00:00", (35, 9), &["the day begins at 18:00, after its end at 17:34"]);
     refused(FULL, "date = \"-0437-08-01\"", "", (26, 9), &["needs a date"]);
     refused(FULL, "turbidity = 2.5", "probes = \"a.hdr\"", (26, 9), &["both probes and a model"]);

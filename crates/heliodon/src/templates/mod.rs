@@ -167,6 +167,7 @@ fn athens(name: &str, sky: Sky, bake: Bake) -> SiteFile {
         rooms: Vec::new(),
         actors: Vec::new(),
         lamps: Vec::new(),
+        prepare: None,
         display: Display::default(),
     }
 }

@@ -2,6 +2,7 @@
 
 use super::actor::{Actor, CACHE_FRAMES_PER_S_RANGE};
 use super::lamp::Lamp;
+use super::prepare::Prepare;
 use super::types::{Albedo, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part, Room, SiteFile, Sky};
 use super::values::ProbeTimes;
 
@@ -85,10 +86,25 @@ pub(super) fn check(site: &SiteFile) -> Checked {
     for (i, lamp) in site.lamps.iter().enumerate() {
         check_lamp(&["light", &i.to_string()], lamp)?;
     }
+    if let Some(prepare) = &site.prepare {
+        check_prepare(prepare)?;
+    }
     let display = &site.display;
     within(&["display", "width_px"], f64::from(display.width_px), 1.0, 65_536.0)?;
     within(&["display", "height_px"], f64::from(display.height_px), 1.0, 65_536.0)?;
     within(&["display", "fov_deg"], display.fov_deg, 1.0, 170.0)
+}
+
+fn check_prepare(prepare: &Prepare) -> Checked {
+    let key = |name| ["prepare", name];
+    within(&key("weld_m"), prepare.weld_m, 0.0, 1.0)?;
+    within(&key("isolated_m"), prepare.isolated_m, 0.0, 1000.0)?;
+    within(&key("error_px"), prepare.error_px, 0.0, 100.0)?;
+    within(&key("edge_px"), prepare.edge_px, 0.0, 1000.0)?;
+    within(&key("nearest_m"), prepare.nearest_m, f64::MIN_POSITIVE, 1000.0)?;
+    within(&key("error_m"), prepare.error_m.unwrap_or(0.0), 0.0, 1000.0)?;
+    within(&key("edge_m"), prepare.edge_m.unwrap_or(0.0), 0.0, 10_000.0)?;
+    within(&key("ring"), f64::from(prepare.ring), 0.0, 16.0)
 }
 
 fn check_part(at: &[&str; 2], part: &Part) -> Checked {

@@ -10,6 +10,7 @@ mod files;
 mod lamp;
 mod parse;
 mod placement;
+mod prepare;
 mod template;
 mod types;
 mod values;
@@ -21,6 +22,7 @@ pub use error::SiteError;
 pub use files::{InputFile, InputKind};
 pub use heliodon_math::unit::Unit;
 pub use lamp::Lamp;
+pub use prepare::{Prepare, Winding};
 pub use types::{
     Albedo, Bake, BelowHorizon, Between, DEFAULT_GRID_M, Display, LightStorage, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part,
     Role, Room, SiteFile, SiteInfo, Sky, SkyModel, Transfer, UpAxis,

@@ -2,6 +2,7 @@
 
 use super::actor::{Actor, Ground, Walk};
 use super::lamp::{self, Lamp};
+use super::prepare::{Prepare, Winding};
 use super::types::{Albedo, Bake, Display, Part, Room, SiteFile, SiteInfo, Sky};
 use super::values::ProbeTimes;
 use heliodon_math::unit::Unit;
@@ -87,6 +88,10 @@ pub(super) fn write(site: &SiteFile) -> String {
     }
     if site.lamps.is_empty() {
         write_example(&mut w, |w| write_lamp(w, &Lamp::at([0.0, 2.0, 5.0], [10.0, 8.0, 5.0])));
+    }
+    match &site.prepare {
+        Some(prepare) => write_prepare(&mut w, prepare),
+        None => write_example(&mut w, |w| write_prepare(w, &Prepare::default())),
     }
     write_display(&mut w, &site.display);
     w.text
@@ -215,6 +220,25 @@ fn write_actor(w: &mut Writer, actor: &Actor) {
     w.optional("scale", &actor.scale, &1.0, "");
     w.optional("rotate_deg", &actor.rotate_deg, &[0.0; 3], "of the model itself");
     w.absent::<Albedo>("albedo", actor.albedo.as_ref(), "[0.5, 0.5, 0.5]", "in place of the file's own colours; or an image");
+}
+
+fn write_prepare(w: &mut Writer, prepare: &Prepare) {
+    let default = Prepare::default();
+    w.line(
+        "\n[prepare]  # geometry is cleaned and reduced to what a visitor can tell apart; without this table it stays as it is",
+    );
+    w.optional("clean", &prepare.clean, &default.clean, "weld vertices, drop degenerate, doubled and loose faces");
+    w.optional("weld_m", &prepare.weld_m, &default.weld_m, "vertices nearer than this become one");
+    w.optional("isolated_m", &prepare.isolated_m, &default.isolated_m, "loose pieces smaller than this are left out");
+    w.optional("winding", &prepare.winding, &Winding::Mend, "mend or report");
+    w.optional("solids", &prepare.solids, &default.solids, "unite fillings and props that run into each other");
+    w.optional("error_px", &prepare.error_px, &default.error_px, "simplify so far, in pixels from the nearest room; 0: not");
+    w.optional("edge_px", &prepare.edge_px, &default.edge_px, "the grain of light, in the same pixels");
+    w.optional("nearest_m", &prepare.nearest_m, &default.nearest_m, "no eye comes nearer to stone");
+    w.absent("error_m", prepare.error_m.as_ref(), "0.002", "in place of error_px where there are no rooms");
+    w.absent("edge_m", prepare.edge_m.as_ref(), "0.02", "in place of edge_px where there are no rooms");
+    w.optional("purge", &prepare.purge, &default.purge, "drop what no eye in any room can see; it still gives shadow");
+    w.optional("ring", &prepare.ring, &default.ring, "rings of neighbours kept around what is seen");
 }
 
 fn write_display(w: &mut Writer, display: &Display) {

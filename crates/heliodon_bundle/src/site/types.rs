@@ -4,6 +4,7 @@
 
 use super::actor::Actor;
 use super::lamp::Lamp;
+use super::prepare::Prepare;
 use super::values::{Date, ProbeTimes, TimeOfDay, UtcOffset};
 use heliodon_math::unit::Unit;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -41,6 +42,9 @@ pub struct SiteFile {
     /// Lamps.
     #[serde(rename = "light", default, skip_serializing_if = "Vec::is_empty")]
     pub lamps: Vec<Lamp>,
+    /// How geometry is cleaned and reduced; without it, it is taken as it comes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prepare: Option<Prepare>,
     /// The display that the site is prepared for.
     #[serde(default)]
     pub display: Display,

@@ -1,0 +1,77 @@
+//! `[prepare]`: from the geometry as it was scanned or modelled to the geometry that is drawn.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// `[prepare]`: how geometry is cleaned and reduced to what a visitor can tell apart. Without this table it is baked and drawn as it comes.
+///
+/// What is left out is left out of the picture only: light is baked among all of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Prepare {
+    /// Whether vertices are welded and degenerate, doubled and loose faces dropped.
+    pub clean: bool,
+    /// Vertices nearer than this become one, metres. 0 joins only those at the same place.
+    #[schemars(range(min = 0, max = 1))]
+    pub weld_m: f64,
+    /// Loose pieces whose box has a smaller diagonal than this are left out, metres. 0 keeps all.
+    #[schemars(range(min = 0, max = 1000))]
+    pub isolated_m: f64,
+    /// What is done about faces whose fronts disagree with their neighbours'.
+    pub winding: Winding,
+    /// Whether closed bodies among fillings and props that run into each other are united, and what is buried in others left out.
+    pub solids: bool,
+    /// How far, in pixels of `[display]` seen from the nearest room, simplified stone may lie off the original. 0 simplifies nothing.
+    #[schemars(range(min = 0, max = 100))]
+    pub error_px: f64,
+    /// The edge length, in the same pixels, that triangles are simplified to, and that larger ones are split to: light is stored at
+    /// vertices, so this is the grain of shadows. 0 splits nothing, and lets flat walls become two triangles.
+    #[schemars(range(min = 0, max = 1000))]
+    pub edge_px: f64,
+    /// No eye is taken to come nearer to stone than this, metres: what lies in a room has no finer grain.
+    #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0))]
+    pub nearest_m: f64,
+    /// As `error_px`, in metres, for a site without rooms. Default: nothing is simplified there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1000))]
+    pub error_m: Option<f64>,
+    /// As `edge_px`, in metres, for a site without rooms. Default: nothing is split there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 10000))]
+    pub edge_m: Option<f64>,
+    /// Whether faces that no eye in any room can see are left out.
+    pub purge: bool,
+    /// Rings of neighbours that are kept around what is seen.
+    #[schemars(range(max = 16))]
+    pub ring: u32,
+}
+
+impl Default for Prepare {
+    fn default() -> Self {
+        Self {
+            clean: true,
+            weld_m: 0.0,
+            isolated_m: 0.0,
+            winding: Winding::Mend,
+            solids: true,
+            error_px: 1.0,
+            edge_px: 3.0,
+            nearest_m: 1.0,
+            error_m: None,
+            edge_m: None,
+            purge: true,
+            ring: 1,
+        }
+    }
+}
+
+/// What is done about faces whose fronts disagree with their neighbours'.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Winding {
+    /// They are turned to agree; closed bodies get their fronts outside.
+    #[default]
+    Mend,
+    /// They are told of and left.
+    Report,
+}
