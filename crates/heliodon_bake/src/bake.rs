@@ -20,6 +20,7 @@ use heliodon_bundle::manifest::Counts;
 use heliodon_bundle::site::Actor;
 use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, GridPoints, LightLayout, Manifest, VertexLight, WriteError};
 use heliodon_mesh::Texture;
+use heliodon_rays::TriangleScene;
 use heliodon_sky::lapse::SunBounceBasis;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -64,13 +65,18 @@ pub fn bake(plan: &Plan, reporter: &dyn Reporter) -> Result<BakeReport, BakeErro
     plan.check_target()?;
     let reporter = &WarningsKept::new(reporter);
     let mut clock = Clock::default();
-    let scene = plan.read_scene(reporter)?;
+    let mut scene = plan.read_scene(reporter)?;
     let cache = Cache::open(&plan.cache_root(), &plan.key(&scene), &plan.owner())?;
     clock.lap("reading");
     let sky = bake_sky(plan, &cache, reporter)?;
     clock.lap("sky");
     let sky_steps = sky.lapse.steps.len();
-    let (light, grid, actors) = scene_light(plan, &scene, &sky.suns(), &cache, reporter, &mut clock)?;
+    reporter.stage("rays", 0);
+    let rays = scene.take_rays()?;
+    reporter.finished();
+    clock.lap("rays");
+    let (light, grid, actors) = scene_light(plan, &scene, rays, &sky.suns(), &cache, reporter)?;
+    clock.lap("light");
     let manifest = write_bundle(plan, &scene, sky, (&light, &grid), actors, &cache, reporter)?;
     clock.lap("writing");
     if !plan.options.keep_cache {
@@ -102,16 +108,13 @@ impl Clock {
 fn scene_light(
     plan: &Plan,
     scene: &Scene,
+    rays: TriangleScene,
     suns: &[Vec3],
     cache: &Cache,
     reporter: &dyn Reporter,
-    clock: &mut Clock,
 ) -> Result<(BakedLight, GridPlan, Vec<Actor>), BakeError> {
     let mesh = &scene.mesh;
-    reporter.stage("rays", 0);
-    let traceable = Traceable::new(mesh)?;
-    reporter.finished();
-    clock.lap("rays");
+    let traceable = Traceable::new(scene, rays);
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
     let actors = plan.actors(Some(&traceable.rays));
     let of_files = plan.figures.iter().flat_map(|figure| figure.warnings.iter().cloned());
@@ -122,7 +125,6 @@ fn scene_light(
     let input = LightInput { surfaces: traceable.surfaces(), suns, sun_bounce, params: &params, grid: &grid };
     let light = bake_light(&input, Some(cache), reporter)?;
     tell_of_darkness(&plan.site.parts, scene, &traceable.rays, &light.light.validity, params.offset_m, reporter);
-    clock.lap("light");
     Ok((light, grid, actors))
 }
 

@@ -33,10 +33,10 @@ impl<'a> ChunkMaker<'a> {
         let of_part = Mesh {
             positions: mesh.positions[range.vertices.clone()].to_vec(),
             uvs: mesh.uvs[some(mesh.uvs.len())].to_vec(),
-            triangles: mesh.triangles[range.triangles.clone()].iter().map(|t| t.map(|vertex| vertex - first)).collect(),
+            triangles: mesh.triangles[range.drawn_triangles()].iter().map(|t| t.map(|vertex| vertex - first)).collect(),
             triangle_material: match mesh.triangle_material.len() {
                 0 => Vec::new(),
-                _ => mesh.triangle_material[range.triangles.clone()].to_vec(),
+                _ => mesh.triangle_material[range.drawn_triangles()].to_vec(),
             },
             materials: mesh.materials.clone(),
             ..Mesh::default()

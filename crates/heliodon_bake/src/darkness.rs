@@ -37,7 +37,7 @@ pub fn tell_of_darkness(
     let upwards: Vec<Vec3> = fibonacci_sphere(DIRECTIONS).into_iter().filter(|direction| direction.y > 0.0).collect();
     let mut chips: Vec<u32> = Vec::new();
     for (part, range) in parts.iter().zip(&scene.parts) {
-        let triangles = &scene.mesh.triangles[range.triangles.clone()];
+        let triangles = &scene.mesh.triangles[range.drawn_triangles()];
         let is_lost = |triangle: &&[u32; 3]| triangle.iter().all(|&vertex| validity.is_lost(vertex));
         let lost: Vec<&[u32; 3]> = triangles.iter().filter(is_lost).collect();
         let stride = lost.len().div_ceil(FACES).max(1);

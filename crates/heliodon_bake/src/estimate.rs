@@ -70,10 +70,11 @@ const BUNDLE_VERTEX_BYTES: u64 = 36;
 /// # Errors
 /// As the bake's own first steps.
 pub fn estimate(plan: &Plan, reporter: &dyn Reporter) -> Result<Estimate, BakeError> {
-    let scene = plan.read_scene(reporter)?;
-    let mesh = &scene.mesh;
+    let mut scene = plan.read_scene(reporter)?;
     reporter.stage("timing", 0);
-    let traceable = Traceable::new(mesh)?;
+    let rays = scene.take_rays()?;
+    let mesh = &scene.mesh;
+    let traceable = Traceable::new(&scene, rays);
     let surfaces = traceable.surfaces();
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
     let layout = Layout::new(&surfaces, &params)?;

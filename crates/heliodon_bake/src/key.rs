@@ -92,7 +92,13 @@ pub fn bake_key(site: &Site, scene: &Scene, probes: &[&StoredFile]) -> String {
         }
     }
     for part in &scene.parts {
-        run(bytemuck::cast_slice(&[part.triangles.start as u64, part.triangles.end as u64]));
+        run(bytemuck::cast_slice(&[part.triangles.start as u64, part.triangles.end as u64, part.drawn as u64]));
+    }
+    if let Some(original) = &scene.original {
+        run(bytemuck::cast_slice(&original.positions));
+        run(bytemuck::cast_slice(&original.triangles));
+        run(bytemuck::cast_slice(&original.stands_for));
+        run(bytemuck::cast_slice(&original.clearance_m));
     }
     hasher.finalize().to_hex()[..32].to_owned()
 }

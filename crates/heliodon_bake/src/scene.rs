@@ -3,9 +3,10 @@
 use crate::albedo::SceneAlbedo;
 use crate::error::BakeError;
 use crate::report::Reporter;
+use glam::Vec3;
 use heliodon_bundle::site::{Albedo, InputFile, InputKind, Part, Site};
 use heliodon_image::SrgbImage;
-use heliodon_light::{Surfaces, median_edge_m};
+use heliodon_light::{Detail, Surfaces, median_edge_m};
 use heliodon_mesh::import::{ImportOptions, ImportReport, NormalSource, read_reporting};
 use heliodon_mesh::{Material, Mesh, Texture, TextureWrap};
 use heliodon_rays::{BuildParams, TriangleScene};
@@ -21,37 +22,70 @@ pub struct Scene {
     pub parts: Vec<PartRange>,
     /// What was left out or looked odd in the files.
     pub warnings: Vec<String>,
+    /// What the mesh is a simplification of; none where nothing was simplified.
+    pub original: Option<Original>,
+}
+
+/// The geometry that rays meet where less of it is drawn.
+#[derive(Debug, Default)]
+pub struct Original {
+    /// Its vertices, metres; none once [`Scene::take_rays`] has used them.
+    pub positions: Vec<Vec3>,
+    /// Its triangles; none once [`Scene::take_rays`] has used them.
+    pub triangles: Vec<[u32; 3]>,
+    /// For each of them the triangle of the scene's mesh that stands for it.
+    pub stands_for: Vec<u32>,
+    /// For each vertex of the scene's mesh how far the original departs from the triangles around it, metres.
+    pub clearance_m: Vec<f32>,
+}
+
+impl Scene {
+    /// Builds what answers rays: over the original where there is one, whose geometry is then given up, for it is in the answer.
+    ///
+    /// # Errors
+    /// More geometry than the ray engine holds.
+    pub fn take_rays(&mut self) -> Result<TriangleScene, BakeError> {
+        let params = BuildParams::default();
+        Ok(match &mut self.original {
+            None => TriangleScene::build(&self.mesh.positions, &self.mesh.triangles, &params)?,
+            Some(original) => {
+                let rays = TriangleScene::build(&original.positions, &original.triangles, &params)?;
+                (original.positions, original.triangles) = (Vec::new(), Vec::new());
+                rays
+            }
+        })
+    }
 }
 
 /// A scene made ready to be asked for light: what a bake and its estimate both begin with.
 pub struct Traceable<'a> {
-    mesh: &'a Mesh,
-    /// Its triangles, ready for rays.
+    scene: &'a Scene,
+    /// What rays meet.
     pub rays: TriangleScene,
     albedo: SceneAlbedo<'a>,
 }
 
 impl<'a> Traceable<'a> {
-    /// Builds what rays need.
-    ///
-    /// # Errors
-    /// More geometry than the ray engine holds.
-    pub fn new(mesh: &'a Mesh) -> Result<Self, BakeError> {
-        let rays = TriangleScene::build(&mesh.positions, &mesh.triangles, &BuildParams::default())?;
+    /// Of a scene and its [`Scene::take_rays`].
+    #[must_use]
+    pub fn new(scene: &'a Scene, rays: TriangleScene) -> Self {
+        let mesh = &scene.mesh;
         let albedo = SceneAlbedo::new(mesh, median_edge_m(&mesh.positions, &mesh.triangles));
-        Ok(Self { mesh, rays, albedo })
+        Self { scene, rays, albedo }
     }
 
     /// As the solver takes it.
     #[must_use]
     pub fn surfaces(&self) -> Surfaces<'_> {
+        let mesh = &self.scene.mesh;
+        let detail = |original: &'a Original| Detail { stands_for: &original.stands_for, clearance_m: &original.clearance_m };
         Surfaces {
             rays: &self.rays,
-            positions: &self.mesh.positions,
-            normals: &self.mesh.normals,
-            triangles: &self.mesh.triangles,
+            positions: &mesh.positions,
+            normals: &mesh.normals,
+            triangles: &mesh.triangles,
             albedo: &self.albedo,
-            detail: None,
+            detail: self.scene.original.as_ref().map(detail),
         }
     }
 }
@@ -63,8 +97,18 @@ pub struct PartRange {
     pub vertices: Range<usize>,
     /// Its triangles.
     pub triangles: Range<usize>,
+    /// How many of them, from the first on, are drawn; the others only reflect light.
+    pub drawn: usize,
     /// The files it was read from.
     pub files: usize,
+}
+
+impl PartRange {
+    /// Its triangles that are drawn.
+    #[must_use]
+    pub fn drawn_triangles(&self) -> Range<usize> {
+        self.triangles.start..self.triangles.start + self.drawn
+    }
 }
 
 /// Reads and places every part of a site; what was left out of the files is told as warnings once all are read.
@@ -76,7 +120,7 @@ pub fn read(site: &Site, files: &[InputFile], reporter: &dyn Reporter) -> Result
     let count = files.iter().filter(|file| matches!(file.kind, InputKind::Geometry(_))).count();
     reporter.stage("reading", count as u64);
     reporter.progress(0);
-    let mut scene = Scene { mesh: Mesh::default(), parts: Vec::new(), warnings: Vec::new() };
+    let mut scene = Scene { mesh: Mesh::default(), parts: Vec::new(), warnings: Vec::new(), original: None };
     let mut report = ImportReport::default();
     let mut done = 0;
     for (index, part) in site.parts.iter().enumerate() {
@@ -99,6 +143,7 @@ pub fn read(site: &Site, files: &[InputFile], reporter: &dyn Reporter) -> Result
         scene.parts.push(PartRange {
             vertices: first_vertex..scene.mesh.positions.len(),
             triangles: first_triangle..scene.mesh.triangles.len(),
+            drawn: scene.mesh.triangles.len() - first_triangle,
             files: geometry(index).count(),
         });
     }
