@@ -1,0 +1,114 @@
+//! The purge over all parts, and what stands for the light of what is dropped.
+
+use super::part::{Part, simplify_params};
+use super::report::PrepareReport;
+use crate::error::BakeError;
+use crate::report::Reporter;
+use glam::Vec3;
+use heliodon_bundle::site::Prepare;
+use heliodon_mesh::Mesh;
+use heliodon_prepare::Views;
+use heliodon_prepare::purge::{PurgeParams, Surface, purge};
+use heliodon_prepare::simplify::{SimplifyParams, measure, nearest_triangles, simplify};
+use heliodon_rays::{BuildParams, TriangleScene};
+use std::time::Instant;
+
+/// A part after the purge.
+pub(super) struct Reduced {
+    /// What is drawn.
+    pub drawn: Mesh,
+    /// What is not, and holds the light that it reflects.
+    pub hidden: Mesh,
+    /// For each triangle of the part's original the one that stands for it, those of `hidden` counted after those of `drawn`.
+    pub stands_for: Vec<u32>,
+    /// For each vertex of `drawn`, then of `hidden`, how far the original departs from the triangles around it, metres.
+    pub clearance_m: Vec<f32>,
+}
+
+/// What nobody sees is simplified so many times further: it only reflects, and what it reflects is a mean over many square centimetres.
+const COARSER: f32 = 4.0;
+
+/// Drops from the parts what nobody can see.
+///
+/// # Errors
+/// More geometry than the ray engine holds.
+pub(super) fn reduce(
+    parts: Vec<Part>,
+    views: &Views,
+    settings: &Prepare,
+    report: &mut PrepareReport,
+    reporter: &dyn Reporter,
+) -> Result<Vec<Reduced>, BakeError> {
+    let keep = if settings.purge && !views.cells.is_empty() {
+        reporter.stage("purging", 0);
+        let begun = Instant::now();
+        let (positions, triangles) = all_of(&parts);
+        let rays = TriangleScene::build(&positions, &triangles, &BuildParams::default())?;
+        let surface = Surface { positions: &positions, triangles: &triangles, single_sided: &[] };
+        let purged = purge(&rays, &surface, views, &PurgeParams { ring: settings.ring, ..PurgeParams::default() });
+        report.purge = Some(purged.report);
+        report.seconds.push(("purging".to_owned(), begun.elapsed().as_secs_f64()));
+        reporter.finished();
+        purged.keep
+    } else {
+        vec![true; parts.iter().map(|part| part.mesh.triangles.len()).sum()]
+    };
+    let fine = simplify_params(settings);
+    let coarse = SimplifyParams {
+        error_px: COARSER * fine.error_px,
+        edge_px: COARSER * fine.edge_px,
+        error_m: COARSER * fine.error_m,
+        edge_m: COARSER * fine.edge_m,
+        ..fine
+    };
+    let mut keep = keep.as_slice();
+    reporter.stage("simplifying what nobody sees", parts.len() as u64);
+    let begun = Instant::now();
+    let mut reduced = Vec::with_capacity(parts.len());
+    for (index, part) in parts.into_iter().enumerate() {
+        let (of_part, rest) = keep.split_at(part.mesh.triangles.len());
+        keep = rest;
+        reduced.push(reduce_part(part, of_part, views, &coarse));
+        reporter.progress(index as u64 + 1);
+    }
+    report.seconds.push(("simplifying what nobody sees".to_owned(), begun.elapsed().as_secs_f64()));
+    reporter.finished();
+    Ok(reduced)
+}
+
+/// The places and triangles of all parts.
+fn all_of(parts: &[Part]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for part in parts {
+        let first = positions.len() as u32;
+        positions.extend_from_slice(&part.mesh.positions);
+        triangles.extend(part.mesh.triangles.iter().map(|t| t.map(|vertex| vertex + first)));
+    }
+    (positions, triangles)
+}
+
+fn reduce_part(part: Part, keep: &[bool], views: &Views, coarse: &SimplifyParams) -> Reduced {
+    let Part { mesh, mut stands_for, clearance_m } = part;
+    let which = |kept: bool| -> Vec<u32> { (0..keep.len() as u32).filter(|&t| keep[t as usize] == kept).collect() };
+    let (kept, dropped) = (which(true), which(false));
+    let (drawn, drawn_vertices) = mesh.with_triangles(&kept);
+    let (unseen, _) = mesh.with_triangles(&dropped);
+    drop(mesh);
+    let mut clearance: Vec<f32> = drawn_vertices.iter().map(|&v| clearance_m[v as usize]).collect();
+    // where each triangle from before the purge went
+    let mut now = vec![0; keep.len()];
+    kept.iter().enumerate().for_each(|(place, &t)| now[t as usize] = place as u32);
+    let hidden = if dropped.is_empty() {
+        unseen
+    } else {
+        let simplified = simplify(&unseen, views, coarse);
+        let nearest = nearest_triangles(&unseen, &simplified.mesh, views, coarse);
+        for (&t, place) in dropped.iter().zip(nearest.triangle) {
+            now[t as usize] = kept.len() as u32 + place;
+        }
+        clearance.extend(measure(&unseen, &simplified.mesh, views, coarse).clearance_m);
+        simplified.mesh
+    };
+    stands_for.iter_mut().for_each(|t| *t = now[*t as usize]);
+    Reduced { drawn, hidden, stands_for, clearance_m: clearance }
+}

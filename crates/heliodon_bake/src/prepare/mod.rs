@@ -1,0 +1,80 @@
+//! From the files of a site to the geometry that is drawn, and what stands behind it in the light.
+//!
+//! Part after part is read, cleaned, split where it is coarse and simplified to what the display can show from the rooms ([`part`]); of all
+//! parts together what no eye in any room can see is dropped ([`dropped`]). Light is then solved at the vertices that are left, among the
+//! original geometry: what is dropped is not drawn, but still occludes, and a coarse form of it still holds the light that it reflects.
+
+mod dropped;
+mod part;
+mod report;
+mod views;
+
+pub use part::PartReport;
+pub use report::PrepareReport;
+pub use views::views;
+
+use crate::error::BakeError;
+use crate::report::Reporter;
+use crate::scene::{Original, PartRange, Scene};
+use dropped::{Reduced, reduce};
+use heliodon_bundle::site::{InputFile, Prepare, Site};
+use heliodon_mesh::Mesh;
+use heliodon_mesh::import::ImportReport;
+use part::{Part, prepare_part};
+
+/// What preparation makes of a site.
+#[derive(Debug)]
+pub struct Prepared {
+    /// What is drawn and what reflects, and the original that rays meet.
+    pub scene: Scene,
+    /// What was found and done.
+    pub report: PrepareReport,
+}
+
+/// Reads and prepares every part of a site.
+///
+/// # Errors
+/// Files that cannot be read, and what cannot be prepared within the limits of the formats.
+pub fn prepare(site: &Site, files: &[InputFile], settings: &Prepare, reporter: &dyn Reporter) -> Result<Prepared, BakeError> {
+    let views = views(site);
+    let mut import = ImportReport::default();
+    let mut original = Original::default();
+    let mut parts = Vec::with_capacity(site.parts.len());
+    let mut report = PrepareReport::default();
+    for index in 0..site.parts.len() {
+        let mesh = crate::scene::read_part(site, files, index, &mut import, reporter)?;
+        let (part, of_part) = prepare_part(site, index, mesh, &views, settings, &mut original, reporter)?;
+        parts.push(part);
+        report.parts.push(of_part);
+    }
+    let reduced = reduce(parts, &views, settings, &mut report, reporter)?;
+    let scene = join(reduced, original, files, import.warnings)?;
+    report.count(&scene);
+    Ok(Prepared { scene, report })
+}
+
+/// Puts the parts together into one mesh.
+fn join(parts: Vec<Reduced>, mut original: Original, files: &[InputFile], warnings: Vec<String>) -> Result<Scene, BakeError> {
+    let mut scene = Scene { mesh: Mesh::default(), parts: Vec::new(), warnings, original: None };
+    for (index, part) in parts.into_iter().enumerate() {
+        let (first_vertex, first_triangle) = (scene.mesh.positions.len(), scene.mesh.triangles.len());
+        let drawn = part.drawn.triangles.len();
+        original.stands_for.extend(part.stands_for.iter().map(|&t| first_triangle as u32 + t));
+        original.clearance_m.extend(part.clearance_m);
+        for mesh in [part.drawn, part.hidden] {
+            if scene.mesh.positions.is_empty() {
+                scene.mesh = mesh;
+            } else {
+                scene.mesh.append(&mesh)?;
+            }
+        }
+        scene.parts.push(PartRange {
+            vertices: first_vertex..scene.mesh.positions.len(),
+            triangles: first_triangle..scene.mesh.triangles.len(),
+            drawn,
+            files: crate::scene::files_of(files, index).count(),
+        });
+    }
+    scene.original = Some(original);
+    Ok(scene)
+}
