@@ -45,6 +45,8 @@ pub enum Command {
     Check(commands::check::Args),
     /// Finds the light of the day in sky probes, or computes it from a sky model
     Sky(commands::sky::Args),
+    /// Cleans a site's geometry and reduces it to what can be seen; reports what it found
+    Prepare(commands::prepare::Args),
     /// Computes a site's light; run again after an interruption, it goes on where it stopped
     Bake(commands::bake::Args),
     /// Opens the viewer

@@ -55,6 +55,7 @@ fn run(args: Args) -> Result<()> {
         Command::New(args) => commands::new::run(&app, &args),
         Command::Check(args) => commands::check::run(&app, &args),
         Command::Sky(args) => commands::sky::run(&app, &args),
+        Command::Prepare(args) => commands::prepare::run(&app, &args),
         Command::Bake(args) => commands::bake::run(&app, &args),
         #[cfg(feature = "viewer")]
         Command::View(args) => commands::view::run(&app, &args),

@@ -5,13 +5,14 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// The crates whose code decides a bake's result, in their folders beside one another.
-pub const CRATES: [&str; 8] = [
+pub const CRATES: [&str; 9] = [
     "heliodon_bake",
     "heliodon_bundle",
     "heliodon_image",
     "heliodon_light",
     "heliodon_math",
     "heliodon_mesh",
+    "heliodon_prepare",
     "heliodon_rays",
     "heliodon_sky",
 ];

@@ -14,6 +14,9 @@ pub enum BakeError {
     /// The meshes do not fit into one.
     #[error("the parts do not fit into one site: {0}; leave some out, or join their materials")]
     Join(#[from] heliodon_mesh::MeshError),
+    /// Large triangles cannot be split.
+    #[error("{0}; or write edge_px = 0 into [prepare]")]
+    Split(#[from] heliodon_prepare::split::SplitError),
     /// An image cannot be read.
     #[error(transparent)]
     Image(#[from] heliodon_image::ImageError),
@@ -26,6 +29,9 @@ pub enum BakeError {
     /// The solver refuses its input.
     #[error("the light cannot be solved: {0}")]
     Light(#[from] heliodon_light::LightError),
+    /// A mesh that shows what was found cannot be written.
+    #[error(transparent)]
+    Export(#[from] heliodon_mesh::export::ExportError),
     /// Finished work cannot be kept.
     #[error(transparent)]
     Cache(#[from] crate::cache::CacheError),

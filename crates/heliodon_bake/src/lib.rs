@@ -29,6 +29,7 @@ mod key;
 pub mod light;
 pub mod memory;
 pub mod plan;
+pub mod prepare;
 mod referenced;
 pub mod report;
 pub mod scene;

@@ -7,6 +7,7 @@ use crate::grid::GridPlan;
 use crate::ground::{as_given, on_the_ground};
 use crate::key::{TOOL, bake_key, hash_inputs, told_name};
 use crate::light::channels;
+use crate::prepare::prepare;
 use crate::report::Reporter;
 use crate::scene::{self, Scene};
 use glam::Vec3;
@@ -92,12 +93,15 @@ impl Plan {
         Ok(())
     }
 
-    /// Reads the geometry.
+    /// Reads the geometry, and prepares it where the site wants that.
     ///
     /// # Errors
-    /// As [`scene::read`].
+    /// As [`scene::read`] and [`prepare`].
     pub fn read_scene(&self, reporter: &dyn Reporter) -> Result<Scene, BakeError> {
-        scene::read(&self.site, &self.files, reporter)
+        match &self.site.prepare {
+            None => scene::read(&self.site, &self.files, reporter),
+            Some(settings) => Ok(prepare(&self.site, &self.files, settings, None, reporter)?.scene),
+        }
     }
 
     /// The hash under which this bake's finished work is kept.

@@ -116,41 +116,81 @@ impl PartRange {
 /// # Errors
 /// Files that cannot be read, and an albedo image without texture coordinates to lay it on.
 pub fn read(site: &Site, files: &[InputFile], reporter: &dyn Reporter) -> Result<Scene, BakeError> {
-    let geometry = |part: usize| files.iter().filter(move |file| file.kind == InputKind::Geometry(part));
     let count = files.iter().filter(|file| matches!(file.kind, InputKind::Geometry(_))).count();
     reporter.stage("reading", count as u64);
     reporter.progress(0);
     let mut scene = Scene { mesh: Mesh::default(), parts: Vec::new(), warnings: Vec::new(), original: None };
     let mut report = ImportReport::default();
     let mut done = 0;
-    for (index, part) in site.parts.iter().enumerate() {
+    for index in 0..site.parts.len() {
         let (first_vertex, first_triangle) = (scene.mesh.positions.len(), scene.mesh.triangles.len());
-        let options = import_options(part, site.site.origin);
-        let albedo = part_albedo(site, index, files)?;
-        for file in geometry(index) {
-            let mut mesh = read_reporting(&file.path, &options, &mut report)?;
-            if let Some(albedo) = &albedo {
-                set_albedo(&mut mesh, albedo, site, index, file)?;
-            }
-            if scene.mesh.positions.is_empty() {
-                scene.mesh = mesh;
-            } else {
-                scene.mesh.append(&mesh)?;
-            }
+        read_files(site, files, index, &mut scene.mesh, &mut report, &mut || {
             done += 1;
             reporter.progress(done);
-        }
+        })?;
         scene.parts.push(PartRange {
             vertices: first_vertex..scene.mesh.positions.len(),
             triangles: first_triangle..scene.mesh.triangles.len(),
             drawn: scene.mesh.triangles.len() - first_triangle,
-            files: geometry(index).count(),
+            files: files_of(files, index).count(),
         });
     }
     reporter.finished();
     report.warnings.iter().for_each(|warning| reporter.warning(warning));
     scene.warnings = report.warnings;
     Ok(scene)
+}
+
+/// The geometry files of a part.
+pub(crate) fn files_of(files: &[InputFile], part: usize) -> impl Iterator<Item = &InputFile> {
+    files.iter().filter(move |file| file.kind == InputKind::Geometry(part))
+}
+
+/// Reads the files of one part into a mesh of their own.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn read_part(
+    site: &Site,
+    files: &[InputFile],
+    part: usize,
+    report: &mut ImportReport,
+    reporter: &dyn Reporter,
+) -> Result<Mesh, BakeError> {
+    reporter.stage(&format!("reading {}", site.parts[part].display_name()), files_of(files, part).count() as u64);
+    let (mut mesh, mut done) = (Mesh::default(), 0);
+    read_files(site, files, part, &mut mesh, report, &mut || {
+        done += 1;
+        reporter.progress(done);
+    })?;
+    reporter.finished();
+    Ok(mesh)
+}
+
+/// Adds the files of one part to a mesh; `one_more` is told of each.
+fn read_files(
+    site: &Site,
+    files: &[InputFile],
+    index: usize,
+    into: &mut Mesh,
+    report: &mut ImportReport,
+    one_more: &mut dyn FnMut(),
+) -> Result<(), BakeError> {
+    let options = import_options(&site.parts[index], site.site.origin);
+    let albedo = part_albedo(site, index, files)?;
+    for file in files_of(files, index) {
+        let mut mesh = read_reporting(&file.path, &options, report)?;
+        if let Some(albedo) = &albedo {
+            set_albedo(&mut mesh, albedo, site, index, file)?;
+        }
+        if into.positions.is_empty() {
+            *into = mesh;
+        } else {
+            into.append(&mesh)?;
+        }
+        one_more();
+    }
+    Ok(())
 }
 
 /// How `site.toml` wants a part's files read.

@@ -9,6 +9,11 @@ pub const UNSAID_ALBEDO: f32 = 0.5;
 /// Edges that a median is taken of, at most; evenly spread over the triangles.
 const MOST_EDGES: usize = 3 << 18;
 
+/// Some of the values; none where there are none.
+fn pick<T: Copy>(all: &[T], which: &[u32]) -> Vec<T> {
+    if all.is_empty() { Vec::new() } else { which.iter().map(|&i| all[i as usize]).collect() }
+}
+
 impl Mesh {
     /// The area of all triangles in square metres.
     #[must_use]
@@ -37,6 +42,39 @@ impl Mesh {
         }
         let middle = lengths.len() / 2;
         *lengths.select_nth_unstable_by(middle, f32::total_cmp).1
+    }
+
+    /// Some of the triangles as a mesh of their own, with the vertices that they use in the order in which they use them, and all materials; and
+    /// which vertex of this mesh each of its vertices is.
+    ///
+    /// # Panics
+    /// Where there is no such triangle, or it names no such vertex.
+    #[must_use]
+    pub fn with_triangles(&self, triangles: &[u32]) -> (Self, Vec<u32>) {
+        const UNUSED: u32 = u32::MAX;
+        let mut place = vec![UNUSED; self.positions.len()];
+        let mut vertices = Vec::new();
+        let corners = triangles.iter().map(|&t| {
+            self.triangles[t as usize].map(|vertex| {
+                let place = &mut place[vertex as usize];
+                if *place == UNUSED {
+                    *place = vertices.len() as u32;
+                    vertices.push(vertex);
+                }
+                *place
+            })
+        });
+        let corners: Vec<[u32; 3]> = corners.collect();
+        let mesh = Self {
+            positions: pick(&self.positions, &vertices),
+            normals: pick(&self.normals, &vertices),
+            uvs: pick(&self.uvs, &vertices),
+            colors_linear: pick(&self.colors_linear, &vertices),
+            triangles: corners,
+            triangle_material: pick(&self.triangle_material, triangles),
+            materials: self.materials.clone(),
+        };
+        (mesh, vertices)
     }
 
     /// Adds another mesh of the same space. What only one of them has is filled in for the other: computed normals, texture

@@ -2,7 +2,12 @@
 //!
 //! [`Views`] says where eyes can be and what screen they look at; what no eye can tell apart need not be drawn.
 
+pub mod clean;
+#[cfg(test)]
+mod shapes;
 pub mod simplify;
+pub mod split;
+mod topology;
 mod views;
 
 pub use views::{Screen, ViewCell, Views};

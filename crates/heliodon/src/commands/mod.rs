@@ -9,6 +9,7 @@ pub mod export;
 pub mod figures;
 pub mod inspect;
 pub mod new;
+pub mod prepare;
 #[cfg(feature = "viewer")]
 pub mod render;
 pub mod sky;

@@ -1,5 +1,6 @@
 //! The purge over all parts, and what stands for the light of what is dropped.
 
+use super::looks::Looks;
 use super::part::{Part, simplify_params};
 use super::report::PrepareReport;
 use crate::error::BakeError;
@@ -37,6 +38,7 @@ pub(super) fn reduce(
     views: &Views,
     settings: &Prepare,
     report: &mut PrepareReport,
+    looks: &Looks,
     reporter: &dyn Reporter,
 ) -> Result<Vec<Reduced>, BakeError> {
     let keep = if settings.purge && !views.cells.is_empty() {
@@ -68,6 +70,7 @@ pub(super) fn reduce(
     for (index, part) in parts.into_iter().enumerate() {
         let (of_part, rest) = keep.split_at(part.mesh.triangles.len());
         keep = rest;
+        looks.kept(index, &part.mesh, of_part)?;
         reduced.push(reduce_part(part, of_part, views, &coarse));
         reporter.progress(index as u64 + 1);
     }

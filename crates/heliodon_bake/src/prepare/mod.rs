@@ -5,6 +5,7 @@
 //! original geometry: what is dropped is not drawn, but still occludes, and a coarse form of it still holds the light that it reflects.
 
 mod dropped;
+mod looks;
 mod part;
 mod report;
 mod views;
@@ -20,7 +21,9 @@ use dropped::{Reduced, reduce};
 use heliodon_bundle::site::{InputFile, Prepare, Site};
 use heliodon_mesh::Mesh;
 use heliodon_mesh::import::ImportReport;
+use looks::Looks;
 use part::{Part, prepare_part};
+use std::path::Path;
 
 /// What preparation makes of a site.
 #[derive(Debug)]
@@ -31,23 +34,31 @@ pub struct Prepared {
     pub report: PrepareReport,
 }
 
-/// Reads and prepares every part of a site.
+/// Reads and prepares every part of a site. Into the folder `looks`, which must exist, coloured meshes are written that show what was found
+/// and done.
 ///
 /// # Errors
 /// Files that cannot be read, and what cannot be prepared within the limits of the formats.
-pub fn prepare(site: &Site, files: &[InputFile], settings: &Prepare, reporter: &dyn Reporter) -> Result<Prepared, BakeError> {
+pub fn prepare(
+    site: &Site,
+    files: &[InputFile],
+    settings: &Prepare,
+    looks: Option<&Path>,
+    reporter: &dyn Reporter,
+) -> Result<Prepared, BakeError> {
     let views = views(site);
+    let looks = Looks::new(site, looks);
     let mut import = ImportReport::default();
     let mut original = Original::default();
     let mut parts = Vec::with_capacity(site.parts.len());
     let mut report = PrepareReport::default();
     for index in 0..site.parts.len() {
         let mesh = crate::scene::read_part(site, files, index, &mut import, reporter)?;
-        let (part, of_part) = prepare_part(site, index, mesh, &views, settings, &mut original, reporter)?;
+        let (part, of_part) = prepare_part(site, index, mesh, &views, settings, &mut original, &looks, reporter)?;
         parts.push(part);
         report.parts.push(of_part);
     }
-    let reduced = reduce(parts, &views, settings, &mut report, reporter)?;
+    let reduced = reduce(parts, &views, settings, &mut report, &looks, reporter)?;
     let scene = join(reduced, original, files, import.warnings)?;
     report.count(&scene);
     Ok(Prepared { scene, report })

@@ -1,5 +1,6 @@
 //! One part: from its files to what the display can show of it.
 
+use super::looks::Looks;
 use crate::error::BakeError;
 use crate::report::Reporter;
 use crate::scene::Original;
@@ -81,6 +82,7 @@ pub(super) fn simplify_params(settings: &Prepare) -> SimplifyParams {
 /// Clearances are at most this many times the error that was allowed: where a loose bit was dropped, the surface nearest to it is another one.
 const MOST_CLEARANCE: f32 = 2.0;
 
+#[expect(clippy::too_many_arguments, reason = "a step of the pipeline: what it works on, and what it adds to")]
 /// Cleans, splits and simplifies a part; what rays will meet of it is added to `original`.
 ///
 /// # Errors
@@ -92,6 +94,7 @@ pub(super) fn prepare_part(
     views: &Views,
     settings: &Prepare,
     original: &mut Original,
+    looks: &Looks,
     reporter: &dyn Reporter,
 ) -> Result<(Part, PartReport), BakeError> {
     let part = &site.parts[index];
@@ -104,10 +107,16 @@ pub(super) fn prepare_part(
     };
     if settings.clean {
         let params = clean_params(settings, part.role, views);
-        report.clean = Some(steps.run("cleaning", || clean(&mut mesh, &params)));
+        let as_read = looks.wanted().then(|| mesh.clone());
+        let found = steps.run("cleaning", || clean(&mut mesh, &params));
+        if let Some(as_read) = as_read {
+            looks.found(index, &as_read, &found)?;
+        }
+        report.clean = Some(found);
     }
     let params = simplify_params(settings);
-    let target_m = |place| if views.cells.is_empty() { params.edge_m } else { params.edge_px * views.pixel_m(place, params.nearest_m) };
+    let target_m =
+        |place| if views.cells.is_empty() { params.edge_m } else { params.edge_px * views.pixel_m(place, params.nearest_m) };
     if target_m(glam::Vec3::ZERO) > 0.0 {
         let longest_m = |place| LONGEST_EDGE * target_m(place);
         report.split = Some(steps.run("splitting", || split(&mut mesh, longest_m, MOST_TRIANGLES))?);
@@ -115,7 +124,8 @@ pub(super) fn prepare_part(
     report.triangles_original = mesh.triangles.len() as u64;
     push_original(original, &mesh)?;
 
-    let error_m = |place| if views.cells.is_empty() { params.error_m } else { params.error_px * views.pixel_m(place, params.nearest_m) };
+    let error_m =
+        |place| if views.cells.is_empty() { params.error_m } else { params.error_px * views.pixel_m(place, params.nearest_m) };
     let part = if error_m(glam::Vec3::ZERO) > 0.0 {
         let simplified = steps.run("simplifying", || simplify(&mesh, views, &params));
         let measured = steps.run("measuring", || measure(&mesh, &simplified.mesh, views, &params));

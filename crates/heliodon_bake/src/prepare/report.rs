@@ -5,6 +5,7 @@ use crate::memory::peak_resident_bytes;
 use crate::scene::Scene;
 use heliodon_prepare::purge::PurgeReport;
 use serde::Serialize;
+use std::fmt;
 
 /// What preparation found and did.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -43,5 +44,45 @@ impl PrepareReport {
         self.triangles_hidden = sum(|part| part.triangles_hidden);
         self.vertices = scene.mesh.positions.len() as u64;
         self.peak_memory_bytes = peak_resident_bytes();
+    }
+}
+
+impl fmt::Display for PrepareReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for part in &self.parts {
+            writeln!(f, "{part}")?;
+        }
+        if let Some(purge) = &self.purge {
+            writeln!(f, "{purge}")?;
+        }
+        let Self { triangles_read, triangles_original, triangles_drawn, triangles_hidden, vertices, .. } = self;
+        writeln!(f, "{triangles_read} triangles read, {triangles_original} that rays of light meet")?;
+        writeln!(
+            f,
+            "{triangles_drawn} triangles drawn, {triangles_hidden} that only reflect light, {vertices} vertices at which it is solved"
+        )
+    }
+}
+
+impl fmt::Display for PartReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, triangles_read, vertices_read, .. } = self;
+        writeln!(f, "part {name}: {triangles_read} triangles over {vertices_read} vertices in its files")?;
+        if let Some(clean) = &self.clean {
+            writeln!(f, "  cleaned: {}", clean.to_string().replace('\n', "\n  "))?;
+        }
+        if let Some(split) = self.split.as_ref().filter(|split| split.split_triangles > 0) {
+            writeln!(f, "  split: {split}")?;
+        }
+        if let (Some(simplify), Some(error)) = (&self.simplify, &self.error) {
+            let off = &error.from_original;
+            writeln!(f, "  simplified: {} triangles, now {}", simplify.triangles_before, simplify.triangles_after)?;
+            writeln!(
+                f,
+                "  off the original by {:.2} px in the mean, {:.2} px at the 95th percentile, {:.1} px ({:.4} m) at most",
+                off.mean_px, off.p95_px, off.max_px, off.max_m
+            )?;
+        }
+        write!(f, "  drawn: {}, not seen: {} that only reflect light", self.triangles_drawn, self.triangles_hidden)
     }
 }

@@ -14,10 +14,7 @@ pub fn views(site: &Site) -> Views {
         windows: room.windows.iter().map(|window| window.map(point)).collect(),
     });
     let display = &site.display;
-    let screen = Screen {
-        width_px: display.width_px,
-        height_px: display.height_px,
-        fov_rad: display.fov_deg.to_radians() as f32,
-    };
+    let screen =
+        Screen { width_px: display.width_px, height_px: display.height_px, fov_rad: display.fov_deg.to_radians() as f32 };
     Views { cells: cells.collect(), screen }
 }

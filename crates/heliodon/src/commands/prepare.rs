@@ -1,0 +1,58 @@
+//! `heliodon prepare`: a site's geometry, cleaned and reduced to what can be seen.
+
+use crate::App;
+use crate::output::{bytes, duration};
+use anyhow::{Context, Result};
+use heliodon_bake::prepare::{PrepareReport, prepare};
+use heliodon_bake::report::Reporter;
+use heliodon_bundle::site::Site;
+use std::fs;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Cleans a site's geometry, splits what is coarse, simplifies it to what the display shows from the rooms and drops what no eye in
+/// them can see, and reports what was found and done; bakes nothing.
+///
+/// The settings are those of [prepare] in site.toml; a site without it is told what the defaults would do.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  heliodon prepare mysite\n  heliodon prepare mysite -o found --json")]
+pub struct Args {
+    /// The site's folder, or its site.toml
+    site: PathBuf,
+    /// Write report.txt, report.json and coloured meshes of what was found and what is drawn into this folder
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+}
+
+/// Runs it.
+pub fn run(app: &App, args: &Args) -> Result<()> {
+    let site = Site::read(&args.site)?;
+    let settings = site.prepare.clone().unwrap_or_else(|| {
+        app.progress
+            .note("site.toml has no [prepare]: this is what its defaults would do; a bake takes the geometry as it comes");
+        heliodon_bundle::site::Prepare::default()
+    });
+    if let Some(folder) = &args.output {
+        fs::create_dir_all(folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    }
+    let begun = Instant::now();
+    let files = site.input_files()?;
+    let report = prepare(&site, &files, &settings, args.output.as_deref(), &app.progress)?.report;
+    let text = describe(&report, begun.elapsed().as_secs_f64());
+    if let Some(folder) = &args.output {
+        let json = serde_json::to_vec_pretty(&report).context("the report cannot be written as JSON")?;
+        for (name, content) in [("report.txt", text.as_bytes()), ("report.json", json.as_slice())] {
+            let path = folder.join(name);
+            fs::write(&path, content).with_context(|| format!("{}: cannot be written", path.display()))?;
+        }
+    }
+    app.output.result(&report, |_| text)
+}
+
+fn describe(report: &PrepareReport, seconds: f64) -> String {
+    let mut text = format!("{report}in {}", duration(seconds));
+    if let Some(peak) = report.peak_memory_bytes {
+        text += &format!(", {} of memory at the peak", bytes(peak));
+    }
+    text + "\n"
+}

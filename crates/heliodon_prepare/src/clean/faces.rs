@@ -1,0 +1,84 @@
+//! Triangles that are none, and triangles that are there twice.
+
+use super::{CleanReport, DoubleWalls, Mark};
+use crate::topology::{Buckets, NOWHERE};
+use glam::Vec3;
+use heliodon_mesh::Mesh;
+
+/// A triangle whose height over its longest edge is below this part of the edge is none. Positions are rounded to 6e-8 of their
+/// distance from the origin, so such a one has a normal by chance at best; the gap that it leaves is a micrometre wide for a metre.
+const LEAST_HEIGHT: f64 = 1.0e-6;
+
+/// Whether three corners span a triangle.
+pub(super) fn is_flat([a, b, c]: [Vec3; 3]) -> bool {
+    let [a, b, c] = [a, b, c].map(Vec3::as_dvec3);
+    let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+    // not "less than": a single point has neither area nor edges
+    (b - a).cross(c - a).length() <= LEAST_HEIGHT * longest
+}
+
+/// Marks triangles with corners that are not finite, or without an area.
+pub(super) fn mark_unfit(mesh: &Mesh, places: &[u32], report: &mut CleanReport) {
+    for (t, triangle) in mesh.triangles.iter().enumerate() {
+        let [a, b, c] = triangle.map(|vertex| places[vertex as usize]);
+        if [a, b, c].contains(&NOWHERE) {
+            report.marks[t] = Mark::NonFinite;
+            report.non_finite.triangles += 1;
+        } else if a == b || b == c || c == a || is_flat(mesh.corners(t)) {
+            report.marks[t] = Mark::Degenerate;
+            report.degenerate.add(mesh, t);
+        }
+    }
+}
+
+/// A triangle by its places: the two higher ones, then twice its number, and one more if it runs the other way round.
+type Key = [u32; 3];
+
+/// Marks triangles at the same three places as an earlier one.
+pub(super) fn mark_repeated(mesh: &Mesh, places: &[u32], walls: DoubleWalls, report: &mut CleanReport) {
+    let marks = &report.marks;
+    let buckets: Buckets<Key> = Buckets::new(places.len(), |give| {
+        for (t, triangle) in mesh.triangles.iter().enumerate().filter(|(t, _)| !marks[*t].is_removed()) {
+            let [a, b, c] = triangle.map(|vertex| places[vertex as usize]);
+            // turned so that the lowest comes first, which keeps the sense
+            let [low, next, last] = if a < b && a < c {
+                [a, b, c]
+            } else if b < c {
+                [b, c, a]
+            } else {
+                [c, a, b]
+            };
+            give(low, [next.min(last), next.max(last), (t as u32) << 1 | u32::from(next > last)]);
+        }
+    });
+    let (mut duplicates, mut double) = (Vec::new(), Vec::new());
+    for (_, keys) in buckets.iter() {
+        for same in keys.chunk_by(|a, b| a[..2] == b[..2]).filter(|same| same.len() > 1) {
+            let mut first = [None; 2];
+            for &[_, _, name] in same {
+                match &mut first[name as usize & 1] {
+                    Some(_) => duplicates.push(name >> 1),
+                    none => *none = Some(name >> 1),
+                }
+            }
+            if let [Some(a), Some(b)] = first {
+                double.push([a.min(b), a.max(b)]);
+            }
+        }
+    }
+    drop(buckets);
+    // in the order of the mesh, so that the first place told is the first there
+    duplicates.sort_unstable();
+    double.sort_unstable();
+    for t in duplicates {
+        report.marks[t as usize] = Mark::Duplicate;
+        report.duplicate.add(mesh, t as usize);
+    }
+    for pair in double {
+        for (t, removed) in pair.into_iter().zip([walls == DoubleWalls::Remove, walls != DoubleWalls::Keep]) {
+            report.double_walls.add(mesh, t as usize);
+            report.double_walls_removed += u64::from(removed);
+            report.marks[t as usize] = if removed { Mark::RemovedDoubleWall } else { Mark::DoubleWall };
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! Cleaning: what scanners, modellers and exporters leave behind that is no surface, or is one twice, or the wrong way round.
+//!
+//! All is decided by position, for a seam of texture or normals is no gap; vertices are united at the end only, where nothing tells
+//! them apart. Everything is found by counting sorts and disjoint sets over plain arrays: 10 million triangles take some 60 bytes each
+//! while it works. Only the edges where exactly two triangles meet tell how a patch is wound.
+
+mod attributes;
+mod faces;
+mod paint;
+mod parts;
+mod report;
+mod rims;
+mod winding;
+
+pub use paint::{color, paint};
+pub use report::{CleanReport, EdgeFinding, Finding, Mark};
+
+use crate::topology::{Edges, Patches, places, settle};
+use glam::Vec3;
+use heliodon_mesh::Mesh;
+
+/// What becomes of two triangles at the same three places that look opposite ways: both sides of a sheet, or the wall between two bodies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DoubleWalls {
+    /// Both stay. Each side of a sheet has its own normals, so its own light, and maybe its own texture; a viewer that draws both
+    /// sides of every triangle draws one of them, as its depth test has it. The wall between two bodies is for
+    /// [`crate::solids`], which knows that it is one.
+    #[default]
+    Keep,
+    /// The first stays, and occludes and reflects as both did; its other side shows the first one's light.
+    KeepFirst,
+    /// Both go. Right where all of them are walls between bodies; a lone sheet is lost.
+    Remove,
+}
+
+/// What becomes of triangles that are wound against their neighbours, and of closed surfaces that are inside out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Winding {
+    /// The lesser part of a patch is turned round, and closed surfaces look outwards; normals that look away from their turned
+    /// triangles are turned with them. Hollows within other closed surfaces, and rooms that hold one of
+    /// [`CleanParams::eyes`], keep looking inwards.
+    #[default]
+    Mend,
+    /// It is told.
+    Report,
+}
+
+/// How to clean.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CleanParams {
+    /// Vertices within this of one another are moved to one place, in metres; 0 unites none but those at the same place. More mends
+    /// wider cracks, and eats detail of its size; above 0 takes about three times as long.
+    pub weld_m: f32,
+    /// Bits that hang together with nothing else and whose bounding box has a diagonal below this are removed, in metres. The largest
+    /// piece always stays.
+    pub isolated_m: f32,
+    /// What becomes of double walls.
+    pub double_walls: DoubleWalls,
+    /// What becomes of wrong windings.
+    pub winding: Winding,
+    /// Vertices at one place with the same texture coordinates and colour become one where their normals differ by less, in radians.
+    /// More leaves fewer vertices and blurs creases.
+    pub crease_rad: f32,
+    /// Places where eyes can be, in metres: a closed surface that looks inwards around one is a room, not a body inside out.
+    pub eyes: Vec<Vec3>,
+}
+
+impl Default for CleanParams {
+    fn default() -> Self {
+        Self {
+            weld_m: 0.0,
+            isolated_m: 0.0,
+            double_walls: DoubleWalls::default(),
+            winding: Winding::default(),
+            crease_rad: 0.5_f32.to_radians(),
+            eyes: Vec::new(),
+        }
+    }
+}
+
+impl CleanParams {
+    /// For a scan: dust below 2 cm goes.
+    #[must_use]
+    pub fn scan() -> Self {
+        Self { isolated_m: 0.02, ..Self::default() }
+    }
+
+    /// For modelled geometry in metres: what was meant to touch within a hundredth of a millimetre touches.
+    #[must_use]
+    pub fn modelled() -> Self {
+        Self { weld_m: 1.0e-5, ..Self::default() }
+    }
+}
+
+/// Cleans a mesh in place, and tells what it found and did. The mesh is valid ([`Mesh::validate`]) after it if its arrays have the
+/// right lengths and its textures are whole: attributes that are not finite or out of range are mended. Cleaning twice is cleaning once.
+///
+/// # Panics
+/// Where a triangle names a vertex that does not exist, an array has a wrong length, or there are 2^31 vertices or 700 million triangles.
+pub fn clean(mesh: &mut Mesh, params: &CleanParams) -> CleanReport {
+    let mut report = CleanReport { marks: vec![Mark::Kept; mesh.triangles.len()], ..CleanReport::default() };
+    report.before(mesh);
+    report.mended_attributes = attributes::mend(mesh);
+    let places = places(&mesh.positions, params.weld_m);
+    report.moved_vertices =
+        places.iter().zip(&mesh.positions).filter(|&(&place, p)| place_differs(mesh, place, *p)).count() as u64;
+    settle(&mut mesh.positions, &places);
+
+    faces::mark_unfit(mesh, &places, &mut report);
+    faces::mark_repeated(mesh, &places, params.double_walls, &mut report);
+    parts::mark_isolated(mesh, &places, params.isolated_m, &mut report);
+
+    let marks = &report.marks;
+    let edges = Edges::new(&mesh.triangles, &places, |t| !marks[t].is_removed());
+    let patches = Patches::new(&mesh.positions, &mesh.triangles, &edges, |t| !marks[t].is_removed());
+    winding::mend(mesh, &patches, params, &mut report);
+    drop(patches);
+    rims::mark(mesh, &places, &edges, &mut report);
+    drop(edges);
+
+    attributes::keep(mesh, &places, params.crease_rad, &report.marks);
+    report.after(mesh);
+    report
+}
+
+fn place_differs(mesh: &Mesh, place: u32, p: Vec3) -> bool {
+    mesh.positions.get(place as usize).is_some_and(|&place| place != p)
+}
+
+/// Twice a triangle's area, as a vector.
+fn double_area(mesh: &Mesh, triangle: usize) -> glam::DVec3 {
+    let [a, b, c] = mesh.corners(triangle).map(Vec3::as_dvec3);
+    (b - a).cross(c - a)
+}
+
+/// A triangle's centroid.
+fn center(mesh: &Mesh, triangle: usize) -> Vec3 {
+    let [a, b, c] = mesh.corners(triangle).map(Vec3::as_dvec3);
+    ((a + b + c) / 3.0).as_vec3()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,43 @@
+//! Edges without a neighbour, edges with too many, and the rims that open edges make.
+
+use super::{CleanReport, Mark};
+use crate::topology::{Edges, UnionFind};
+use heliodon_mesh::Mesh;
+
+/// Marks the triangles at such edges, and measures the rims.
+pub(super) fn mark(mesh: &Mesh, places: &[u32], edges: &Edges, report: &mut CleanReport) {
+    let mut open: Vec<[u32; 2]> = Vec::new();
+    edges.for_each(|[a, b], sides| {
+        let count = sides.len();
+        if count == 2 {
+            return;
+        }
+        let ends = [a, b].map(|place| mesh.positions[place as usize]);
+        let (found, says) = if count == 1 {
+            open.push([a, b]);
+            (&mut report.open, Mark::Open)
+        } else {
+            (&mut report.non_manifold, Mark::NonManifold)
+        };
+        found.add(ends[0], ends[1]);
+        for side in sides {
+            let mark = &mut report.marks[side.triangle as usize];
+            *mark = says.min(*mark);
+        }
+    });
+    let mut sets = UnionFind::new(places.len());
+    for &[a, b] in &open {
+        sets.unite(a, b, false);
+    }
+    let mut lengths: Vec<(u32, f64)> = open
+        .iter()
+        .map(|&[a, b]| {
+            let ends = [a, b].map(|place| mesh.positions[place as usize].as_dvec3());
+            (sets.find(a).0, ends[0].distance(ends[1]))
+        })
+        .collect();
+    // stable, so that lengths are added in one order
+    lengths.sort_by_key(|&(rim, _)| rim);
+    let rims = lengths.chunk_by(|a, b| a.0 == b.0).map(|rim| rim.iter().map(|(_, length)| length).sum::<f64>());
+    (report.rims, report.longest_rim_m) = rims.fold((0, 0.0), |(count, longest), rim| (count + 1, rim.max(longest)));
+}

@@ -1,0 +1,290 @@
+//! Meshes with known faults.
+
+use super::*;
+use crate::shapes::{cube, joined, moebius};
+use glam::{Vec2, Vec3};
+use heliodon_testkit::hostile;
+use proptest::prelude::*;
+
+fn cleaned(mut mesh: Mesh, params: &CleanParams) -> (Mesh, CleanReport) {
+    let report = clean(&mut mesh, params);
+    mesh.validate().unwrap();
+    (mesh, report)
+}
+
+/// Every triangle with vertices of its own.
+fn soup(mesh: &Mesh) -> Mesh {
+    let corners = mesh.triangles.as_flattened();
+    Mesh {
+        positions: corners.iter().map(|&v| mesh.positions[v as usize]).collect(),
+        triangles: (0..mesh.triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+        ..Mesh::default()
+    }
+}
+
+fn volume(mesh: &Mesh) -> f64 {
+    let of = |t: usize| {
+        let [a, b, c] = mesh.corners(t).map(Vec3::as_dvec3);
+        a.dot(b.cross(c)) / 6.0
+    };
+    (0..mesh.triangles.len()).map(of).sum()
+}
+
+#[test]
+fn a_soup_of_cubes_becomes_two_cubes() {
+    let mesh = soup(&joined(&[cube(Vec3::ZERO, Vec3::ONE), cube(Vec3::splat(5.0), Vec3::splat(6.0))]));
+    let (mesh, report) = cleaned(mesh, &CleanParams::default());
+    assert_eq!((report.vertices_before, report.vertices_after, report.triangles_after), (72, 16, 24));
+    assert_eq!((report.pieces, report.patches, report.closed_patches, report.open.edges), (2, 2, 2, 0));
+    assert!(report.marks.iter().all(|&mark| mark == Mark::Kept));
+    assert!((volume(&mesh) - 2.0).abs() < 1e-6);
+}
+
+#[test]
+fn seams_of_texture_and_creases_survive_and_are_no_gaps() {
+    let mut mesh = soup(&cube(Vec3::ZERO, Vec3::ONE));
+    heliodon_mesh::normals::split_creases(&mut mesh, 1.0);
+    mesh.uvs = (0..mesh.positions.len()).map(|i| if i < 6 { Vec2::ONE } else { Vec2::ZERO }).collect();
+    let (mesh, report) = cleaned(mesh, &CleanParams::default());
+    // four for each face, none of the faces is the first one's texture's
+    assert_eq!((mesh.positions.len(), report.open.edges, report.closed_patches), (24, 0, 1));
+    let smooth = CleanParams { crease_rad: std::f32::consts::PI, ..CleanParams::default() };
+    let (mesh, _) = cleaned(mesh, &smooth);
+    assert_eq!(mesh.positions.len(), 8 + 4, "the texture's seam stays");
+}
+
+#[test]
+fn what_is_no_triangle_or_there_twice_goes() {
+    let mut mesh = cube(Vec3::ZERO, Vec3::ONE);
+    mesh.positions.extend([Vec3::NAN, Vec3::new(0.5, 0.0, 0.0), Vec3::splat(77.0)]);
+    let again = mesh.triangles[3];
+    mesh.triangles.extend([[0, 1, 8], [2, 2, 3], [0, 9, 1], [again[1], again[2], again[0]]]);
+    let (mesh, report) = cleaned(mesh, &CleanParams::default());
+    assert_eq!((report.non_finite.triangles, report.degenerate.triangles, report.duplicate.triangles), (1, 2, 1));
+    assert_eq!(report.marks[12..], [Mark::NonFinite, Mark::Degenerate, Mark::Degenerate, Mark::Duplicate]);
+    assert_eq!((mesh.triangles.len(), mesh.positions.len(), report.closed_patches), (12, 8, 1));
+    assert!((report.duplicate.area_m2 - 0.5).abs() < 1e-9);
+}
+
+#[test]
+fn double_walls_do_as_they_are_told() {
+    let mut mesh =
+        Mesh { positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y], triangles: vec![[0, 1, 2], [0, 2, 1]], ..Mesh::default() };
+    mesh.triangles.push([1, 2, 0]);
+    let left = [(DoubleWalls::Keep, 2, 0), (DoubleWalls::KeepFirst, 1, 1), (DoubleWalls::Remove, 0, 2)];
+    for (double_walls, triangles, removed) in left {
+        let (cleaned, report) = cleaned(mesh.clone(), &CleanParams { double_walls, ..CleanParams::default() });
+        assert_eq!((cleaned.triangles.len(), report.double_walls_removed), (triangles, removed), "{double_walls:?}");
+        assert_eq!((report.double_walls.triangles, report.duplicate.triangles), (2, 1));
+    }
+}
+
+#[test]
+fn cracks_close_within_the_weld_s_reach_only() {
+    let mut mesh = soup(&cube(Vec3::ZERO, Vec3::ONE));
+    for (i, p) in mesh.positions.iter_mut().enumerate() {
+        *p += Vec3::new((i % 3) as f32, (i % 5) as f32, (i % 2) as f32) * 1e-4;
+    }
+    let (_, report) = cleaned(mesh.clone(), &CleanParams::default());
+    assert!(report.open.edges > 10 && report.closed_patches == 0);
+    let (welded, report) = cleaned(mesh, &CleanParams { weld_m: 1e-3, ..CleanParams::default() });
+    assert_eq!((report.open.edges, report.closed_patches, welded.positions.len()), (0, 1, 8));
+    assert!(report.moved_vertices > 10);
+}
+
+#[test]
+fn dust_goes_and_the_largest_piece_never_does() {
+    let dust = cube(Vec3::splat(3.0), Vec3::splat(3.01));
+    let mesh = joined(&[dust, cube(Vec3::ZERO, Vec3::ONE)]);
+    let with = |isolated_m| CleanParams { isolated_m, ..CleanParams::default() };
+    let (left, report) = cleaned(mesh.clone(), &with(0.1));
+    assert_eq!((report.isolated_bits, report.isolated.triangles, report.pieces, left.triangles.len()), (1, 12, 1, 12));
+    assert!((report.isolated.area_m2 - 6e-4).abs() < 1e-7);
+    assert_eq!(cleaned(mesh.clone(), &with(0.01)).1.isolated_bits, 0);
+    assert_eq!(cleaned(mesh, &with(100.0)).0.triangles.len(), 12);
+}
+
+#[test]
+fn the_lesser_part_turns_and_bodies_look_outwards() {
+    for (turned, inside_out) in [(vec![3, 7], 0), ((0..12).filter(|t| *t != 5).collect::<Vec<_>>(), 12)] {
+        let mut mesh = cube(Vec3::ZERO, Vec3::ONE);
+        for &t in &turned {
+            mesh.triangles[t].swap(0, 1);
+        }
+        let report_only = CleanParams { winding: Winding::Report, ..CleanParams::default() };
+        let (same, told) = cleaned(mesh.clone(), &report_only);
+        assert_eq!((same.triangles, told.flipped), (mesh.triangles.clone(), 0));
+        let (mended, report) = cleaned(mesh, &CleanParams::default());
+        assert_eq!(
+            (report.inconsistent.triangles, report.inside_out.triangles),
+            (turned.len().min(1 + turned.len() % 11) as u64, inside_out)
+        );
+        assert_eq!((told.inconsistent, told.inside_out), (report.inconsistent, report.inside_out));
+        assert_eq!(report.flipped, turned.len() as u64);
+        assert!((volume(&mended) - 1.0).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn normals_turn_only_where_they_look_away() {
+    let mut mesh = cube(Vec3::ZERO, Vec3::ONE);
+    mesh.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+    // the file's normals were right, only its winding was not
+    mesh.normals = mesh.positions.iter().map(|p| (*p - 0.5) / 0.75_f32.sqrt()).collect();
+    let outwards = mesh.normals.clone();
+    let (mended, report) = cleaned(mesh.clone(), &CleanParams::default());
+    assert_eq!((report.flipped, report.flipped_normals), (12, 0));
+    assert_eq!(mended.normals, outwards);
+    mesh.normals.iter_mut().for_each(|n| *n = -*n);
+    let (mended, report) = cleaned(mesh, &CleanParams::default());
+    assert_eq!(report.flipped_normals, 8);
+    assert_eq!(mended.normals, outwards);
+}
+
+#[test]
+fn hollows_and_rooms_look_inwards() {
+    let inwards = |low: f32, high: f32| {
+        let mut mesh = cube(Vec3::splat(low), Vec3::splat(high));
+        mesh.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+        mesh
+    };
+    let (house, report) = cleaned(joined(&[cube(Vec3::ZERO, Vec3::ONE), inwards(0.1, 0.9)]), &CleanParams::default());
+    assert_eq!((report.hollows, report.flipped), (1, 0));
+    assert!((volume(&house) - (1.0 - 0.512)).abs() < 1e-5);
+    let room = inwards(0.0, 4.0);
+    let eyes = vec![Vec3::new(1.0, 1.6, 1.0)];
+    let (_, report) = cleaned(room.clone(), &CleanParams { eyes, ..CleanParams::default() });
+    assert_eq!((report.hollows, report.flipped), (1, 0));
+    let (_, report) = cleaned(room, &CleanParams { eyes: vec![Vec3::splat(9.0)], ..CleanParams::default() });
+    assert_eq!((report.hollows, report.flipped), (0, 12));
+}
+
+#[test]
+fn a_moebius_strip_is_told_and_left() {
+    let strip = moebius(24);
+    let (left, report) = cleaned(strip.clone(), &CleanParams::default());
+    assert_eq!(left.triangles, strip.triangles);
+    assert_eq!((report.one_sided.triangles, report.flipped, report.inconsistent.triangles), (48, 0, 0));
+    assert_eq!((report.rims, report.closed_patches), (1, 0), "its rim is one run");
+    assert!((report.longest_rim_m - report.open.length_m).abs() < 1e-9);
+}
+
+#[test]
+fn edges_of_three_are_kept_and_do_not_pass_the_winding_on() {
+    // a cube with a fin on one edge, and a hole of one triangle
+    let mut mesh = cube(Vec3::ZERO, Vec3::ONE);
+    mesh.positions.push(Vec3::new(0.5, -0.2, 0.0));
+    mesh.triangles.push([0, 1, 8]);
+    let removed = mesh.triangles.remove(2);
+    let (_, report) = cleaned(mesh.clone(), &CleanParams::default());
+    let at = |t: usize| [removed, [0, 1, 8]][t].map(|v| mesh.positions[v as usize]);
+    let length = |[a, b, c]: [Vec3; 3]| f64::from(a.distance(b) + b.distance(c) + c.distance(a));
+    assert_eq!((report.non_manifold.edges, report.open.edges, report.rims, report.patches), (1, 5, 2, 2));
+    assert!((report.longest_rim_m - length(at(0))).abs() < 1e-6);
+    assert!((report.open.length_m - length(at(0)) - length(at(1)) + 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn what_is_painted_has_a_colour_for_each_mark() {
+    let mut mesh = cube(Vec3::ZERO, Vec3::ONE);
+    mesh.positions.push(Vec3::NAN);
+    mesh.triangles.extend([mesh.triangles[0], [0, 1, 8]]);
+    let original = mesh.clone();
+    let report = clean(&mut mesh, &CleanParams::default());
+    let painted = paint(&original, &report.marks);
+    painted.validate().unwrap();
+    assert_eq!((painted.triangles.len(), painted.positions.len()), (13, 11));
+    for (t, mark) in report.marks[..13].iter().enumerate() {
+        assert!(painted.triangles[t].iter().all(|&v| painted.colors_linear[v as usize] == color(*mark)));
+        assert_eq!(painted.corners(t), original.corners(t));
+    }
+}
+
+#[test]
+fn the_report_speaks_to_people_and_programs() {
+    let mut mesh = cube(Vec3::ZERO, Vec3::ONE);
+    mesh.triangles.push(mesh.triangles[0]);
+    let report = clean(&mut mesh, &CleanParams::default());
+    let text = report.to_string();
+    assert!(text.contains("13 triangles over 8 vertices, now 12 over 8"), "{text}");
+    assert!(text.contains("1 triangles (0.500 m2) there twice, removed, first at"), "{text}");
+    assert_eq!(text.lines().count(), 3, "{text}");
+    let json = serde_json::to_value(&report).unwrap();
+    assert_eq!(json["duplicate"]["triangles"], 1);
+    assert!(json.get("marks").is_none());
+}
+
+#[test]
+fn the_hostile_corpus_is_survived() {
+    for hostile::Hostile { name, scene } in hostile::meshes() {
+        for weld_m in [0.0, 0.01] {
+            let hostile::Hostile { scene, .. } = hostile::Hostile { name, scene: scene.clone() };
+            let mut mesh =
+                Mesh { positions: scene.positions, normals: scene.normals, triangles: scene.triangles, ..Mesh::default() };
+            clean(&mut mesh, &CleanParams { weld_m, isolated_m: 0.1, ..CleanParams::default() });
+            mesh.validate().unwrap_or_else(|error| panic!("{name}: {error}"));
+        }
+    }
+}
+
+#[test]
+fn threads_do_not_change_anything() {
+    let mesh = soup(&joined(&[moebius(100), cube(Vec3::ZERO, Vec3::ONE), cube(Vec3::X, Vec3::ONE + Vec3::X)]));
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let (mesh, report) = pool.install(|| cleaned(mesh.clone(), &CleanParams::modelled()));
+        (mesh.positions, mesh.triangles, report)
+    };
+    assert_eq!(with(1), with(3));
+}
+
+/// Coordinates that are often the same, sometimes nearly, and sometimes none.
+fn coordinate() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        8 => (0..4_i32).prop_map(|i| i as f32),
+        2 => (0..4_i32, 0..3_i32).prop_map(|(i, j)| i as f32 + j as f32 * 4.0e-3),
+        1 => prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(-0.0), Just(3.0e38), Just(1.0e-42)],
+    ]
+}
+
+fn garbage() -> impl Strategy<Value = Mesh> {
+    let positions = prop::collection::vec([coordinate(), coordinate(), coordinate()].prop_map(Vec3::from_array), 1..30);
+    (positions, prop::collection::vec(any::<[u8; 3]>(), 0..80), any::<bool>(), any::<bool>()).prop_map(
+        |(positions, triangles, normals, uvs)| {
+            let count = positions.len();
+            let odd = |i: usize| Vec3::new((i % 3) as f32 - 1.0, (i % 2) as f32, if i % 7 == 0 { f32::NAN } else { 1.0 });
+            Mesh {
+                normals: if normals { (0..count).map(odd).collect() } else { Vec::new() },
+                uvs: if uvs { (0..count).map(|i| Vec2::splat((i % 2) as f32)).collect() } else { Vec::new() },
+                triangle_material: Vec::new(),
+                triangles: triangles.into_iter().map(|t| t.map(|v| u32::from(v) % count as u32)).collect(),
+                positions,
+                ..Mesh::default()
+            }
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) })]
+
+    #[test]
+    fn cleaning_twice_is_cleaning_once(mut mesh in garbage(), weld in 0..3_u8, isolated in 0..3_u8) {
+        let params = CleanParams {
+            weld_m: [0.0, 5.0e-3, 1.0][usize::from(weld)],
+            isolated_m: [0.0, 1.0, 3.0][usize::from(isolated)],
+            ..CleanParams::default()
+        };
+        let report = clean(&mut mesh, &params);
+        prop_assert!(mesh.validate().is_ok());
+        prop_assert_eq!(report.marks.iter().filter(|mark| !mark.is_removed()).count(), mesh.triangles.len());
+        let once = mesh.clone();
+        let again = clean(&mut mesh, &params);
+        prop_assert_eq!(&mesh.positions, &once.positions);
+        prop_assert_eq!(&mesh.normals, &once.normals);
+        prop_assert_eq!(&mesh.triangles, &once.triangles);
+        prop_assert_eq!((again.flipped, again.mended_attributes, again.moved_vertices), (0, 0, 0));
+        let edges = |report: &CleanReport| (report.open.edges, report.non_manifold.edges, report.rims, report.pieces, report.patches);
+        prop_assert_eq!(edges(&again), edges(&report));
+    }
+}

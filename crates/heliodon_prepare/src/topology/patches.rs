@@ -1,0 +1,126 @@
+//! Patches: triangles that hang together by edges where exactly two meet, and how they are wound.
+
+use super::{Edges, UnionFind};
+use glam::{DVec3, Vec3};
+
+/// No patch: the triangle was left out.
+const NONE: u32 = u32::MAX;
+
+/// Triangles that edges between two join.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Patch {
+    /// Its first triangle, whose winding is the one that others agree with or not.
+    pub first: u32,
+    /// How many it has.
+    pub triangles: u32,
+    /// How many of them are wound against the first.
+    pub turned: u32,
+    /// Whether it encloses a space: every edge is passed as often one way as the other if all wind as the first does.
+    pub closed: bool,
+    /// Whether no winding of its triangles makes all agree (as on a Moebius strip).
+    pub one_sided: bool,
+    /// The volume that it encloses where it is closed, were all wound as the first; negative where that is inside out.
+    pub volume_m3: f64,
+}
+
+/// The patches of a mesh.
+pub(crate) struct Patches {
+    /// Twice the patch's number for each triangle, and one more where it is wound against the patch's first.
+    of: Vec<u32>,
+    /// The patches, in the order of their first triangles.
+    pub list: Vec<Patch>,
+}
+
+impl Patches {
+    /// Finds them.
+    pub fn new(positions: &[Vec3], triangles: &[[u32; 3]], edges: &Edges, kept: impl Fn(usize) -> bool) -> Self {
+        let mut sets = UnionFind::new(triangles.len());
+        let mut one_sided = Vec::new();
+        edges.for_each(|_, sides| {
+            if sides.len() == 2
+                && let (Some(a), Some(b)) = (sides.next(), sides.next())
+                && !sets.unite(a.triangle, b.triangle, a.down == b.down)
+            {
+                one_sided.push(a.triangle);
+            }
+        });
+        let (mut of, count) = sets.into_numbers();
+        let mut list = vec![Patch { first: NONE, closed: true, ..Patch::default() }; count as usize];
+        for triangle in one_sided {
+            list[of[triangle as usize] as usize >> 1].one_sided = true;
+        }
+        let origin =
+            triangles.iter().flatten().map(|&v| positions[v as usize]).find(|p| p.is_finite()).unwrap_or(Vec3::ZERO).as_dvec3();
+        for (t, triangle) in triangles.iter().enumerate() {
+            let patch = &mut list[of[t] as usize >> 1];
+            if !kept(t) {
+                // left out, so nothing was united with it
+                patch.closed = false;
+                of[t] = NONE;
+                continue;
+            }
+            if patch.first == NONE {
+                patch.first = t as u32;
+            }
+            patch.triangles += 1;
+            patch.turned += of[t] & 1;
+            let [a, b, c] = triangle.map(|v| positions[v as usize].as_dvec3() - origin);
+            let volume = a.dot(b.cross(c)) / 6.0;
+            patch.volume_m3 += if of[t] & 1 == 1 { -volume } else { volume };
+        }
+        let mut patches = Self { of, list };
+        patches.mark_open(edges);
+        patches
+    }
+
+    /// Patches that more half edges leave than enter somewhere are not closed.
+    fn mark_open(&mut self, edges: &Edges) {
+        let mut passed: Vec<(usize, i32)> = Vec::new();
+        edges.for_each(|_, sides| {
+            if sides.len() == 2 {
+                return;
+            }
+            passed.clear();
+            for side in sides {
+                let Some((patch, turned)) = self.of(side.triangle as usize) else { continue };
+                let way = if side.down ^ turned { -1 } else { 1 };
+                passed.push((patch, way));
+            }
+            passed.sort_unstable();
+            for of_patch in passed.chunk_by(|a, b| a.0 == b.0) {
+                if of_patch.iter().map(|(_, way)| way).sum::<i32>() != 0 {
+                    self.list[of_patch[0].0].closed = false;
+                }
+            }
+        });
+        for patch in &mut self.list {
+            patch.closed &= !patch.one_sided;
+            if !patch.closed {
+                patch.volume_m3 = 0.0;
+            }
+        }
+    }
+
+    /// The patch of a triangle, and whether the triangle is wound against the patch's first one; none where it was left out.
+    #[inline]
+    pub fn of(&self, triangle: usize) -> Option<(usize, bool)> {
+        let of = self.of[triangle];
+        (of != NONE).then_some((of as usize >> 1, of & 1 == 1))
+    }
+
+    /// The box around each closed patch; empty boxes for the others.
+    pub fn closed_bounds(&self, positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<(DVec3, DVec3)> {
+        let mut bounds = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); self.list.len()];
+        for (t, triangle) in triangles.iter().enumerate() {
+            if let Some((patch, _)) = self.of(t)
+                && self.list[patch].closed
+            {
+                let (low, high) = &mut bounds[patch];
+                for p in triangle.map(|v| positions[v as usize].as_dvec3()) {
+                    (*low, *high) = (low.min(p), high.max(p));
+                }
+            }
+        }
+        bounds
+    }
+}
