@@ -3,6 +3,7 @@
 //! [`Views`] says where eyes can be and what screen they look at; what no eye can tell apart need not be drawn.
 
 pub mod clean;
+pub mod purge;
 #[cfg(test)]
 mod shapes;
 pub mod simplify;

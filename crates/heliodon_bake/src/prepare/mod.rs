@@ -22,7 +22,7 @@ use heliodon_bundle::site::{InputFile, Prepare, Site};
 use heliodon_mesh::Mesh;
 use heliodon_mesh::import::ImportReport;
 use looks::Looks;
-use part::{Part, prepare_part};
+use part::prepare_part;
 use std::path::Path;
 
 /// What preparation makes of a site.
