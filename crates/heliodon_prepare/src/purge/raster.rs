@@ -104,7 +104,7 @@ impl Picture {
         for i in 0..8 {
             let pick = |axis: usize| if i >> axis & 1 == 1 { cluster.high[axis] } else { cluster.low[axis] };
             let [x, y, w] = face.place(Vec3::new(pick(0), pick(1), pick(2)));
-            if !(w >= face.near_m) {
+            if w < face.near_m {
                 return false;
             }
             let at = [x / w, y / w];
