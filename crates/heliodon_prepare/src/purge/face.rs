@@ -43,12 +43,9 @@ impl Face {
     #[inline(always)]
     pub fn beyond(&self, [x, y, w]: Before, reach: f32) -> u32 {
         let limit = reach * w;
-        // Not "less than": what is not a number is beyond all.
-        u32::from(!(w >= self.near_m))
-            | u32::from(!(x <= limit)) << 1
-            | u32::from(!(-x <= limit)) << 2
-            | u32::from(!(y <= limit)) << 3
-            | u32::from(!(-y <= limit)) << 4
+        // Asked for what is within, so that what is not a number is beyond all.
+        let within = [w >= self.near_m, x <= limit, -x <= limit, y <= limit, -y <= limit];
+        within.into_iter().enumerate().fold(0, |beyond, (plane, within)| beyond | u32::from(!within) << plane)
     }
 
     /// What is left of a polygon before the near plane and within `reach` half widths. A new corner is computed from the end of the edge

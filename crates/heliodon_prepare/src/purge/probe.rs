@@ -5,11 +5,11 @@
 //! again (their adaptive border sampling, here with the mesh's own neighbours in place of an enlarged polygon).
 
 use crate::ViewCell;
+use crate::purge::Surface;
 use crate::purge::bits::Bits;
+use crate::purge::search::Search;
 use crate::purge::sight::Sight;
-use crate::purge::weld::Weld;
 use crate::purge::windows::{Gates, SLACK};
-use crate::purge::{PurgeParams, Surface};
 use glam::Vec3;
 use heliodon_math::random::{hash3_u32, unit_f32};
 use heliodon_rays::Ray;
@@ -37,17 +37,9 @@ impl Looks<'_> {
 }
 
 /// Aims at all faces that are not `seen` and not `certain` to be unseen, adds what is met to `seen`, and answers how many rays it took.
-/// `order` lists triangles so that neighbours come together.
-pub(super) fn probe(
-    sight: Sight,
-    surface: &Surface,
-    weld: &Weld,
-    order: &[u32],
-    room: &Looks,
-    certain: impl Fn(usize) -> bool,
-    seen: &Bits,
-    params: &PurgeParams,
-) -> u64 {
+pub(super) fn probe(search: &Search, room: &Looks, certain: impl Fn(usize) -> bool, seen: &Bits) -> u64 {
+    let Search { scene, surface, weld, model, params, .. } = *search;
+    let sight = Sight { scene, single_sided: surface.single_sided };
     let mut left = vec![0u8; surface.triangles.len()];
     let open = |t: usize| !seen.contains(t) && !certain(t);
     (0..left.len()).filter(|&t| open(t)).for_each(|t| left[t] = params.face_rays);
@@ -58,7 +50,7 @@ pub(super) fn probe(
     );
     let mut rays = 0;
     for round in 0..u32::from(params.face_rays) + 4 * u32::from(params.border_rays) {
-        let aimed: Vec<u32> = order.iter().copied().filter(|&t| left[t as usize] > 0).collect();
+        let aimed: Vec<u32> = model.ids.iter().copied().filter(|&t| left[t as usize] > 0).collect();
         if aimed.is_empty() {
             break;
         }

@@ -1,8 +1,8 @@
 //! Item buffers: pictures whose pixels say which triangle is seen there.
 //!
-//! Why pictures and not rays for the bulk: of 2 million triangles a picture draws in a fiftieth of the time that rays through its pixels take (figures in
-//! the module's documentation), because neighbouring triangles share their corners and most groups of them are found hidden at once.
-//! Rays then look for what pictures miss, and judge.
+//! Why pictures and not rays for the bulk: of a temple of 2 million triangles, a pixel of a picture costs a fourteenth of a ray (21 million
+//! pixels a second against 1.5 million rays on one thread), because neighbouring triangles share their corners and hidden groups of
+//! them are passed over at once. Rays then look for what pictures miss, and judge.
 //!
 //! Corners are rounded to 1/256 of a pixel before anything is drawn, and a pixel is inside by integers, edges included: no pixel falls
 //! through between triangles that share an edge (as GPUs do it: J. Pineda, "A Parallel Algorithm for Polygon Rasterization", SIGGRAPH 1988).
@@ -104,7 +104,7 @@ impl Picture {
         for i in 0..8 {
             let pick = |axis: usize| if i >> axis & 1 == 1 { cluster.high[axis] } else { cluster.low[axis] };
             let [x, y, w] = face.place(Vec3::new(pick(0), pick(1), pick(2)));
-            if !(w >= face.near_m) {
+            if w < face.near_m {
                 return false;
             }
             let at = [x / w, y / w];

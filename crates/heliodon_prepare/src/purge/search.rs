@@ -7,7 +7,6 @@ use crate::purge::face::cube;
 use crate::purge::probe::{Looks, probe};
 use crate::purge::raster::{NOTHING, Picture};
 use crate::purge::report::RoomReport;
-use crate::purge::sight::Sight;
 use crate::purge::weld::Weld;
 use crate::purge::windows::{Gates, SLACK};
 use crate::purge::{PurgeParams, Surface};
@@ -63,9 +62,8 @@ impl Search<'_> {
         let shown = seen.count();
         report.seen = shown - before;
         if !eyes.is_empty() {
-            let sight = Sight { scene: self.scene, single_sided: self.surface.single_sided };
             let looks = Looks { cell, eyes: &eyes };
-            report.rays = probe(sight, self.surface, self.weld, &self.model.ids, &looks, certain, seen, self.params);
+            report.rays = probe(self, &looks, certain, seen);
         }
         report.found_by_rays = seen.count() - shown;
         report

@@ -74,53 +74,61 @@ impl Gates {
 /// through the window the distance to that plane grows, so beyond the window everything seen lies on the window's side. The window's
 /// own plane is another such. What lies between eye and window is in the box around both, and never counts as outside.
 pub(super) struct Outside {
-    windows: Vec<(Vec3, Vec3, Vec<(DVec3, f64)>)>,
+    windows: Vec<Beside>,
     margin_m: f64,
+}
+
+/// Of one window: the least and greatest corner of the box around it and the room, and the planes (unit normal, offset) that separate the two.
+struct Beside {
+    low: Vec3,
+    high: Vec3,
+    planes: Vec<(DVec3, f64)>,
 }
 
 impl Outside {
     /// `None` if the room has no windows.
     pub fn new(cell: &ViewCell, margin_m: f32) -> Option<Self> {
         let margin_m = f64::from(margin_m);
-        let windows: Vec<_> = cell.windows.iter().map(|window| planes(cell, window)).collect();
+        let windows: Vec<_> = cell.windows.iter().map(|window| Beside::new(cell, window)).collect();
         (!windows.is_empty()).then_some(Self { windows, margin_m })
     }
 
     pub fn holds(&self, corners: [Vec3; 3]) -> bool {
         let (low, high) = (corners[0].min(corners[1]).min(corners[2]), corners[0].max(corners[1]).max(corners[2]));
         let corners = corners.map(Vec3::as_dvec3);
-        self.windows.iter().all(|(box_low, box_high, planes)| {
-            let apart = low.cmpgt(*box_high).any() || high.cmplt(*box_low).any();
-            apart && planes.iter().any(|(n, at)| corners.iter().all(|c| n.dot(*c) - at < -self.margin_m))
+        self.windows.iter().all(|beside| {
+            let apart = low.cmpgt(beside.high).any() || high.cmplt(beside.low).any();
+            apart && beside.planes.iter().any(|(n, at)| corners.iter().all(|c| n.dot(*c) - at < -self.margin_m))
         })
     }
 }
 
-/// The box around a room and its window, and the planes (unit normal, offset) that separate them.
-fn planes(cell: &ViewCell, &[a, b, c]: &[Vec3; 3]) -> (Vec3, Vec3, Vec<(DVec3, f64)>) {
-    let ring = [a, b, b + c - a, c];
-    let wide = ring.map(|p| p + 2.0 * SLACK * (p - 0.5 * (b + c)));
-    let (low, high) = wide.iter().fold((cell.low, cell.high), |(l, h), &p| (l.min(p), h.max(p)));
-    let window = wide.map(Vec3::as_dvec3);
-    let room: [DVec3; 8] = corners_of(cell).map(Vec3::as_dvec3);
-    let mut found = Vec::new();
-    let mut add = |normal: DVec3, through: DVec3| {
-        let Some(n) = normal.try_normalize() else { return };
-        for n in [n, -n] {
-            let at = n.dot(through);
-            let apart =
-                room.iter().all(|p| n.dot(*p) - at <= ROUNDING_M) && window.iter().all(|p| n.dot(*p) - at >= -ROUNDING_M);
-            if apart {
-                found.push((n, at));
+impl Beside {
+    fn new(cell: &ViewCell, &[a, b, c]: &[Vec3; 3]) -> Self {
+        let ring = [a, b, b + c - a, c];
+        let wide = ring.map(|p| p + 2.0 * SLACK * (p - 0.5 * (b + c)));
+        let (low, high) = wide.iter().fold((cell.low, cell.high), |(l, h), &p| (l.min(p), h.max(p)));
+        let window = wide.map(Vec3::as_dvec3);
+        let room: [DVec3; 8] = corners_of(cell).map(Vec3::as_dvec3);
+        let mut planes = Vec::new();
+        let mut add = |normal: DVec3, through: DVec3| {
+            let Some(n) = normal.try_normalize() else { return };
+            for n in [n, -n] {
+                let at = n.dot(through);
+                let apart =
+                    room.iter().all(|p| n.dot(*p) - at <= ROUNDING_M) && window.iter().all(|p| n.dot(*p) - at >= -ROUNDING_M);
+                if apart {
+                    planes.push((n, at));
+                }
             }
+        };
+        add((window[1] - window[0]).cross(window[3] - window[0]), window[0]);
+        for i in 0..4 {
+            let (from, to) = (window[i], window[(i + 1) % 4]);
+            room.iter().for_each(|&corner| add((to - from).cross(corner - from), from));
         }
-    };
-    add((window[1] - window[0]).cross(window[3] - window[0]), window[0]);
-    for i in 0..4 {
-        let (from, to) = (window[i], window[(i + 1) % 4]);
-        room.iter().for_each(|&corner| add((to - from).cross(corner - from), from));
+        Self { low, high, planes }
     }
-    (low, high, found)
 }
 
 /// The corners of a room's box.
