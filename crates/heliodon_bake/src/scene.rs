@@ -150,20 +150,9 @@ pub(crate) fn files_of(files: &[InputFile], part: usize) -> impl Iterator<Item =
 ///
 /// # Errors
 /// As [`read`].
-pub(crate) fn read_part(
-    site: &Site,
-    files: &[InputFile],
-    part: usize,
-    report: &mut ImportReport,
-    reporter: &dyn Reporter,
-) -> Result<Mesh, BakeError> {
-    reporter.stage(&format!("reading {}", site.parts[part].display_name()), files_of(files, part).count() as u64);
-    let (mut mesh, mut done) = (Mesh::default(), 0);
-    read_files(site, files, part, &mut mesh, report, &mut || {
-        done += 1;
-        reporter.progress(done);
-    })?;
-    reporter.finished();
+pub(crate) fn read_part(site: &Site, files: &[InputFile], part: usize, report: &mut ImportReport) -> Result<Mesh, BakeError> {
+    let mut mesh = Mesh::default();
+    read_files(site, files, part, &mut mesh, report, &mut || ())?;
     Ok(mesh)
 }
 

@@ -3,8 +3,8 @@
 use super::looks::Looks;
 use super::part::{Part, simplify_params};
 use super::report::PrepareReport;
+use super::steps::Steps;
 use crate::error::BakeError;
-use crate::report::Reporter;
 use glam::Vec3;
 use heliodon_bundle::site::Prepare;
 use heliodon_mesh::Mesh;
@@ -12,7 +12,6 @@ use heliodon_prepare::Views;
 use heliodon_prepare::purge::{PurgeParams, Surface, purge};
 use heliodon_prepare::simplify::{SimplifyParams, measure, nearest_triangles, simplify};
 use heliodon_rays::{BuildParams, TriangleScene};
-use std::time::Instant;
 
 /// A part after the purge.
 pub(super) struct Reduced {
@@ -39,18 +38,15 @@ pub(super) fn reduce(
     settings: &Prepare,
     report: &mut PrepareReport,
     looks: &Looks,
-    reporter: &dyn Reporter,
+    steps: &mut Steps,
 ) -> Result<Vec<Reduced>, BakeError> {
     let keep = if settings.purge && !views.cells.is_empty() {
-        reporter.stage("purging", 0);
-        let begun = Instant::now();
         let (positions, triangles) = all_of(&parts);
-        let rays = TriangleScene::build(&positions, &triangles, &BuildParams::default())?;
+        let rays = steps.run("building", || TriangleScene::build(&positions, &triangles, &BuildParams::default()))?;
         let surface = Surface { positions: &positions, triangles: &triangles, single_sided: &[] };
-        let purged = purge(&rays, &surface, views, &PurgeParams { ring: settings.ring, ..PurgeParams::default() });
+        let params = PurgeParams { ring: settings.ring, ..PurgeParams::default() };
+        let purged = steps.run("purging", || purge(&rays, &surface, views, &params));
         report.purge = Some(purged.report);
-        report.seconds.push(("purging".to_owned(), begun.elapsed().as_secs_f64()));
-        reporter.finished();
         purged.keep
     } else {
         vec![true; parts.iter().map(|part| part.mesh.triangles.len()).sum()]
@@ -64,18 +60,14 @@ pub(super) fn reduce(
         ..fine
     };
     let mut keep = keep.as_slice();
-    reporter.stage("simplifying what nobody sees", parts.len() as u64);
-    let begun = Instant::now();
     let mut reduced = Vec::with_capacity(parts.len());
     for (index, part) in parts.into_iter().enumerate() {
         let (of_part, rest) = keep.split_at(part.mesh.triangles.len());
         keep = rest;
         looks.kept(index, &part.mesh, of_part)?;
-        reduced.push(reduce_part(part, of_part, views, &coarse));
-        reporter.progress(index as u64 + 1);
+        reduced.push(steps.run("simplifying what nobody sees", || reduce_part(part, of_part, views, &coarse)));
     }
-    report.seconds.push(("simplifying what nobody sees".to_owned(), begun.elapsed().as_secs_f64()));
-    reporter.finished();
+    report.steps = std::mem::take(&mut steps.taken);
     Ok(reduced)
 }
 

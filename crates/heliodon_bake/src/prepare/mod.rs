@@ -8,10 +8,12 @@ mod dropped;
 mod looks;
 mod part;
 mod report;
+mod steps;
 mod views;
 
 pub use part::PartReport;
 pub use report::PrepareReport;
+pub use steps::Step;
 pub use views::views;
 
 use crate::error::BakeError;
@@ -24,6 +26,7 @@ use heliodon_mesh::import::ImportReport;
 use looks::Looks;
 use part::prepare_part;
 use std::path::Path;
+use steps::Steps;
 
 /// What preparation makes of a site.
 #[derive(Debug)]
@@ -53,12 +56,13 @@ pub fn prepare(
     let mut parts = Vec::with_capacity(site.parts.len());
     let mut report = PrepareReport::default();
     for index in 0..site.parts.len() {
-        let mesh = crate::scene::read_part(site, files, index, &mut import, reporter)?;
-        let (part, of_part) = prepare_part(site, index, mesh, &views, settings, &mut original, &looks, reporter)?;
+        let mut steps = Steps::new(reporter);
+        let mesh = steps.run("reading", || crate::scene::read_part(site, files, index, &mut import))?;
+        let (part, of_part) = prepare_part(site, index, mesh, &views, settings, &mut original, &looks, &mut steps)?;
         parts.push(part);
         report.parts.push(of_part);
     }
-    let reduced = reduce(parts, &views, settings, &mut report, &looks, reporter)?;
+    let reduced = reduce(parts, &views, settings, &mut report, &looks, &mut Steps::new(reporter))?;
     let scene = join(reduced, original, files, import.warnings)?;
     report.count(&scene);
     Ok(Prepared { scene, report })

@@ -1,8 +1,8 @@
 //! One part: from its files to what the display can show of it.
 
 use super::looks::Looks;
+use super::steps::{Step, Steps};
 use crate::error::BakeError;
-use crate::report::Reporter;
 use crate::scene::Original;
 use heliodon_bundle::site::{Prepare, Role, Site, Winding};
 use heliodon_mesh::{Mesh, MeshError};
@@ -11,7 +11,6 @@ use heliodon_prepare::clean::{self, CleanParams, CleanReport, clean};
 use heliodon_prepare::simplify::{MeasureReport, SimplifyParams, SimplifyReport, measure, nearest_triangles, simplify};
 use heliodon_prepare::split::{SplitReport, split};
 use serde::Serialize;
-use std::time::Instant;
 
 /// A part before the purge.
 pub(super) struct Part {
@@ -46,25 +45,8 @@ pub struct PartReport {
     pub triangles_drawn: u64,
     /// Triangles that are not drawn and hold the light that they reflect.
     pub triangles_hidden: u64,
-    /// Seconds that each step took.
-    pub seconds: Vec<(String, f64)>,
-}
-
-/// Times the steps of a part.
-struct Steps<'a> {
-    reporter: &'a dyn Reporter,
-    seconds: Vec<(String, f64)>,
-}
-
-impl Steps<'_> {
-    fn run<T>(&mut self, name: &str, work: impl FnOnce() -> T) -> T {
-        self.reporter.stage(name, 0);
-        let begun = Instant::now();
-        let done = work();
-        self.seconds.push((name.to_owned(), begun.elapsed().as_secs_f64()));
-        self.reporter.finished();
-        done
-    }
+    /// What its steps took, in order.
+    pub steps: Vec<Step>,
 }
 
 /// How the site wants stone simplified.
@@ -95,10 +77,9 @@ pub(super) fn prepare_part(
     settings: &Prepare,
     original: &mut Original,
     looks: &Looks,
-    reporter: &dyn Reporter,
+    steps: &mut Steps,
 ) -> Result<(Part, PartReport), BakeError> {
     let part = &site.parts[index];
-    let mut steps = Steps { reporter, seconds: Vec::new() };
     let mut report = PartReport {
         name: part.display_name(),
         vertices_read: mesh.positions.len() as u64,
@@ -138,7 +119,7 @@ pub(super) fn prepare_part(
         let (vertices, triangles) = (mesh.positions.len(), mesh.triangles.len() as u32);
         Part { mesh, stands_for: (0..triangles).collect(), clearance_m: vec![0.0; vertices] }
     };
-    report.seconds = steps.seconds;
+    report.steps = std::mem::take(&mut steps.taken);
     Ok((part, report))
 }
 

@@ -1,6 +1,6 @@
 //! What preparation found and did, in all.
 
-use super::PartReport;
+use super::{PartReport, Step};
 use crate::memory::peak_resident_bytes;
 use crate::scene::Scene;
 use heliodon_prepare::purge::PurgeReport;
@@ -24,8 +24,8 @@ pub struct PrepareReport {
     pub triangles_hidden: u64,
     /// Vertices at which light is solved.
     pub vertices: u64,
-    /// Seconds that each step over all parts took.
-    pub seconds: Vec<(String, f64)>,
+    /// What the steps over all parts took, in order.
+    pub steps: Vec<Step>,
     /// The most memory that the process has needed so far, where the system tells.
     pub peak_memory_bytes: Option<u64>,
 }
