@@ -2,6 +2,7 @@
 //!
 //! [`Views`] says where eyes can be and what screen they look at; what no eye can tell apart need not be drawn.
 
+pub mod simplify;
 mod views;
 
 pub use views::{Screen, ViewCell, Views};

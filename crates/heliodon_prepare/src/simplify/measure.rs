@@ -1,0 +1,147 @@
+//! What simplification really did to the surface.
+
+use super::SimplifyParams;
+use super::closest::{Closest, Query, Surface, center};
+use super::fineness::Fineness;
+use crate::Views;
+use glam::Vec3;
+use heliodon_mesh::Mesh;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// Points asked in turn by one thread, each beginning at the triangle that the one before it found.
+const RUN: usize = 4096;
+
+/// How far two surfaces are apart, over points of one of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Distances {
+    /// How many points were measured.
+    pub points: usize,
+    /// The mean distance, metres.
+    pub mean_m: f32,
+    /// What 95 of 100 points do not exceed, metres.
+    pub p95_m: f32,
+    /// The greatest distance, metres.
+    pub max_m: f32,
+    /// The mean distance, in pixels of the nearest eye; 0 where no boxes for eyes are known, as the next two.
+    pub mean_px: f32,
+    /// What 95 of 100 points do not exceed, in pixels of the nearest eye.
+    pub p95_px: f32,
+    /// The greatest distance in pixels of the nearest eye.
+    pub max_px: f32,
+}
+
+/// How far a simplified mesh departs from its original, both ways: what was cut off, and what was filled in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct MeasureReport {
+    /// From every vertex that the original's triangles use to the simplified surface.
+    pub from_original: Distances,
+    /// From the middle of every simplified triangle to the original surface. Its corners lie on it.
+    pub from_simplified: Distances,
+    /// The longest edge of the simplified mesh, metres.
+    pub longest_edge_m: f32,
+    /// What 95 of 100 of its edges do not exceed, in pixels of the nearest eye; 0 where no boxes for eyes are known.
+    pub p95_edge_px: f32,
+}
+
+/// What [`measure`] finds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Measured {
+    /// For each vertex of the simplified mesh, how far the original surface departs from the triangles around it, metres, at least 0: the greatest
+    /// distance of the original's vertices that lie nearest to one of these triangles. Rays of light that start so far off the
+    /// surface start outside of what the simplified surface does not show.
+    pub clearance_m: Vec<f32>,
+    /// In numbers.
+    pub report: MeasureReport,
+}
+
+/// Measures how far a simplified mesh departs from its original. Distances are exact but for rounding, in pixels they are seen from the nearest place an eye
+/// can be and no nearer than [`SimplifyParams::nearest_m`].
+///
+/// All vertices of the original are measured, and the middles of all simplified triangles; what lies between original vertices is
+/// no farther off than these but where a triangle of the original spans a crease of the simplified mesh.
+///
+/// # Panics
+/// When a triangle names a vertex that does not exist.
+#[must_use]
+pub fn measure(original: &Mesh, simplified: &Mesh, views: &Views, params: &SimplifyParams) -> Measured {
+    let fineness = Fineness::new(views, params);
+    let mut used = vec![false; original.positions.len()];
+    original.triangles.as_flattened().iter().for_each(|&v| used[v as usize] = true);
+    let points: Vec<u32> = (0..used.len() as u32).filter(|&v| used[v as usize]).collect();
+    drop(used);
+    let surface = Surface::new(simplified);
+    let clearance: Vec<AtomicU32> = simplified.positions.iter().map(|_| AtomicU32::new(0)).collect();
+    let note = |closest: &Closest| {
+        for vertex in simplified.triangles[closest.triangle as usize] {
+            // floats that are not negative are ordered as their bits are
+            clearance[vertex as usize].fetch_max(closest.distance_squared.sqrt().to_bits(), Ordering::Relaxed);
+        }
+    };
+    let from_original = distances(&surface, &fineness, points.len(), |i| original.positions[points[i] as usize], note);
+    drop((surface, points));
+    let surface = Surface::new(original);
+    let from_simplified = distances(&surface, &fineness, simplified.triangles.len(), |i| center(simplified, i), |_| ());
+    let (longest_edge_m, p95_edge_px) = edges(simplified, &fineness);
+    Measured {
+        clearance_m: clearance.into_iter().map(|bits| f32::from_bits(bits.into_inner())).collect(),
+        report: MeasureReport { from_original, from_simplified, longest_edge_m, p95_edge_px },
+    }
+}
+
+/// From points to a surface; what is found for each is noted.
+fn distances(
+    surface: &Surface,
+    fineness: &Fineness,
+    count: usize,
+    point: impl Fn(usize) -> Vec3 + Sync,
+    note: impl Fn(&Closest) + Sync,
+) -> Distances {
+    let run = |start: usize| {
+        let mut near = None;
+        let find = |index| {
+            let query = Query { point: point(index), normal: Vec3::ZERO, least_cosine: -1.0 };
+            let closest = surface.closest(&query, f32::INFINITY, near)?;
+            near = Some(closest.triangle);
+            note(&closest);
+            let distance_m = closest.distance_squared.sqrt();
+            Some((distance_m, distance_m / fineness.pixel_m(query.point)))
+        };
+        (start..(start + RUN).min(count)).filter_map(find).unzip()
+    };
+    let runs: Vec<(Vec<f32>, Vec<f32>)> = (0..count.div_ceil(RUN)).into_par_iter().map(|i| run(i * RUN)).collect();
+    let mut meters = Vec::with_capacity(count);
+    let mut pixels = Vec::with_capacity(count);
+    for (some_m, some_px) in runs {
+        meters.extend(some_m);
+        pixels.extend(some_px);
+    }
+    let points = meters.len();
+    let [mean_m, p95_m, max_m] = summary(meters);
+    let [mean_px, p95_px, max_px] = summary(pixels);
+    Distances { points, mean_m, p95_m, max_m, mean_px, p95_px, max_px }
+}
+
+/// Mean, 95th percentile and maximum; zero of nothing.
+fn summary(mut values: Vec<f32>) -> [f32; 3] {
+    let Some(last) = values.len().checked_sub(1) else { return [0.0; 3] };
+    let mean = values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64;
+    let greatest = values.iter().copied().fold(0.0, f32::max);
+    let (_, &mut p95, _) = values.select_nth_unstable_by(last * 95 / 100, f32::total_cmp);
+    [mean as f32, p95, greatest]
+}
+
+/// The longest edge in metres, and the 95th percentile in pixels at the edges' nearer ends.
+fn edges(mesh: &Mesh, fineness: &Fineness) -> (f32, f32) {
+    let edge = |t: &[u32; 3]| {
+        let corners = t.map(|v| mesh.positions[v as usize]);
+        [0, 1, 2].map(|i| {
+            let (a, b) = (corners[i], corners[(i + 1) % 3]);
+            let length = a.distance(b);
+            (length, length / fineness.pixel_m(a).min(fineness.pixel_m(b)))
+        })
+    };
+    let (meters, pixels): (Vec<f32>, Vec<f32>) = mesh.triangles.par_iter().flat_map_iter(edge).unzip();
+    (summary(meters)[2], summary(pixels)[1])
+}

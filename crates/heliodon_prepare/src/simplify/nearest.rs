@@ -1,0 +1,71 @@
+//! From the original's triangles to those that stand for them.
+
+use super::SimplifyParams;
+use super::closest::{Query, Surface, center};
+use super::fineness::Fineness;
+use crate::Views;
+use glam::Vec3;
+use heliodon_math::frame::unit_or;
+use heliodon_mesh::Mesh;
+use rayon::prelude::*;
+
+/// Triangles asked in turn by one thread.
+const RUN: usize = 4096;
+/// Normals agree when they are less than 60 degrees apart ...
+const AGREES: f32 = 0.5;
+/// ... and at least face the same side when less than 90.
+const SAME_SIDE: f32 = 0.0;
+
+/// For each triangle of the original one of the simplified mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Nearest {
+    /// Its index; [`Nearest::NONE`] for all where the simplified mesh has no triangle.
+    pub triangle: Vec<u32>,
+    /// The distance from the original triangle's middle to it, metres.
+    pub distance_m: Vec<f32>,
+}
+
+impl Nearest {
+    /// No triangle.
+    pub const NONE: u32 = u32::MAX;
+}
+
+/// Finds, for every triangle of the original, the triangle of the simplified mesh that is nearest to its middle: where light that was stored at the
+/// simplified mesh is found by a ray that hits the original.
+///
+/// Among the triangles that are no farther than the edges that are allowed at the place, one whose normal is less than 60 degrees from the original
+/// triangle's is taken if there is any, else one on the same side, so that the two faces of a thin wall are not taken for one another; else the nearest
+/// of all. Of equally near ones the first is taken.
+///
+/// # Panics
+/// When a triangle names a vertex that does not exist.
+#[must_use]
+pub fn nearest_triangles(original: &Mesh, simplified: &Mesh, views: &Views, params: &SimplifyParams) -> Nearest {
+    let fineness = Fineness::new(views, params);
+    let surface = Surface::new(simplified);
+    let run = |start: usize| {
+        let mut near = None;
+        let find = |triangle: usize| {
+            let [a, b, c] = original.corners(triangle);
+            let normal = unit_or((b - a).cross(c - a), Vec3::ZERO);
+            let point = center(original, triangle);
+            let reach_m = fineness.at_distance(fineness.distance_m(point)).edge_m;
+            let query = |least_cosine| Query { point, normal, least_cosine };
+            let closest = surface
+                .closest(&query(AGREES), reach_m, near)
+                .or_else(|| surface.closest(&query(SAME_SIDE), reach_m, near))
+                .or_else(|| surface.closest(&query(-1.0), f32::INFINITY, near));
+            near = closest.map(|closest| closest.triangle).or(near);
+            closest.map_or((Nearest::NONE, f32::INFINITY), |closest| (closest.triangle, closest.distance_squared.sqrt()))
+        };
+        (start..(start + RUN).min(original.triangles.len())).map(find).unzip()
+    };
+    let count = original.triangles.len();
+    let runs: Vec<(Vec<u32>, Vec<f32>)> = (0..count.div_ceil(RUN)).into_par_iter().map(|i| run(i * RUN)).collect();
+    let mut nearest = Nearest { triangle: Vec::with_capacity(count), distance_m: Vec::with_capacity(count) };
+    for (triangles, distances) in runs {
+        nearest.triangle.extend(triangles);
+        nearest.distance_m.extend(distances);
+    }
+    nearest
+}
