@@ -42,9 +42,9 @@ impl Node {
     fn distances(&self, p: Vec3) -> [f32; WIDTH] {
         let mut sum = [0.0; WIDTH];
         for axis in 0..3 {
-            for child in 0..WIDTH {
-                let outside = (self.low[axis][child] - p[axis]).max(p[axis] - self.high[axis][child]).max(0.0);
-                sum[child] += outside * outside;
+            for ((sum, low), high) in sum.iter_mut().zip(self.low[axis]).zip(self.high[axis]) {
+                let outside = (low - p[axis]).max(p[axis] - high).max(0.0);
+                *sum += outside * outside;
             }
         }
         sum

@@ -57,7 +57,8 @@ fn scattered(size: Vec2, parts: u32, shift: f32) -> Mesh {
     let mut mesh = mesh(rectangle(Vec3::ZERO, Vec3::X * size.x, Vec3::Y * size.y, parts));
     let step = size / parts as f32;
     for (index, p) in mesh.positions.iter_mut().enumerate() {
-        let inside = (index as u32 % (parts + 1)) % parts != 0 && (index as u32 / (parts + 1)) % parts != 0;
+        let [column, row] = [index as u32 % (parts + 1), index as u32 / (parts + 1)];
+        let inside = !column.is_multiple_of(parts) && !row.is_multiple_of(parts);
         if inside {
             *p += shift * Vec3::new(step.x * noise(1, index), step.y * noise(2, index), 0.0);
         }
