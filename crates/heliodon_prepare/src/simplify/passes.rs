@@ -1,8 +1,8 @@
 //! Pass after pass over different tiles.
 //!
-//! In the first, tiles are simplified as far as they may, while the vertices that they share stay. Each further pass cuts elsewhere and frees only what the
-//! one before had to leave, the shared vertices and those beside them: what was simplified once is not again, since the
-//! error of simplifying what is simplified already would add up unseen.
+//! In the first, tiles are simplified as far as they may, while the vertices that they share stay. Each further pass cuts
+//! elsewhere and frees only what the one before had to leave, the shared vertices and those beside them: what was simplified
+//! once is not again, since the error of simplifying what is simplified already would add up unseen.
 
 use super::fineness::Fineness;
 use super::tile::{Context, Face, Tile};
@@ -17,7 +17,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 const SHARES: [f32; 4] = [0.5, 0.37, 0.58, 0.44];
 /// A pass that removes a smaller part of the triangles is the last.
 const WORTHWHILE: f32 = 0.01;
-/// How many rings of vertices around shared ones the next pass frees with them: these had to make do with neighbours that stayed.
+/// How many rings of vertices around shared ones the next pass frees with them: these had to make do with neighbours that
+/// stayed.
 const RINGS: usize = 2;
 /// No tile uses the point.
 const NOBODY: u32 = u32::MAX;
