@@ -1,9 +1,10 @@
 //! What simplification costs, and what comes of it:
-//! `cargo run -p heliodon_prepare --example simplify_cost -- temple 2000000 [--write FOLDER] [--edge PX] [--error PX] [--threads N] [--bare]`,
+//! `cargo run -p heliodon_prepare --example simplify_cost -- temple 2000000 [--write FOLDER] [--edge PX] [--error PX]
+//! [--threads N] [--bare]`,
 //! or the name of a mesh file in place of the temple, which is then seen from a box beside it.
 //!
-//! Prints seconds, errors and the process's peak memory. With `--write`, the mesh goes to `in.glb` and `out.glb`; without `--bare`, the
-//! result is measured and the original's triangles find theirs.
+//! Prints seconds, errors and the process's peak memory. With `--write`, the mesh goes to `in.glb` and `out.glb`; without
+//! `--bare`, the result is measured and the original's triangles find theirs.
 
 use glam::Vec3;
 use heliodon_mesh::export::scene::{Node, Scene, SceneMesh};

@@ -69,6 +69,20 @@ impl Views {
         self.cells.iter().map(|cell| cell.distance_to_box_m(low, high)).fold(f32::INFINITY, f32::min)
     }
 
+    /// The greatest cosine, up to sign, between a normal at a point and the way to any place where an eye can be, or a little more; 1 without
+    /// boxes, and within one. A surface shows at most this part of its area.
+    #[must_use]
+    pub fn facing(&self, point: Vec3, normal: Vec3) -> f32 {
+        let of_cell = |cell: &ViewCell| {
+            // the distance to the plane is greatest at a corner, for it is linear; that to the point is least where it is least
+            let corner = |i: u32| Vec3::select(glam::BVec3::new(i & 1 == 0, i & 2 == 0, i & 4 == 0), cell.low, cell.high);
+            let off_plane = (0..8).map(|i| normal.dot(corner(i) - point).abs()).fold(0.0, f32::max);
+            let nearest = cell.distance_m(point);
+            if off_plane < nearest { off_plane / nearest } else { 1.0 }
+        };
+        if self.cells.is_empty() { 1.0 } else { self.cells.iter().map(of_cell).fold(0.0, f32::max) }
+    }
+
     /// How large, in metres, a pixel is on a surface that faces the eye at a point, seen from the nearest place an eye can be, but from no
     /// nearer than `nearest_m`: visitors do not put an eye onto the stone.
     #[must_use]
@@ -97,6 +111,16 @@ mod tests {
         assert_eq!(views.distance_to_box_m(Vec3::new(-5.0, -5.0, -5.0), Vec3::splat(50.0)), 0.0);
         let nowhere = Views { cells: Vec::new(), ..views };
         assert_eq!(nowhere.distance_m(Vec3::ZERO), f32::INFINITY);
+    }
+
+    #[test]
+    fn ground_far_off_shows_a_small_part_of_its_area() {
+        let views = views();
+        let far = views.facing(Vec3::new(-40.0, 0.0, 1.0), Vec3::Y);
+        assert!((far - 2.0 / 40.0).abs() < 1e-6, "{far}");
+        assert_eq!(views.facing(Vec3::new(-40.0, 0.0, 1.0), Vec3::X), 1.0);
+        assert_eq!(views.facing(Vec3::new(1.0, 0.0, 1.0), Vec3::Y), 1.0, "beneath the eyes");
+        assert_eq!(Views { cells: Vec::new(), ..views }.facing(Vec3::ZERO, Vec3::Y), 1.0);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The closest point on a surface.
 //!
-//! Eight boxes a node, nodes in rows of eight, along the Morton curve of the triangles' middles: 28 bytes a triangle, made in a second for ten
-//! millions. `heliodon_rays` answers what a ray meets, which is another question.
+//! Eight boxes a node, nodes in rows of eight, along the Morton curve of the triangles' middles: 32 bytes a triangle.
+//! `heliodon_rays` answers what a ray meets, which is another question.
 
 use glam::Vec3;
 use heliodon_mesh::Mesh;
@@ -42,9 +42,9 @@ impl Node {
     fn distances(&self, p: Vec3) -> [f32; WIDTH] {
         let mut sum = [0.0; WIDTH];
         for axis in 0..3 {
-            for child in 0..WIDTH {
-                let outside = (self.low[axis][child] - p[axis]).max(p[axis] - self.high[axis][child]).max(0.0);
-                sum[child] += outside * outside;
+            for ((sum, low), high) in sum.iter_mut().zip(self.low[axis]).zip(self.high[axis]) {
+                let outside = (low - p[axis]).max(p[axis] - high).max(0.0);
+                *sum += outside * outside;
             }
         }
         sum
@@ -58,7 +58,8 @@ pub(super) struct Closest {
     pub distance_squared: f32,
 }
 
-/// What is looked for: the point of the surface closest to `point`, among triangles whose normal is within an angle of `normal`.
+/// What is looked for: the point of the surface closest to `point`, among triangles whose normal is within an angle of
+/// `normal`.
 #[derive(Clone, Copy)]
 pub(super) struct Query {
     pub point: Vec3,
@@ -95,8 +96,8 @@ impl<'m> Surface<'m> {
         Self { mesh, order, levels }
     }
 
-    /// The closest triangle no farther than `within_m`, the first of those that are equally close. `near` may name any triangle: the closer it
-    /// is, the faster the answer.
+    /// The closest triangle no farther than `within_m`, the first of those that are equally close. `near` may name any
+    /// triangle: the closer it is, the faster the answer.
     pub fn closest(&self, query: &Query, within_m: f32, near: Option<u32>) -> Option<Closest> {
         let far = Closest { triangle: u32::MAX, distance_squared: (within_m * within_m).min(f32::MAX) };
         let mut search = Search { surface: self, query, best: far };
@@ -168,8 +169,8 @@ pub(super) fn center(mesh: &Mesh, triangle: usize) -> Vec3 {
     (a + b + c) * (1.0 / 3.0)
 }
 
-/// The point of a triangle that is closest to the origin. Ericson: "Real-Time Collision Detection", 2005, 5.1.5. For triangles without
-/// area it is one of their points, not always the closest.
+/// The point of a triangle that is closest to the origin. Ericson: "Real-Time Collision Detection", 2005, 5.1.5. For triangles
+/// without area it is one of their points, not always the closest.
 fn closest_to_origin([a, b, c]: [Vec3; 3]) -> Vec3 {
     let ratio = |part: f32, whole: f32| if whole > 0.0 { part / whole } else { 0.0 };
     let (ab, ac) = (b - a, c - a);

@@ -36,6 +36,11 @@ impl<'a> Fineness<'a> {
         if self.views.cells.is_empty() { 0.0 } else { self.views.distance_m(point).max(self.params.nearest_m) }
     }
 
+    /// The greatest part of its area that a face at a point can show to an eye.
+    pub fn facing(&self, point: Vec3, normal: Vec3) -> f32 {
+        self.views.facing(point, normal)
+    }
+
     /// The side of a pixel at a point, metres; infinite where no eyes are known.
     pub fn pixel_m(&self, point: Vec3) -> f32 {
         self.views.pixel_m(point, self.params.nearest_m)

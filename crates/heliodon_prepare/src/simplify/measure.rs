@@ -48,19 +48,19 @@ pub struct MeasureReport {
 /// What [`measure`] finds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Measured {
-    /// For each vertex of the simplified mesh, how far the original surface departs from the triangles around it, metres, at least 0: the greatest
-    /// distance of the original's vertices that lie nearest to one of these triangles. Rays of light that start so far off the
-    /// surface start outside of what the simplified surface does not show.
+    /// For each vertex of the simplified mesh, how far the original surface departs from the triangles around it, metres, at
+    /// least 0: the greatest distance of the original's vertices that lie nearest to one of these triangles. Rays of light that
+    /// start so far off the surface start outside of what the simplified surface does not show.
     pub clearance_m: Vec<f32>,
     /// In numbers.
     pub report: MeasureReport,
 }
 
-/// Measures how far a simplified mesh departs from its original. Distances are exact but for rounding, in pixels they are seen from the nearest place an eye
-/// can be and no nearer than [`SimplifyParams::nearest_m`].
+/// Measures how far a simplified mesh departs from its original. Distances are exact but for rounding, in pixels they are seen
+/// from the nearest place an eye can be and no nearer than [`SimplifyParams::nearest_m`].
 ///
-/// All vertices of the original are measured, and the middles of all simplified triangles; what lies between original vertices is
-/// no farther off than these but where a triangle of the original spans a crease of the simplified mesh.
+/// All vertices of the original are measured, and the middles of all simplified triangles; what lies between original vertices
+/// is no farther off than these but where a triangle of the original spans a crease of the simplified mesh.
 ///
 /// # Panics
 /// When a triangle names a vertex that does not exist.

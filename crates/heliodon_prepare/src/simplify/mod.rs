@@ -1,21 +1,26 @@
 //! Static levels of detail: as many triangles at each place as the site's screen can show from where eyes can be.
 //!
-//! [`simplify`] is meshoptimizer's edge collapse (Arseny Kapoulkine; quadrics after Garland and Heckbert: "Surface Simplification Using Quadric Error
-//! Metrics", 1997) on tiles, each with the tolerance of its distance from the nearest eye. Two things limit it: how far the surface may move, and, since
-//! light is stored at vertices, how long edges may become, on the plainest wall too. Both are set in pixels.
+//! [`simplify`] is meshoptimizer's edge collapse (Arseny Kapoulkine; quadrics after Garland and Heckbert: "Surface
+//! Simplification Using Quadric Error Metrics", 1997) on tiles, each with the tolerance of its distance from the nearest eye.
+//! Two things limit it: how far the surface may move, and, since light is stored at vertices, how long edges may become, on the
+//! plainest wall too. Both are set in pixels.
 //!
 //! What holds:
 //!
 //! - Every vertex of the result is one of the original, unmoved, with its normal, colour and texture coordinates.
-//! - No crack opens: tiles share vertices that stay in place, and what vertices of one position share is one thing to all of them. A closed mesh stays closed.
-//! - Where materials of different looks meet, and where vertices of one position part (texture seams, creases), the line between stays within the tolerance,
+//! - No crack opens: tiles share vertices that stay in place, and what vertices of one position share is one thing to all of
+//!   them. A closed mesh stays closed.
+//! - Where materials of different looks meet, and where vertices of one position part (texture seams, creases), the line
+//!   between stays within the tolerance,
 //!   and so do the borders of open sheets.
 //! - Nothing is pruned: a closed shape shrinks to a few triangles, and stays.
 //! - The result is the same to the bit for any number of threads.
 //!
-//! [`measure`] then says how far the surface really moved, both ways, and [`nearest_triangles`] which triangle stands for which of the original.
+//! [`measure`] then says how far the surface really moved, both ways, and [`nearest_triangles`] which triangle stands for which
+//! of the original.
 //!
-//! Why tiles and not one call for all: one tolerance serves a whole call; 10 million triangles in one call need 3 GB and one core.
+//! Why tiles and not one call for all: one tolerance serves a whole call, which also runs on one core and holds quadrics of all
+//! vertices at once.
 
 mod closest;
 mod collect;
@@ -42,36 +47,38 @@ use tile::Context;
 /// How far simplification may go.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SimplifyParams {
-    /// How far the surface may move, in pixels of the nearest eye, at least 0. More gives fewer triangles on rough surfaces and a coarser outline. It is kept
-    /// for 95 of 100 places; [`measure`] tells by how much single ones exceed it.
+    /// How far the surface may move, in pixels of the nearest eye, at least 0. More gives fewer triangles on rough surfaces and
+    /// a coarser outline. It is kept for 95 of 100 places; [`measure`] tells by how much single ones exceed it.
     pub error_px: f32,
-    /// How long edges may become, in pixels of the nearest eye, at least 0. More gives fewer triangles on plain surfaces, and softer shadows: an edge of shadow is as
-    /// wide as a triangle. Kept for 95 of 100 edges, and none is made twice as long; edges that are longer in the original stay as they are.
-    /// More than thirteen times `error_px` changes nothing any more.
+    /// How long edges may become, in pixels of the nearest eye, at least 0. More gives fewer triangles on plain surfaces, and
+    /// softer shadows: an edge of shadow is as wide as a triangle. Kept for 95 of 100 edges, and none is made twice as long;
+    /// edges that are longer in the original stay as they are. More than fifteen times `error_px` changes nothing any more.
     pub edge_px: f32,
-    /// No eye comes nearer than this to a surface, metres: what lies in the box where eyes can be would need to be infinitely fine.
+    /// No eye comes nearer than this to a surface, metres: what lies in the box where eyes can be would need to be infinitely
+    /// fine.
     pub nearest_m: f32,
     /// As `error_px` where no boxes for eyes are known, metres.
     pub error_m: f32,
     /// As `edge_px` where no boxes for eyes are known, metres.
     pub edge_m: f32,
-    /// How much normals count, at least 0: normals that differ by this many-th part of a radian over a width count as if the surface moved by that width.
-    /// More keeps more triangles where light changes with the slope.
+    /// How much normals count, at least 0: normals that differ by this many-th part of a radian over a width count as if the
+    /// surface moved by that width. More keeps more triangles where light changes with the slope.
     pub normal_weight: f32,
-    /// How much vertex colours count, at least 0, as for normals: differences of the square roots of linear values, which are in [0, 1].
+    /// How much vertex colours count, at least 0, as for normals: differences of the square roots of linear values, which are
+    /// in [0, 1].
     pub color_weight: f32,
 }
 
 impl SimplifyParams {
-    /// For the site's screen: errors of a pixel, shadows sharp to three.
+    /// For the site's screen: errors of a pixel, shadows sharp to three: half of the edges are shorter than that.
     #[must_use]
     pub fn screen() -> Self {
         Self {
             error_px: 1.0,
-            edge_px: 3.0,
+            edge_px: 5.0,
             nearest_m: 1.0,
             error_m: 0.005,
-            edge_m: 0.015,
+            edge_m: 0.025,
             normal_weight: 0.5,
             color_weight: 2.0,
         }
@@ -80,7 +87,7 @@ impl SimplifyParams {
     /// For a look: a quarter of the triangles.
     #[must_use]
     pub fn preview() -> Self {
-        Self { error_px: 2.0, edge_px: 6.0, error_m: 0.01, edge_m: 0.03, ..Self::screen() }
+        Self { error_px: 2.0, edge_px: 10.0, error_m: 0.01, edge_m: 0.05, ..Self::screen() }
     }
 }
 
@@ -114,14 +121,16 @@ pub struct PassReport {
     pub triangles: usize,
     /// Places that it could not work on because tiles shared them.
     pub shared_points: usize,
-    /// The greatest error that meshoptimizer admits to, attributes and evenness of triangles included, metres. [`measure`] has the true ones.
+    /// The greatest error that meshoptimizer admits to, attributes and evenness of triangles included, metres. [`measure`] has
+    /// the true ones.
     pub error_m: f32,
 }
 
 /// A simplified mesh.
 #[derive(Clone, Debug)]
 pub struct Simplified {
-    /// The mesh, with the original's materials; neighbours in space are mostly neighbours in its arrays. Where materials look the same, triangles have the first of these.
+    /// The mesh, with the original's materials; neighbours in space are mostly neighbours in its arrays. Where materials look
+    /// the same, triangles have the first of these.
     pub mesh: Mesh,
     /// For each of its vertices the index of the original's vertex that it is.
     pub original_vertex: Vec<u32>,
@@ -129,7 +138,8 @@ pub struct Simplified {
     pub report: SimplifyReport,
 }
 
-/// Simplifies a mesh to what the screen can show of it from the boxes where eyes can be; to the tolerances in metres where `views` has no boxes.
+/// Simplifies a mesh to what the screen can show of it from the boxes where eyes can be; to the tolerances in metres where
+/// `views` has no boxes.
 ///
 /// Takes about a second for a million triangles on two cores, and 40 bytes for each beside the mesh and the result.
 ///

@@ -30,12 +30,12 @@ impl Nearest {
     pub const NONE: u32 = u32::MAX;
 }
 
-/// Finds, for every triangle of the original, the triangle of the simplified mesh that is nearest to its middle: where light that was stored at the
-/// simplified mesh is found by a ray that hits the original.
+/// Finds, for every triangle of the original, the triangle of the simplified mesh that is nearest to its middle: where light
+/// that was stored at the simplified mesh is found by a ray that hits the original.
 ///
-/// Among the triangles that are no farther than the edges that are allowed at the place, one whose normal is less than 60 degrees from the original
-/// triangle's is taken if there is any, else one on the same side, so that the two faces of a thin wall are not taken for one another; else the nearest
-/// of all. Of equally near ones the first is taken.
+/// Among the triangles that are no farther than the edges that are allowed at the place, one whose normal is less than 60
+/// degrees from the original triangle's is taken if there is any, else one on the same side, so that the two faces of a thin
+/// wall are not taken for one another; else the nearest of all. Of equally near ones the first is taken.
 ///
 /// # Panics
 /// When a triangle names a vertex that does not exist.

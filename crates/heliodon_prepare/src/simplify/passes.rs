@@ -1,14 +1,15 @@
 //! Pass after pass over different tiles.
 //!
-//! In the first, tiles are simplified as far as they may, while the vertices that they share stay. Each further pass cuts elsewhere and frees only what the
-//! one before had to leave, the shared vertices and those beside them: what was simplified once is not again, since the
-//! error of simplifying what is simplified already would add up unseen.
+//! In the first, tiles are simplified as far as they may, while the vertices that they share stay. Each further pass cuts
+//! elsewhere and frees only what the one before had to leave, the shared vertices and those beside them: what was simplified
+//! once is not again, since the error of simplifying what is simplified already would add up unseen.
 
 use super::fineness::Fineness;
 use super::tile::{Context, Face, Tile};
 use super::tiles::Tiles;
 use super::{PassReport, SimplifyReport};
 use glam::Vec3;
+use heliodon_math::frame::unit_or;
 use meshopt::VertexDataAdapter;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -17,6 +18,13 @@ use std::sync::atomic::{AtomicU32, Ordering};
 const SHARES: [f32; 4] = [0.5, 0.37, 0.58, 0.44];
 /// A pass that removes a smaller part of the triangles is the last.
 const WORTHWHILE: f32 = 0.01;
+/// How many rings of vertices around shared ones the next pass frees with them: these had to make do with neighbours that
+/// stayed.
+const RINGS: usize = 2;
+/// Of so many faces in a hundred the part that they show decides,
+const ALMOST_ALL: usize = 95;
+/// and is taken for no less than this: edges that lie across the view are seen at their full length.
+const LEAST_SHOWN: f32 = 1.0 / 16.0;
 /// No tile uses the point.
 const NOBODY: u32 = u32::MAX;
 /// Several tiles use the point.
@@ -85,17 +93,28 @@ impl Passes<'_> {
         state.faces = Vec::with_capacity(simplified.iter().map(|tile| tile.faces.len()).sum());
         simplified.into_iter().for_each(|tile| state.faces.extend(tile.faces));
         report.triangles = state.faces.len();
-        let mut free = vec![false; state.free.len()];
-        for face in &state.faces {
-            let points = face.corners.map(|v| self.context.point_of[v as usize] as usize);
-            if points.iter().any(|&p| state.free[p] && owners[p].load(Ordering::Relaxed) == SEVERAL) {
-                points.iter().for_each(|&p| free[p] = true);
-            }
+        let rim: Vec<bool> =
+            (0..state.free.len()).map(|p| state.free[p] && owners[p].load(Ordering::Relaxed) == SEVERAL).collect();
+        drop(owners);
+        report.shared_points = rim.iter().filter(|rim| **rim).count();
+        let mut free = rim;
+        for _ in 0..RINGS {
+            free = self.dilated(&state.faces, &free);
         }
-        let shared = |p: &usize| state.free[*p] && free[*p] && owners[*p].load(Ordering::Relaxed) == SEVERAL;
-        report.shared_points = (0..free.len()).filter(shared).count();
         state.free = free;
         report
+    }
+
+    /// These points and those beside them; no others that no face uses.
+    fn dilated(&self, faces: &[Face], of: &[bool]) -> Vec<bool> {
+        let mut dilated = vec![false; of.len()];
+        for face in faces {
+            let points = face.corners.map(|v| self.context.point_of[v as usize] as usize);
+            if points.iter().any(|&p| of[p]) {
+                points.iter().for_each(|&p| dilated[p] = true);
+            }
+        }
+        dilated
     }
 
     /// A tile: faces without a free corner are passed by.
@@ -103,9 +122,26 @@ impl Passes<'_> {
         let (open, mut shut): (Vec<Face>, Vec<Face>) = faces.partition(|face| face.corners.iter().any(|&v| free(v)));
         let distance = |v: u32| self.fineness.distance_m(self.context.mesh.positions[v as usize]);
         let nearest_m = open.iter().flat_map(|face| face.corners).map(distance).fold(f32::INFINITY, f32::min);
-        let tile = self.context.simplify(&open, self.fineness.at_distance(nearest_m), free);
+        let mut allowed = self.fineness.at_distance(nearest_m);
+        allowed.edge_m /= self.shown(&open).sqrt();
+        let tile = self.context.simplify(&open, allowed, free);
         shut.extend(tile.faces);
         Tile { faces: shut, error_m: tile.error_m }
+    }
+
+    /// The greatest part of its area that all but a few faces can show to an eye; edges may be as much longer as leaves a triangle the area that
+    /// it has on the screen, for ground far off is seen so flat that even edges would leave ten triangles in a pixel.
+    fn shown(&self, faces: &[Face]) -> f32 {
+        let mut shown: Vec<f32> = faces
+            .iter()
+            .map(|face| {
+                let [a, b, c] = face.corners.map(|v| self.context.mesh.positions[v as usize]);
+                self.fineness.facing(a, unit_or((b - a).cross(c - a), Vec3::ZERO))
+            })
+            .collect();
+        let Some(last) = shown.len().checked_sub(1) else { return 1.0 };
+        let (_, &mut most, _) = shown.select_nth_unstable_by(last * ALMOST_ALL / 100, f32::total_cmp);
+        most.clamp(LEAST_SHOWN, 1.0)
     }
 
     /// Which tile uses each point. The order in which threads come does not matter.

@@ -57,7 +57,8 @@ fn scattered(size: Vec2, parts: u32, shift: f32) -> Mesh {
     let mut mesh = mesh(rectangle(Vec3::ZERO, Vec3::X * size.x, Vec3::Y * size.y, parts));
     let step = size / parts as f32;
     for (index, p) in mesh.positions.iter_mut().enumerate() {
-        let inside = (index as u32 % (parts + 1)) % parts != 0 && (index as u32 / (parts + 1)) % parts != 0;
+        let [column, row] = [index as u32 % (parts + 1), index as u32 / (parts + 1)];
+        let inside = !column.is_multiple_of(parts) && !row.is_multiple_of(parts);
         if inside {
             *p += shift * Vec3::new(step.x * noise(1, index), step.y * noise(2, index), 0.0);
         }
@@ -123,8 +124,8 @@ fn a_plain_wall_keeps_vertices_for_its_light() {
         let simplified = simplify_in_tiles(&original, &nowhere(), &metres(error_m, edge_m), TILE * 10);
         let edges = edges_m(&simplified.mesh);
         let at = |part: f64| edges[((edges.len() - 1) as f64 * part) as usize] / edge_m;
-        let [longest, most, half] = [1.0, 0.99, 0.5].map(at);
-        assert!(longest < 2.0 && most < 1.25 && half > 0.4 && half < 0.8, "{longest} {most} {half}");
+        let [longest, most, half] = [1.0, 0.95, 0.5].map(at);
+        assert!(longest < 2.0 && most < 1.15 && half > 0.4 && half < 0.8, "{longest} {most} {half}");
         assert!((area_m2(&simplified.mesh, |_| true) - 1.0).abs() < 1e-4, "no fold, no hole");
     }
 }
@@ -134,8 +135,8 @@ fn density_falls_with_the_square_of_the_distance() {
     let cell = ViewCell { low: Vec3::new(-0.5, 0.0, -0.5), high: Vec3::new(0.5, 1.0, 0.5), windows: Vec::new() };
     let views = Views { cells: vec![cell], ..nowhere() };
     let wall = |z: f32| {
-        let mut wall = scattered(Vec2::ONE, 300, 0.3);
-        wall.positions.iter_mut().for_each(|p| *p += Vec3::new(-0.5, 0.0, 0.5 + z));
+        let mut wall = scattered(Vec2::splat(4.0), 400, 0.3);
+        wall.positions.iter_mut().for_each(|p| *p += Vec3::new(-2.0, -1.5, 0.5 + z));
         let simplified = simplify_in_tiles(&wall, &views, &SimplifyParams::screen(), 10 * TILE);
         simplified.mesh.triangles.len() as f32
     };

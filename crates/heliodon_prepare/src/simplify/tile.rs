@@ -31,7 +31,8 @@ pub(super) struct Tile {
     pub error_m: f32,
 }
 
-/// The tile's own vertices: one for each vertex of the mesh and look. Where looks meet, meshoptimizer thus sees a seam and holds it.
+/// The tile's own vertices: one for each vertex of the mesh and look. Where looks meet, meshoptimizer thus sees a seam and
+/// holds it.
 struct Locals {
     /// Vertex of the mesh and look of each.
     keys: Vec<(u32, u16)>,
@@ -115,8 +116,8 @@ impl Context<'_> {
         Locals { keys, indices }
     }
 
-    /// Which of the tile's vertices lie at an open border: where, around a vertex, not every edge that comes in also goes out. Vertices at seams may
-    /// be taken for such.
+    /// Which of the tile's vertices lie at an open border: where, around a vertex, not every edge that comes in also goes out.
+    /// Vertices at seams may be taken for such.
     fn at_border(&self, faces: &[Face], keys: &[(u32, u16)], indices: &[u32]) -> Vec<bool> {
         let mut balance = vec![0_u32; keys.len()];
         for (face, local) in faces.iter().zip(indices.chunks_exact(3)) {
@@ -166,8 +167,8 @@ impl Context<'_> {
     }
 }
 
-/// By which texture coordinates are multiplied so that a slip of the picture by as much as an edge counts as much as moving a whole
-/// edge's width of surface by as much.
+/// By which texture coordinates are multiplied so that a slip of the picture by as much as an edge counts as much as moving a
+/// whole edge's width of surface by as much.
 fn uv_weight(mesh: &Mesh, keys: &[(u32, u16)], indices: &[u32], allowed: Allowed) -> f32 {
     let (mut area, mut uv_area) = (0.0, 0.0);
     for t in indices.chunks_exact(3) {

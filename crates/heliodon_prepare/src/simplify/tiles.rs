@@ -6,8 +6,8 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Triangles of a tile at most, for [`Tiles::cut`]: what one call of meshoptimizer works on stays within a few tens of megabytes,
-/// and a tile's rim is still short beside its inside.
+/// Triangles of a tile at most, for [`Tiles::cut`]: what one call of meshoptimizer works on stays within a few tens of
+/// megabytes, and a tile's rim is still short beside its inside.
 pub(super) const MOST: usize = 131_072;
 /// Tiles are cut further until all their places are about as far from the eyes, since one tolerance serves the whole tile: its
 /// farthest place is this many times farther than its nearest at most ...
