@@ -3,8 +3,10 @@
 //! [`Views`] says where eyes can be and what screen they look at; what no eye can tell apart need not be drawn.
 
 pub mod clean;
+mod paint;
 #[cfg(test)]
 mod shapes;
+pub mod solids;
 pub mod split;
 mod topology;
 mod views;

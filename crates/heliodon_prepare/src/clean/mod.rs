@@ -108,6 +108,7 @@ pub fn clean(mesh: &mut Mesh, params: &CleanParams) -> CleanReport {
 
     faces::mark_unfit(mesh, &places, &mut report);
     faces::mark_repeated(mesh, &places, params.double_walls, &mut report);
+    faces::peel_flat(mesh, &places, &mut report);
     parts::mark_isolated(mesh, &places, params.isolated_m, &mut report);
 
     let marks = &report.marks;
