@@ -30,10 +30,13 @@ fn main() {
         let begun = Instant::now();
         let report = unite(&mut mesh, &SolidsParams::default());
         println!("{report}\n  united in {:.2} s, {}", begun.elapsed().as_secs_f64(), peak());
-        // to a thirtieth of its size, and a tenth of that around its middle
+        // to a thirtieth of its size, a tenth of that around its middle, and dense meshes finer than they are there
         let Some((low, high)) = mesh.bounds() else { continue };
-        let (middle, size) = ((low + high) * 0.5, low.distance(high));
-        let target = |p: Vec3| (p.distance(middle) * 0.06).clamp(size * 0.003, size * 0.03);
+        let (middle, size, edge) = ((low + high) * 0.5, low.distance(high), mesh.median_edge_length());
+        let target = |p: Vec3| {
+            let distance = p.distance(middle);
+            (distance * 0.06).clamp(size * 0.003, size * 0.03).min(edge * (0.6 + 6.0 * distance / size))
+        };
         let begun = Instant::now();
         match split(&mut mesh, target, 100_000_000) {
             Ok(report) => println!("{report}\n  split in {:.2} s, {}", begun.elapsed().as_secs_f64(), peak()),

@@ -13,6 +13,7 @@ mod rims;
 mod winding;
 
 pub use paint::{color, paint};
+pub(crate) use report::Measure;
 pub use report::{CleanReport, EdgeFinding, Finding, Mark};
 
 use crate::topology::{Edges, Patches, places, settle};

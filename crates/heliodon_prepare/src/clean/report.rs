@@ -177,6 +177,19 @@ impl CleanReport {
     }
 }
 
+/// A measure with four digits that say something, however small it is.
+pub(crate) struct Measure(pub f64);
+
+impl fmt::Display for Measure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0.abs() {
+            0.0 => f.write_str("0"),
+            size if size < 0.01 => write!(f, "{:.3e}", self.0),
+            _ => write!(f, "{:.3}", self.0),
+        }
+    }
+}
+
 impl fmt::Display for CleanReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { vertices_before, triangles_before, vertices_after, triangles_after, .. } = self;
@@ -189,13 +202,15 @@ impl fmt::Display for CleanReport {
         let faces = |f: &mut fmt::Formatter<'_>, found: &Finding, what: &str| match found {
             Finding { triangles: 0, .. } => Ok(()),
             Finding { triangles, area_m2, first: Some([x, y, z]) } => {
-                write!(f, "\n  {triangles} triangles ({area_m2:.3} m2) {what}, first at ({x:.3}, {y:.3}, {z:.3})")
+                let area = Measure(*area_m2);
+                write!(f, "\n  {triangles} triangles ({area} m2) {what}, first at ({x:.3}, {y:.3}, {z:.3})")
             }
             Finding { triangles, .. } => write!(f, "\n  {triangles} triangles {what}"),
         };
         let edges = |f: &mut fmt::Formatter<'_>, found: &EdgeFinding, what: &str| match found {
             EdgeFinding { edges, length_m, first: Some([x, y, z]) } => {
-                write!(f, "\n  {edges} edges ({length_m:.3} m) {what}, first at ({x:.3}, {y:.3}, {z:.3})")
+                let length = Measure(*length_m);
+                write!(f, "\n  {edges} edges ({length} m) {what}, first at ({x:.3}, {y:.3}, {z:.3})")
             }
             EdgeFinding { first: None, .. } => Ok(()),
         };
@@ -218,6 +233,10 @@ impl fmt::Display for CleanReport {
         count(f, self.hollows, "closed surfaces look inwards as hollows or rooms do, kept")?;
         faces(f, &self.one_sided, "of surfaces with one side only, which no winding suits, kept")?;
         edges(f, &self.non_manifold, "where more than two triangles meet, kept")?;
-        edges(f, &self.open, &format!("without a neighbour, in {} rims, the longest {:.3} m", self.rims, self.longest_rim_m))
+        edges(
+            f,
+            &self.open,
+            &format!("without a neighbour, in {} rims, the longest {} m", self.rims, Measure(self.longest_rim_m)),
+        )
     }
 }

@@ -283,7 +283,8 @@ fn garbage() -> impl Strategy<Value = Mesh> {
     (positions, prop::collection::vec(any::<[u8; 3]>(), 0..80), any::<bool>(), any::<bool>()).prop_map(
         |(positions, triangles, normals, uvs)| {
             let count = positions.len();
-            let odd = |i: usize| Vec3::new((i % 3) as f32 - 1.0, (i % 2) as f32, if i % 7 == 0 { f32::NAN } else { 1.0 });
+            let odd =
+                |i: usize| Vec3::new((i % 3) as f32 - 1.0, (i % 2) as f32, if i.is_multiple_of(7) { f32::NAN } else { 1.0 });
             Mesh {
                 normals: if normals { (0..count).map(odd).collect() } else { Vec::new() },
                 uvs: if uvs { (0..count).map(|i| Vec2::splat((i % 2) as f32)).collect() } else { Vec::new() },

@@ -31,7 +31,8 @@ pub enum Buried {
 /// How to unite solids.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SolidsParams {
-    /// Groups of more triangles are left as they are, and told: an exact arrangement takes some 20 seconds and 2 GB for a million.
+    /// Groups of more triangles are left as they are, and told: an exact arrangement takes 3.9 s
+    /// for a lone scan of 100,000, and more where much meets.
     pub most_triangles: usize,
     /// What becomes of buried triangles of open surfaces. Removing asks up to some hundred rays for each that may be.
     pub buried: Buried,

@@ -2,7 +2,7 @@
 
 use super::groups::Group;
 use super::union::Union;
-use crate::clean::Finding;
+use crate::clean::{Finding, Measure};
 use crate::paint::paint_by;
 use crate::topology::{Patches, Sense};
 use glam::Vec3;
@@ -151,7 +151,9 @@ impl fmt::Display for SolidsReport {
                 Outcome::United => write!(
                     f,
                     "\n  {solids} solids united at ({x:.3}, {y:.3}, {z:.3}): {triangles_before} triangles, now {triangles_after}; \
-                     {volume_before_m3:.6} m3, now {volume_after_m3:.6}"
+                     {} m3, {} of it shared",
+                    Measure(*volume_before_m3),
+                    Measure(volume_before_m3 - volume_after_m3)
                 )?,
                 Outcome::TooLarge => {
                     write!(
@@ -166,10 +168,8 @@ impl fmt::Display for SolidsReport {
         }
         if let Some([x, y, z]) = self.buried.first {
             let Finding { triangles, area_m2, .. } = self.buried;
-            write!(
-                f,
-                "\n  {triangles} triangles ({area_m2:.3} m2) buried in solids, removed, first at ({x:.3}, {y:.3}, {z:.3})"
-            )?;
+            let area = Measure(area_m2);
+            write!(f, "\n  {triangles} triangles ({area} m2) buried in solids, removed, first at ({x:.3}, {y:.3}, {z:.3})")?;
         }
         Ok(())
     }

@@ -89,7 +89,7 @@ fn meshes_split_apart_fit_to_the_bit() {
     }
     let both = joined(&[a.clone(), b.clone()]);
     let seams = faults(&a).0 + faults(&b).0 - faults(&both).0;
-    assert!(seams > 40 && seams % 2 == 0, "{seams}");
+    assert!(seams > 40 && seams.is_multiple_of(2), "{seams}");
     // along the seam no triangle is left alone: an open edge has both ends on it only if it is one of the two rims'
     let between = |p: Vec3| seam.windows(2).any(|s| (p.distance(s[0]) + p.distance(s[1]) - s[0].distance(s[1])).abs() < 1e-6);
     let mut alone = 0;
