@@ -3,10 +3,12 @@
 //! [`Views`] says where eyes can be and what screen they look at; what no eye can tell apart need not be drawn.
 
 pub mod clean;
+mod paint;
 pub mod purge;
 #[cfg(test)]
 mod shapes;
 pub mod simplify;
+pub mod solids;
 pub mod split;
 mod topology;
 mod views;

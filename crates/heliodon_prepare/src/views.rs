@@ -83,6 +83,24 @@ impl Views {
         if self.cells.is_empty() { 1.0 } else { self.cells.iter().map(of_cell).fold(0.0, f32::max) }
     }
 
+    /// The greatest sine of the angle between a direction at a point and the way to an eye, or a little less: the part of its length that a short
+    /// edge shows at most; 1 without boxes. Asked of the corners and the middle of each box, and its place nearest to the point.
+    #[must_use]
+    pub fn across(&self, point: Vec3, direction: Vec3) -> f32 {
+        let length = direction.length();
+        let sine = |eye: Vec3| {
+            let way = eye - point;
+            let all = way.length() * length;
+            if all > 0.0 { way.cross(direction).length() / all } else { 1.0 }
+        };
+        let of_cell = |cell: &ViewCell| {
+            let corner = |i: u32| Vec3::select(glam::BVec3::new(i & 1 == 0, i & 2 == 0, i & 4 == 0), cell.low, cell.high);
+            let nearest = point.clamp(cell.low, cell.high);
+            (0..8).map(corner).chain([0.5 * (cell.low + cell.high), nearest]).map(sine).fold(0.0, f32::max)
+        };
+        if self.cells.is_empty() { 1.0 } else { self.cells.iter().map(of_cell).fold(0.0, f32::max).min(1.0) }
+    }
+
     /// How large, in metres, a pixel is on a surface that faces the eye at a point, seen from the nearest place an eye can be, but from no
     /// nearer than `nearest_m`: visitors do not put an eye onto the stone.
     #[must_use]
@@ -120,7 +138,12 @@ mod tests {
         assert!((far - 2.0 / 40.0).abs() < 1e-6, "{far}");
         assert_eq!(views.facing(Vec3::new(-40.0, 0.0, 1.0), Vec3::X), 1.0);
         assert_eq!(views.facing(Vec3::new(1.0, 0.0, 1.0), Vec3::Y), 1.0, "beneath the eyes");
-        assert_eq!(Views { cells: Vec::new(), ..views }.facing(Vec3::ZERO, Vec3::Y), 1.0);
+        let far = Vec3::new(-40.0, 0.0, 1.0);
+        assert!((views.across(far, Vec3::X) - 2.0 / 40.0).abs() < 1e-3, "along the view");
+        assert!(views.across(far, Vec3::NEG_Z) > 0.99, "across it");
+        assert_eq!(views.across(Vec3::ZERO, Vec3::X), 1.0, "where eyes are");
+        let nowhere = Views { cells: Vec::new(), ..views };
+        assert_eq!((nowhere.facing(Vec3::ZERO, Vec3::Y), nowhere.across(Vec3::ZERO, Vec3::Y)), (1.0, 1.0));
     }
 
     #[test]

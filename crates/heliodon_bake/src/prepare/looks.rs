@@ -6,6 +6,7 @@ use heliodon_bundle::site::Site;
 use heliodon_mesh::Mesh;
 use heliodon_mesh::export::write_ply;
 use heliodon_prepare::clean::{CleanReport, paint};
+use heliodon_prepare::solids::{self, SolidsReport};
 use std::path::{Path, PathBuf};
 
 /// Stone that is drawn, and stone that nobody sees.
@@ -41,6 +42,12 @@ impl Looks {
     pub fn found(&self, part: usize, as_read: &Mesh, report: &CleanReport) -> Result<(), BakeError> {
         let Some(path) = self.path(part, "found") else { return Ok(()) };
         Ok(write_ply(&path, &paint(as_read, &report.marks), None)?)
+    }
+
+    /// A part before its solids were united, each triangle in the colour of its fate.
+    pub fn united(&self, part: usize, before: &Mesh, report: &SolidsReport) -> Result<(), BakeError> {
+        let Some(path) = self.path(part, "solids") else { return Ok(()) };
+        Ok(write_ply(&path, &solids::paint(before, &report.fates), None)?)
     }
 
     /// A part as it was simplified: what is drawn light, what nobody sees red.

@@ -4,11 +4,13 @@ use super::looks::Looks;
 use super::steps::{Step, Steps};
 use crate::error::BakeError;
 use crate::scene::Original;
+use glam::Vec3;
 use heliodon_bundle::site::{Prepare, Role, Site, Winding};
 use heliodon_mesh::{Mesh, MeshError};
 use heliodon_prepare::Views;
 use heliodon_prepare::clean::{self, CleanParams, CleanReport, clean};
 use heliodon_prepare::simplify::{MeasureReport, SimplifyParams, SimplifyReport, measure, nearest_triangles, simplify};
+use heliodon_prepare::solids::{SolidsParams, SolidsReport, unite};
 use heliodon_prepare::split::{SplitReport, split};
 use serde::Serialize;
 
@@ -33,6 +35,8 @@ pub struct PartReport {
     pub triangles_read: u64,
     /// Faults that were found and mended.
     pub clean: Option<CleanReport>,
+    /// Solids that were united, and what was buried in them.
+    pub solids: Option<SolidsReport>,
     /// Large triangles that were split.
     pub split: Option<SplitReport>,
     /// Triangles after cleaning and splitting: what rays of light meet.
@@ -95,11 +99,21 @@ pub(super) fn prepare_part(
         }
         report.clean = Some(found);
     }
+    if settings.solids && matches!(part.role, Role::Filling | Role::Prop) {
+        let params = SolidsParams { eyes: eyes(views), ..SolidsParams::default() };
+        let before = looks.wanted().then(|| mesh.clone());
+        let found = steps.run("uniting solids", || unite(&mut mesh, &params));
+        if let Some(before) = before {
+            looks.united(index, &before, &found)?;
+        }
+        report.solids = Some(found);
+    }
     let params = simplify_params(settings);
     let target_m =
         |place| if views.cells.is_empty() { params.edge_m } else { params.edge_px * views.pixel_m(place, params.nearest_m) };
-    if target_m(glam::Vec3::ZERO) > 0.0 {
-        let longest_m = |place| LONGEST_EDGE * target_m(place);
+    if part.role != Role::Scan && target_m(Vec3::ZERO) > 0.0 {
+        // an edge that runs towards the eye shows little of its length
+        let longest_m = |place, along| LONGEST_EDGE * target_m(place) / views.across(place, along).max(LEAST_ACROSS);
         report.split = Some(steps.run("splitting", || split(&mut mesh, longest_m, MOST_TRIANGLES))?);
     }
     report.triangles_original = mesh.triangles.len() as u64;
@@ -107,7 +121,7 @@ pub(super) fn prepare_part(
 
     let error_m =
         |place| if views.cells.is_empty() { params.error_m } else { params.error_px * views.pixel_m(place, params.nearest_m) };
-    let part = if error_m(glam::Vec3::ZERO) > 0.0 {
+    let part = if error_m(Vec3::ZERO) > 0.0 {
         let simplified = steps.run("simplifying", || simplify(&mesh, views, &params));
         let measured = steps.run("measuring", || measure(&mesh, &simplified.mesh, views, &params));
         let nearest = steps.run("mapping", || nearest_triangles(&mesh, &simplified.mesh, views, &params));
@@ -125,6 +139,8 @@ pub(super) fn prepare_part(
 
 /// Edges are split that are longer than simplification lets them become: half as long again as what is asked for.
 const LONGEST_EDGE: f32 = 1.5;
+/// The least part of its length that an edge is taken to show.
+const LEAST_ACROSS: f32 = 1.0 / 16.0;
 
 /// The most triangles that splitting may make of a part.
 const MOST_TRIANGLES: usize = 200_000_000;
@@ -138,9 +154,14 @@ fn clean_params(settings: &Prepare, role: Role, views: &Views) -> CleanParams {
             Winding::Mend => clean::Winding::Mend,
             Winding::Report => clean::Winding::Report,
         },
-        eyes: views.cells.iter().map(|cell| 0.5 * (cell.low + cell.high)).collect(),
+        eyes: eyes(views),
         ..of_role
     }
+}
+
+/// A place in each room.
+fn eyes(views: &Views) -> Vec<Vec3> {
+    views.cells.iter().map(|cell| 0.5 * (cell.low + cell.high)).collect()
 }
 
 /// Adds a part to what rays meet.

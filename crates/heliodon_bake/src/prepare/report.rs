@@ -71,6 +71,9 @@ impl fmt::Display for PartReport {
         if let Some(clean) = &self.clean {
             writeln!(f, "  cleaned: {}", clean.to_string().replace('\n', "\n  "))?;
         }
+        if let Some(solids) = self.solids.as_ref().filter(|solids| !solids.groups.is_empty() || solids.buried.triangles > 0) {
+            writeln!(f, "  solids: {}", solids.to_string().replace('\n', "\n  "))?;
+        }
         if let Some(split) = self.split.as_ref().filter(|split| split.split_triangles > 0) {
             writeln!(f, "  split: {split}")?;
         }

@@ -55,7 +55,7 @@ impl Default for Prepare {
             winding: Winding::Mend,
             solids: true,
             error_px: 1.0,
-            edge_px: 3.0,
+            edge_px: 5.0,
             nearest_m: 1.0,
             error_m: None,
             edge_m: None,

@@ -25,7 +25,8 @@ pub(super) fn mend(mesh: &mut Mesh) -> u64 {
             mended += 1;
         }
     }
-    let bad = mesh.normals.iter().filter(|n| !((n.length() - 1.0).abs() < UNIT_TOLERANCE)).count() as u64;
+    let is_unit = |n: &&Vec3| (n.length() - 1.0).abs() < UNIT_TOLERANCE;
+    let bad = (mesh.normals.len() - mesh.normals.iter().filter(is_unit).count()) as u64;
     if bad > 0 {
         // a position that is not finite has no normal, and none is asked of it
         normals::mend(mesh);

@@ -1,11 +1,12 @@
 //! Triangles that are none, and triangles that are there twice.
 
 use super::{CleanReport, DoubleWalls, Mark};
-use crate::topology::{Buckets, NOWHERE};
+use crate::topology::{Buckets, Edges, NOWHERE};
 use glam::Vec3;
 use heliodon_mesh::Mesh;
+use std::collections::HashMap;
 
-/// A triangle whose height over its longest edge is below this part of the edge is none. Positions are rounded to 6e-8 of their
+/// A triangle whose height over its longest edge is below this part of the edge has no area. Positions are rounded to 6e-8 of their
 /// distance from the origin, so such a one has a normal by chance at best; the gap that it leaves is a micrometre wide for a metre.
 const LEAST_HEIGHT: f64 = 1.0e-6;
 
@@ -24,11 +25,63 @@ pub(super) fn mark_unfit(mesh: &Mesh, places: &[u32], report: &mut CleanReport) 
         if [a, b, c].contains(&NOWHERE) {
             report.marks[t] = Mark::NonFinite;
             report.non_finite.triangles += 1;
-        } else if a == b || b == c || c == a || is_flat(mesh.corners(t)) {
+        } else if a == b || b == c || c == a {
             report.marks[t] = Mark::Degenerate;
             report.degenerate.add(mesh, t);
+        } else if is_flat(mesh.corners(t)) {
+            report.marks[t] = Mark::Flat;
         }
     }
+}
+
+/// Marks those triangles without an area as removed that have an edge without a neighbour, or come to have one by that. What is left
+/// of them closes a body as it is.
+pub(super) fn peel_flat(mesh: &Mesh, places: &[u32], report: &mut CleanReport) {
+    if !report.marks.contains(&Mark::Flat) {
+        return;
+    }
+    let marks = &report.marks;
+    // the edges of flat triangles: how many triangles are there, and which of them are flat
+    let mut around: HashMap<u64, (usize, Vec<u32>)> = HashMap::new();
+    let mut loose = Vec::new();
+    Edges::new(&mesh.triangles, places, |t| !marks[t].is_removed()).for_each(|[a, b], sides| {
+        let count = sides.len();
+        let flat: Vec<u32> = sides.map(|side| side.triangle).filter(|&t| marks[t as usize] == Mark::Flat).collect();
+        if !flat.is_empty() {
+            if count == 1 {
+                loose.push(flat[0]);
+            }
+            around.insert(u64::from(a) << 32 | u64::from(b), (count, flat));
+        }
+    });
+    while let Some(t) = loose.pop() {
+        if report.marks[t as usize] != Mark::Flat {
+            continue;
+        }
+        report.marks[t as usize] = Mark::Degenerate;
+        let at = mesh.triangles[t as usize].map(|v| places[v as usize]);
+        for (a, b) in [(at[0], at[1]), (at[1], at[2]), (at[2], at[0])] {
+            let Some((count, flat)) = around.get_mut(&(u64::from(a.min(b)) << 32 | u64::from(a.max(b)))) else { continue };
+            *count -= 1;
+            flat.retain(|&other| other != t);
+            if *count == 1 {
+                loose.extend(flat.iter());
+            }
+        }
+    }
+    for t in 0..mesh.triangles.len() {
+        match report.marks[t] {
+            Mark::Flat => report.flat.add(mesh, t),
+            Mark::Degenerate if is_three(mesh, places, t) => report.degenerate.add(mesh, t),
+            _ => {}
+        }
+    }
+}
+
+/// Whether a triangle's corners are at three places.
+fn is_three(mesh: &Mesh, places: &[u32], t: usize) -> bool {
+    let [a, b, c] = mesh.triangles[t].map(|v| places[v as usize]);
+    a != b && b != c && c != a
 }
 
 /// A triangle by its places: the two higher ones, then twice its number, and one more if it runs the other way round.

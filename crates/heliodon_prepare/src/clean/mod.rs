@@ -1,8 +1,8 @@
 //! Cleaning: what scanners, modellers and exporters leave behind that is no surface, or is one twice, or the wrong way round.
 //!
 //! All is decided by position, for a seam of texture or normals is no gap; vertices are united at the end only, where nothing tells
-//! them apart. Everything is found by counting sorts and disjoint sets over plain arrays: 10 million triangles take some 60 bytes each
-//! while it works. Only the edges where exactly two triangles meet tell how a patch is wound.
+//! them apart. Everything is found by counting sorts and disjoint sets over plain arrays: 10 million triangles take 5 s on two
+//! cores, and some 30 bytes each beyond the mesh. Only the edges where exactly two triangles meet tell how a patch is wound.
 
 mod attributes;
 mod faces;
@@ -13,6 +13,7 @@ mod rims;
 mod winding;
 
 pub use paint::{color, paint};
+pub(crate) use report::Measure;
 pub use report::{CleanReport, EdgeFinding, Finding, Mark};
 
 use crate::topology::{Edges, Patches, places, settle};
@@ -49,7 +50,7 @@ pub enum Winding {
 #[derive(Clone, Debug, PartialEq)]
 pub struct CleanParams {
     /// Vertices within this of one another are moved to one place, in metres; 0 unites none but those at the same place. More mends
-    /// wider cracks, and eats detail of its size; above 0 takes about three times as long.
+    /// wider cracks, and eats detail of its size; above 0 takes longer, for 27 cells are searched for each place.
     pub weld_m: f32,
     /// Bits that hang together with nothing else and whose bounding box has a diagonal below this are removed, in metres. The largest
     /// piece always stays.
@@ -108,6 +109,7 @@ pub fn clean(mesh: &mut Mesh, params: &CleanParams) -> CleanReport {
 
     faces::mark_unfit(mesh, &places, &mut report);
     faces::mark_repeated(mesh, &places, params.double_walls, &mut report);
+    faces::peel_flat(mesh, &places, &mut report);
     parts::mark_isolated(mesh, &places, params.isolated_m, &mut report);
 
     let marks = &report.marks;

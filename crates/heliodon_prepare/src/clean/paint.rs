@@ -1,6 +1,7 @@
 //! A mesh coloured by what became of its triangles, to look at.
 
 use super::Mark;
+use crate::paint::paint_by;
 use glam::Vec3;
 use heliodon_mesh::Mesh;
 
@@ -16,6 +17,7 @@ pub fn color(mark: Mark) -> Vec3 {
         Mark::Flipped => Vec3::new(0.0, 0.6, 0.1),
         Mark::WrongWay => Vec3::new(0.3, 0.0, 0.6),
         Mark::OneSided => Vec3::new(1.0, 0.0, 0.6),
+        Mark::Flat => Vec3::new(0.0, 0.3, 0.3),
         Mark::DoubleWall => Vec3::new(0.8, 0.8, 0.0),
         Mark::NonManifold => Vec3::new(0.0, 0.6, 0.8),
         Mark::Open => Vec3::new(0.0, 0.1, 1.0),
@@ -31,22 +33,5 @@ pub fn color(mark: Mark) -> Vec3 {
 #[must_use]
 pub fn paint(original: &Mesh, marks: &[Mark]) -> Mesh {
     assert_eq!(marks.len(), original.triangles.len(), "one mark for each triangle");
-    let mut painted = Mesh { triangles: original.triangles.clone(), ..Mesh::default() };
-    let mut copies = vec![(Mark::NonFinite, 0_u32); original.positions.len()];
-    for mark in Mark::ALL.into_iter().filter(|&mark| mark != Mark::NonFinite) {
-        for (triangle, _) in painted.triangles.iter_mut().zip(marks).filter(|(_, m)| **m == mark) {
-            for vertex in triangle {
-                let copy = &mut copies[*vertex as usize];
-                if copy.0 != mark {
-                    *copy = (mark, painted.positions.len() as u32);
-                    painted.positions.push(original.positions[*vertex as usize]);
-                    painted.colors_linear.push(color(mark));
-                }
-                *vertex = copy.1;
-            }
-        }
-    }
-    let mut placed = marks.iter().map(|&mark| mark != Mark::NonFinite);
-    painted.triangles.retain(|_| placed.next().unwrap_or(false));
-    painted
+    paint_by(original, &Mark::ALL.map(color), |t| (marks[t] != Mark::NonFinite).then_some(marks[t] as u8))
 }

@@ -13,7 +13,7 @@ use std::fmt;
 pub enum Mark {
     /// Removed: a corner is not finite.
     NonFinite,
-    /// Removed: corners at one place, or no area.
+    /// Removed: corners at one place, or no area and an edge without a neighbour.
     Degenerate,
     /// Removed: the same triangle is there already.
     Duplicate,
@@ -27,6 +27,8 @@ pub enum Mark {
     WrongWay,
     /// Kept, part of a surface with one side only.
     OneSided,
+    /// Kept, though it has no area: it holds its neighbours together, and without it a vertex of one would lie on an edge of another.
+    Flat,
     /// Kept: one of two that look opposite ways at the same places.
     DoubleWall,
     /// Kept, at an edge where more than two triangles meet.
@@ -40,7 +42,7 @@ pub enum Mark {
 
 impl Mark {
     /// All of them, in order.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::NonFinite,
         Self::Degenerate,
         Self::Duplicate,
@@ -49,6 +51,7 @@ impl Mark {
         Self::Flipped,
         Self::WrongWay,
         Self::OneSided,
+        Self::Flat,
         Self::DoubleWall,
         Self::NonManifold,
         Self::Open,
@@ -75,7 +78,7 @@ pub struct Finding {
 
 impl Finding {
     /// Notes a triangle, whose corners are finite.
-    pub(super) fn add(&mut self, mesh: &Mesh, triangle: usize) {
+    pub(crate) fn add(&mut self, mesh: &Mesh, triangle: usize) {
         self.triangles += 1;
         self.area_m2 += double_area(mesh, triangle).length() * 0.5;
         self.first.get_or_insert_with(|| center(mesh, triangle).to_array());
@@ -119,8 +122,10 @@ pub struct CleanReport {
     pub moved_vertices: u64,
     /// Removed: a corner is not finite. Without area or place.
     pub non_finite: Finding,
-    /// Removed: corners at one place, or no area.
+    /// Removed: corners at one place, or no area and an edge without a neighbour.
     pub degenerate: Finding,
+    /// Kept, though without area: they hold their neighbours together.
+    pub flat: Finding,
     /// Removed: there already, the same way round.
     pub duplicate: Finding,
     /// Triangles that stand at the same places as another one that looks the opposite way; both of each pair count.
@@ -172,6 +177,19 @@ impl CleanReport {
     }
 }
 
+/// A measure with four digits that say something, however small it is.
+pub(crate) struct Measure(pub f64);
+
+impl fmt::Display for Measure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0.abs() {
+            0.0 => f.write_str("0"),
+            size if size < 0.01 => write!(f, "{:.3e}", self.0),
+            _ => write!(f, "{:.3}", self.0),
+        }
+    }
+}
+
 impl fmt::Display for CleanReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { vertices_before, triangles_before, vertices_after, triangles_after, .. } = self;
@@ -184,13 +202,15 @@ impl fmt::Display for CleanReport {
         let faces = |f: &mut fmt::Formatter<'_>, found: &Finding, what: &str| match found {
             Finding { triangles: 0, .. } => Ok(()),
             Finding { triangles, area_m2, first: Some([x, y, z]) } => {
-                write!(f, "\n  {triangles} triangles ({area_m2:.3} m2) {what}, first at ({x:.3}, {y:.3}, {z:.3})")
+                let area = Measure(*area_m2);
+                write!(f, "\n  {triangles} triangles ({area} m2) {what}, first at ({x:.3}, {y:.3}, {z:.3})")
             }
             Finding { triangles, .. } => write!(f, "\n  {triangles} triangles {what}"),
         };
         let edges = |f: &mut fmt::Formatter<'_>, found: &EdgeFinding, what: &str| match found {
             EdgeFinding { edges, length_m, first: Some([x, y, z]) } => {
-                write!(f, "\n  {edges} edges ({length_m:.3} m) {what}, first at ({x:.3}, {y:.3}, {z:.3})")
+                let length = Measure(*length_m);
+                write!(f, "\n  {edges} edges ({length} m) {what}, first at ({x:.3}, {y:.3}, {z:.3})")
             }
             EdgeFinding { first: None, .. } => Ok(()),
         };
@@ -198,6 +218,7 @@ impl fmt::Display for CleanReport {
         count(f, self.moved_vertices, "vertices moved onto one beside them")?;
         faces(f, &self.non_finite, "with a corner that is not finite, removed")?;
         faces(f, &self.degenerate, "without area, removed")?;
+        faces(f, &self.flat, "without area, kept, for they hold their neighbours together")?;
         faces(f, &self.duplicate, "there twice, removed")?;
         let walls = match self.double_walls_removed {
             0 => "back to back at the same places, kept".to_owned(),
@@ -212,6 +233,10 @@ impl fmt::Display for CleanReport {
         count(f, self.hollows, "closed surfaces look inwards as hollows or rooms do, kept")?;
         faces(f, &self.one_sided, "of surfaces with one side only, which no winding suits, kept")?;
         edges(f, &self.non_manifold, "where more than two triangles meet, kept")?;
-        edges(f, &self.open, &format!("without a neighbour, in {} rims, the longest {:.3} m", self.rims, self.longest_rim_m))
+        edges(
+            f,
+            &self.open,
+            &format!("without a neighbour, in {} rims, the longest {} m", self.rims, Measure(self.longest_rim_m)),
+        )
     }
 }

@@ -67,6 +67,24 @@ fn what_is_no_triangle_or_there_twice_goes() {
 }
 
 #[test]
+fn a_flat_triangle_that_closes_a_body_stays() {
+    // one triangle of a cube is cut at a vertex on its edge, the neighbour over that edge is not: a flat one lies between them
+    let mut mesh = cube(Vec3::ZERO, Vec3::ONE);
+    let [a, b, c] = mesh.triangles[0];
+    let middle = (mesh.positions[a as usize] + mesh.positions[b as usize]) * 0.5;
+    mesh.positions.push(middle);
+    mesh.triangles[0] = [a, 8, c];
+    mesh.triangles.extend([[8, b, c], [a, b, 8]]);
+    let (left, report) = cleaned(mesh.clone(), &CleanParams::default());
+    assert_eq!((report.flat.triangles, report.degenerate.triangles, report.closed_patches), (1, 0, 1));
+    assert_eq!((left.triangles.len(), report.marks[13]), (14, Mark::Flat));
+    // with a piece beside it missing it hangs loose, and what hung on it as well
+    mesh.triangles[12] = [8, 8, 8];
+    let (left, report) = cleaned(mesh, &CleanParams::default());
+    assert_eq!((report.flat.triangles, report.degenerate.triangles, left.triangles.len()), (0, 2, 12));
+}
+
+#[test]
 fn double_walls_do_as_they_are_told() {
     let mut mesh =
         Mesh { positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y], triangles: vec![[0, 1, 2], [0, 2, 1]], ..Mesh::default() };
@@ -185,6 +203,19 @@ fn edges_of_three_are_kept_and_do_not_pass_the_winding_on() {
 }
 
 #[test]
+fn bodies_that_share_a_wall_are_closed_together() {
+    let boxes = joined(&[cube(Vec3::ZERO, Vec3::ONE), cube(Vec3::X, Vec3::new(2.0, 1.0, 1.0))]);
+    let (left, report) = cleaned(boxes.clone(), &CleanParams::default());
+    assert_eq!((report.patches, report.closed_patches, report.double_walls.triangles), (1, 1, 4));
+    assert_eq!((left.triangles.len(), report.flipped), (24, 0));
+    let mut inside_out = boxes;
+    inside_out.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+    let (left, report) = cleaned(inside_out, &CleanParams::default());
+    assert_eq!((report.inside_out.triangles, report.flipped), (24, 24));
+    assert!((volume(&left) - 2.0).abs() < 1e-6);
+}
+
+#[test]
 fn what_is_painted_has_a_colour_for_each_mark() {
     let mut mesh = cube(Vec3::ZERO, Vec3::ONE);
     mesh.positions.push(Vec3::NAN);
@@ -252,7 +283,8 @@ fn garbage() -> impl Strategy<Value = Mesh> {
     (positions, prop::collection::vec(any::<[u8; 3]>(), 0..80), any::<bool>(), any::<bool>()).prop_map(
         |(positions, triangles, normals, uvs)| {
             let count = positions.len();
-            let odd = |i: usize| Vec3::new((i % 3) as f32 - 1.0, (i % 2) as f32, if i % 7 == 0 { f32::NAN } else { 1.0 });
+            let odd =
+                |i: usize| Vec3::new((i % 3) as f32 - 1.0, (i % 2) as f32, if i.is_multiple_of(7) { f32::NAN } else { 1.0 });
             Mesh {
                 normals: if normals { (0..count).map(odd).collect() } else { Vec::new() },
                 uvs: if uvs { (0..count).map(|i| Vec2::splat((i % 2) as f32)).collect() } else { Vec::new() },

@@ -16,7 +16,12 @@ pub(super) struct Middles(Vec<(u64, u32)>);
 
 impl Middles {
     /// Halves the edges of some triangles and appends the middles to the mesh. None where there would be more vertices than `most`.
-    pub fn append(mesh: &mut Mesh, triangles: &[u32], longest_m: &(impl Fn(Vec3) -> f32 + Sync), most: usize) -> Option<Self> {
+    pub fn append(
+        mesh: &mut Mesh,
+        triangles: &[u32],
+        longest_m: &(impl Fn(Vec3, Vec3) -> f32 + Sync),
+        most: usize,
+    ) -> Option<Self> {
         let of_triangle = |&t: &u32| {
             let [a, b, c] = mesh.triangles[t as usize];
             [edge(a, b), edge(b, c), edge(c, a)]

@@ -19,12 +19,20 @@ fn middle(a: Vec3, b: Vec3) -> Option<(Vec3, f64)> {
     (halved && whole > 0.0 && middle.is_finite()).then_some((middle, whole))
 }
 
+/// From one end of an edge to the other, the same to the bit whichever is named first.
+#[inline]
+fn along(a: Vec3, b: Vec3) -> Vec3 {
+    let along = b - a;
+    let first = along.to_array().into_iter().find(|&x| x != 0.0).unwrap_or(0.0);
+    if first < 0.0 { a - b } else { along }
+}
+
 /// The middle of an edge if it is too long: from the positions of its ends only, in whatever order, for sums, products and squared
 /// differences are the same to the bit either way.
 #[inline]
-pub(super) fn too_long(a: Vec3, b: Vec3, longest_m: &impl Fn(Vec3) -> f32) -> Option<Vec3> {
+pub(super) fn too_long(a: Vec3, b: Vec3, longest_m: &impl Fn(Vec3, Vec3) -> f32) -> Option<Vec3> {
     let (middle, squared) = middle(a, b)?;
-    let longest = f64::from(longest_m(middle));
+    let longest = f64::from(longest_m(middle, along(a, b)));
     let longest = if longest < 0.0 { 0.0 } else { longest };
     // NaN fails the comparison
     (squared > longest * longest).then_some(middle)

@@ -25,7 +25,7 @@ pub(super) struct Cutter<'a, F> {
     pub left: &'a AtomicUsize,
 }
 
-impl<F: Fn(Vec3) -> f32> Cutter<'_, F> {
+impl<F: Fn(Vec3, Vec3) -> f32> Cutter<'_, F> {
     /// Cuts a triangle; none where too many pieces were made.
     pub fn cut(&self, triangle: u32) -> Option<Pieces> {
         let mut cut = Cut { cutter: self, own: Vec::new(), middles: HashMap::new() };
@@ -53,7 +53,7 @@ struct Cut<'a, F> {
     middles: HashMap<u64, Option<u32>>,
 }
 
-impl<F: Fn(Vec3) -> f32> Cut<'_, F> {
+impl<F: Fn(Vec3, Vec3) -> f32> Cut<'_, F> {
     fn vertex(&self, vertex: u32) -> Vertex {
         let shared = self.cutter.mesh.positions.len();
         if (vertex as usize) < shared {

@@ -74,7 +74,8 @@ pub enum SplitError {
     },
 }
 
-/// Splits triangles until no edge is longer than `longest_m` says at its middle, in metres, or its ends are neighbours in f32. Texture
+/// Splits triangles until no edge is longer than `longest_m` says for its middle and its direction (from one end to the other; the same answer is
+/// wanted for the opposite), in metres, or its ends are neighbours in f32. Texture
 /// coordinates and colours are interpolated, normals as well and made unit; pieces keep their triangle's material and stand where it
 /// stood. Areas keep to rounding. A target that is not a number, or infinite, splits nothing there.
 ///
@@ -86,7 +87,7 @@ pub enum SplitError {
 /// Where a triangle names a vertex that does not exist.
 pub fn split(
     mesh: &mut Mesh,
-    longest_m: impl Fn(Vec3) -> f32 + Sync,
+    longest_m: impl Fn(Vec3, Vec3) -> f32 + Sync,
     most_triangles: usize,
 ) -> Result<SplitReport, SplitError> {
     let vertices = mesh.positions.len();
@@ -97,14 +98,15 @@ pub fn split(
     };
     let long_edge = |t: u32| {
         let [a, b, c] = mesh.corners(t as usize);
-        [(a, b), (b, c), (c, a)].into_iter().find_map(|(a, b)| too_long(a, b, &longest_m))
+        [(a, b), (b, c), (c, a)].into_iter().find_map(|(a, b)| Some((too_long(a, b, &longest_m)?, b - a)))
     };
     let long: Vec<u32> = (0..mesh.triangles.len() as u32).into_par_iter().filter(|&t| long_edge(t).is_some()).collect();
-    let place = long.first().and_then(|&t| long_edge(t));
-    report.first = place.map(|place| place.to_array());
+    let first = long.first().and_then(|&t| long_edge(t));
+    report.first = first.map(|(place, _)| place.to_array());
     report.split_triangles = long.len() as u64;
-    if let Some(place) = place {
-        let error = SplitError::TooMany { most: most_triangles as u64, place: place.to_array(), longest_m: longest_m(place) };
+    if let Some((place, along)) = first {
+        let error =
+            SplitError::TooMany { most: most_triangles as u64, place: place.to_array(), longest_m: longest_m(place, along) };
         if let Err(TooMany) = split_some(mesh, &long, &longest_m, most_triangles) {
             truncate(mesh, vertices);
             return Err(error);
@@ -118,7 +120,12 @@ pub fn split(
 struct TooMany;
 
 /// Splits the triangles that have an edge too long; on failure vertices are left over at the end.
-fn split_some(mesh: &mut Mesh, long: &[u32], longest_m: &(impl Fn(Vec3) -> f32 + Sync), most: usize) -> Result<(), TooMany> {
+fn split_some(
+    mesh: &mut Mesh,
+    long: &[u32],
+    longest_m: &(impl Fn(Vec3, Vec3) -> f32 + Sync),
+    most: usize,
+) -> Result<(), TooMany> {
     // every middle of an edge makes a triangle more, on either side
     let most_vertices = mesh.positions.len().saturating_add(most).min(u32::MAX as usize);
     let middles = Middles::append(mesh, long, longest_m, most_vertices).ok_or(TooMany)?;

@@ -7,7 +7,7 @@ mod patches;
 mod places;
 mod union_find;
 
-pub(crate) use bodies::{Sense, senses, turned_mostly};
+pub(crate) use bodies::{DIRECTIONS, Sense, scene, senses, turned_mostly, within};
 pub(crate) use buckets::Buckets;
 pub(crate) use edges::Edges;
 pub(crate) use patches::{Patch, Patches};

@@ -1,4 +1,4 @@
-//! Patches: triangles that hang together by edges where exactly two meet, and how they are wound.
+//! Patches: triangles that hang together by edges where exactly two meet, or are closed together, and how they are wound.
 
 use super::{Edges, UnionFind};
 use glam::{DVec3, Vec3};
@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 /// No patch: the triangle was left out.
 const NONE: u32 = u32::MAX;
 
-/// Triangles that edges between two join.
+/// Triangles that edges between two join, or that make a closed surface together.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Patch {
     /// Its first triangle, whose winding is the one that others agree with or not.
@@ -64,13 +64,64 @@ impl Patches {
             }
             patch.triangles += 1;
             patch.turned += of[t] & 1;
-            let [a, b, c] = triangle.map(|v| positions[v as usize].as_dvec3() - origin);
-            let volume = a.dot(b.cross(c)) / 6.0;
+            let volume = volume(triangle.map(|v| positions[v as usize].as_dvec3() - origin));
             patch.volume_m3 += if of[t] & 1 == 1 { -volume } else { volume };
         }
         let mut patches = Self { of, list };
         patches.mark_open(edges);
+        patches.join_shells(positions, triangles, edges, origin);
         patches
+    }
+
+    /// Bodies that share a wall or an edge fall into patches there, none of which is closed. Where patches that edges of more than two
+    /// triangles join are closed together, as they are wound, they are one.
+    fn join_shells(&mut self, positions: &[Vec3], triangles: &[[u32; 3]], edges: &Edges, origin: DVec3) {
+        let mut shells = UnionFind::new(self.list.len());
+        let mut balanced = vec![true; self.list.len()];
+        edges.for_each(|_, sides| {
+            let (mut passed, mut last, several) = (0, None, sides.len() > 2);
+            for side in sides {
+                let Some((patch, _)) = self.of(side.triangle as usize) else { continue };
+                passed += if side.down { -1 } else { 1 };
+                if let Some(last) = last.replace(patch)
+                    && several
+                {
+                    shells.unite(last as u32, patch as u32, false);
+                }
+            }
+            if passed != 0
+                && let Some(patch) = last
+            {
+                balanced[patch] = false;
+            }
+        });
+        let (shell_of, count) = shells.into_numbers();
+        let shell_of = |patch: usize| shell_of[patch] as usize >> 1;
+        // of each shell its first patch, and how many it has; none where it is not closed
+        let mut first = vec![(NONE, 0_u32); count as usize];
+        for (patch, balanced) in balanced.iter().enumerate() {
+            let shell = &mut first[shell_of(patch)];
+            *shell = (shell.0.min(patch as u32), if *balanced && shell.1 != NONE { shell.1 + 1 } else { NONE });
+        }
+        let joined_to = |patch: usize| match first[shell_of(patch)] {
+            (_, NONE | 0 | 1) => None,
+            (first, _) => Some(first as usize),
+        };
+        for patch in 0..self.list.len() {
+            if let Some(first) = joined_to(patch) {
+                let joined = std::mem::take(&mut self.list[patch]);
+                if patch == first {
+                    self.list[first] = Patch { first: joined.first, closed: true, ..Patch::default() };
+                }
+            }
+        }
+        for (t, triangle) in triangles.iter().enumerate() {
+            if let Some(first) = self.of(t).and_then(|(patch, _)| joined_to(patch)) {
+                self.of[t] = (first as u32) << 1;
+                self.list[first].triangles += 1;
+                self.list[first].volume_m3 += volume(triangle.map(|v| positions[v as usize].as_dvec3() - origin));
+            }
+        }
     }
 
     /// Patches that more half edges leave than enter somewhere are not closed.
@@ -123,4 +174,9 @@ impl Patches {
         }
         bounds
     }
+}
+
+/// The volume between a triangle and the origin, positive where the origin is behind it.
+fn volume([a, b, c]: [DVec3; 3]) -> f64 {
+    a.dot(b.cross(c)) / 6.0
 }
