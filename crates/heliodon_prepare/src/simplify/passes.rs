@@ -21,9 +21,7 @@ const WORTHWHILE: f32 = 0.01;
 /// How many rings of vertices around shared ones the next pass frees with them: these had to make do with neighbours that
 /// stayed.
 const RINGS: usize = 2;
-/// Of so many faces in a hundred the part that they show decides,
-const ALMOST_ALL: usize = 95;
-/// and is taken for no less than this: edges that lie across the view are seen at their full length.
+/// Faces are taken to show no less of their area than this: edges that lie across the view are seen at their full length.
 const LEAST_SHOWN: f32 = 1.0 / 16.0;
 /// No tile uses the point.
 const NOBODY: u32 = u32::MAX;
@@ -129,19 +127,18 @@ impl Passes<'_> {
         Tile { faces: shut, error_m: tile.error_m }
     }
 
-    /// The greatest part of its area that all but a few faces can show to an eye; edges may be as much longer as leaves a triangle the area that
-    /// it has on the screen, for ground far off is seen so flat that even edges would leave ten triangles in a pixel.
+    /// The part of their area that faces can show to an eye, in the mean. Edges may be as much longer as leaves triangles the area that they have
+    /// on the screen: ground far off is seen so flat that ten even triangles would share a pixel.
     fn shown(&self, faces: &[Face]) -> f32 {
-        let mut shown: Vec<f32> = faces
-            .iter()
-            .map(|face| {
-                let [a, b, c] = face.corners.map(|v| self.context.mesh.positions[v as usize]);
-                self.fineness.facing(a, unit_or((b - a).cross(c - a), Vec3::ZERO))
-            })
-            .collect();
-        let Some(last) = shown.len().checked_sub(1) else { return 1.0 };
-        let (_, &mut most, _) = shown.select_nth_unstable_by(last * ALMOST_ALL / 100, f32::total_cmp);
-        most.clamp(LEAST_SHOWN, 1.0)
+        let (mut all, mut shown) = (0.0_f64, 0.0_f64);
+        for face in faces {
+            let [a, b, c] = face.corners.map(|v| self.context.mesh.positions[v as usize]);
+            let across = (b - a).cross(c - a);
+            let area = f64::from(across.length());
+            all += area;
+            shown += area * f64::from(self.fineness.facing(a, unit_or(across, Vec3::ZERO)));
+        }
+        if all > 0.0 { ((shown / all) as f32).clamp(LEAST_SHOWN, 1.0) } else { 1.0 }
     }
 
     /// Which tile uses each point. The order in which threads come does not matter.
