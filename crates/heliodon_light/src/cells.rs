@@ -19,6 +19,9 @@ use std::ops::Range;
 /// The bit that marks the back of a cell, or a point on the back of its site.
 pub(crate) const BACK: u32 = 1 << 31;
 
+/// The bit that marks the label of a point in free space.
+const FREE: u32 = 1 << 31;
+
 /// No point, no cell.
 pub(crate) const NONE: u32 = u32::MAX;
 
@@ -257,6 +260,12 @@ impl Layout {
         }
         self.points.append(more);
         first..self.points.len()
+    }
+
+    /// What tells a point's random numbers from others': of one in free space, its place among its like, however many points come before.
+    pub(crate) fn label_of(&self, point: u32) -> u32 {
+        let first_free = (self.points.len() - self.free_points.len()) as u32;
+        point.checked_sub(first_free).map_or(point, |free| free | FREE)
     }
 
     /// The points in free space, in the order in which they were given.

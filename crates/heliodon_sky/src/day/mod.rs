@@ -303,6 +303,36 @@ pub fn build_keeping(params: &LapseParams, keeper: &mut dyn SkyKeeper) -> Result
     })
 }
 
+/// Makes those of the skies `numbers` (below [`LapseParams::sky_count`]) that the keeper has not: a part of the work of
+/// [`build_keeping`], for machines that share it.
+///
+/// # Errors
+/// As [`build_keeping`].
+pub fn make_skies(params: &LapseParams, numbers: &[u32], keeper: &mut dyn SkyKeeper) -> Result<(), SkyError> {
+    check(params)?;
+    match &params.source {
+        SkySource::Probes(series) => probe_series::make(params, series, numbers, keeper),
+        SkySource::Model(day) => model_day::make(params, day, numbers, keeper),
+    }
+}
+
+/// The direction to the sun at each sun step, as [`BuiltLapse::suns`] has them, where no image need be read to know them: those of a model.
+///
+/// # Errors
+/// As [`build`].
+pub fn known_suns(params: &LapseParams) -> Result<Option<Vec<Option<Vec3>>>, SkyError> {
+    check(params)?;
+    let SkySource::Model(day) = &params.source else { return Ok(None) };
+    let entries = model_day::suns(params, day)?;
+    let mut suns = Vec::new();
+    for (i, sun) in entries.iter().enumerate() {
+        if steps::mask_bit(i as u32, entries.len() as u32, params.sun_steps) as usize == suns.len() {
+            suns.push(sun.map(|sun| Vec3::from_array(sun.direction)));
+        }
+    }
+    Ok(Some(suns))
+}
+
 fn check(params: &LapseParams) -> Result<(), SkyError> {
     if params.sun_steps == 0 || params.sun_steps > 1024 {
         return Err(SkyError::setting("sun_steps", format!("is {}", params.sun_steps), "give 1 to 1024"));
