@@ -328,9 +328,9 @@ mod tests {
         // A folder where the file should go: the rename fails whoever runs the test, root included.
         fs::create_dir(cache.folder().join("masks-00000")).unwrap();
         assert!(matches!(cache.store("masks", 0, b"light"), Err(CacheError::Write { .. })));
-        let left = fs::read_dir(cache.folder()).unwrap().filter(|entry| {
-            entry.as_ref().unwrap().path().extension().is_some_and(|extension| extension == UNFINISHED)
-        });
+        let left = fs::read_dir(cache.folder())
+            .unwrap()
+            .filter(|entry| entry.as_ref().unwrap().path().extension().is_some_and(|extension| extension == UNFINISHED));
         assert_eq!(left.count(), 0);
     }
 }

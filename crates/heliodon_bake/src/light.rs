@@ -5,7 +5,7 @@ use crate::error::BakeError;
 use crate::grid::GridPlan;
 use crate::kept_light::{decode_grid, decode_light, encode_grid, encode_light};
 use crate::report::Reporter;
-use crate::stages::{GridNames, LightStages, Work};
+use crate::stages::{GridNames, LightStages, Work, lay_out};
 use glam::Vec3;
 use heliodon_light::{
     BouncedSun, Channels, LatticeLight, Layout, LightParams, SunMasks, Surfaces, VertexLight, solve_all, vertex_masks,
@@ -60,7 +60,7 @@ pub struct BakedGrid {
 pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Reporter) -> Result<BakedLight, BakeError> {
     let (surfaces, params) = (&input.surfaces, input.params);
     reporter.stage("points", 0);
-    let layout = Layout::new(surfaces, params)?;
+    let layout = lay_out(surfaces, params, cache)?;
     reporter.finished();
     let names = GridNames::new(input.grid);
     if let Some(done) = cache.and_then(|cache| solved(input, cache, &layout, &names)) {

@@ -15,8 +15,7 @@ use crate::report::Reporter;
 use crate::scene::Traceable;
 use crate::shard::Shard;
 use crate::sky::SkyShare;
-use crate::stages::{LightStages, Work};
-use heliodon_light::Layout;
+use crate::stages::{LightStages, Work, lay_out};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -78,7 +77,9 @@ pub enum MergeError {
         commands: String,
     },
     /// The site or the program is not what the plan was made of.
-    #[error("{site} is not what the plan {expected} was made of: it differs in {differences}; make both the same, or begin anew with the site as it is")]
+    #[error(
+        "{site} is not what the plan {expected} was made of: it differs in {differences}; make both the same, or begin anew with the site as it is"
+    )]
     OtherPlan {
         /// The site's file.
         site: PathBuf,
@@ -133,7 +134,7 @@ pub fn bake_shard(
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
     let grid = plan.grid(Some(&traceable.rays))?;
     let surfaces = traceable.surfaces();
-    let layout = Layout::new(&surfaces, &params)?;
+    let layout = lay_out(&surfaces, &params, Some(&cache))?;
     reporter.finished();
     let sky = SkyShare::new(plan, &cache, reporter, Share { shard, first: 0 })?;
     let suns = sky.suns()?;

@@ -1,16 +1,16 @@
 //! The sky of a site's day: from `site.toml` to the lapse and its maps.
 
+use crate::blocks::Share;
 use crate::cache::{Cache, CacheError};
 use crate::error::BakeError;
 use crate::plan::Plan;
-use crate::blocks::Share;
 use crate::report::Reporter;
 use glam::Vec3;
 use heliodon_bundle::site::{self, InputFile, InputKind, ProbeTimes, Role, Site};
 use heliodon_sky::SkyError;
 use heliodon_sky::civil;
 use heliodon_sky::day::{
-    self, Between, BuiltLapse, LapseParams, ModelDay, ProbeFile, ProbeSeries, SkyKeeper, SkyMap, SkyRecord, SkySource,
+    self, Between, BuiltLapse, LapseParams, ModelDay, ProbeFile, ProbeSeries, Skies, SkyKeeper, SkyMap, SkyRecord, SkySource,
 };
 use heliodon_sky::fit::Surroundings;
 use heliodon_sky::lapse::Lapse;
@@ -92,7 +92,7 @@ pub fn bake_sky(plan: &Plan, cache: &Cache, reporter: &dyn Reporter) -> Result<B
 
 /// A shard's part of the sky.
 pub struct SkyShare<'a> {
-    params: LapseParams,
+    skies: Skies,
     cache: &'a Cache,
     reporter: &'a dyn Reporter,
     share: Share,
@@ -104,7 +104,7 @@ impl<'a> SkyShare<'a> {
     /// # Errors
     /// As [`lapse_params`].
     pub fn new(plan: &Plan, cache: &'a Cache, reporter: &'a dyn Reporter, share: Share) -> Result<Self, BakeError> {
-        Ok(Self { params: lapse_params(&plan.site, &plan.files)?, cache, reporter, share })
+        Ok(Self { skies: Skies::new(lapse_params(&plan.site, &plan.files)?)?, cache, reporter, share })
     }
 
     /// The name of its files, and how many blocks it has: one for each sky.
@@ -112,7 +112,7 @@ impl<'a> SkyShare<'a> {
     /// # Errors
     /// Times of probes that are not known.
     pub fn blocks(&self) -> Result<(&'static str, usize), BakeError> {
-        Ok((self.record_stage(), self.params.sky_count()? as usize))
+        Ok((self.record_stage(), self.skies.params().sky_count()? as usize))
     }
 
     /// The suns of all steps, as [`BakedSky::suns`] has them. Those of a model are known at once; those of probes are found in them, its own
@@ -121,12 +121,12 @@ impl<'a> SkyShare<'a> {
     /// # Errors
     /// As [`bake_sky`].
     pub fn suns(&self) -> Result<Vec<Vec3>, BakeError> {
-        let suns = match day::known_suns(&self.params)? {
+        let suns = match self.skies.known_suns()? {
             Some(suns) => suns,
             None => {
                 self.make(|_| true)?;
                 let mut keeper = CacheKeeper::new(self.cache, self.reporter, self.record_stage());
-                let built = day::build_keeping(&self.params, &mut keeper);
+                let built = day::build_keeping(self.skies.params(), &mut keeper);
                 keeper.checked(built)?.suns
             }
         };
@@ -142,7 +142,7 @@ impl<'a> SkyShare<'a> {
     }
 
     fn record_stage(&self) -> &'static str {
-        RECORD_STAGES[usize::from(self.params.surroundings == Surroundings::Ground)]
+        RECORD_STAGES[usize::from(self.skies.params().surroundings == Surroundings::Ground)]
     }
 
     fn make(&self, wanted: impl Fn(usize) -> bool) -> Result<usize, BakeError> {
@@ -152,7 +152,7 @@ impl<'a> SkyShare<'a> {
         self.reporter.stage("sky", numbers.len() as u64);
         self.reporter.progress(0);
         let mut keeper = CacheKeeper::new(self.cache, self.reporter, self.record_stage());
-        let made = day::make_skies(&self.params, &numbers, &mut keeper);
+        let made = self.skies.make(&numbers, &mut keeper);
         keeper.checked(made)?;
         self.reporter.finished();
         Ok(keeper.made)

@@ -13,11 +13,12 @@ use crate::light::LightInput;
 use crate::report::Reporter;
 use crate::shard::Shard;
 use heliodon_light::{
-    AXES, BouncedSun, GatherBlock, Layout, MaskParams, PatchPlan, SunMasks, SunOnSurfaces, SunlitPatches, bake_sun_masks, gather,
-    light_patches,
+    AXES, BouncedSun, GatherBlock, Layout, LightParams, MaskParams, PatchPlan, SunMasks, SunOnSurfaces, SunlitPatches,
+    Surfaces, bake_sun_masks, gather, light_patches,
 };
 use std::ops::Range;
 
+const SIGHT: &str = "sight";
 const MASKS: &str = "masks";
 const PATCHES: &str = "patches";
 const CURVES: &str = "curves";
@@ -61,6 +62,22 @@ impl GridNames {
         let name = |what: &str| format!("grid-{}-{what}", grid.digits());
         Self { gather: name("gather"), masks: name("masks"), result: name("light") }
     }
+}
+
+/// Lays out the points of some surfaces; what was found out for it is kept, for shards and their merge all begin with it.
+///
+/// # Errors
+/// Surfaces that the solver refuses, or a cache that cannot be written.
+pub fn lay_out(surfaces: &Surfaces, params: &LightParams, cache: Option<&Cache>) -> Result<Layout, BakeError> {
+    let kept = cache.and_then(|cache| cache.load(SIGHT, 0)).and_then(|bytes| Decoder::new(&bytes).run::<u32>());
+    let is_kept = kept.is_some();
+    let layout = Layout::with_sight(surfaces, params, kept)?;
+    if let Some(cache) = cache.filter(|_| !is_kept && !layout.sight().is_empty()) {
+        let mut encoder = Encoder::default();
+        encoder.run(layout.sight());
+        cache.store(SIGHT, 0, &encoder.finish())?;
+    }
+    Ok(layout)
 }
 
 /// The stages of some input.

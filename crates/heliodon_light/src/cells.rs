@@ -121,6 +121,15 @@ impl Layout {
     /// # Errors
     /// Surfaces or parameters that are not valid.
     pub fn new(surfaces: &Surfaces, params: &LightParams) -> Result<Self, LightError> {
+        Self::with_sight(surfaces, params, None)
+    }
+
+    /// As [`Layout::new`], which takes most of its time to look how much of the points' views each triangle fills: what [`Layout::sight`]
+    /// says of the same surfaces and parameters saves that.
+    ///
+    /// # Errors
+    /// As [`Layout::new`].
+    pub fn with_sight(surfaces: &Surfaces, params: &LightParams, sight: Option<Vec<u32>>) -> Result<Self, LightError> {
         params.validate()?;
         surfaces.validate()?;
         let mut cell_size_m = params.cell_size_m.unwrap_or_else(|| default_cell_size_m(surfaces));
@@ -150,7 +159,7 @@ impl Layout {
             rounds: 0,
         };
         let finest_m = FINEST_CELLS_PER_EDGE * median_edge_m(surfaces.positions, surfaces.triangles);
-        let (by_sight, seen) = cells_by_sight(surfaces, &longest, finest_m, params);
+        let (by_sight, seen) = cells_by_sight(surfaces, &longest, finest_m, params, sight);
         layout.seen = seen;
         for (triangle, (&l, by_sight)) in longest.iter().zip(by_sight).enumerate() {
             let parts = parts(l, cell_size_m).max(by_sight);
@@ -178,6 +187,12 @@ impl Layout {
             layout.point_of_site[site as usize] = point as u32;
         }
         Ok(layout)
+    }
+
+    /// How much of the points' views each triangle fills; nothing where nobody had to look.
+    #[must_use]
+    pub fn sight(&self) -> &[u32] {
+        &self.seen
     }
 
     /// The points, in the order of blocks and masks.

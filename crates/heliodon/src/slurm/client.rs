@@ -71,7 +71,8 @@ pub fn submit(job: &Job) -> Result<u64> {
 /// # Errors
 /// What `squeue` says.
 pub fn queued(names: &[String]) -> Result<Vec<Task>> {
-    let arguments = ["--noheader".into(), "--array".into(), format!("--name={}", names.join(",")).into(), "--format=%F %T".into()];
+    let arguments =
+        ["--noheader".into(), "--array".into(), format!("--name={}", names.join(",")).into(), "--format=%F %T".into()];
     Ok(tasks(&run("squeue", &arguments)?))
 }
 

@@ -96,13 +96,7 @@ struct Launch<'a> {
 }
 
 impl<'a> Launch<'a> {
-    fn new(
-        app: &'a App,
-        plan: &'a Plan,
-        options: &'a Options<'a>,
-        key: String,
-        interrupted: Arc<AtomicBool>,
-    ) -> Result<Self> {
+    fn new(app: &'a App, plan: &'a Plan, options: &'a Options<'a>, key: String, interrupted: Arc<AtomicBool>) -> Result<Self> {
         let absolute = |path: &Path| std::path::absolute(path).with_context(|| format!("no such place: {}", path.display()));
         let places = Places {
             program: std::env::current_exe().context("the program does not know where it is")?,

@@ -23,10 +23,7 @@ const THREADS: &str = "--threads \"${SLURM_CPUS_PER_TASK:-${SLURM_CPUS_ON_NODE:-
 
 /// One shard of `count` of the plan `key`, its number that of the task.
 pub fn of_shard(places: &Places, count: u32, key: &str) -> String {
-    format!(
-        "{} --shard \"$SLURM_ARRAY_TASK_ID/{count}\" --plan {key} {THREADS}\n",
-        begin(places, "bake")
-    )
+    format!("{} --shard \"$SLURM_ARRAY_TASK_ID/{count}\" --plan {key} {THREADS}\n", begin(places, "bake"))
 }
 
 /// The merge, whose report goes to `report`.
@@ -66,10 +63,17 @@ mod tests {
     fn arrays_and_paths_are_written_for_their_readers() {
         assert_eq!((array(&[1, 2, 3, 7]), array(&[5]), array(&[2, 3])), ("1-3,7".into(), "5".into(), "2-3".into()));
         let path = |name: &str| PathBuf::from(name);
-        let places =
-            Places { program: path("/bin/h"), site: path("/my site"), bundle: path("/it's/b"), cache: path("/c"), again: false };
+        let places = Places {
+            program: path("/bin/h"),
+            site: path("/my site"),
+            bundle: path("/it's/b"),
+            cache: path("/c"),
+            again: false,
+        };
         let script = of_shard(&places, 7, "abc");
         assert!(script.starts_with("#!/bin/sh\n"), "{script}");
-        assert!(script.contains("exec '/bin/h' bake '/my site' -o '/it'\\''s/b' --cache '/c' --shard \"$SLURM_ARRAY_TASK_ID/7\""));
+        assert!(
+            script.contains("exec '/bin/h' bake '/my site' -o '/it'\\''s/b' --cache '/c' --shard \"$SLURM_ARRAY_TASK_ID/7\"")
+        );
     }
 }

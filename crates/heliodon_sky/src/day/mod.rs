@@ -303,34 +303,60 @@ pub fn build_keeping(params: &LapseParams, keeper: &mut dyn SkyKeeper) -> Result
     })
 }
 
-/// Makes those of the skies `numbers` (below [`LapseParams::sky_count`]) that the keeper has not: a part of the work of
-/// [`build_keeping`], for machines that share it.
-///
-/// # Errors
-/// As [`build_keeping`].
-pub fn make_skies(params: &LapseParams, numbers: &[u32], keeper: &mut dyn SkyKeeper) -> Result<(), SkyError> {
-    check(params)?;
-    match &params.source {
-        SkySource::Probes(series) => probe_series::make(params, series, numbers, keeper),
-        SkySource::Model(day) => model_day::make(params, day, numbers, keeper),
-    }
+/// The skies of a day one by one, for machines that share them.
+pub struct Skies {
+    params: LapseParams,
+    /// Of a model.
+    moments: Option<model_day::Moments>,
 }
 
-/// The direction to the sun at each sun step, as [`BuiltLapse::suns`] has them, where no image need be read to know them: those of a model.
-///
-/// # Errors
-/// As [`build`].
-pub fn known_suns(params: &LapseParams) -> Result<Option<Vec<Option<Vec3>>>, SkyError> {
-    check(params)?;
-    let SkySource::Model(day) = &params.source else { return Ok(None) };
-    let entries = model_day::suns(params, day)?;
-    let mut suns = Vec::new();
-    for (i, sun) in entries.iter().enumerate() {
-        if steps::mask_bit(i as u32, entries.len() as u32, params.sun_steps) as usize == suns.len() {
-            suns.push(sun.map(|sun| Vec3::from_array(sun.direction)));
+impl Skies {
+    /// Those of a day.
+    ///
+    /// # Errors
+    /// As [`build`], before anything is read.
+    pub fn new(params: LapseParams) -> Result<Self, SkyError> {
+        check(&params)?;
+        let moments = match &params.source {
+            SkySource::Probes(_) => None,
+            SkySource::Model(day) => Some(model_day::Moments::new(&params, day)?),
+        };
+        Ok(Self { params, moments })
+    }
+
+    /// What they are made from.
+    #[must_use]
+    pub fn params(&self) -> &LapseParams {
+        &self.params
+    }
+
+    /// Makes those of `numbers` (below [`LapseParams::sky_count`]) that the keeper has not: a part of the work of [`build_keeping`].
+    ///
+    /// # Errors
+    /// As [`build_keeping`].
+    pub fn make(&self, numbers: &[u32], keeper: &mut dyn SkyKeeper) -> Result<(), SkyError> {
+        match (&self.params.source, &self.moments) {
+            (SkySource::Probes(series), _) => probe_series::make(&self.params, series, numbers, keeper),
+            (SkySource::Model(_), Some(moments)) => moments.each(&self.params, numbers, keeper, |_, _| {}),
+            (SkySource::Model(_), None) => Ok(()),
         }
     }
-    Ok(Some(suns))
+
+    /// The direction to the sun at each sun step, as [`BuiltLapse::suns`] has them, where no image need be read to know them: those of a model.
+    ///
+    /// # Errors
+    /// As [`build`].
+    pub fn known_suns(&self) -> Result<Option<Vec<Option<Vec3>>>, SkyError> {
+        let Some(moments) = &self.moments else { return Ok(None) };
+        let entries = moments.suns()?;
+        let mut suns = Vec::new();
+        for (i, sun) in entries.iter().enumerate() {
+            if steps::mask_bit(i as u32, entries.len() as u32, self.params.sun_steps) as usize == suns.len() {
+                suns.push(sun.map(|sun| Vec3::from_array(sun.direction)));
+            }
+        }
+        Ok(Some(suns))
+    }
 }
 
 fn check(params: &LapseParams) -> Result<(), SkyError> {

@@ -13,6 +13,7 @@ use glam::Vec3;
 use heliodon_image::HdrImage;
 use heliodon_math::color::luminance;
 use rayon::prelude::*;
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 /// A clear day at a place.
@@ -44,10 +45,9 @@ const FAINTEST_KLX: f32 = 1e-5;
 
 pub(super) fn build(params: &LapseParams, day: &ModelDay, keeper: &mut dyn SkyKeeper) -> Result<Vec<Entry>, SkyError> {
     let moments = Moments::new(params, day)?;
-    let made = Made::new(params, &moments)?;
     let mut entries = Vec::with_capacity(moments.times.len());
     let all: Vec<u32> = (0..moments.times.len() as u32).collect();
-    made.each(&all, keeper, |index, record| {
+    moments.each(params, &all, keeper, |index, record| {
         let sky = record.coefficients().collect();
         let (time, map) = (moments.times[index as usize], map_name(index));
         entries.push(Entry { time, sun: record.sun, sky, fitted: record.fitted, map, sun_in_map: false });
@@ -55,33 +55,18 @@ pub(super) fn build(params: &LapseParams, day: &ModelDay, keeper: &mut dyn SkyKe
     Ok(entries)
 }
 
-/// Makes the skies `numbers` that the keeper has not.
-pub(super) fn make(
-    params: &LapseParams,
-    day: &ModelDay,
-    numbers: &[u32],
-    keeper: &mut dyn SkyKeeper,
-) -> Result<(), SkyError> {
-    let moments = Moments::new(params, day)?;
-    Made::new(params, &moments)?.each(numbers, keeper, |_, _| {})
-}
-
-/// The suns of all entries, as [`build`] finds them.
-pub(super) fn suns(params: &LapseParams, day: &ModelDay) -> Result<Vec<Option<Sun>>, SkyError> {
-    let moments = Moments::new(params, day)?;
-    moments.times.iter().map(|&time| Ok(moments.at(time)?.1)).collect()
-}
-
-/// The moments of a day, and where the sun is at each.
-struct Moments {
+/// The moments of a day.
+pub(super) struct Moments {
     place: Place,
     date: Date,
     times: Vec<TimeOfDay>,
-    sky: ModelSky,
+    model: ModelParams,
+    /// Its tables take as long as several maps: made when they are first asked for.
+    sky: OnceCell<ModelSky>,
 }
 
 impl Moments {
-    fn new(params: &LapseParams, day: &ModelDay) -> Result<Self, SkyError> {
+    pub fn new(params: &LapseParams, day: &ModelDay) -> Result<Self, SkyError> {
         let place = Place {
             latitude_deg: day.latitude_deg,
             longitude_deg: day.longitude_deg,
@@ -92,75 +77,104 @@ impl Moments {
         let whole = (TimeOfDay { seconds: 0 }, TimeOfDay { seconds: 86_399 });
         let (dawn, dusk) = span.unwrap_or(whole);
         let times = steps::times(params.first.unwrap_or(dawn), params.last.unwrap_or(dusk), params.sky_steps)?;
-        Ok(Self { place, date: day.date, times, sky: ModelSky::new(&day.model)? })
+        Ok(Self { place, date: day.date, times, model: day.model, sky: OnceCell::new() })
     }
 
-    /// The middle of the sun, and what stands of it above the horizon, if anything does.
-    fn at(&self, time: TimeOfDay) -> Result<(Vec3, Option<Sun>), SkyError> {
+    fn sky(&self) -> Result<&ModelSky, SkyError> {
+        match self.sky.get() {
+            Some(sky) => Ok(sky),
+            None => {
+                let made = ModelSky::new(&self.model)?;
+                Ok(self.sky.get_or_init(|| made))
+            }
+        }
+    }
+
+    /// The suns of all entries, as [`build`] finds them.
+    pub fn suns(&self) -> Result<Vec<Option<Sun>>, SkyError> {
+        let sky = self.sky()?;
+        self.times.iter().map(|&time| Ok(sun_at(sky, self.middle(time)?))).collect()
+    }
+
+    /// The middle of the sun.
+    fn middle(&self, time: TimeOfDay) -> Result<Vec3, SkyError> {
         let position = sun_position(&self.place, self.date, f64::from(time.seconds))?;
-        let middle = position.direction(self.place.north_deg);
-        let sun = self.sky.sun(middle).filter(|(irradiance, _)| luminance(*irradiance) > FAINTEST_KLX);
-        let sun = sun.map(|(irradiance, direction): (Vec3, Vec3)| Sun {
-            direction: direction.to_array(),
-            irradiance: irradiance.to_array(),
-            clipped: false,
-        });
-        Ok((middle, sun))
-    }
-}
-
-/// What all entries are made of.
-struct Made<'a> {
-    params: &'a LapseParams,
-    moments: &'a Moments,
-    grid: Arc<ProbeGrid>,
-    receivers: ReceiverFit,
-}
-
-impl<'a> Made<'a> {
-    fn new(params: &'a LapseParams, moments: &'a Moments) -> Result<Self, SkyError> {
-        let width = params.map_width.min(WIDEST_MAP);
-        let grid = Arc::new(ProbeGrid::new(Mapping::LatLong, width, width / 2, 0.0)?);
-        let receivers = ReceiverFit::new(params.coefficients as usize, params.surroundings);
-        Ok(Self { params, moments, grid, receivers })
+        Ok(position.direction(self.place.north_deg))
     }
 
     /// Takes the skies `numbers` from the keeper or makes them, some at a time.
-    fn each(
+    pub fn each(
         &self,
+        params: &LapseParams,
         numbers: &[u32],
         keeper: &mut dyn SkyKeeper,
         mut then: impl FnMut(u32, SkyRecord),
     ) -> Result<(), SkyError> {
-        let count = self.moments.times.len() as u32;
+        let count = self.times.len() as u32;
+        let mut maker = None;
         for some in numbers.chunks(AT_ONCE) {
             let kept: Vec<Option<SkyRecord>> = some.iter().map(|&index| keeper.kept(index, Some(index))).collect();
-            let made: Vec<Result<(SkyRecord, Option<HdrImage>), SkyError>> = some
-                .par_iter()
-                .zip(kept)
-                .map(|(&index, kept)| match kept {
-                    Some(record) => Ok((record, None)),
-                    None => self.record(index).map(|(record, image)| (record, Some(image))),
-                })
-                .collect();
-            for (&index, made) in some.iter().zip(made) {
+            let missing: Vec<(u32, Vec3)> = some
+                .iter()
+                .zip(&kept)
+                .filter(|(_, kept)| kept.is_none())
+                .map(|(&index, _)| Ok((index, self.middle(self.times[index as usize])?)))
+                .collect::<Result<_, SkyError>>()?;
+            if maker.is_none() && !missing.is_empty() {
+                maker = Some(Maker::new(params, self.sky()?)?);
+            }
+            let made: Vec<Result<(SkyRecord, HdrImage), SkyError>> = match &maker {
+                Some(maker) => missing.par_iter().map(|&(_, middle)| maker.record(middle)).collect(),
+                None => Vec::new(),
+            };
+            let mut records = kept;
+            for ((index, _), made) in missing.into_iter().zip(made) {
                 let (record, image) = made?;
-                if let Some(image) = &image {
-                    let name = map_name(index);
-                    let map = SkyMap { name: &name, image, index, count };
-                    let failed = |problem| SkyError::Map { name: name.clone(), problem };
-                    keeper.keep(index, &record, Some(map)).map_err(failed)?;
-                }
-                then(index, record);
+                let name = map_name(index);
+                let map = SkyMap { name: &name, image: &image, index, count };
+                let failed = |problem| SkyError::Map { name: name.clone(), problem };
+                keeper.keep(index, &record, Some(map)).map_err(failed)?;
+                let place = some.iter().position(|&other| other == index);
+                place.into_iter().for_each(|place| records[place] = Some(record.clone()));
+            }
+            for (&index, record) in some.iter().zip(records) {
+                record.into_iter().for_each(|record| then(index, record));
             }
         }
         Ok(())
     }
+}
 
-    fn record(&self, index: u32) -> Result<(SkyRecord, HdrImage), SkyError> {
-        let (middle, sun) = self.moments.at(self.moments.times[index as usize])?;
+/// What stands of the sun above the horizon, if anything does.
+fn sun_at(sky: &ModelSky, middle: Vec3) -> Option<Sun> {
+    let sun = sky.sun(middle).filter(|(irradiance, _)| luminance(*irradiance) > FAINTEST_KLX);
+    sun.map(|(irradiance, direction): (Vec3, Vec3)| Sun {
+        direction: direction.to_array(),
+        irradiance: irradiance.to_array(),
+        clipped: false,
+    })
+}
+
+/// What all entries are made with.
+struct Maker<'a> {
+    params: &'a LapseParams,
+    sky: &'a ModelSky,
+    grid: Arc<ProbeGrid>,
+    receivers: ReceiverFit,
+}
+
+impl<'a> Maker<'a> {
+    fn new(params: &'a LapseParams, sky: &'a ModelSky) -> Result<Self, SkyError> {
+        let width = params.map_width.min(WIDEST_MAP);
+        let grid = Arc::new(ProbeGrid::new(Mapping::LatLong, width, width / 2, 0.0)?);
+        let receivers = ReceiverFit::new(params.coefficients as usize, params.surroundings);
+        Ok(Self { params, sky, grid, receivers })
+    }
+
+    fn record(&self, middle: Vec3) -> Result<(SkyRecord, HdrImage), SkyError> {
+        let sun = sun_at(self.sky, middle);
         let geometry = self.grid.geometry();
-        let image = self.moments.sky.map(middle, geometry.width(), geometry.height());
+        let image = self.sky.map(middle, geometry.width(), geometry.height());
         let probe = Probe::with_grid(image, self.grid.clone())?;
         let sky = probe.coefficients(self.params.coefficients as usize, BelowHorizon::Keep);
         let fitted = self.receivers.fit(&probe, BelowHorizon::Keep, &sky, sun.as_ref());
