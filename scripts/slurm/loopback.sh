@@ -140,10 +140,12 @@ case "$command" in
         ;;
     kill-node)
         [ -n "$node" ] || fail "name the node: ${nodes[*]}"
-        mapfile -t pids < <(processes_of "$node")
         daemon=$(cat "$folder/slurmd-$node.pid")
-        kill -9 "$daemon" ${pids[@]+"${pids[@]}"} 2>/dev/null || true
+        # first what would begin another job meanwhile
+        kill -9 "$daemon" 2>/dev/null || true
         rm -f "$folder/slurmd-$node.pid"
+        mapfile -t pids < <(processes_of "$node")
+        kill -9 ${pids[@]+"${pids[@]}"} 2>/dev/null || true
         say "killed $node: slurmd $daemon and ${#pids[@]} processes of its jobs"
         ;;
     start-node)

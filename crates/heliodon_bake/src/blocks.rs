@@ -257,4 +257,26 @@ mod tests {
             ["going on: 3 of 4 blocks of the test are done", "block 2 of the test was damaged and is done again"]
         );
     }
+
+    #[test]
+    fn a_shard_does_its_own_and_helps_from_the_end() {
+        let root = tempfile::tempdir().unwrap();
+        let cache = Cache::join(root.path(), "key", Path::new("bundle")).unwrap();
+        let ranges: Vec<_> = block_ranges(0..10, 2).collect();
+        let reporter = Collector::default();
+        let share = Share { shard: "1/2".parse().unwrap(), first: 1 };
+        assert_eq!(share.in_order(0..5), [1, 3, 4, 2, 0]);
+        let stage = BlockStage { cache: Some(&cache), reporter: &reporter, file_stage: "test", name: "it", share: Some(share) };
+        let sum = |range: Range<usize>| Ok::<u64, CacheError>(range.sum::<usize>() as u64);
+        let encode = |sum: &u64| sum.to_le_bytes().to_vec();
+        assert_eq!(stage.run_own(&ranges, sum, encode).unwrap(), 2);
+        let there: Vec<usize> = (0..5).filter(|&block| cache.has("test", block)).collect();
+        assert_eq!(there, [1, 3]);
+        assert_eq!(stage.run_own(&ranges, sum, encode).unwrap(), 0);
+        std::fs::write(cache.folder().join("test-00003"), "damaged").unwrap();
+        assert_eq!(stage.run_own(&ranges, sum, encode).unwrap(), 1);
+        let decode = |bytes: &[u8], _: &Range<usize>| Some(u64::from_le_bytes(bytes.try_into().ok()?));
+        assert_eq!(stage.run(&ranges, 0, decode, sum, encode).unwrap(), [1, 5, 9, 13, 17]);
+        assert!((0..5).all(|block| cache.has("test", block)));
+    }
 }

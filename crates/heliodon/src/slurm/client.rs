@@ -55,7 +55,10 @@ pub fn submit(job: &Job) -> Result<u64> {
     let mut arguments: Vec<OsString> = vec!["--parsable".into(), format!("--job-name={}", job.name).into()];
     // Slurm expands % in the names of files
     let log = job.log.to_string_lossy().replace('%', "%%").replace("%%a", "%a");
-    arguments.extend([format!("--output={log}").into(), "--open-mode=append".into(), "--requeue".into()]);
+    arguments.extend([format!("--output={log}").into(), "--open-mode=append".into()]);
+    if !job.options.iter().any(|option| option.contains("requeue")) {
+        arguments.push("--requeue".into());
+    }
     arguments.extend(job.array.iter().map(|tasks| format!("--array={tasks}").into()));
     if let Some(after) = job.after {
         arguments.extend([format!("--dependency=afterok:{after}").into(), "--kill-on-invalid-dep=yes".into()]);
