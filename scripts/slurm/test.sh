@@ -43,6 +43,7 @@ runs_on() { [ -n "$(squeue -h -r -w "$1" -t running -o %A)" ]; }
 gathered() { [ "$(find "$work/.heliodon" -name 'gather-*' ! -name '*.new' 2>/dev/null | wc -l)" -gt "$1" ]; }
 
 loopback stop 2>/dev/null || true
+rm -rf "$work/slurm"
 loopback start
 trap 'loopback stop' EXIT
 
@@ -73,10 +74,12 @@ same "$work/killed"
 loopback start-node node1
 
 say "Ctrl-C"
-on_slurm "$work/cancelled" --shards "$shards" >/dev/null 2>"$work/cancelled.log" &
+# not by the function: the signal is for the program, not for a shell around it
+"$heliodon" bake "$site" -o "$work/cancelled" --on slurm --shards "$shards" >/dev/null 2>"$work/cancelled.log" &
 launcher=$!
 within 300 runs_on node1 || fail "nothing runs on node1"
 sleep 5
+squeue -r
 kill -INT "$launcher"
 wait "$launcher" && fail "an interrupted bake must say so"
 tail -n 1 "$work/cancelled.log"

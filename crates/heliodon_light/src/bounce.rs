@@ -8,7 +8,7 @@
 
 use crate::cells::{BACK, Layout, NONE};
 use crate::follow::{Arrival, MAX_FOLLOWED};
-use crate::gather::{GatherBlock, Lattice, UnitHits, trace_hits, unit_ranges};
+use crate::gather::{GatherBlock, Lattice, UnitHits, bits, trace_hits, unit_ranges};
 use crate::inside::BACK_LIMIT;
 use crate::surfaces::reflected;
 use crate::{Channels, Followed, LightParams, Surfaces, Validity};
@@ -32,41 +32,6 @@ pub(crate) struct Transport<'a> {
     albedo: Vec<Vec3>,
     /// The points that light a cell, `NONE` where it has fewer than three.
     lit_by: Vec<[u32; 3]>,
-    /// The instructions that there are.
-    arch: pulp::Arch,
-}
-
-/// Adds to the sums of a run of points the light of the cells that they meet; compiled for the instructions that there are.
-struct AddMet<'a, 'b, const W: usize> {
-    of: &'a Transport<'b>,
-    hits: &'a UnitHits,
-    normals: &'a [Vec3],
-    cells: &'a [[f32; W]],
-    sums: &'a mut [[f32; W]],
-}
-
-impl<const W: usize> pulp::NullaryFnOnce for AddMet<'_, '_, W> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let Self { of, hits, normals, cells, sums } = self;
-        let mut next = hits.cells.iter();
-        for (met, &direction) in hits.met.chunks_exact(normals.len().div_ceil(64).max(1)).zip(&of.lattice.directions) {
-            for (word, &met) in met.iter().enumerate() {
-                let mut rest = met;
-                while rest != 0 {
-                    let point = word * 64 + rest.trailing_zeros() as usize;
-                    rest &= rest - 1;
-                    let Some(cell) = next.next().and_then(|&cell| of.cell_index(cell)) else { continue };
-                    let cos = normals[point].dot(direction);
-                    for (sum, x) in sums[point].iter_mut().zip(&cells[cell]) {
-                        *sum += cos * x;
-                    }
-                }
-            }
-        }
-    }
 }
 
 /// What bounces together: sky coefficients first, then functions of the sun, each with its colour channels.
@@ -144,7 +109,7 @@ impl<'a> Transport<'a> {
                 (albedo_of(cell), points)
             })
             .unzip();
-        Self { surfaces, layout, blocks, lattice, albedo, lit_by, arch: pulp::Arch::new() }
+        Self { surfaces, layout, blocks, lattice, albedo, lit_by }
     }
 
     /// The number of a cell that a hit names, or `None` for a back that nothing lights.
@@ -275,7 +240,16 @@ impl<'a> Transport<'a> {
             std::array::from_fn(|l| (first + l).checked_sub(sky_lanes).and_then(|lane| sun.get(lane)).copied().unwrap_or(0.0))
         };
         let mut sums: Vec<[f32; W]> = (0..normals.len()).map(first_bounce).collect();
-        self.arch.dispatch(AddMet { of: self, hits: &hits, normals, cells: &reflected[0], sums: &mut sums });
+        let mut next = hits.cells.iter();
+        for (met, &direction) in hits.met.chunks_exact(normals.len().div_ceil(64)).zip(&self.lattice.directions) {
+            for (point, &cell) in bits(met).zip(&mut next) {
+                let Some(cell) = self.cell_index(cell) else { continue };
+                let cos = normals[point].dot(direction);
+                for (sum, x) in sums[point].iter_mut().zip(&reflected[0][cell]) {
+                    *sum += cos * x;
+                }
+            }
+        }
         for arrived in arrived {
             for (sum, x) in sums[arrived.point].iter_mut().zip(&arrived.light) {
                 *sum += x;

@@ -25,7 +25,7 @@ use std::time::{Duration, Instant};
 
 /// The shortest and the longest time between two looks at the queue: Slurm's masters serve many.
 const LOOK_FIRST: Duration = Duration::from_millis(250);
-const LOOK_LATER: Duration = Duration::from_secs(4);
+const LOOK_LATER: Duration = Duration::from_secs(2);
 /// How long Slurm's master may be silent before we give up: it is restarted now and then.
 const PATIENCE: Duration = Duration::from_secs(600);
 /// How long cancelled jobs may take to go.
@@ -130,6 +130,7 @@ impl<'a> Launch<'a> {
             if let Some(report) = self.merged() {
                 return Ok(report);
             }
+            self.check_interrupted()?;
             let (_, open) = self.standing();
             self.submit(&open, attempt)?;
             self.follow()?;
@@ -215,7 +216,9 @@ impl<'a> Launch<'a> {
             pause = (pause * 2).min(LOOK_LATER);
         }
         self.app.progress.finished();
-        for (shard, state) in self.jobs.iter().flat_map(|&job| client::ended(job)).filter(|(_, state)| state != "COMPLETED") {
+        // the array and its merge
+        let latest = self.jobs.iter().rev().take(2);
+        for (shard, state) in latest.flat_map(|&job| client::ended(job)).filter(|(_, state)| state != "COMPLETED") {
             self.app.progress.note(&format!("shard {shard}/{} ended as {state}", self.options.shards));
         }
         Ok(())
@@ -238,10 +241,15 @@ impl<'a> Launch<'a> {
     fn wait(&self, pause: Duration) -> Result<()> {
         let begun = Instant::now();
         while begun.elapsed() < pause {
-            if self.interrupted.load(Ordering::Relaxed) {
-                bail!("interrupted");
-            }
+            self.check_interrupted()?;
             std::thread::sleep(Duration::from_millis(50));
+        }
+        Ok(())
+    }
+
+    fn check_interrupted(&self) -> Result<()> {
+        if self.interrupted.load(Ordering::Relaxed) {
+            bail!("interrupted");
         }
         Ok(())
     }
