@@ -101,14 +101,15 @@ impl BlockStage<'_> {
             let bytes = self.cache.and_then(|cache| cache.load(self.file_stage, first_block + i));
             bytes.and_then(|bytes| decode(&bytes, &ranges[i]))
         };
-        let mut blocks: Vec<Option<T>> = ranges.iter().map(|_| None).collect();
-        for i in 0..ranges.len() {
+        let kept = |i: usize| {
             let was_there = self.has(first_block + i);
-            blocks[i] = if was_there { load(i) } else { None };
-            if was_there && blocks[i].is_none() {
+            let block = if was_there { load(i) } else { None };
+            if was_there && block.is_none() {
                 self.reporter.note(&format!("block {} of {} was damaged and is done again", i + 1, self.name));
             }
-        }
+            block
+        };
+        let mut blocks: Vec<Option<T>> = (0..ranges.len()).map(kept).collect();
         let missing = (0..ranges.len()).filter(|&i| blocks[i].is_none());
         let missing = match self.share {
             Some(share) => share.in_order(missing),
