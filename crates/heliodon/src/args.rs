@@ -49,6 +49,8 @@ pub enum Command {
     Prepare(commands::prepare::Args),
     /// Computes a site's light; run again after an interruption, it goes on where it stopped
     Bake(commands::bake::Args),
+    /// Makes the bundle of what shards of a bake have left
+    Merge(commands::merge::Args),
     /// Opens the viewer
     #[cfg(feature = "viewer")]
     View(commands::view::Args),

@@ -7,7 +7,7 @@ use crate::grid::GridPlan;
 use crate::ground::{as_given, on_the_ground};
 use crate::key::{TOOL, bake_key, hash_inputs, told_name};
 use crate::light::channels;
-use crate::prepare::prepare;
+use crate::prepare::prepared_scene;
 use crate::report::Reporter;
 use crate::scene::{self, Scene};
 use glam::Vec3;
@@ -96,19 +96,24 @@ impl Plan {
     /// Reads the geometry, and prepares it where the site wants that.
     ///
     /// # Errors
-    /// As [`scene::read`] and [`prepare`].
+    /// As [`scene::read`] and [`prepared_scene`].
     pub fn read_scene(&self, reporter: &dyn Reporter) -> Result<Scene, BakeError> {
         match &self.site.prepare {
             None => scene::read(&self.site, &self.files, reporter),
-            Some(settings) => Ok(prepare(&self.site, &self.files, settings, None, reporter)?.scene),
+            Some(settings) => prepared_scene(self, settings, reporter),
         }
+    }
+
+    /// What manifests call one of the files.
+    pub(crate) fn told_name(&self, file: &InputFile) -> String {
+        told_name(self.site.folder(), &file.path)
     }
 
     /// The hash under which this bake's finished work is kept.
     #[must_use]
     pub fn key(&self, scene: &Scene) -> String {
         let probes = self.files.iter().filter(|file| file.kind == InputKind::Probe);
-        let names: Vec<String> = probes.map(|file| told_name(self.site.folder(), &file.path)).collect();
+        let names: Vec<String> = probes.map(|file| self.told_name(file)).collect();
         let probes: Vec<&StoredFile> = self.inputs.iter().filter(|input| names.contains(&input.path)).collect();
         bake_key(&self.site, scene, &probes)
     }

@@ -5,24 +5,29 @@
 //! original geometry: what is dropped is not drawn, but still occludes, and a coarse form of it still holds the light that it reflects.
 
 mod dropped;
+mod kept;
 mod looks;
 mod part;
 mod report;
 mod steps;
 mod views;
 
+pub(crate) use kept::GEOMETRY;
 pub use part::PartReport;
 pub use report::PrepareReport;
 pub use steps::Step;
 pub use views::views;
 
+use crate::cache::Cache;
 use crate::error::BakeError;
+use crate::plan::Plan;
 use crate::report::Reporter;
 use crate::scene::{Original, PartRange, Scene};
 use dropped::{Reduced, reduce};
 use heliodon_bundle::site::{InputFile, Prepare, Site};
 use heliodon_mesh::Mesh;
 use heliodon_mesh::import::ImportReport;
+use kept::{geometry_key, keep, recall};
 use looks::Looks;
 use part::prepare_part;
 use std::path::Path;
@@ -66,6 +71,24 @@ pub fn prepare(
     let scene = join(reduced, original, files, import.warnings)?;
     report.count(&scene);
     Ok(Prepared { scene, report })
+}
+
+/// The prepared scene of a plan: as it was kept, or made now and kept.
+///
+/// # Errors
+/// As [`prepare`], and a cache that cannot be written.
+pub fn prepared_scene(plan: &Plan, settings: &Prepare, reporter: &dyn Reporter) -> Result<Scene, BakeError> {
+    // shards of one site may do this side by side: what they write is the same
+    let cache = Cache::join(&plan.cache_root(), &geometry_key(plan), &plan.owner())?;
+    if let Some(scene) = recall(&cache) {
+        reporter.note("going on: the geometry is prepared");
+        scene.warnings.iter().for_each(|warning| reporter.warning(warning));
+        return Ok(scene);
+    }
+    let Prepared { scene, report } = prepare(&plan.site, &plan.files, settings, None, reporter)?;
+    scene.warnings.iter().for_each(|warning| reporter.warning(warning));
+    keep(&cache, &scene, &serde_json::to_vec_pretty(&report).unwrap_or_default())?;
+    Ok(scene)
 }
 
 /// Puts the parts together into one mesh.
