@@ -171,6 +171,10 @@ impl<'a> Transport<'a> {
     fn bounced_lanes<const W: usize>(&self, lanes: Lanes, first: usize, bounces: u32) -> Vec<[f32; W]> {
         let points = self.layout.points().len();
         let channels = lanes.channels.count();
+        // reckoned once: a division for each lane of each cell took as long as the sums
+        let channel_of: [usize; W] = std::array::from_fn(|l| (first + l) % channels);
+        let coefficient_of: [usize; W] = std::array::from_fn(|l| (first + l) / channels);
+        let sky_lanes = lanes.sky().saturating_sub(first);
         let mut bounced = vec![[0.0_f32; W]; points];
         let units = self.units();
         let arrivals: Vec<Vec<Arrived<W>>> = units.par_iter().map(|unit| arrivals(unit, lanes, first)).collect();
@@ -188,7 +192,7 @@ impl<'a> Transport<'a> {
                     let bounced = &bounced[unit.range.clone()];
                     bounced.iter().zip(sky.chunks_exact(lanes.coefficients)).map(|(z, sky)| {
                         // what arrives directly from the sky; the sun's first bounce has been summed
-                        let direct = |l: usize| if first + l < lanes.sky() { sky[(first + l) / channels] } else { 0.0 };
+                        let direct = |l: usize| if l < sky_lanes { sky[coefficient_of[l]] } else { 0.0 };
                         std::array::from_fn(|l| direct(l) + z[l])
                     })
                 })
@@ -203,7 +207,7 @@ impl<'a> Transport<'a> {
                     }
                 }
                 let mean = if count > 0.0 { 1.0 / count } else { 0.0 };
-                *out = std::array::from_fn(|l| sum[l] * (mean * albedo[(first + l) % channels]));
+                *out = std::array::from_fn(|l| sum[l] * (mean * albedo[channel_of[l]]));
             });
             reflected.push_front(cells);
             let gathered: Vec<Vec<[f32; W]>> = units
@@ -233,6 +237,7 @@ impl<'a> Transport<'a> {
         first: usize,
     ) -> Vec<[f32; W]> {
         let (channels, sky_lanes, sun_lanes) = (lanes.channels.count(), lanes.sky(), lanes.sun());
+        let channel_of: [usize; W] = std::array::from_fn(|l| (first + l) % channels);
         let normals = &self.layout.points().normals[unit.range.clone()];
         let hits = self.hits_of(unit);
         let first_bounce = |point: usize| {
@@ -259,8 +264,8 @@ impl<'a> Transport<'a> {
             let Arrival { point, bounce } = Arrival::of(key);
             let (Some(cells), Some(cell)) = (reflected.get(bounce), self.cell_index(cell)) else { continue };
             let share = linear_from_rgb9e5(share);
-            for (l, (sum, x)) in sums[point].iter_mut().zip(&cells[cell]).enumerate() {
-                *sum += share[(first + l) % channels] * x;
+            for ((sum, x), &channel) in sums[point].iter_mut().zip(&cells[cell]).zip(&channel_of) {
+                *sum += share[channel] * x;
             }
         }
         for (sum, scale) in sums.iter_mut().zip(&unit.block.scale[unit.offset()..]) {

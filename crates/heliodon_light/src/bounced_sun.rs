@@ -5,10 +5,13 @@ use crate::inside::BACK_LIMIT;
 use crate::masks::check_sun_count;
 use crate::patches::SunPatches;
 use crate::sun_basis::{DayFunctions, day_functions};
-use crate::{Layout, LightError, LightParams, Surfaces};
+use crate::{
+    Layout, LightError, LightParams, MaskParams, PatchPlan, SunMasks, SunlitPatches, Surfaces, bake_sun_masks, light_patches,
+};
 use glam::Vec3;
 use heliodon_math::color::luminance;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Points whose curves over the day decide the functions of bounced sunlight,
 const CURVES: usize = 8192;
@@ -25,28 +28,102 @@ pub struct BouncedSun {
     by_step: Vec<f32>,
 }
 
+/// Where the suns shine, before it is known how the day is best told: a sample of the points' curves over the day decides that.
+pub struct SunOnSurfaces(BouncedSun);
+
+impl SunOnSurfaces {
+    /// Puts together what patches ([`light_patches`], all of the plan's triangles in order) and the layout's points on fronts
+    /// ([`bake_sun_masks`]) know of the suns.
+    ///
+    /// # Errors
+    /// Parts that do not belong together.
+    pub fn new(
+        layout: &Layout,
+        plan: PatchPlan,
+        suns: &[Vec3],
+        lit: Vec<SunlitPatches>,
+        fronts: &SunMasks,
+        params: &LightParams,
+    ) -> Result<Self, LightError> {
+        let steps = suns.len();
+        // each step a function of its own
+        let every: Vec<Vec<f32>> = (0..steps).map(|t| (0..steps).map(|i| f32::from(u8::from(i == t))).collect()).collect();
+        let day = DayFunctions { functions: every.clone(), duals: every, median_error: 0.0, p95_error: 0.0 };
+        let patches = SunPatches::new(layout, plan, suns, lit, fronts, params)?;
+        Ok(Self(BouncedSun { steps, patches, by_step: by_step(&day), day }))
+    }
+
+    /// Runs of neighbouring points whose curves decide; ranges of them may be asked apart.
+    #[must_use]
+    pub fn curve_runs(layout: &Layout) -> usize {
+        layout.front_count().div_ceil(curve_stride(layout))
+    }
+
+    /// The first bounce at every step, at the points of some runs that do not lie inside something. Curves of consecutive ranges, one after the
+    /// other, are those of all runs.
+    #[must_use]
+    pub fn curves(&self, surfaces: &Surfaces, layout: &Layout, runs: Range<usize>, params: &LightParams) -> Vec<f32> {
+        let (count, channels, steps) = (layout.front_count(), params.channels.count(), self.0.steps);
+        let lattices = Lattice::all(params);
+        let curves: Vec<Vec<f32>> = runs
+            .into_par_iter()
+            .map(|run| {
+                let first = run * curve_stride(layout);
+                let range = first..(first + RUN).min(count);
+                let unit = gather_unit(surfaces, layout, Some(&self.0), range, params, &lattices);
+                let first = unit.first_bounce(params.coefficients * channels, steps * channels);
+                let level = |light: &[f32]| luminance(Vec3::from_array(std::array::from_fn(|c| light[c.min(channels - 1)])));
+                let mut curves = Vec::new();
+                for (i, light) in first.chunks_exact(steps * channels).enumerate() {
+                    if unit.scale[i] > 0.0 && unit.back[i] <= BACK_LIMIT {
+                        curves.extend(light.chunks_exact(channels).map(|light| level(light) * unit.scale[i]));
+                    }
+                }
+                curves
+            })
+            .collect();
+        curves.concat()
+    }
+
+    /// Tells the day by the functions that the curves of all runs ask for.
+    #[must_use]
+    pub fn told_by(self, curves: &[f32], params: &LightParams) -> BouncedSun {
+        let mut sun = self.0;
+        sun.day = day_functions(curves, sun.steps, params.sun_functions, params.function_error());
+        sun.by_step = by_step(&sun.day);
+        sun
+    }
+}
+
+/// Every how-maniest point on a front begins a run whose curves decide.
+fn curve_stride(layout: &Layout) -> usize {
+    (layout.front_count() / (CURVES / RUN)).max(RUN)
+}
+
 impl BouncedSun {
-    /// Finds out where the suns (unit directions) shine, and from the first bounce at a sample of the points the functions of the day.
-    /// `None` where no direction is finite and other than zero.
+    /// Finds out where the suns (unit directions) shine, and from the first bounce at a sample of the points the functions of the day: all
+    /// that [`SunOnSurfaces`] does in parts. `None` where no sun shines ([`BouncedSun::any`]).
     ///
     /// # Errors
     /// Invalid parameters or too many suns.
     pub fn new(surfaces: &Surfaces, layout: &Layout, suns: &[Vec3], params: &LightParams) -> Result<Option<Self>, LightError> {
         params.validate()?;
         check_sun_count(suns.len())?;
-        if !suns.iter().any(|s| s.is_finite() && *s != Vec3::ZERO) {
+        if !Self::any(suns) {
             return Ok(None);
         }
-        // each step a function of its own, until the curves are known
-        let steps = suns.len();
-        let every: Vec<Vec<f32>> = (0..steps).map(|t| (0..steps).map(|i| f32::from(u8::from(i == t))).collect()).collect();
-        let day = DayFunctions { functions: every.clone(), duals: every, median_error: 0.0, p95_error: 0.0 };
-        let patches = SunPatches::new(surfaces, layout, suns, params)?;
-        let mut sun = Self { steps, patches, by_step: by_step(&day), day };
-        let curves = sun.curves(surfaces, layout, params);
-        sun.day = day_functions(&curves, steps, params.sun_functions, params.function_error());
-        sun.by_step = by_step(&sun.day);
-        Ok(Some(sun))
+        let plan = PatchPlan::new(surfaces, layout, params);
+        let lit = vec![light_patches(surfaces, &plan, suns, 0..plan.triangle_count(), params)?];
+        let fronts = bake_sun_masks(surfaces, layout.points(), suns, 0..layout.front_count(), &MaskParams::default())?;
+        let sun = SunOnSurfaces::new(layout, plan, suns, lit, &fronts, params)?;
+        let curves = sun.curves(surfaces, layout, 0..SunOnSurfaces::curve_runs(layout), params);
+        Ok(Some(sun.told_by(&curves, params)))
+    }
+
+    /// Whether a direction is finite and other than zero: that of a sun which shines.
+    #[must_use]
+    pub fn any(suns: &[Vec3]) -> bool {
+        suns.iter().any(|s| s.is_finite() && *s != Vec3::ZERO)
     }
 
     /// Functions of the day, R.
@@ -61,35 +138,10 @@ impl BouncedSun {
         self.patches.count()
     }
 
-    /// Rays that found out where the suns shine.
+    /// Rays that the patches were asked with.
     #[must_use]
     pub fn rays(&self) -> u64 {
         self.patches.rays
-    }
-
-    /// The first bounce at every step, at some of the points that do not lie inside something.
-    fn curves(&self, surfaces: &Surfaces, layout: &Layout, params: &LightParams) -> Vec<f32> {
-        let (count, channels, steps) = (layout.front_count(), params.channels.count(), self.steps);
-        let lattices = Lattice::all(params);
-        let stride = (count / (CURVES / RUN)).max(RUN);
-        let runs: Vec<usize> = (0..count).step_by(stride).collect();
-        let curves: Vec<Vec<f32>> = runs
-            .into_par_iter()
-            .map(|first| {
-                let range = first..(first + RUN).min(count);
-                let unit = gather_unit(surfaces, layout, Some(self), range, params, &lattices);
-                let first = unit.first_bounce(params.coefficients * channels, steps * channels);
-                let level = |light: &[f32]| luminance(Vec3::from_array(std::array::from_fn(|c| light[c.min(channels - 1)])));
-                let mut curves = Vec::new();
-                for (i, light) in first.chunks_exact(steps * channels).enumerate() {
-                    if unit.scale[i] > 0.0 && unit.back[i] <= BACK_LIMIT {
-                        curves.extend(light.chunks_exact(channels).map(|light| level(light) * unit.scale[i]));
-                    }
-                }
-                curves
-            })
-            .collect();
-        curves.concat()
     }
 
     /// Appends what the curves of all channels are in the functions, function-major, then channel.

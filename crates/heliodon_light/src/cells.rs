@@ -19,6 +19,9 @@ use std::ops::Range;
 /// The bit that marks the back of a cell, or a point on the back of its site.
 pub(crate) const BACK: u32 = 1 << 31;
 
+/// The bit that marks the label of a point in free space.
+const FREE: u32 = 1 << 31;
+
 /// No point, no cell.
 pub(crate) const NONE: u32 = u32::MAX;
 
@@ -118,6 +121,15 @@ impl Layout {
     /// # Errors
     /// Surfaces or parameters that are not valid.
     pub fn new(surfaces: &Surfaces, params: &LightParams) -> Result<Self, LightError> {
+        Self::with_sight(surfaces, params, None)
+    }
+
+    /// As [`Layout::new`], which takes most of its time to look how much of the points' views each triangle fills: what [`Layout::sight`]
+    /// says of the same surfaces and parameters saves that.
+    ///
+    /// # Errors
+    /// As [`Layout::new`].
+    pub fn with_sight(surfaces: &Surfaces, params: &LightParams, sight: Option<Vec<u32>>) -> Result<Self, LightError> {
         params.validate()?;
         surfaces.validate()?;
         let mut cell_size_m = params.cell_size_m.unwrap_or_else(|| default_cell_size_m(surfaces));
@@ -147,7 +159,7 @@ impl Layout {
             rounds: 0,
         };
         let finest_m = FINEST_CELLS_PER_EDGE * median_edge_m(surfaces.positions, surfaces.triangles);
-        let (by_sight, seen) = cells_by_sight(surfaces, &longest, finest_m, params);
+        let (by_sight, seen) = cells_by_sight(surfaces, &longest, finest_m, params, sight);
         layout.seen = seen;
         for (triangle, (&l, by_sight)) in longest.iter().zip(by_sight).enumerate() {
             let parts = parts(l, cell_size_m).max(by_sight);
@@ -175,6 +187,12 @@ impl Layout {
             layout.point_of_site[site as usize] = point as u32;
         }
         Ok(layout)
+    }
+
+    /// How much of the points' views each triangle fills; nothing where nobody had to look.
+    #[must_use]
+    pub fn sight(&self) -> &[u32] {
+        &self.seen
     }
 
     /// The points, in the order of blocks and masks.
@@ -257,6 +275,12 @@ impl Layout {
         }
         self.points.append(more);
         first..self.points.len()
+    }
+
+    /// What tells a point's random numbers from others': of one in free space, its place among its like, however many points come before.
+    pub(crate) fn label_of(&self, point: u32) -> u32 {
+        let first_free = (self.points.len() - self.free_points.len()) as u32;
+        point.checked_sub(first_free).map_or(point, |free| free | FREE)
     }
 
     /// The points in free space, in the order in which they were given.

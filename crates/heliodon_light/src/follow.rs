@@ -178,7 +178,8 @@ impl Run<'_> {
         let directions: Vec<Vec3> = paths
             .iter()
             .map(|path| {
-                let turn = hash3_u32(self.params.seed ^ 0x5EED, self.first as u32 + path.point, bounce as u32);
+                let point = self.layout.label_of(self.first as u32 + path.point);
+                let turn = hash3_u32(self.params.seed ^ 0x5EED, point, bounce as u32);
                 sample_cosine_hemisphere(path.normal, numbers(turn, path.index))
             })
             .collect();

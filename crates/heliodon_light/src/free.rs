@@ -21,7 +21,8 @@ pub struct FreeLight {
 
 impl Layout {
     /// Adds points in free space, each a position in metres and a unit normal, behind all others, and returns their range. To be called
-    /// at most once, after the last round of [`Layout::add_back_sides`]; the points must be gathered before [`crate::solve_all`].
+    /// at most once, after the last round of [`Layout::add_back_sides`]; the points must be gathered before [`crate::solve_all`], be it
+    /// with another layout of the same surfaces that had no back sides yet.
     ///
     /// Their rays start at the positions themselves: there is no surface that they could meet by mistake.
     pub fn add_free_points(&mut self, places: &[(Vec3, Vec3)]) -> Range<usize> {

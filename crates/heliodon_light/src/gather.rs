@@ -426,6 +426,12 @@ impl GatherBlock {
         Ok(())
     }
 
+    /// The same block of points in free space, of which the layout has the first at another place than when they were gathered.
+    #[must_use]
+    pub fn moved_to(self, first: usize) -> Self {
+        Self { range: first..first + self.range.len(), ..self }
+    }
+
     /// Bytes of the kept hits and of what was followed.
     #[must_use]
     pub fn hit_bytes(&self) -> usize {

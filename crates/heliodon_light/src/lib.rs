@@ -10,14 +10,16 @@
 //! The way of a bake, in pieces that can be saved between ([`bake`] does all of it at once):
 //!
 //! 1. [`Layout::new`]: the points to solve (vertices, and centres of the cells of large triangles) in spatial order;
-//! 2. [`BouncedSun::new`]: where the suns shine, and the functions of the day;
-//! 3. [`gather`] for ranges of points: what each sees in a fixed set of directions;
-//! 4. [`Layout::add_back_sides`], and its new points gathered, until it adds none;
-//! 5. [`bake_sun_masks`] for ranges of [`Layout::points`];
+//! 2. [`bake_sun_masks`] for ranges of [`Layout::points`];
+//! 3. [`BouncedSun`]: where the suns shine, and the functions of the day; in parts [`light_patches`] for ranges of a [`PatchPlan`], and
+//!    [`SunOnSurfaces::curves`] for ranges of runs;
+//! 4. [`gather`] for ranges of points: what each sees in a fixed set of directions;
+//! 5. [`Layout::add_back_sides`], and its new points gathered, until it adds none;
 //! 6. [`solve`]: validity and bounces; and [`vertex_masks`].
 //!
-//! Where figures move, before 5: [`Layout::add_free_points`] adds points in space, which are gathered as well, and [`solve_all`] answers
-//! with their light too, from which [`LatticeLight`] makes that of a lattice.
+//! Where figures move, before 6: [`Layout::add_free_points`] adds points in space, which are gathered as well, and [`solve_all`] answers
+//! with their light too, from which [`LatticeLight`] makes that of a lattice. What such a point sees does not depend on how many points
+//! come before it, so it may be gathered before the back sides are known ([`GatherBlock::moved_to`]).
 //!
 //! Everything is the same bit for bit for any number of threads and any division into ranges. Rayon's current pool is used.
 
@@ -44,7 +46,7 @@ mod sun_basis;
 mod surfaces;
 mod validity;
 
-pub use bounced_sun::BouncedSun;
+pub use bounced_sun::{BouncedSun, SunOnSurfaces};
 pub use cells::{Layout, default_cell_size_m};
 pub use directions::gather_directions;
 pub use error::LightError;
@@ -55,6 +57,7 @@ pub use inside::BACK_LIMIT;
 pub use lattice::{AXES, LatticeLight, lattice_places};
 pub use masks::{MaskParams, SunMasks, bake_sun_masks};
 pub use params::{Channels, LightParams, MAX_SUN_STEPS};
+pub use patches::{PatchPlan, SunlitPatches, light_patches};
 pub use points::PointSet;
 pub use solve::{Baked, SunBounce, VertexLight, bake, solve, solve_all, vertex_masks};
 pub use sun_basis::{DayFunctions, day_functions};

@@ -7,7 +7,7 @@
 //! what it is at the vertex, whatever it is at their centres.
 
 use crate::cells::Split;
-use crate::masks::{MaskParams, SunMasks, bake_sun_masks, run_masks};
+use crate::masks::{SunMasks, check_sun_count, run_masks};
 use crate::refine::patches_by_sight;
 use crate::surfaces::reflected;
 use crate::{Layout, LightError, LightParams, Surfaces};
@@ -16,6 +16,7 @@ use heliodon_math::color::{linear_from_rgb9e5, rgb9e5_from_linear};
 use heliodon_rays::{Hit, beam_order};
 use rayon::prelude::*;
 use std::f32::consts::FRAC_1_PI;
+use std::ops::Range;
 
 /// Triangles whose patches are asked together.
 const TOGETHER: usize = 1024;
@@ -25,6 +26,111 @@ const WORD: usize = 32;
 
 /// The part of a patch's edge, from a vertex, within which the vertex speaks for the sun: half-way to the centre of the patch.
 const CORNER: f32 = 1.0 / 3.0;
+
+/// How the surfaces are divided into patches. Ranges of their triangles may be asked for the suns apart, in any order.
+#[derive(Clone, Debug)]
+pub struct PatchPlan {
+    /// The triangles in an order in which neighbours lie together.
+    order: Vec<u32>,
+    /// The division of each triangle; `first` counts patches in that order.
+    splits: Vec<Split>,
+}
+
+impl PatchPlan {
+    /// Divides the surfaces: what fills much of the points' views the most finely.
+    #[must_use]
+    pub fn new(surfaces: &Surfaces, layout: &Layout, params: &LightParams) -> Self {
+        let parts = patches_by_sight(surfaces, &layout.seen(surfaces, params), params);
+        let centres: Vec<Vec3> = (0..parts.len()).map(|t| centre_of(surfaces, t as u32)).collect();
+        let normals: Vec<Vec3> = (0..parts.len()).map(|t| surfaces.face_normal(t as u32)).collect();
+        let order = beam_order(&centres, Some(&normals));
+        let mut splits = vec![Split { triangle: 0, parts: 1, first: 0 }; parts.len()];
+        let mut first = 0;
+        for &triangle in &order {
+            let parts = parts[triangle as usize];
+            splits[triangle as usize] = Split { triangle, parts, first };
+            first += parts * parts;
+        }
+        Self { order, splits }
+    }
+
+    /// Triangles; ranges count them in the plan's own order.
+    #[must_use]
+    pub fn triangle_count(&self) -> usize {
+        self.order.len()
+    }
+
+    /// Patches of a range of the triangles.
+    #[must_use]
+    pub fn patch_count(&self, range: Range<usize>) -> usize {
+        self.of(range).map(|split| (split.parts * split.parts) as usize).sum()
+    }
+
+    /// Ranges of all triangles, in order, of about so many patches each.
+    #[must_use]
+    pub fn ranges(&self, patches: usize) -> Vec<Range<usize>> {
+        let (mut ranges, mut first, mut held) = (Vec::new(), 0, 0);
+        for i in 0..self.order.len() {
+            held += self.patch_count(i..i + 1);
+            if held >= patches || i + 1 == self.order.len() {
+                ranges.push(first..i + 1);
+                (first, held) = (i + 1, 0);
+            }
+        }
+        ranges
+    }
+
+    fn of(&self, range: Range<usize>) -> impl Iterator<Item = Split> + '_ {
+        self.order[range].iter().map(|&triangle| self.splits[triangle as usize])
+    }
+}
+
+/// Which suns reach the patches of some triangles.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SunlitPatches {
+    /// The triangles, in the order of their [`PatchPlan`].
+    pub range: Range<usize>,
+    /// For each patch its albedo (RGB9E5), then a word for each 32 suns.
+    pub words: Vec<u32>,
+    /// Rays that were traced.
+    pub rays: u64,
+}
+
+impl SunlitPatches {
+    /// Whether shapes agree with a plan and so many suns.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn validate(&self, plan: &PatchPlan, suns: usize) -> Result<(), LightError> {
+        let fits = self.range.start <= self.range.end && self.range.end <= plan.triangle_count();
+        if !fits || self.words.len() != plan.patch_count(self.range.clone()) * (1 + suns.div_ceil(WORD)) {
+            return Err(LightError::Mismatch("sunlit patches of another division or day".into()));
+        }
+        Ok(())
+    }
+}
+
+/// Asks the patches of a range of a plan's triangles which suns (unit directions) reach them. Every number is the same however the
+/// triangles are divided into ranges.
+///
+/// # Errors
+/// Too many suns, or a range beyond the triangles.
+pub fn light_patches(
+    surfaces: &Surfaces,
+    plan: &PatchPlan,
+    suns: &[Vec3],
+    range: Range<usize>,
+    params: &LightParams,
+) -> Result<SunlitPatches, LightError> {
+    check_sun_count(suns.len())?;
+    if range.start > range.end || range.end > plan.triangle_count() {
+        return Err(LightError::Mismatch(format!("triangles {range:?} of {}", plan.triangle_count())));
+    }
+    let firsts = range.clone().into_par_iter().step_by(TOGETHER);
+    let (records, rays): (Vec<Vec<u32>>, Vec<u64>) =
+        firsts.map(|first| records(surfaces, plan.of(first..(first + TOGETHER).min(range.end)), suns, params)).unzip();
+    Ok(SunlitPatches { range, words: records.concat(), rays: rays.into_iter().sum() })
+}
 
 /// Which suns reach which patch of the surfaces.
 pub(crate) struct SunPatches {
@@ -41,40 +147,46 @@ pub(crate) struct SunPatches {
     channels: usize,
     /// The instructions that there are.
     pub arch: pulp::Arch,
-    /// Rays that were traced.
+    /// Rays that the patches were asked with.
     pub rays: u64,
 }
 
 impl SunPatches {
-    /// `suns` are unit directions; those that are zero or not finite light nothing.
+    /// `suns` are unit directions; those that are zero or not finite light nothing. `lit` are all of the plan's triangles in order, `fronts`
+    /// the masks of the layout's points on fronts.
     ///
     /// # Errors
-    /// Too many suns.
-    pub fn new(surfaces: &Surfaces, layout: &Layout, suns: &[Vec3], params: &LightParams) -> Result<Self, LightError> {
+    /// Parts that do not belong together.
+    pub fn new(
+        layout: &Layout,
+        plan: PatchPlan,
+        suns: &[Vec3],
+        lit: Vec<SunlitPatches>,
+        fronts: &SunMasks,
+        params: &LightParams,
+    ) -> Result<Self, LightError> {
         let component =
             |suns: &[Vec3], k: usize| std::array::from_fn(|i| suns.get(i).filter(|s| s.is_finite()).map_or(0.0, |s| s[k]));
         let suns_by_word = suns.chunks(WORD).map(|suns| [0, 1, 2].map(|k| component(suns, k))).collect();
-        let parts = patches_by_sight(surfaces, &layout.seen(surfaces, params), params);
-        let centres: Vec<Vec3> = (0..parts.len()).map(|t| centre_of(surfaces, t as u32)).collect();
-        let normals: Vec<Vec3> = (0..parts.len()).map(|t| surfaces.face_normal(t as u32)).collect();
-        let order = beam_order(&centres, Some(&normals));
-        let mut splits = vec![Split { triangle: 0, parts: 1, first: 0 }; parts.len()];
-        let mut first = 0;
-        for &triangle in &order {
-            let parts = parts[triangle as usize];
-            splits[triangle as usize] = Split { triangle, parts, first };
-            first += parts * parts;
+        let (mut next, mut rays) = (0, 0);
+        for part in &lit {
+            part.validate(&plan, suns.len())?;
+            if part.range.start != next {
+                return Err(LightError::Mismatch(format!("patches of {:?} where triangle {next} should follow", part.range)));
+            }
+            next = part.range.end;
+            rays += part.rays;
         }
-        let of_some = |triangles: &[u32]| {
-            let splits = triangles.iter().map(|&t| splits[t as usize]);
-            records(surfaces, splits, suns, params)
-        };
-        let (records, rays): (Vec<Vec<u32>>, Vec<u64>) = order.par_chunks(TOGETHER).map(of_some).unzip();
-        let fronts = bake_sun_masks(surfaces, layout.points(), suns, 0..layout.front_count(), &MaskParams::default())?;
+        fronts.validate()?;
+        if next != plan.triangle_count() || fronts.steps as usize != suns.len() || fronts.point_count() < layout.front_count() {
+            return Err(LightError::Mismatch("patches or masks that do not cover the surfaces and the day".into()));
+        }
+        let mut records = Vec::with_capacity(lit.iter().map(|part| part.words.len()).sum());
+        // one part after the other goes, so that they never lie in memory twice
+        lit.into_iter().for_each(|part| records.extend(part.words));
         let corners = fronts.pick((0..layout.vertex_count() as u32).map(|vertex| layout.front_point(vertex)));
-        let rays = rays.into_iter().sum::<u64>() + corners.rays;
-        let (records, channels) = (records.concat(), params.channels.count());
-        Ok(Self { suns: suns_by_word, records, corners, splits, channels, arch: pulp::Arch::new(), rays })
+        let channels = params.channels.count();
+        Ok(Self { suns: suns_by_word, records, corners, splits: plan.splits, channels, arch: pulp::Arch::new(), rays })
     }
 
     /// How many patches there are.

@@ -41,18 +41,19 @@ const MOST_PATCHES: u64 = 1 << 25;
 
 /// Into how many parts each edge of each triangle is divided to make cells, and what each fills of the views (see [`sight`]), empty
 /// where no triangle is long enough to be divided; `longest` are the lengths of their longest edges, 0 for what is not to be divided,
-/// and `finest_m` is the least length of a part.
+/// and `finest_m` is the least length of a part. What they fill may be `known`.
 pub(crate) fn cells_by_sight(
     surfaces: &Surfaces,
     longest: &[f32],
     finest_m: f32,
     params: &LightParams,
+    known: Option<Vec<u32>>,
 ) -> (Vec<u32>, Vec<u32>) {
     let most = |&l: &f32| ((l / finest_m) as u32).clamp(1, MAX_PARTS);
     if longest.iter().all(|l| most(l) == 1) {
         return (vec![1; longest.len()], Vec::new());
     }
-    let weights = sight(surfaces, longest, params);
+    let weights = known.filter(|known| known.len() == longest.len()).unwrap_or_else(|| sight(surfaces, longest, params));
     let limit = ((surfaces.positions.len() as f32 * CELLS_PER_VERTEX) as u64).min(params.max_sub_cells as u64);
     // a triangle that stays whole is a cell as it is
     let cells = parts(&weights, longest.iter().map(most), limit, |m| if m > 1 { m * m } else { 0 });

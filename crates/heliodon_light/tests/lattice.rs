@@ -33,13 +33,19 @@ fn bake(lit: &Lit, suns: &[Vec3], cells: &[[u32; 3]], positions: &[Vec3], params
     let mut layout = Layout::new(&surfaces, params).unwrap();
     let sun = BouncedSun::new(&surfaces, &layout, suns, params).unwrap();
     let mut blocks = vec![gather(&surfaces, &layout, sun.as_ref(), 0..layout.points().len(), params).unwrap()];
+    // as a shard does that knows no back sides
+    let mut early = layout.clone();
+    let early_free = early.add_free_points(&lattice_places(positions));
     let backs = layout.add_back_sides(&surfaces, &blocks, params);
     blocks.push(gather(&surfaces, &layout, sun.as_ref(), backs, params).unwrap());
     let free = layout.add_free_points(&lattice_places(positions));
     let ranges: Vec<Range<usize>> =
         free.clone().step_by(per_block).map(|first| first..(first + per_block).min(free.end)).collect();
     for range in ranges {
-        let block = gather(&surfaces, &layout, sun.as_ref(), range, params).unwrap();
+        let block = gather(&surfaces, &layout, sun.as_ref(), range.clone(), params).unwrap();
+        let early_range = range.start - free.start + early_free.start..range.end - free.start + early_free.start;
+        let of_shard = gather(&surfaces, &early, sun.as_ref(), early_range, params).unwrap();
+        assert_eq!(of_shard.moved_to(range.start), block);
         block.validate(&layout, sun.as_ref().map_or(0, BouncedSun::function_count), params).unwrap();
         blocks.push(block);
     }

@@ -7,12 +7,13 @@ mod common;
 use common::{Lit, params};
 use glam::Vec3;
 use heliodon_light::{
-    Baked, BouncedSun, GatherBlock, Layout, LightParams, MaskParams, SunMasks, bake, bake_sun_masks, gather, solve,
-    vertex_masks,
+    Baked, BouncedSun, GatherBlock, Layout, LightParams, MaskParams, PatchPlan, SunMasks, SunOnSurfaces, Surfaces, bake,
+    bake_sun_masks, gather, light_patches, solve, vertex_masks,
 };
 use heliodon_testkit::hostile;
 use heliodon_testkit::scenes::{ball, cuboid, ground, rectangle};
 use proptest::prelude::*;
+use std::ops::Range;
 
 fn courtyard() -> Lit {
     let canopy = rectangle(Vec3::new(-0.7, 1.2, 0.7), Vec3::X * 1.4, Vec3::NEG_Z * 1.4, 3);
@@ -31,8 +32,16 @@ fn threads(count: usize) -> rayon::ThreadPool {
 /// The whole way with blocks of any size, each passed through its bytes.
 fn bake_in_blocks(lit: &Lit, params: &LightParams, block: usize) -> Baked {
     let (surfaces, suns) = (lit.surfaces(), suns());
-    let mut layout = Layout::new(&surfaces, params).unwrap();
-    let sun = BouncedSun::new(&surfaces, &layout, &suns, params).unwrap();
+    let sight = Layout::new(&surfaces, params).unwrap().sight().to_vec();
+    let mut layout = Layout::with_sight(&surfaces, params, Some(sight)).unwrap();
+    let mut masks = SunMasks::default();
+    for first in (0..layout.front_count()).step_by(block) {
+        let range = first..(first + block).min(layout.front_count());
+        let mask_params = MaskParams { points_at_once: 64 };
+        masks.append(&bake_sun_masks(&surfaces, layout.points(), &suns, range, &mask_params).unwrap()).unwrap();
+    }
+    masks.validate().unwrap();
+    let sun = Some(sun_in_blocks(&surfaces, &layout, &suns, &masks, params, block));
     let mut blocks: Vec<GatherBlock> = Vec::new();
     let mut round = 0..layout.points().len();
     while !round.is_empty() {
@@ -42,16 +51,39 @@ fn bake_in_blocks(lit: &Lit, params: &LightParams, block: usize) -> Baked {
         }
         round = layout.add_back_sides(&surfaces, &blocks, params);
     }
-    let mut masks = SunMasks::default();
-    for first in (0..layout.front_count()).step_by(block) {
-        let range = first..(first + block).min(layout.front_count());
-        let mask_params = MaskParams { points_at_once: 64 };
-        masks.append(&bake_sun_masks(&surfaces, layout.points(), &suns, range, &mask_params).unwrap()).unwrap();
-    }
-    masks.validate().unwrap();
     let light = solve(&surfaces, &layout, &blocks, sun.as_ref(), params).unwrap();
     let masks = vertex_masks(&layout, &masks, &light.validity);
     Baked { light, masks, gather_rays: blocks.iter().map(|b| b.rays).sum() }
+}
+
+/// Where the suns shine, in parts that were made the last first.
+fn sun_in_blocks(
+    surfaces: &Surfaces,
+    layout: &Layout,
+    suns: &[Vec3],
+    masks: &SunMasks,
+    params: &LightParams,
+    block: usize,
+) -> BouncedSun {
+    let plan = PatchPlan::new(surfaces, layout, params);
+    let ranges = plan.ranges(block);
+    assert_eq!(
+        ranges.iter().map(|range| plan.patch_count(range.clone())).sum::<usize>(),
+        plan.patch_count(0..plan.triangle_count())
+    );
+    let light = |range: &Range<usize>| light_patches(surfaces, &plan, suns, range.clone(), params).unwrap();
+    let mut lit: Vec<_> = ranges.iter().rev().map(light).collect();
+    assert!(
+        ranges.len() < 2 || SunOnSurfaces::new(layout, plan.clone(), suns, lit.clone(), masks, params).is_err(),
+        "out of order"
+    );
+    lit.reverse();
+    assert!(SunOnSurfaces::new(layout, plan.clone(), &suns[1..], lit.clone(), masks, params).is_err(), "another day");
+    let sun = SunOnSurfaces::new(layout, plan, suns, lit, masks, params).unwrap();
+    let runs = SunOnSurfaces::curve_runs(layout);
+    let curves = (0..runs).step_by(block).map(|first| sun.curves(surfaces, layout, first..(first + block).min(runs), params));
+    let curves = curves.collect::<Vec<_>>().concat();
+    sun.told_by(&curves, params)
 }
 
 #[test]
