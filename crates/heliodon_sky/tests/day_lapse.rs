@@ -6,8 +6,8 @@ use glam::Vec3;
 use heliodon_image::HdrImage;
 use heliodon_math::color::luminance;
 use heliodon_sky::day::{
-    Between, BuiltLapse, LapseNote, LapseParams, ModelDay, ProbeFile, ProbeSeries, SkyKeeper, SkyMap, SkyRecord, SkySource,
-    build, build_keeping, table,
+    Between, BuiltLapse, LapseNote, LapseParams, ModelDay, ProbeFile, ProbeSeries, Skies, SkyKeeper, SkyMap, SkyRecord,
+    SkySource, build, build_keeping, table,
 };
 use heliodon_sky::mapping::Mapping;
 use heliodon_sky::model::ModelParams;
@@ -290,6 +290,18 @@ fn a_day_goes_on_from_the_skies_that_were_kept() {
         let again = build_keeping(&params, &mut shelf).unwrap();
         assert_eq!(shelf.made - made, count - kept);
         assert!(kept < count && again.lapse == whole.lapse && again.notes == whole.notes);
+
+        // two machines share the skies
+        let mut shelf = Shelf::default();
+        let skies = Skies::new(params.clone()).unwrap();
+        let (even, odd): (Vec<u32>, Vec<u32>) = (0..count as u32).rev().partition(|number| number % 2 == 0);
+        skies.make(&odd, &mut shelf).unwrap();
+        assert_eq!(shelf.made, odd.len());
+        skies.make(&even, &mut shelf).unwrap();
+        let shared = build_keeping(&params, &mut shelf).unwrap();
+        assert_eq!((shelf.made, &shared.lapse), (count, &whole.lapse));
+        let known = skies.known_suns().unwrap();
+        assert!(known.is_none_or(|suns| suns == whole.suns));
     }
 }
 

@@ -303,6 +303,62 @@ pub fn build_keeping(params: &LapseParams, keeper: &mut dyn SkyKeeper) -> Result
     })
 }
 
+/// The skies of a day one by one, for machines that share them.
+pub struct Skies {
+    params: LapseParams,
+    /// Of a model.
+    moments: Option<model_day::Moments>,
+}
+
+impl Skies {
+    /// Those of a day.
+    ///
+    /// # Errors
+    /// As [`build`], before anything is read.
+    pub fn new(params: LapseParams) -> Result<Self, SkyError> {
+        check(&params)?;
+        let moments = match &params.source {
+            SkySource::Probes(_) => None,
+            SkySource::Model(day) => Some(model_day::Moments::new(&params, day)?),
+        };
+        Ok(Self { params, moments })
+    }
+
+    /// What they are made from.
+    #[must_use]
+    pub fn params(&self) -> &LapseParams {
+        &self.params
+    }
+
+    /// Makes those of `numbers` (below [`LapseParams::sky_count`]) that the keeper has not: a part of the work of [`build_keeping`].
+    ///
+    /// # Errors
+    /// As [`build_keeping`].
+    pub fn make(&self, numbers: &[u32], keeper: &mut dyn SkyKeeper) -> Result<(), SkyError> {
+        match (&self.params.source, &self.moments) {
+            (SkySource::Probes(series), _) => probe_series::make(&self.params, series, numbers, keeper),
+            (SkySource::Model(_), Some(moments)) => moments.each(&self.params, numbers, keeper, |_, _| {}),
+            (SkySource::Model(_), None) => Ok(()),
+        }
+    }
+
+    /// The direction to the sun at each sun step, as [`BuiltLapse::suns`] has them, where no image need be read to know them: those of a model.
+    ///
+    /// # Errors
+    /// As [`build`].
+    pub fn known_suns(&self) -> Result<Option<Vec<Option<Vec3>>>, SkyError> {
+        let Some(moments) = &self.moments else { return Ok(None) };
+        let entries = moments.suns()?;
+        let mut suns = Vec::new();
+        for (i, sun) in entries.iter().enumerate() {
+            if steps::mask_bit(i as u32, entries.len() as u32, self.params.sun_steps) as usize == suns.len() {
+                suns.push(sun.map(|sun| Vec3::from_array(sun.direction)));
+            }
+        }
+        Ok(Some(suns))
+    }
+}
+
 fn check(params: &LapseParams) -> Result<(), SkyError> {
     if params.sun_steps == 0 || params.sun_steps > 1024 {
         return Err(SkyError::setting("sun_steps", format!("is {}", params.sun_steps), "give 1 to 1024"));

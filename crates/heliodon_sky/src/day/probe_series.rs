@@ -77,33 +77,16 @@ pub(super) fn build(
     series: &ProbeSeries,
     keeper: &mut dyn SkyKeeper,
 ) -> Result<(Vec<Entry>, Vec<LapseNote>), SkyError> {
-    let schedule = Schedule::new(params, series)?;
-    let mut notes = schedule.notes(series);
-    let count = schedule.used.iter().filter(|&&k| schedule.is_shown(k)).count() as u32;
-    let mut records: Vec<Option<SkyRecord>> = vec![None; schedule.probes.len()];
-    let mut names = vec![String::new(); schedule.probes.len()];
-    let mut taker = Taker::new(params, series);
-    let mut index = 0;
-    for (number, &k) in schedule.used.iter().enumerate() {
-        let (path, number) = (&schedule.probes[k].0, number as u32);
-        let map_index = schedule.is_shown(k).then_some(index);
-        if map_index.is_some() {
-            names[k] = map_name(index);
-            index += 1;
-        }
-        let record = match keeper.kept(number, map_index) {
-            Some(record) => record,
-            None => {
-                let (record, image) = taker.take(path, map_index.is_some())?;
-                let map = image.as_ref().zip(map_index).map(|(image, index)| SkyMap { name: &names[k], image, index, count });
-                let failed = |problem| SkyError::Map { name: path.display().to_string(), problem };
-                keeper.keep(number, &record, map).map_err(failed)?;
-                record
-            }
-        };
-        tell_of_probe(&path.display().to_string(), &record, series, &mut notes);
+    let mut probes = Probes::new(params, series)?;
+    let mut notes = probes.schedule.notes(series);
+    let mut records: Vec<Option<SkyRecord>> = vec![None; probes.schedule.probes.len()];
+    for number in 0..probes.schedule.used.len() as u32 {
+        let record = probes.record(number, keeper)?;
+        let k = probes.schedule.used[number as usize];
+        tell_of_probe(&probes.schedule.probes[k].0.display().to_string(), &record, series, &mut notes);
         records[k] = Some(record);
     }
+    let Probes { schedule, names, .. } = probes;
     if series.sun_irradiance.is_some() {
         let used: Vec<&SkyRecord> = records.iter().flatten().collect();
         let count = |is: &dyn Fn(&SkyRecord) -> bool| used.iter().filter(|record| is(record)).count() as u32;
@@ -120,6 +103,61 @@ pub(super) fn build(
         Some(Entry { time, sun: record.sun, sky, fitted: record.fitted, map, sun_in_map: true })
     });
     Ok((entries.collect(), notes))
+}
+
+/// Makes the skies `numbers` that the keeper has not.
+pub(super) fn make(
+    params: &LapseParams,
+    series: &ProbeSeries,
+    numbers: &[u32],
+    keeper: &mut dyn SkyKeeper,
+) -> Result<(), SkyError> {
+    let mut probes = Probes::new(params, series)?;
+    numbers.iter().try_for_each(|&number| probes.record(number, keeper).map(drop))
+}
+
+/// The probes of a day that are read, in their order.
+struct Probes<'a> {
+    schedule: Schedule,
+    taker: Taker<'a>,
+    /// The index of the map of each that is shown, by its number.
+    map_indices: Vec<Option<u32>>,
+    /// The names of the maps of all probes; empty for what is not shown.
+    names: Vec<String>,
+    maps: u32,
+}
+
+impl<'a> Probes<'a> {
+    fn new(params: &'a LapseParams, series: &'a ProbeSeries) -> Result<Self, SkyError> {
+        let schedule = Schedule::new(params, series)?;
+        let mut names = vec![String::new(); schedule.probes.len()];
+        let (mut map_indices, mut maps) = (Vec::new(), 0);
+        for &k in &schedule.used {
+            let index = schedule.is_shown(k).then_some(maps);
+            if index.is_some() {
+                names[k] = map_name(maps);
+                maps += 1;
+            }
+            map_indices.push(index);
+        }
+        Ok(Self { schedule, taker: Taker::new(params, series), map_indices, names, maps })
+    }
+
+    /// What the keeper has of a probe, or what is found in it now.
+    fn record(&mut self, number: u32, keeper: &mut dyn SkyKeeper) -> Result<SkyRecord, SkyError> {
+        let map_index = self.map_indices[number as usize];
+        if let Some(record) = keeper.kept(number, map_index) {
+            return Ok(record);
+        }
+        let k = self.schedule.used[number as usize];
+        let path = &self.schedule.probes[k].0;
+        let (record, image) = self.taker.take(path, map_index.is_some())?;
+        let map = image.as_ref().zip(map_index);
+        let map = map.map(|(image, index)| SkyMap { name: &self.names[k], image, index, count: self.maps });
+        let failed = |problem| SkyError::Map { name: path.display().to_string(), problem };
+        keeper.keep(number, &record, map).map_err(failed)?;
+        Ok(record)
+    }
 }
 
 /// How many probes are read.
