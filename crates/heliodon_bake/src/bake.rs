@@ -57,6 +57,15 @@ pub struct BakeReport {
 /// # Errors
 /// Whatever [`BakeError`] names; a bundle that was there stays as it was.
 pub fn bake(plan: &Plan, reporter: &dyn Reporter) -> Result<BakeReport, BakeError> {
+    bake_where(plan, reporter, |_| Ok(()))
+}
+
+/// As [`bake`], where `may_go_on` agrees with what there is of the key's work.
+pub(crate) fn bake_where(
+    plan: &Plan,
+    reporter: &dyn Reporter,
+    may_go_on: impl FnOnce(&str) -> Result<(), BakeError>,
+) -> Result<BakeReport, BakeError> {
     if !plan.options.again && plan.is_up_to_date() {
         reporter.note("the bundle is up to date");
         return up_to_date_report(plan);
@@ -65,7 +74,9 @@ pub fn bake(plan: &Plan, reporter: &dyn Reporter) -> Result<BakeReport, BakeErro
     let reporter = &WarningsKept::new(reporter);
     let mut clock = Clock::default();
     let scene = plan.read_scene(reporter)?;
-    let cache = Cache::open(&plan.cache_root(), &plan.key(&scene), &plan.owner())?;
+    let key = plan.key(&scene);
+    may_go_on(&key)?;
+    let cache = Cache::open(&plan.cache_root(), &key, &plan.owner())?;
     clock.lap("reading");
     let sky = bake_sky(plan, &cache, reporter)?;
     clock.lap("sky");

@@ -6,9 +6,11 @@
 //! short, damaged or renamed is thrown away and its work done again. Blocks are not flushed to the disk (fsync): they
 //! survive the end of the process, which is what they are for, and after a power failure the hash tells which did.
 //!
-//! The folder is locked while a bake uses it. The lock is the operating system's and dies with the process.
+//! The folder is locked while a bake uses it, against all others; shards of one bake share it. The lock is the operating system's and dies
+//! with the process.
 
 use std::fs::{self, File, TryLockError};
+use std::hash::{BuildHasher, RandomState};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
@@ -16,12 +18,18 @@ const MAGIC: [u8; 8] = *b"HELIOBLK";
 const HEADER_BYTES: usize = 8 + 8 + 32;
 const LOCK_FILE: &str = "lock";
 const OWNER_FILE: &str = "bundle.txt";
+/// The ending of files that are being written.
+const UNFINISHED: &str = "new";
+/// What Linux says where a network file system has no daemon for locks.
+const ENOLCK: i32 = 37;
 
 /// Why a cache cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum CacheError {
     /// Another process bakes the same thing right now.
-    #[error("another bake of the same site is running (it holds {path}); wait until it has ended, or name another --cache")]
+    #[error(
+        "another bake of the same site is running, or a shard of it (it holds {path}); wait until it has ended, or name another --cache"
+    )]
     Busy {
         /// The lock.
         path: PathBuf,
@@ -44,6 +52,15 @@ pub struct Cache {
     folder: PathBuf,
     root: PathBuf,
     lock: File,
+    /// Tells the files that this process writes from those of others that write the same block, on whatever machine.
+    token: u64,
+}
+
+/// Who may work in the folder at the same time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Company {
+    Alone,
+    Shards,
 }
 
 impl Cache {
@@ -52,6 +69,20 @@ impl Cache {
     /// # Errors
     /// [`CacheError::Busy`] where another process has it, [`CacheError::Write`] where it cannot be made.
     pub fn open(root: &Path, key: &str, owner: &Path) -> Result<Self, CacheError> {
+        let cache = Self::locked(root, key, owner, Company::Alone)?;
+        cache.remove_unfinished();
+        Ok(cache)
+    }
+
+    /// As [`Cache::open`], for a shard: others of the same bake may work there at the same time, whole bakes may not.
+    ///
+    /// # Errors
+    /// As [`Cache::open`].
+    pub fn join(root: &Path, key: &str, owner: &Path) -> Result<Self, CacheError> {
+        Self::locked(root, key, owner, Company::Shards)
+    }
+
+    fn locked(root: &Path, key: &str, owner: &Path, company: Company) -> Result<Self, CacheError> {
         let folder = root.join(key);
         let write_error = |path: &Path| {
             let path = path.to_owned();
@@ -61,18 +92,40 @@ impl Cache {
         let lock_path = folder.join(LOCK_FILE);
         let lock =
             File::options().create(true).truncate(false).write(true).open(&lock_path).map_err(write_error(&lock_path))?;
-        match lock.try_lock() {
+        let locked = if company == Company::Alone { lock.try_lock() } else { lock.try_lock_shared() };
+        match locked {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(CacheError::Busy { path: lock_path }),
             // Some network file systems have no locks; the blocks' own atomic renames still keep each file whole.
-            Err(TryLockError::Error(source)) if source.kind() == io::ErrorKind::Unsupported => {}
+            Err(TryLockError::Error(source))
+                if source.kind() == io::ErrorKind::Unsupported || source.raw_os_error() == Some(ENOLCK) => {}
             Err(TryLockError::Error(source)) => return Err(CacheError::Write { path: lock_path, source }),
         }
-        let cache = Self { folder, root: root.to_owned(), lock };
-        cache.remove_unfinished();
-        let owner_path = cache.folder.join(OWNER_FILE);
-        fs::write(&owner_path, owner.to_string_lossy().as_bytes()).map_err(write_error(&owner_path))?;
+        // nothing of the standard library is random but the keys of its hash maps
+        let token = RandomState::new().hash_one(std::process::id());
+        let cache = Self { folder, root: root.to_owned(), lock, token };
+        cache.write_note(OWNER_FILE, owner.to_string_lossy().as_bytes())?;
         Ok(cache)
+    }
+
+    /// Keeps a small file beside the blocks, whole or not at all; one that says the same already stays as it is.
+    ///
+    /// # Errors
+    /// [`CacheError::Write`].
+    pub fn write_note(&self, name: &str, content: &[u8]) -> Result<(), CacheError> {
+        if fs::read(self.folder.join(name)).is_ok_and(|old| old == content) {
+            return Ok(());
+        }
+        self.write_beside(name, |path| fs::write(path, content))
+    }
+
+    fn write_beside(&self, name: &str, write: impl FnOnce(&Path) -> io::Result<()>) -> Result<(), CacheError> {
+        let path = self.folder.join(name);
+        let beside = self.folder.join(format!("{name}.{:016x}.{UNFINISHED}", self.token));
+        write(&beside).and_then(|()| fs::rename(&beside, &path)).map_err(|source| {
+            let _ = fs::remove_file(&beside);
+            CacheError::Write { path, source }
+        })
     }
 
     /// Where the blocks lie.
@@ -97,7 +150,7 @@ impl Cache {
     /// Whether a file for the block is there; it may still turn out to be damaged.
     #[must_use]
     pub fn has(&self, stage: &str, block: usize) -> bool {
-        self.folder.join(block_name(stage, block)).is_file()
+        has_block(&self.folder, stage, block)
     }
 
     /// Keeps a finished block.
@@ -106,19 +159,13 @@ impl Cache {
     /// [`CacheError::Write`], for instance on a full disk; nothing half-written stays.
     pub fn store(&self, stage: &str, block: usize, content: &[u8]) -> Result<(), CacheError> {
         let name = block_name(stage, block);
-        let path = self.folder.join(&name);
-        let beside = self.folder.join(format!("{name}.new"));
-        let written = write_block(&beside, &name, content).and_then(|()| fs::rename(&beside, &path));
-        written.map_err(|source| {
-            let _ = fs::remove_file(&beside);
-            CacheError::Write { path, source }
-        })
+        self.write_beside(&name, |path| write_block(path, &name, content))
     }
 
     /// Removes this bake's blocks, what interrupted bakes of the same bundle from other inputs or parameters left, and the
     /// folders above where they are empty now. What cannot be removed stays; it costs only room.
     pub fn remove(self, owner: &Path) {
-        let Self { folder, root, lock } = self;
+        let Self { folder, root, lock, .. } = self;
         let _ = fs::remove_dir_all(&folder);
         drop(lock);
         let owner = owner.to_string_lossy();
@@ -138,11 +185,17 @@ impl Cache {
 
     fn remove_unfinished(&self) {
         for path in fs::read_dir(&self.folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
-            if path.extension().is_some_and(|extension| extension == "new") {
+            if path.extension().is_some_and(|extension| extension == UNFINISHED) {
                 let _ = fs::remove_file(path);
             }
         }
     }
+}
+
+/// As [`Cache::has`], of a bake's folder that others work in.
+#[must_use]
+pub fn has_block(folder: &Path, stage: &str, block: usize) -> bool {
+    folder.join(block_name(stage, block)).is_file()
 }
 
 fn block_name(stage: &str, block: usize) -> String {
@@ -233,6 +286,26 @@ mod tests {
     }
 
     #[test]
+    fn shards_work_side_by_side_and_no_bake_beside_them() {
+        let root = tempfile::tempdir().unwrap();
+        let join = || Cache::join(root.path(), "key", Path::new("bundle"));
+        let (one, two) = (join().unwrap(), join().unwrap());
+        assert!(one.token != two.token, "each writes files of its own");
+        // what one is writing is not another's to remove
+        let unfinished = one.folder().join("masks-00001.0123456789abcdef.new");
+        fs::write(&unfinished, "half").unwrap();
+        let three = join().unwrap();
+        assert!(unfinished.exists());
+        one.store("masks", 0, b"light").unwrap();
+        assert_eq!(two.load("masks", 0).as_deref(), Some(&b"light"[..]));
+        assert!(matches!(Cache::open(root.path(), "key", Path::new("bundle")), Err(CacheError::Busy { .. })));
+        drop((one, two, three));
+        let alone = open(root.path(), "key");
+        assert!(!unfinished.exists() && matches!(join(), Err(CacheError::Busy { .. })));
+        drop(alone);
+    }
+
+    #[test]
     fn success_removes_the_bundles_blocks_and_nobody_elses() {
         let home = tempfile::tempdir().unwrap();
         let root = home.path().join(crate::CACHE_FOLDER).join("cache");
@@ -255,6 +328,9 @@ mod tests {
         // A folder where the file should go: the rename fails whoever runs the test, root included.
         fs::create_dir(cache.folder().join("masks-00000")).unwrap();
         assert!(matches!(cache.store("masks", 0, b"light"), Err(CacheError::Write { .. })));
-        assert!(!cache.folder().join("masks-00000.new").exists());
+        let left = fs::read_dir(cache.folder())
+            .unwrap()
+            .filter(|entry| entry.as_ref().unwrap().path().extension().is_some_and(|extension| extension == UNFINISHED));
+        assert_eq!(left.count(), 0);
     }
 }

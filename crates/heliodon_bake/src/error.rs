@@ -29,6 +29,9 @@ pub enum BakeError {
     /// Finished work cannot be kept.
     #[error(transparent)]
     Cache(#[from] crate::cache::CacheError),
+    /// Shards and their merge do not agree.
+    #[error(transparent)]
+    Merge(#[from] crate::merge::MergeError),
     /// The bundle cannot be written.
     #[error("the bundle cannot be written: {0} (nothing that was there has been touched)")]
     Bundle(#[from] heliodon_bundle::WriteError),

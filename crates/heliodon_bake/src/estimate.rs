@@ -9,7 +9,10 @@ use crate::sky::lapse_params;
 use glam::Vec3;
 use heliodon_bundle::LightLayout;
 use heliodon_bundle::grid::point_bytes;
-use heliodon_light::{AXES, BouncedSun, GatherBlock, Layout, LightParams, MaskParams, Surfaces, bake_sun_masks, gather};
+use heliodon_light::{
+    AXES, BouncedSun, GatherBlock, Layout, LightParams, MaskParams, PatchPlan, SunOnSurfaces, Surfaces, bake_sun_masks, gather,
+    light_patches,
+};
 use heliodon_math::sphere::fibonacci_sphere;
 use heliodon_rays::TriangleScene;
 use heliodon_sky::day::{self, LapseParams};
@@ -166,10 +169,19 @@ fn timed_suns(
         return Ok((None, 0.0, 0));
     }
     let time = |suns: &[Vec3]| -> Result<(Option<BouncedSun>, f64, u64), BakeError> {
+        if !BouncedSun::any(suns) {
+            return Ok((None, 0.0, 0));
+        }
+        // the masks of the points are counted with those of all
+        let fronts = bake_sun_masks(surfaces, layout.points(), suns, 0..layout.front_count(), &MaskParams::default())?;
         let begun = Instant::now();
-        let sun = BouncedSun::new(surfaces, layout, suns, params)?;
-        let rays = sun.as_ref().map_or(0, BouncedSun::rays);
-        Ok((sun, begun.elapsed().as_secs_f64(), rays))
+        let patches = PatchPlan::new(surfaces, layout, params);
+        let lit = vec![light_patches(surfaces, &patches, suns, 0..patches.triangle_count(), params)?];
+        let sun = SunOnSurfaces::new(layout, patches, suns, lit, &fronts, params)?;
+        let curves = sun.curves(surfaces, layout, 0..SunOnSurfaces::curve_runs(layout), params);
+        let sun = sun.told_by(&curves, params);
+        let (seconds, rays) = (begun.elapsed().as_secs_f64(), sun.rays());
+        Ok((Some(sun), seconds, rays))
     };
     let few: Vec<Vec3> = suns.iter().copied().step_by(TIMED_SUNS.min(suns.len().div_ceil(2)).max(1)).collect();
     let (sun, few_seconds, few_rays) = time(&few)?;

@@ -1,14 +1,16 @@
 //! The sky of a site's day: from `site.toml` to the lapse and its maps.
 
+use crate::blocks::Share;
 use crate::cache::{Cache, CacheError};
 use crate::error::BakeError;
 use crate::plan::Plan;
 use crate::report::Reporter;
 use glam::Vec3;
 use heliodon_bundle::site::{self, InputFile, InputKind, ProbeTimes, Role, Site};
+use heliodon_sky::SkyError;
 use heliodon_sky::civil;
 use heliodon_sky::day::{
-    self, Between, BuiltLapse, LapseParams, ModelDay, ProbeFile, ProbeSeries, SkyKeeper, SkyMap, SkyRecord, SkySource,
+    self, Between, BuiltLapse, LapseParams, ModelDay, ProbeFile, ProbeSeries, Skies, SkyKeeper, SkyMap, SkyRecord, SkySource,
 };
 use heliodon_sky::fit::Surroundings;
 use heliodon_sky::lapse::Lapse;
@@ -76,21 +78,85 @@ pub fn bake_sky(plan: &Plan, cache: &Cache, reporter: &dyn Reporter) -> Result<B
     if done > 0 {
         reporter.note(&format!("going on: {done} of {count} skies are done"));
     }
-    let mut keeper = CacheKeeper { cache, reporter, record_stage, map_paths: Vec::new(), done: 0, failed: None };
+    let mut keeper = CacheKeeper::new(cache, reporter, record_stage);
     let built = day::build_keeping(&params, &mut keeper);
-    // the cache's own error says what to do
-    let built = match keeper.failed.take() {
-        Some(error) => return Err(error.into()),
-        None => built?,
-    };
+    let BuiltLapse { lapse, sun_steps, notes, .. } = keeper.checked(built)?;
     reporter.finished();
-    let map_paths = keeper.map_paths;
-    let BuiltLapse { lapse, sun_steps, notes, .. } = built;
+    let map_paths = (0..keeper.maps).map(day::map_name).collect();
     let sky = BakedSky { lapse, sun_steps, map_paths, notes: notes.iter().map(ToString::to_string).collect() };
     let bytes = serde_json::to_vec(&sky).map_err(std::io::Error::other);
     let bytes = bytes.map_err(|source| BakeError::Read { path: cache.folder().to_owned(), source })?;
     cache.store(LAPSE_STAGE, stage_index, &bytes)?;
     Ok(told(sky, reporter))
+}
+
+/// A shard's part of the sky.
+pub struct SkyShare<'a> {
+    skies: Skies,
+    cache: &'a Cache,
+    reporter: &'a dyn Reporter,
+    share: Share,
+}
+
+impl<'a> SkyShare<'a> {
+    /// That of a shard; the sky is the first of all stages.
+    ///
+    /// # Errors
+    /// As [`lapse_params`].
+    pub fn new(plan: &Plan, cache: &'a Cache, reporter: &'a dyn Reporter, share: Share) -> Result<Self, BakeError> {
+        Ok(Self { skies: Skies::new(lapse_params(&plan.site, &plan.files)?)?, cache, reporter, share })
+    }
+
+    /// The name of its files, and how many blocks it has: one for each sky.
+    ///
+    /// # Errors
+    /// Times of probes that are not known.
+    pub fn blocks(&self) -> Result<(&'static str, usize), BakeError> {
+        Ok((self.record_stage(), self.skies.params().sky_count()? as usize))
+    }
+
+    /// The suns of all steps, as [`BakedSky::suns`] has them. Those of a model are known at once; those of probes are found in them, its own
+    /// first, then those that no other shard has looked at meanwhile.
+    ///
+    /// # Errors
+    /// As [`bake_sky`].
+    pub fn suns(&self) -> Result<Vec<Vec3>, BakeError> {
+        let suns = match self.skies.known_suns()? {
+            Some(suns) => suns,
+            None => {
+                self.make(|_| true)?;
+                let mut keeper = CacheKeeper::new(self.cache, self.reporter, self.record_stage());
+                let built = day::build_keeping(self.skies.params(), &mut keeper);
+                keeper.checked(built)?.suns
+            }
+        };
+        Ok(suns.into_iter().map(|sun| sun.unwrap_or(Vec3::ZERO)).collect())
+    }
+
+    /// Makes its own skies; returns how many of them it has made now.
+    ///
+    /// # Errors
+    /// As [`bake_sky`].
+    pub fn run_own(&self) -> Result<usize, BakeError> {
+        self.make(|number| self.share.takes(number))
+    }
+
+    fn record_stage(&self) -> &'static str {
+        RECORD_STAGES[usize::from(self.skies.params().surroundings == Surroundings::Ground)]
+    }
+
+    fn make(&self, wanted: impl Fn(usize) -> bool) -> Result<usize, BakeError> {
+        let (_, count) = self.blocks()?;
+        let numbers = self.share.in_order((0..count).filter(|&number| wanted(number)));
+        let numbers: Vec<u32> = numbers.into_iter().map(|number| number as u32).collect();
+        self.reporter.stage("sky", numbers.len() as u64);
+        self.reporter.progress(0);
+        let mut keeper = CacheKeeper::new(self.cache, self.reporter, self.record_stage());
+        let made = self.skies.make(&numbers, &mut keeper);
+        keeper.checked(made)?;
+        self.reporter.finished();
+        Ok(keeper.made)
+    }
 }
 
 fn told(sky: BakedSky, reporter: &dyn Reporter) -> BakedSky {
@@ -103,14 +169,28 @@ struct CacheKeeper<'a> {
     cache: &'a Cache,
     reporter: &'a dyn Reporter,
     record_stage: &'static str,
-    /// The maps' paths in the bundle, in order.
-    map_paths: Vec<String>,
-    /// Skies that are done.
+    /// Maps that were asked for.
+    maps: u32,
+    /// Skies that are done, and
     done: u64,
+    /// of these, those that were made now.
+    made: usize,
     failed: Option<CacheError>,
 }
 
-impl CacheKeeper<'_> {
+impl<'a> CacheKeeper<'a> {
+    fn new(cache: &'a Cache, reporter: &'a dyn Reporter, record_stage: &'static str) -> Self {
+        Self { cache, reporter, record_stage, maps: 0, done: 0, made: 0, failed: None }
+    }
+
+    /// What was built with it. The cache's own error says what to do.
+    fn checked<T>(&mut self, built: Result<T, SkyError>) -> Result<T, BakeError> {
+        match self.failed.take() {
+            Some(error) => Err(error.into()),
+            None => Ok(built?),
+        }
+    }
+
     fn store(&self, number: u32, record: &SkyRecord, map: Option<SkyMap<'_>>) -> Result<(), CacheError> {
         if let Some(map) = map {
             self.cache.store(MAP_STAGE, map.index as usize, &map.image.to_hdr_bytes())?;
@@ -128,8 +208,7 @@ impl CacheKeeper<'_> {
 
 impl SkyKeeper for CacheKeeper<'_> {
     fn kept(&mut self, number: u32, map: Option<u32>) -> Option<SkyRecord> {
-        // in the order of the maps, whether they are made or kept
-        self.map_paths.extend(map.map(day::map_name));
+        self.maps = self.maps.max(map.map_or(0, |index| index + 1));
         let bytes = self.cache.load(self.record_stage, number as usize)?;
         let record = serde_json::from_slice(&bytes).ok()?;
         if let Some(index) = map {
@@ -145,6 +224,7 @@ impl SkyKeeper for CacheKeeper<'_> {
             self.failed = Some(error);
             text
         })?;
+        self.made += 1;
         self.is_done();
         Ok(())
     }
