@@ -47,6 +47,8 @@ pub enum Command {
     Sky(commands::sky::Args),
     /// Computes a site's light; run again after an interruption, it goes on where it stopped
     Bake(commands::bake::Args),
+    /// Makes the bundle of what shards of a bake have left
+    Merge(commands::merge::Args),
     /// Opens the viewer
     #[cfg(feature = "viewer")]
     View(commands::view::Args),

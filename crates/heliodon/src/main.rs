@@ -13,6 +13,7 @@ mod progress;
 mod raster;
 #[cfg(feature = "viewer")]
 mod reference;
+mod slurm;
 #[cfg(feature = "viewer")]
 mod studio;
 mod templates;
@@ -56,6 +57,7 @@ fn run(args: Args) -> Result<()> {
         Command::Check(args) => commands::check::run(&app, &args),
         Command::Sky(args) => commands::sky::run(&app, &args),
         Command::Bake(args) => commands::bake::run(&app, &args),
+        Command::Merge(args) => commands::merge::run(&app, &args),
         #[cfg(feature = "viewer")]
         Command::View(args) => commands::view::run(&app, &args),
         #[cfg(feature = "viewer")]

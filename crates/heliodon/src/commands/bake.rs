@@ -2,10 +2,13 @@
 
 use crate::App;
 use crate::output::{bytes, count, counted, duration};
+use crate::slurm::{self, SlurmReport};
 use anyhow::Result;
 use heliodon_bake::bake::{BakeReport, bake};
 use heliodon_bake::estimate::{Estimate, estimate};
+use heliodon_bake::merge::{ShardReport, bake_shard};
 use heliodon_bake::plan::{BakeOptions, Plan};
+use heliodon_bake::shard::{MOST_SHARDS, Shard};
 use heliodon_bundle::site::Site;
 use std::path::{Path, PathBuf};
 
@@ -14,9 +17,12 @@ use std::path::{Path, PathBuf};
 /// Finished work is kept in .heliodon/cache beside the bundle until the bundle is written: run the same bake again after an
 /// interruption of any kind and it goes on where it stopped. The bundle appears whole or not at all; one that was there stays
 /// until then.
+///
+/// Many machines share a bake by --shard: each does its part of the work into the same folder, or into one of its own, and
+/// `heliodon merge` makes the bundle of it.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  heliodon bake mysite\n  heliodon bake mysite --estimate\n  heliodon bake mysite -o /data/bundles/mysite --threads 8"
+    after_help = "Examples:\n  heliodon bake mysite\n  heliodon bake mysite --estimate\n  heliodon bake mysite -o /data/bundles/mysite --threads 8\n  heliodon bake mysite --shard 2/7\n  heliodon bake mysite --on slurm --shards 8 --slurm-option=--partition=long --slurm-option=--mem=8G"
 )]
 pub struct Args {
     /// The site's folder, or its site.toml
@@ -36,6 +42,31 @@ pub struct Args {
     /// Keep the finished work after success, too
     #[arg(long)]
     keep_cache: bool,
+    /// Do only part I of N of the work; `heliodon merge` makes the bundle of all parts
+    #[arg(long, value_name = "I/N", conflicts_with_all = ["estimate", "on", "keep_cache"], help_heading = "Many machines")]
+    shard: Option<Shard>,
+    /// Refuse to work where the site or the program is not what this plan was made of (job scripts say so)
+    #[arg(long, value_name = "KEY", requires = "shard", help_heading = "Many machines")]
+    plan: Option<String>,
+    /// Submit the work to a cluster, follow it, and submit again what is lost
+    #[arg(long, value_enum, requires = "shards", conflicts_with = "estimate", help_heading = "Many machines")]
+    on: Option<Cluster>,
+    /// Parts that the cluster is given; more than nodes come out more even
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SHARDS)), requires = "on", help_heading = "Many machines")]
+    shards: Option<u32>,
+    /// Tell sbatch this as well, for every job; may be repeated
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true, requires = "on", help_heading = "Many machines")]
+    slurm_option: Vec<String>,
+    /// How often a shard is submitted that ends without its work
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100), requires = "on", help_heading = "Many machines")]
+    tries: u32,
+}
+
+/// What distributes jobs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Cluster {
+    /// Slurm, by sbatch, squeue and scancel
+    Slurm,
 }
 
 /// Where a site's bundle stands when nobody says otherwise.
@@ -56,7 +87,47 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     if args.estimate {
         return app.output.result(&estimate(&plan, &app.progress)?, describe_estimate);
     }
-    app.output.result(&bake(&plan, &app.progress)?, describe)
+    if let Some(shard) = args.shard {
+        let report = bake_shard(&plan, shard, args.plan.as_deref(), &app.progress)?;
+        return app.output.result(&report, describe_shard);
+    }
+    match (args.on, args.shards) {
+        (Some(Cluster::Slurm), Some(shards)) if args.again || !plan.is_up_to_date() => {
+            let options = slurm::Options { shards, tries: args.tries, sbatch: &args.slurm_option };
+            app.output.result(&slurm::bake(app, &plan, &options)?, describe_slurm)
+        }
+        _ => app.output.result(&bake(&plan, &app.progress)?, describe),
+    }
+}
+
+fn describe_shard(report: &ShardReport) -> String {
+    if report.up_to_date {
+        return "the bundle is up to date: no shard is needed (bake it again all the same with --again)\n".to_owned();
+    }
+    let left = match report.missing {
+        0 => "nothing is missing any more: heliodon merge makes the bundle".to_owned(),
+        missing => format!("{missing} of all {} are not there yet", counted(report.blocks as u64, "block", "blocks")),
+    };
+    format!(
+        "shard {}: {} of its {} done in {}; {left}.\n",
+        report.shard,
+        report.computed,
+        counted(report.own as u64, "block", "blocks"),
+        duration(report.seconds)
+    )
+}
+
+fn describe_slurm(report: &SlurmReport) -> String {
+    let again = match report.again.len() {
+        0 => String::new(),
+        times => format!(", {} submitted again", counted(times as u64, "shard", "shards")),
+    };
+    let bundle = report.bake["bundle"].as_str().unwrap_or("the bundle");
+    format!(
+        "{bundle}: baked by {} on Slurm{again}, in {}.\n",
+        counted(u64::from(report.shards), "shard", "shards"),
+        duration(report.seconds)
+    )
 }
 
 /// What a bake has made, for people.

@@ -8,6 +8,7 @@ pub mod demo;
 pub mod export;
 pub mod figures;
 pub mod inspect;
+pub mod merge;
 pub mod new;
 #[cfg(feature = "viewer")]
 pub mod render;

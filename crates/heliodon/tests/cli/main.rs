@@ -9,8 +9,11 @@ mod looks;
 #[cfg(feature = "viewer")]
 mod pictures;
 mod resume;
+mod shards;
 mod sites;
 mod skies;
+#[cfg(target_os = "linux")]
+mod slurm;
 mod visibility;
 
 use serde_json::Value;

@@ -7,13 +7,13 @@ use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 /// A site whose gather has several blocks of a tenth of a second.
-fn long_site() -> TestSite {
+pub fn long_site() -> TestSite {
     let site = TestSite::smallest(&waves(64));
     site.edit("samples = 64", "samples = 512");
     site
 }
 
-fn blocks(folder: &Path, stage: &str) -> Vec<PathBuf> {
+pub fn blocks(folder: &Path, stage: &str) -> Vec<PathBuf> {
     let bakes = std::fs::read_dir(folder.join(".heliodon/cache")).into_iter().flatten().flatten();
     let files = bakes.flat_map(|bake| std::fs::read_dir(bake.path()).into_iter().flatten().flatten());
     files
@@ -166,7 +166,7 @@ fn two_bakes_of_one_site_at_once_do_not_mix() {
 
 /// Runs the program with files limited to `kib` KiB: writes beyond fail as they do on a full disk.
 #[cfg(unix)]
-fn with_little_room(kib: u64, arguments: &[&str]) -> Ran {
+pub fn with_little_room(kib: u64, arguments: &[&str]) -> Ran {
     // ulimit counts blocks of 512 bytes; the ignored signal stays ignored across exec, so that the write itself fails
     let script = format!("trap '' XFSZ; ulimit -f {}; exec \"$0\" \"$@\"", kib * 2);
     let output = std::process::Command::new("sh")

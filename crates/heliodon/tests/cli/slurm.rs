@@ -1,0 +1,191 @@
+//! `bake --on slurm` against commands of a Slurm that this file makes up: scripts on the PATH that run the jobs at once. The real one is
+//! tested by scripts/slurm/test.sh.
+
+use crate::sites::{TestSite, waves};
+use crate::{Ran, assert_same_bundle, done, heliodon, ran};
+use std::os::unix::fs::PermissionsExt;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Runs each task of an array after the other in the background; one for which there is a file `lose-I` ends without having run, one for
+/// which there is `slow` takes a minute.
+const SBATCH: &str = r#"#!/bin/sh
+for word in "$@"; do
+    case "$word" in
+        --version) echo "slurm 0"; exit 0 ;;
+        --array=*) array=${word#*=} ;;
+        --job-name=*) name=${word#*=} ;;
+        --output=*) log=${word#*=} ;;
+        --dependency=afterok:*) after=${word##*:} ;;
+        --*) ;;
+        *) script=$word ;;
+    esac
+done
+echo "$@" >>"$FAKE/submitted"
+id=$(($(cat "$FAKE/last" 2>/dev/null || echo 0) + 1))
+echo $id >"$FAKE/last"
+echo "$name" >"$FAKE/job-$id"
+export id array log after script
+setsid sh -c '
+    while [ -n "$after" ] && [ -e "$FAKE/job-$after" ]; do sleep 0.05; done
+    if [ -z "$after" ] || [ ! -e "$FAKE/failed-$after" ]; then
+        for part in $(echo "${array:-0}" | tr , " "); do
+            for task in $(seq "${part%-*}" "${part#*-}"); do
+                [ -e "$FAKE/slow" ] && sleep 60
+                if [ -e "$FAKE/lose-$task" ]; then
+                    rm "$FAKE/lose-$task"
+                    touch "$FAKE/failed-$id"
+                    continue
+                fi
+                one=$(echo "$log" | sed "s/%a/$task/")
+                SLURM_ARRAY_TASK_ID=$task SLURM_CPUS_ON_NODE=2 sh "$script" >>"$one" 2>&1 || touch "$FAKE/failed-$id"
+            done
+        done
+    fi
+    rm -f "$FAKE/job-$id"
+' </dev/null >/dev/null 2>&1 &
+echo $! >"$FAKE/pid-$id"
+echo "$id;fake"
+"#;
+
+const SQUEUE: &str = r#"#!/bin/sh
+for word in "$@"; do
+    case "$word" in --name=*) names=,${word#*=}, ;; esac
+done
+for job in "$FAKE"/job-*; do
+    [ -e "$job" ] || continue
+    case "$names" in *,"$(cat "$job")",*) echo "${job##*-} RUNNING" ;; esac
+done
+"#;
+
+const SCANCEL: &str = r#"#!/bin/sh
+for job in "$FAKE"/job-*; do
+    [ -e "$job" ] || continue
+    if [ "--name=$(cat "$job")" = "$1" ]; then
+        kill -- "-$(cat "$FAKE/pid-${job##*-}")"
+        rm -f "$job"
+    fi
+done
+exit 0
+"#;
+
+/// A Slurm of scripts, and a site to bake on it.
+struct Fake {
+    site: TestSite,
+}
+
+impl Fake {
+    fn new() -> Self {
+        let site = TestSite::smallest(&waves(40));
+        site.edit("samples = 64", "samples = 512");
+        std::fs::create_dir_all(site.path("bin")).unwrap();
+        std::fs::create_dir_all(site.path("fake")).unwrap();
+        for (name, script) in [("sbatch", SBATCH), ("squeue", SQUEUE), ("scancel", SCANCEL), ("sacct", "#!/bin/sh\nexit 1\n")] {
+            let path = site.path("bin").join(name);
+            std::fs::write(&path, script).unwrap();
+            std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+        }
+        Self { site }
+    }
+
+    fn bake(&self, more: &[&str]) -> Command {
+        let mut command = heliodon(&[&"bake", &self.site.folder(), &"--on", &"slurm", &"--shards", &"3"]);
+        let path = std::env::var("PATH").unwrap();
+        command.args(more).env("PATH", format!("{}:{path}", self.site.path("bin").display()));
+        command.env("FAKE", self.site.path("fake"));
+        command
+    }
+
+    fn baked(&self, more: &[&str]) -> Ran {
+        ran(self.bake(more).output().unwrap())
+    }
+
+    /// What was submitted, a line each.
+    fn submitted(&self) -> Vec<String> {
+        let text = std::fs::read_to_string(self.fake("submitted")).unwrap();
+        text.lines().map(str::to_owned).collect()
+    }
+
+    fn fake(&self, name: &str) -> PathBuf {
+        self.site.path("fake").join(name)
+    }
+}
+
+#[test]
+fn a_bake_on_slurm_is_that_of_one_machine_and_lost_shards_are_submitted_again() {
+    let fake = Fake::new();
+    let whole = fake.site.path("whole");
+    done(&[&"bake", &fake.site.folder(), &"-o", &whole]);
+    std::fs::write(fake.fake("lose-2"), "").unwrap();
+    let baked = fake.baked(&["--json", "--slurm-option=--partition=long", "--slurm-option", "--mem=1G"]);
+    assert_eq!(baked.code, 0, "{}", baked.err);
+    assert_same_bundle(&fake.site.path("bundle"), &whole);
+    let report: serde_json::Value = serde_json::from_str(&baked.out).unwrap();
+    assert_eq!((report["jobs"].to_string().as_str(), report["again"].to_string().as_str()), ("[1,2,3,4]", "[2]"), "{report}");
+    assert_eq!(report["bake"]["up_to_date"], false);
+    let submitted = fake.submitted();
+    assert!(submitted[0].contains("--array=1-3") && submitted[1].contains("--dependency=afterok:1"), "{submitted:?}");
+    assert!(submitted[2].contains("--array=2 ") && submitted[3].contains("--dependency=afterok:3"), "{submitted:?}");
+    assert!(submitted.iter().all(|line| line.contains("--partition=long --mem=1G")), "{submitted:?}");
+    assert!(!fake.site.path(".heliodon").exists(), "neither blocks nor scripts nor logs stay");
+    let again = fake.baked(&[]);
+    assert!(again.code == 0 && again.out.contains("up to date"), "{}", again.err);
+    assert_eq!(fake.submitted().len(), 4);
+}
+
+#[test]
+fn shards_that_are_done_are_not_submitted() {
+    let fake = Fake::new();
+    for shard in ["1/3", "3/3"] {
+        done(&[&"bake", &fake.site.folder(), &"--shard", &shard]);
+    }
+    let baked = fake.baked(&[]);
+    assert_eq!(baked.code, 0, "{}", baked.err);
+    let submitted = fake.submitted();
+    assert!(submitted.len() == 2 && submitted[0].contains("--array=2 "), "{submitted:?}");
+}
+
+#[test]
+fn what_is_lost_too_often_ends_with_its_last_words() {
+    let fake = Fake::new();
+    // the same for every try: the site is not what the plan was made of any more
+    let script = std::fs::read_to_string(fake.site.path("bin/sbatch")).unwrap();
+    let edited = format!("sh -c 'sed -i s/512/500/ \"{}\"';", fake.site.path("site.toml").display());
+    std::fs::write(fake.site.path("bin/sbatch"), script.replace("setsid sh", &format!("{edited} setsid sh"))).unwrap();
+    let lost = fake.baked(&["--tries", "2"]);
+    assert_eq!(lost.code, 1, "{}", lost.err);
+    assert!(lost.err.contains("shards 1-3 of 3 ended without their blocks 2 times"), "{}", lost.err);
+    assert!(lost.err.contains("shard-1.log") && lost.err.contains("bake.samples (512 there, 500 here)"), "{}", lost.err);
+}
+
+#[test]
+fn an_interruption_cancels_the_jobs() {
+    let fake = Fake::new();
+    std::fs::write(fake.fake("slow"), "").unwrap();
+    let child = fake.bake(&[]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let begun = Instant::now();
+    while !fake.fake("job-2").exists() {
+        assert!(begun.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let signal = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(signal.success());
+    let ended = ran(child.wait_with_output().unwrap());
+    assert_eq!(ended.code, 1, "{}", ended.err);
+    assert!(ended.err.contains("its jobs are cancelled"), "{}", ended.err);
+    assert!(begun.elapsed() < Duration::from_secs(50), "nobody waited for the jobs");
+    let left = std::fs::read_dir(fake.site.path("fake")).unwrap();
+    assert!(left.flatten().all(|entry| !entry.file_name().to_string_lossy().starts_with("job-")), "no job is left");
+    std::fs::remove_file(fake.fake("slow")).unwrap();
+    assert_eq!(fake.baked(&[]).code, 0);
+}
+
+#[test]
+fn without_slurm_one_message_says_what_to_do() {
+    let fake = Fake::new();
+    let output = fake.bake(&[]).env("PATH", fake.site.path("fake")).output().unwrap();
+    let ran = ran(output);
+    assert_eq!(ran.code, 1);
+    assert!(ran.err.contains("no sbatch on the PATH") && ran.err.contains("--shard"), "{}", ran.err);
+}
