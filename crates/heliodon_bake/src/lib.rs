@@ -4,13 +4,14 @@
 //!
 //! 1. [`scene`]: every part read, placed and given its albedo, all in one mesh, for all geometry occludes;
 //! 2. [`sky`]: the day lapse and its sky maps, from probes or a model;
-//! 3. [`light`]: sun masks, sky transfer, bounces, in [`blocks`] that are kept in a [`cache`] as soon as they are done;
+//! 3. [`light`]: sun masks, sky transfer ([`stages`]), bounces, in [`blocks`] that are kept in a [`cache`] as soon as they are done;
 //!    with the vertices that of the points in space that [`grid`] lays through rooms and along the paths of [`actors`], of which [`ground`] tells what they stand on;
 //! 4. [`chunks`]: spatially tight primitives with their light, streamed into the bundle.
 //!
 //! A bake that is killed goes on where it stopped, and ends with the same bytes: every block depends on nothing but what the
-//! cache's key holds. Same input, same bundle, bit for bit, for any number of threads. [`estimate`] tells beforehand what a
-//! bake costs. Nothing here prints; whoever wants to know gives a [`report::Reporter`].
+//! cache's key holds. So many machines can share one ([`merge`]): each does the blocks of its [`shard`], as the [`division`] has
+//! them. Same input, same bundle, bit for bit, for any number of threads and shards. [`estimate`] tells beforehand what a bake
+//! costs. Nothing here prints; whoever wants to know gives a [`report::Reporter`].
 
 pub mod actors;
 pub mod albedo;
