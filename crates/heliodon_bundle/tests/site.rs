@@ -127,6 +127,7 @@ edge_px = 4
 nearest_m = 2
 error_m = 0.01
 edge_m = 0.1
+triangles = 1000000
 purge = true
 ring = 2
 "#;
@@ -183,6 +184,7 @@ fn every_key_of_the_design_is_read() {
     let prepare = site.prepare.as_ref().unwrap();
     assert_eq!((prepare.clean, prepare.weld_m, prepare.winding, prepare.solids), (true, 0.001, Winding::Report, false));
     assert_eq!((prepare.error_px, prepare.edge_px, prepare.error_m, prepare.ring), (0.5, 4.0, Some(0.01), 2));
+    assert_eq!(prepare.triangles, 1_000_000);
     assert_eq!(parse(SMALLEST).unwrap().prepare, None);
     assert_eq!(parse(&SMALLEST.replacen("[bake]", "[prepare]\n[bake]", 1)).unwrap().prepare, Some(Prepare::default()));
     assert_eq!(site.display, Display { width_px: 1280, height_px: 800, fov_deg: 40.0 });

@@ -1,15 +1,13 @@
 //! The purge over all parts, and what stands for the light of what is dropped.
 
 use super::looks::Looks;
-use super::part::{Part, simplify_params};
-use super::report::PrepareReport;
+use super::part::Part;
 use super::steps::Steps;
 use crate::error::BakeError;
 use glam::Vec3;
-use heliodon_bundle::site::Prepare;
 use heliodon_mesh::Mesh;
 use heliodon_prepare::Views;
-use heliodon_prepare::purge::{PurgeParams, Surface, purge};
+use heliodon_prepare::purge::{PurgeParams, PurgeReport, Surface, purge};
 use heliodon_prepare::simplify::{SimplifyParams, measure, nearest_triangles, simplify};
 use heliodon_rays::{BuildParams, TriangleScene};
 
@@ -28,38 +26,38 @@ pub(super) struct Reduced {
 /// What nobody sees is simplified so many times further: it only reflects, and what it reflects is a mean over many square centimetres.
 const COARSER: f32 = 4.0;
 
-/// Drops from the parts what nobody can see.
+/// Which triangles somebody may see, over all parts in order.
 ///
 /// # Errors
 /// More geometry than the ray engine holds.
+pub(super) fn seen(
+    meshes: &[Mesh],
+    views: &Views,
+    params: &PurgeParams,
+    steps: &mut Steps,
+) -> Result<(Vec<bool>, PurgeReport), BakeError> {
+    let (positions, triangles) = all_of(meshes);
+    steps.run("purging", || {
+        let rays = TriangleScene::build(&positions, &triangles, &BuildParams::default())?;
+        let surface = Surface { positions: &positions, triangles: &triangles, single_sided: &[] };
+        let purged = purge(&rays, &surface, views, params);
+        Ok((purged.keep, purged.report))
+    })
+}
+
+/// Drops from the parts what nobody sees; `params` is how the parts were simplified.
+///
+/// # Errors
+/// A coloured mesh that cannot be written.
 pub(super) fn reduce(
     parts: Vec<Part>,
+    mut keep: &[bool],
     views: &Views,
-    settings: &Prepare,
-    report: &mut PrepareReport,
+    params: &SimplifyParams,
     looks: &Looks,
     steps: &mut Steps,
 ) -> Result<Vec<Reduced>, BakeError> {
-    let keep = if settings.purge && !views.cells.is_empty() {
-        let (positions, triangles) = all_of(&parts);
-        let rays = steps.run("building", || TriangleScene::build(&positions, &triangles, &BuildParams::default()))?;
-        let surface = Surface { positions: &positions, triangles: &triangles, single_sided: &[] };
-        let params = PurgeParams { ring: settings.ring, ..PurgeParams::default() };
-        let purged = steps.run("purging", || purge(&rays, &surface, views, &params));
-        report.purge = Some(purged.report);
-        purged.keep
-    } else {
-        vec![true; parts.iter().map(|part| part.mesh.triangles.len()).sum()]
-    };
-    let fine = simplify_params(settings);
-    let coarse = SimplifyParams {
-        error_px: COARSER * fine.error_px,
-        edge_px: COARSER * fine.edge_px,
-        error_m: COARSER * fine.error_m,
-        edge_m: COARSER * fine.edge_m,
-        ..fine
-    };
-    let mut keep = keep.as_slice();
+    let coarse = coarser(params, COARSER);
     let mut reduced = Vec::with_capacity(parts.len());
     for (index, part) in parts.into_iter().enumerate() {
         let (of_part, rest) = keep.split_at(part.mesh.triangles.len());
@@ -67,17 +65,27 @@ pub(super) fn reduce(
         looks.kept(index, &part.mesh, of_part)?;
         reduced.push(steps.run("simplifying what nobody sees", || reduce_part(part, of_part, views, &coarse)));
     }
-    report.steps = std::mem::take(&mut steps.taken);
     Ok(reduced)
 }
 
+/// As `params`, with limits so many times as large.
+pub(super) fn coarser(params: &SimplifyParams, times: f32) -> SimplifyParams {
+    SimplifyParams {
+        error_px: times * params.error_px,
+        edge_px: times * params.edge_px,
+        error_m: times * params.error_m,
+        edge_m: times * params.edge_m,
+        ..params.clone()
+    }
+}
+
 /// The places and triangles of all parts.
-fn all_of(parts: &[Part]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+fn all_of(meshes: &[Mesh]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
-    for part in parts {
+    for mesh in meshes {
         let first = positions.len() as u32;
-        positions.extend_from_slice(&part.mesh.positions);
-        triangles.extend(part.mesh.triangles.iter().map(|t| t.map(|vertex| vertex + first)));
+        positions.extend_from_slice(&mesh.positions);
+        triangles.extend(mesh.triangles.iter().map(|t| t.map(|vertex| vertex + first)));
     }
     (positions, triangles)
 }

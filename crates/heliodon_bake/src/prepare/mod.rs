@@ -23,13 +23,16 @@ use crate::error::BakeError;
 use crate::plan::Plan;
 use crate::report::Reporter;
 use crate::scene::{Original, PartRange, Scene};
-use dropped::{Reduced, reduce};
+use dropped::{Reduced, coarser, reduce, seen};
 use heliodon_bundle::site::{InputFile, Prepare, Site};
 use heliodon_mesh::Mesh;
 use heliodon_mesh::import::ImportReport;
+use heliodon_prepare::Views;
+use heliodon_prepare::purge::PurgeParams;
+use heliodon_prepare::simplify::{SimplifyParams, simplify};
 use kept::{geometry_key, keep, recall};
 use looks::Looks;
-use part::prepare_part;
+use part::{compare, prepare_part, simplifies, simplify_params};
 use std::path::Path;
 use steps::Steps;
 
@@ -58,19 +61,75 @@ pub fn prepare(
     let looks = Looks::new(site, looks);
     let mut import = ImportReport::default();
     let mut original = Original::default();
-    let mut parts = Vec::with_capacity(site.parts.len());
+    let (mut meshes, mut ends) = (Vec::with_capacity(site.parts.len()), Vec::with_capacity(site.parts.len()));
     let mut report = PrepareReport::default();
     for index in 0..site.parts.len() {
         let mut steps = Steps::new(reporter);
         let mesh = steps.run("reading", || crate::scene::read_part(site, files, index, &mut import))?;
-        let (part, of_part) = prepare_part(site, index, mesh, &views, settings, &mut original, &looks, &mut steps)?;
-        parts.push(part);
+        let (mesh, of_part) = prepare_part(site, index, mesh, &views, settings, &mut original, &looks, &mut steps)?;
+        meshes.push(mesh);
+        ends.push((original.positions.len(), original.triangles.len()));
         report.parts.push(of_part);
     }
-    let reduced = reduce(parts, &views, settings, &mut report, &looks, &mut Steps::new(reporter))?;
+    let mut steps = Steps::new(reporter);
+    let params = fit(&mut meshes, &views, settings, &mut steps)?;
+    (report.error_px, report.edge_px) = (f64::from(params.error_px), f64::from(params.edge_px));
+    let keep = if settings.purge && !views.cells.is_empty() {
+        let (keep, purged) = seen(&meshes, &views, &PurgeParams { ring: settings.ring, ..PurgeParams::default() }, &mut steps)?;
+        report.purge = Some(purged);
+        keep
+    } else {
+        vec![true; meshes.iter().map(|mesh| mesh.triangles.len()).sum()]
+    };
+    let (mut parts, mut begin) = (Vec::with_capacity(meshes.len()), (0, 0));
+    for ((mesh, of_part), end) in meshes.into_iter().zip(&mut report.parts).zip(ends) {
+        let as_scanned = Mesh {
+            positions: original.positions[begin.0..end.0].to_vec(),
+            triangles: original.triangles[begin.1..end.1].iter().map(|t| t.map(|v| v - begin.0 as u32)).collect(),
+            ..Mesh::default()
+        };
+        parts.push(compare(&as_scanned, mesh, &views, &params, of_part, &mut steps));
+        begin = end;
+    }
+    let reduced = reduce(parts, &keep, &views, &params, &looks, &mut steps)?;
+    report.steps = steps.taken;
     let scene = join(reduced, original, files, import.warnings)?;
     report.count(&scene);
     Ok(Prepared { scene, report })
+}
+
+/// Rounds of [`fit`] at most.
+const MOST_ROUNDS: usize = 6;
+/// What is drawn fits where it is no more than so many times what is asked for.
+const FITS: f64 = 1.05;
+/// Limits grow by at least this much in each round.
+const LEAST_GROWTH: f64 = 1.1;
+
+/// Simplifies further until about as many triangles are drawn as the site wants; returns the limits with which they do. What is simplified again is a
+/// subset of the original's vertices still, and is compared with the original in the end.
+fn fit(meshes: &mut [Mesh], views: &Views, settings: &Prepare, steps: &mut Steps) -> Result<SimplifyParams, BakeError> {
+    let mut params = simplify_params(settings);
+    if settings.triangles == 0 || !simplifies(&params, views) {
+        return Ok(params);
+    }
+    for _ in 0..MOST_ROUNDS {
+        let drawn = if settings.purge && !views.cells.is_empty() {
+            let purge = PurgeParams { ring: settings.ring, max_checks: 1, ..PurgeParams::preview() };
+            seen(meshes, views, &purge, steps)?.0.into_iter().filter(|kept| *kept).count()
+        } else {
+            meshes.iter().map(|mesh| mesh.triangles.len()).sum()
+        };
+        let excess = drawn as f64 / settings.triangles as f64;
+        if excess <= FITS {
+            break;
+        }
+        // triangles have areas
+        params = coarser(&params, excess.sqrt().max(LEAST_GROWTH) as f32);
+        for mesh in &mut *meshes {
+            *mesh = steps.run("simplifying to the number wanted", || simplify(mesh, views, &params)).mesh;
+        }
+    }
+    Ok(params)
 }
 
 /// The prepared scene of a plan: as it was kept, or made now and kept.

@@ -65,11 +65,39 @@ pub(super) fn simplify_params(settings: &Prepare) -> SimplifyParams {
     }
 }
 
+/// Whether anything is simplified.
+pub(super) fn simplifies(params: &SimplifyParams, views: &Views) -> bool {
+    (if views.cells.is_empty() { params.error_m } else { params.error_px }) > 0.0
+}
+
 /// Clearances are at most this many times the error that was allowed: where a loose bit was dropped, the surface nearest to it is another one.
 const MOST_CLEARANCE: f32 = 2.0;
 
+/// How a part that was simplified with `params` belongs to its original.
+pub(super) fn compare(
+    original: &Mesh,
+    mesh: Mesh,
+    views: &Views,
+    params: &SimplifyParams,
+    report: &mut PartReport,
+    steps: &mut Steps,
+) -> Part {
+    if !simplifies(params, views) {
+        let (vertices, triangles) = (mesh.positions.len(), mesh.triangles.len() as u32);
+        return Part { mesh, stands_for: (0..triangles).collect(), clearance_m: vec![0.0; vertices] };
+    }
+    let measured = steps.run("measuring", || measure(original, &mesh, views, params));
+    let nearest = steps.run("mapping", || nearest_triangles(original, &mesh, views, params));
+    let known = !views.cells.is_empty();
+    let error_m = |place| if known { params.error_px * views.pixel_m(place, params.nearest_m) } else { params.error_m };
+    let clearance = mesh.positions.iter().zip(measured.clearance_m);
+    let clearance_m = clearance.map(|(&place, clearance)| clearance.min(MOST_CLEARANCE * error_m(place))).collect();
+    report.error = Some(measured.report);
+    Part { mesh, stands_for: nearest.triangle, clearance_m }
+}
+
 #[expect(clippy::too_many_arguments, reason = "a step of the pipeline: what it works on, and what it adds to")]
-/// Cleans, splits and simplifies a part; what rays will meet of it is added to `original`.
+/// Cleans, splits and simplifies a part; what rays will meet of it is added to `original`. Returns what is left.
 ///
 /// # Errors
 /// More vertices over all parts than an index counts, or more triangles than splitting may make.
@@ -82,7 +110,7 @@ pub(super) fn prepare_part(
     original: &mut Original,
     looks: &Looks,
     steps: &mut Steps,
-) -> Result<(Part, PartReport), BakeError> {
+) -> Result<(Mesh, PartReport), BakeError> {
     let part = &site.parts[index];
     let mut report = PartReport {
         name: part.display_name(),
@@ -118,23 +146,13 @@ pub(super) fn prepare_part(
     }
     report.triangles_original = mesh.triangles.len() as u64;
     push_original(original, &mesh)?;
-
-    let error_m =
-        |place| if views.cells.is_empty() { params.error_m } else { params.error_px * views.pixel_m(place, params.nearest_m) };
-    let part = if error_m(Vec3::ZERO) > 0.0 {
+    if simplifies(&params, views) {
         let simplified = steps.run("simplifying", || simplify(&mesh, views, &params));
-        let measured = steps.run("measuring", || measure(&mesh, &simplified.mesh, views, &params));
-        let nearest = steps.run("mapping", || nearest_triangles(&mesh, &simplified.mesh, views, &params));
-        let most = |place| MOST_CLEARANCE * error_m(place);
-        let clearance_m = simplified.mesh.positions.iter().zip(measured.clearance_m).map(|(&p, c)| c.min(most(p))).collect();
-        (report.simplify, report.error) = (Some(simplified.report), Some(measured.report));
-        Part { mesh: simplified.mesh, stands_for: nearest.triangle, clearance_m }
-    } else {
-        let (vertices, triangles) = (mesh.positions.len(), mesh.triangles.len() as u32);
-        Part { mesh, stands_for: (0..triangles).collect(), clearance_m: vec![0.0; vertices] }
-    };
+        report.simplify = Some(simplified.report);
+        mesh = simplified.mesh;
+    }
     report.steps = std::mem::take(&mut steps.taken);
-    Ok((part, report))
+    Ok((mesh, report))
 }
 
 /// Edges are split that are longer than simplification lets them become: half as long again as what is asked for.

@@ -14,6 +14,10 @@ pub struct PrepareReport {
     pub parts: Vec<PartReport>,
     /// What the purge did; none where there are no rooms, or none is asked for.
     pub purge: Option<PurgeReport>,
+    /// The error that was allowed in the end, pixels: as the site says, or more where the number of triangles wanted it.
+    pub error_px: f64,
+    /// The edge that was allowed in the end, pixels.
+    pub edge_px: f64,
     /// Triangles in the files.
     pub triangles_read: u64,
     /// Triangles that rays of light meet.
@@ -56,6 +60,7 @@ impl fmt::Display for PrepareReport {
             writeln!(f, "{purge}")?;
         }
         let Self { triangles_read, triangles_original, triangles_drawn, triangles_hidden, vertices, .. } = self;
+        writeln!(f, "simplified to {:.2} px of error and edges of {:.1} px", self.error_px, self.edge_px)?;
         writeln!(f, "{triangles_read} triangles read, {triangles_original} that rays of light meet")?;
         writeln!(
             f,

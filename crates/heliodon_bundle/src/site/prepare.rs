@@ -39,6 +39,9 @@ pub struct Prepare {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 10000))]
     pub edge_m: Option<f64>,
+    /// About so many triangles are drawn at most: where more would be left, `error_px` and `edge_px` (or those in metres) grow together until
+    /// it fits. 0 sets no limit.
+    pub triangles: u64,
     /// Whether faces that no eye in any room can see are left out.
     pub purge: bool,
     /// Rings of neighbours that are kept around what is seen.
@@ -59,6 +62,7 @@ impl Default for Prepare {
             nearest_m: 1.0,
             error_m: None,
             edge_m: None,
+            triangles: 700_000,
             purge: true,
             ring: 1,
         }

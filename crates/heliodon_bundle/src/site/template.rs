@@ -237,6 +237,12 @@ fn write_prepare(w: &mut Writer, prepare: &Prepare) {
     w.optional("nearest_m", &prepare.nearest_m, &default.nearest_m, "no eye comes nearer to stone");
     w.absent("error_m", prepare.error_m.as_ref(), "0.002", "in place of error_px where there are no rooms");
     w.absent("edge_m", prepare.edge_m.as_ref(), "0.02", "in place of edge_px where there are no rooms");
+    w.optional(
+        "triangles",
+        &prepare.triangles,
+        &default.triangles,
+        "drawn at most; error and edge grow until it fits; 0: no limit",
+    );
     w.optional("purge", &prepare.purge, &default.purge, "drop what no eye in any room can see; it still gives shadow");
     w.optional("ring", &prepare.ring, &default.ring, "rings of neighbours kept around what is seen");
 }
