@@ -93,6 +93,9 @@ pub(super) fn compare(
     let clearance = mesh.positions.iter().zip(measured.clearance_m);
     let clearance_m = clearance.map(|(&place, clearance)| clearance.min(MOST_CLEARANCE * error_m(place))).collect();
     report.error = Some(measured.report);
+    if let Some(simplify) = &mut report.simplify {
+        (simplify.triangles_after, simplify.vertices_after) = (mesh.triangles.len(), mesh.positions.len());
+    }
     Part { mesh, stands_for: nearest.triangle, clearance_m }
 }
 

@@ -1,0 +1,148 @@
+//! Bakes of sites with `[prepare]`: what is drawn, what is not and still casts its shadow, and that it is the same however it was come by.
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+use glam::Vec3;
+use heliodon_bake::bake::{BakeReport, bake};
+use heliodon_bake::plan::{BakeOptions, Plan};
+use heliodon_bake::prepare::{PrepareReport, prepare};
+use heliodon_bake::report::{Collector, Silent};
+use heliodon_bundle::BundleReader;
+use heliodon_bundle::site::Site;
+use heliodon_image::HdrImage;
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// A room that looks east through a window over a wide ground of two triangles, a finely scanned wall to look at, and a tower in the north-east,
+/// beside all that the window shows, between the sun and what it shows.
+const SITE: &str = r#"[site]
+name = "A tower beside the window"
+[[part]]
+file = "ground.obj"
+role = "ground"
+[[part]]
+file = "wall.obj"
+[[part]]
+file = "tower.obj"
+[sky]
+probes = "sky.hdr"
+mapping = "lat-long"
+[bake]
+samples = 32
+bounces = 1
+[[room]]
+name = "cell"
+min = [-0.5, 1.2, -0.5]
+max = [0.5, 1.8, 0.5]
+windows = [[[2, 0.5, -0.7], [2, 0.5, 0.7], [2, 2.5, -0.7]]]
+[display]
+width_px = 320
+height_px = 240
+"#;
+
+const PREPARE: &str = "[prepare]\nwinding = \"report\"\n";
+
+/// A rectangle of `parts` by `parts` quadrilaterals, as OBJ.
+fn sheet(corner: Vec3, a: Vec3, b: Vec3, parts: u32) -> String {
+    let mut text = String::new();
+    for i in 0..=parts {
+        for j in 0..=parts {
+            let p = corner + a * (i as f32 / parts as f32) + b * (j as f32 / parts as f32);
+            text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+        }
+    }
+    let at = |i: u32, j: u32| i * (parts + 1) + j + 1;
+    for (i, j) in (0..parts).flat_map(|i| (0..parts).map(move |j| (i, j))) {
+        text += &format!("f {} {} {} {}\n", at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+    }
+    text
+}
+
+fn site(more: &str) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("ground.obj", &sheet(Vec3::new(-20.0, 0.0, -60.0), Vec3::Z * 120.0, Vec3::X * 80.0, 1));
+    write("wall.obj", &sheet(Vec3::new(30.0, 0.0, -3.0), Vec3::Z * 6.0, Vec3::Y * 4.0, 120));
+    write("tower.obj", &sheet(Vec3::new(18.0, 0.0, -30.0), Vec3::X * 4.0, Vec3::Y * 40.0, 40));
+    // the sun stands in the north, half-way up
+    let sun = |x: u32, y: u32| (127..129).contains(&x) && (31..33).contains(&y);
+    let sky = HdrImage::from_fn(256, 128, |x, y| if sun(x, y) { Vec3::splat(20_000.0) } else { Vec3::ONE });
+    sky.write_hdr(folder.path().join("sky.hdr")).unwrap();
+    write("site.toml", &(SITE.to_owned() + more));
+    folder
+}
+
+fn prepared(folder: &Path) -> PrepareReport {
+    let site = Site::read(folder).unwrap();
+    let files = site.input_files().unwrap();
+    prepare(&site, &files, site.prepare.as_ref().unwrap(), None, &Silent).unwrap().report
+}
+
+fn baked(folder: &Path, bundle: &str) -> (BakeReport, Vec<String>) {
+    let heard = Collector::default();
+    let plan = Plan::new(Site::read(folder).unwrap(), BakeOptions::new(folder.join(bundle))).unwrap();
+    (bake(&plan, &heard).unwrap(), heard.heard().notes)
+}
+
+#[test]
+fn what_no_eye_sees_is_not_drawn_and_casts_its_shadow() {
+    let folder = site(PREPARE);
+    let report = prepared(folder.path());
+    let [ground, wall, tower] = &report.parts[..] else { panic!("{report}") };
+    assert!(ground.triangles_read == 2 && ground.triangles_drawn > 100, "split for its light: {report}");
+    assert!(wall.triangles_drawn > 0 && 4 * wall.triangles_drawn < wall.triangles_read, "{report}");
+    assert_eq!(tower.triangles_drawn, 0, "beside the window: {report}");
+    assert!(tower.triangles_hidden > 0 && tower.triangles_hidden < tower.triangles_read, "{report}");
+    assert!(report.purge.as_ref().unwrap().passed && wall.error.unwrap().from_original.max_px < 1.0, "{report}");
+
+    let (bake, _) = baked(folder.path(), "bundle");
+    assert_eq!(bake.counts.triangles, report.triangles_drawn);
+    let bundle = BundleReader::open(folder.path().join("bundle")).unwrap();
+    bundle.verify().unwrap();
+    assert_eq!((bundle.manifest().version, bundle.manifest().parts[2].counts.triangles), (2, 0));
+    assert!(bundle.manifest().parameters.prepare.is_some());
+    // the tower's shadow lies before its foot, 40 m long and 4 m wide
+    let (mut shadowed, mut lit) = (0, 0);
+    for chunk in (0..bundle.chunk_count()).map(|chunk| bundle.read_chunk(chunk).unwrap()).filter(|chunk| chunk.part == 0) {
+        for (v, p) in chunk.positions.iter().enumerate() {
+            let beneath = (18.3..21.7).contains(&p.x) && (-28.0..8.0).contains(&p.z);
+            let beside = (8.0..17.0).contains(&p.x);
+            shadowed += usize::from(beneath);
+            lit += usize::from(beside);
+            assert!(!(beneath && chunk.light.sun_reaches(v, 0)), "sun at {p}");
+            assert!(!beside || chunk.light.sun_reaches(v, 0), "no sun at {p}");
+        }
+    }
+    assert!(shadowed > 3 && lit > 3, "{shadowed} {lit}");
+}
+
+#[test]
+fn geometry_is_prepared_once_and_a_damaged_piece_again() {
+    let folder = site(PREPARE);
+    let (_, notes) = baked(folder.path(), "first");
+    assert!(!notes.iter().any(|note| note.contains("geometry")), "{notes:?}");
+    let (_, notes) = baked(folder.path(), "second");
+    assert!(notes.iter().any(|note| note.contains("geometry is prepared")), "{notes:?}");
+    let of = |bundle: &str| fs::read(folder.path().join(bundle).join("site.glb")).unwrap();
+    assert_eq!(of("first"), of("second"));
+    let cache = folder.path().join(".heliodon/cache");
+    let kept = fs::read_dir(&cache).unwrap().next().unwrap().unwrap().path();
+    let piece = kept.join("stands-for-00000");
+    let mut bytes = fs::read(&piece).unwrap();
+    *bytes.last_mut().unwrap() ^= 1;
+    fs::write(&piece, bytes).unwrap();
+    let (_, notes) = baked(folder.path(), "third");
+    assert!(!notes.iter().any(|note| note.contains("geometry is prepared")), "{notes:?}");
+    assert_eq!(of("first"), of("third"));
+}
+
+#[test]
+fn more_is_simplified_until_the_number_fits() {
+    let folder = site(&(PREPARE.to_owned() + "edge_px = 2\nerror_px = 0.3\n"));
+    let many = prepared(folder.path());
+    let folder = site(&format!("{PREPARE}edge_px = 2\nerror_px = 0.3\ntriangles = {}\n", many.triangles_drawn / 3));
+    let few = prepared(folder.path());
+    let wanted = many.triangles_drawn as f64 / 3.0;
+    assert!((0.4 * wanted..1.1 * wanted).contains(&(few.triangles_drawn as f64)), "{} of {wanted}: {few}", few.triangles_drawn);
+    assert!(few.edge_px > 1.3 * many.edge_px, "{few}");
+}
