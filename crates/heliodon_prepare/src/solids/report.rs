@@ -132,6 +132,9 @@ impl SolidsReport {
     }
 }
 
+/// Groups that the text for people tells of one by one.
+const MOST_TOLD: usize = 5;
+
 impl fmt::Display for SolidsReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { triangles_before, triangles_after, solids, hollows, rooms, inside_out, not_solid, .. } = self;
@@ -144,7 +147,7 @@ impl fmt::Display for SolidsReport {
             }
         }
         write!(f, "; {triangles_before} triangles, now {triangles_after}")?;
-        for group in &self.groups {
+        for group in self.groups.iter().take(MOST_TOLD) {
             let GroupReport { solids, triangles_before, triangles_after, volume_before_m3, volume_after_m3, .. } = group;
             let [x, y, z] = group.first;
             match &group.outcome {
@@ -153,7 +156,7 @@ impl fmt::Display for SolidsReport {
                     "\n  {solids} solids united at ({x:.3}, {y:.3}, {z:.3}): {triangles_before} triangles, now {triangles_after}; \
                      {} m3, {} of it shared",
                     Measure(*volume_before_m3),
-                    Measure(volume_before_m3 - volume_after_m3)
+                    Measure((volume_before_m3 - volume_after_m3).max(0.0))
                 )?,
                 Outcome::TooLarge => {
                     write!(
@@ -165,6 +168,9 @@ impl fmt::Display for SolidsReport {
                     write!(f, "\n  {solids} solids at ({x:.3}, {y:.3}, {z:.3}) were not united: {reason}")?;
                 }
             }
+        }
+        if let Some(more) = self.groups.len().checked_sub(MOST_TOLD).filter(|more| *more > 0) {
+            write!(f, "\n  and {more} more such groups, which the JSON report has all")?;
         }
         if let Some([x, y, z]) = self.buried.first {
             let Finding { triangles, area_m2, .. } = self.buried;
