@@ -1,15 +1,17 @@
 //! The purge over all parts, and what stands for the light of what is dropped.
 
-use super::looks::Looks;
-use super::part::{Part, simplify_params};
+use super::Work;
+use super::arrays::{Reader, Writer, textures_of};
+use super::part::{Part, piece_name, simplify_params};
+use super::pieces::{PIECE, Piece};
 use super::report::PrepareReport;
-use super::steps::Steps;
+use super::steps::{Step, Steps};
+use crate::cache::CacheError;
 use crate::error::BakeError;
 use glam::Vec3;
-use heliodon_bundle::site::Prepare;
 use heliodon_mesh::Mesh;
 use heliodon_prepare::Views;
-use heliodon_prepare::purge::{PurgeParams, Surface, purge};
+use heliodon_prepare::purge::{PurgeParams, PurgeReport, Purged, Surface, purge};
 use heliodon_prepare::simplify::{SimplifyParams, measure, nearest_triangles, simplify};
 use heliodon_rays::{BuildParams, TriangleScene};
 
@@ -23,35 +25,40 @@ pub(super) struct Reduced {
     pub stands_for: Vec<u32>,
     /// For each vertex of `drawn`, then of `hidden`, how far the original departs from the triangles around it, metres.
     pub clearance_m: Vec<f32>,
+    /// What that took.
+    steps: Vec<Step>,
 }
 
 /// What nobody sees is simplified so many times further: it only reflects, and what it reflects is a mean over many square centimetres.
 const COARSER: f32 = 4.0;
 
+/// What the purge leaves.
+struct Seen {
+    /// For each triangle of all parts whether it is drawn.
+    keep: Vec<bool>,
+    report: PurgeReport,
+    steps: Vec<Step>,
+}
+
+/// What the purge's piece is called.
+pub(super) fn purge_name() -> String {
+    format!("{PIECE}purge")
+}
+
 /// Drops from the parts what nobody can see.
 ///
 /// # Errors
 /// More geometry than the ray engine holds.
-pub(super) fn reduce(
-    parts: Vec<Part>,
-    views: &Views,
-    settings: &Prepare,
-    report: &mut PrepareReport,
-    looks: &Looks,
-    steps: &mut Steps,
-) -> Result<Vec<Reduced>, BakeError> {
-    let keep = if settings.purge && !views.cells.is_empty() {
-        let (positions, triangles) = all_of(&parts);
-        let rays = steps.run("building", || TriangleScene::build(&positions, &triangles, &BuildParams::default()))?;
-        let surface = Surface { positions: &positions, triangles: &triangles, single_sided: &[] };
-        let params = PurgeParams { ring: settings.ring, ..PurgeParams::default() };
-        let purged = steps.run("purging", || purge(&rays, &surface, views, &params));
-        report.purge = Some(purged.report);
-        purged.keep
+pub(super) fn reduce(work: &Work, parts: Vec<Part>, report: &mut PrepareReport) -> Result<Vec<Reduced>, BakeError> {
+    let keep = if work.settings.purge && !work.views.cells.is_empty() {
+        let seen = work.pieces.kept_or(&purge_name(), &[], || look_around(work, &parts))?;
+        report.purge = Some(seen.report);
+        report.steps.extend(seen.steps);
+        seen.keep
     } else {
         vec![true; parts.iter().map(|part| part.mesh.triangles.len()).sum()]
     };
-    let fine = simplify_params(settings);
+    let fine = simplify_params(work.settings);
     let coarse = SimplifyParams {
         error_px: COARSER * fine.error_px,
         edge_px: COARSER * fine.edge_px,
@@ -64,11 +71,63 @@ pub(super) fn reduce(
     for (index, part) in parts.into_iter().enumerate() {
         let (of_part, rest) = keep.split_at(part.mesh.triangles.len());
         keep = rest;
-        looks.kept(index, &part.mesh, of_part)?;
-        reduced.push(steps.run("simplifying what nobody sees", || reduce_part(part, of_part, views, &coarse)));
+        work.looks.kept(index, &part.mesh, of_part)?;
+        let textures = textures_of(&part.mesh.materials);
+        let make = || {
+            let mut steps = Steps::new(work.reporter);
+            let made = steps.run("simplifying what nobody sees", || reduce_part(part, of_part, &work.views, &coarse));
+            Ok(Reduced { steps: steps.taken, ..made })
+        };
+        let mut part: Reduced = work.pieces.kept_or(&piece_name(index, "reduced"), &textures, make)?;
+        report.steps.append(&mut part.steps);
+        reduced.push(part);
     }
-    report.steps = std::mem::take(&mut steps.taken);
     Ok(reduced)
+}
+
+fn look_around(work: &Work, parts: &[Part]) -> Result<Seen, BakeError> {
+    let mut steps = Steps::new(work.reporter);
+    let (positions, triangles) = all_of(parts);
+    let rays = steps.run("building", || TriangleScene::build(&positions, &triangles, &BuildParams::default()))?;
+    let surface = Surface { positions: &positions, triangles: &triangles, single_sided: &[] };
+    let params = PurgeParams { ring: work.settings.ring, ..PurgeParams::default() };
+    let Purged { keep, report } = steps.run("purging", || purge(&rays, &surface, &work.views, &params));
+    Ok(Seen { keep, report, steps: steps.taken })
+}
+
+impl Piece for Seen {
+    fn write(&self, into: &mut Writer) -> Result<(), CacheError> {
+        into.array("keep", &self.keep.iter().map(|&keep| u8::from(keep)).collect::<Vec<_>>())?;
+        into.told(&self.report);
+        into.told(&self.steps);
+        Ok(())
+    }
+
+    fn read(from: &mut Reader) -> Option<Self> {
+        let keep = from.array::<u8>("keep")?.into_iter().map(|keep| keep != 0).collect();
+        Some(Self { keep, report: from.told()?, steps: from.told()? })
+    }
+}
+
+impl Piece for Reduced {
+    fn write(&self, into: &mut Writer) -> Result<(), CacheError> {
+        into.mesh("drawn", &self.drawn)?;
+        into.mesh("hidden", &self.hidden)?;
+        into.array("stands-for", &self.stands_for)?;
+        into.array("clearance", &self.clearance_m)?;
+        into.told(&self.steps);
+        Ok(())
+    }
+
+    fn read(from: &mut Reader) -> Option<Self> {
+        Some(Self {
+            drawn: from.mesh("drawn")?,
+            hidden: from.mesh("hidden")?,
+            stands_for: from.array("stands-for")?,
+            clearance_m: from.array("clearance")?,
+            steps: from.told()?,
+        })
+    }
 }
 
 /// The places and triangles of all parts.
@@ -105,5 +164,5 @@ fn reduce_part(part: Part, keep: &[bool], views: &Views, coarse: &SimplifyParams
         simplified.mesh
     };
     stands_for.iter_mut().for_each(|t| *t = now[*t as usize]);
-    Reduced { drawn, hidden, stands_for, clearance_m: clearance }
+    Reduced { drawn, hidden, stands_for, clearance_m: clearance, steps: Vec::new() }
 }

@@ -3,11 +3,16 @@
 //! Part after part is read, cleaned, split where it is coarse and simplified to what the display can show from the rooms ([`part`]); of all
 //! parts together what no eye in any room can see is dropped ([`dropped`]). Light is then solved at the vertices that are left, among the
 //! original geometry: what is dropped is not drawn, but still occludes, and a coarse form of it still holds the light that it reflects.
+//!
+//! Each step's result is kept as soon as it is there ([`pieces`]), and the finished geometry ([`kept`]), after which the steps' are removed.
 
+mod arrays;
+mod doubts;
 mod dropped;
 mod kept;
 mod looks;
 mod part;
+mod pieces;
 mod report;
 mod steps;
 mod views;
@@ -23,15 +28,16 @@ use crate::error::BakeError;
 use crate::plan::Plan;
 use crate::report::Reporter;
 use crate::scene::{Original, PartRange, Scene};
-use dropped::{Reduced, reduce};
+use doubts::room_doubts;
+use dropped::{Reduced, purge_name, reduce};
 use heliodon_bundle::site::{InputFile, Prepare, Site};
 use heliodon_mesh::Mesh;
-use heliodon_mesh::import::ImportReport;
-use kept::{geometry_key, keep, recall};
+use heliodon_prepare::Views;
+use kept::{FINISHED, geometry_key};
 use looks::Looks;
-use part::prepare_part;
+use part::{piece_name, prepare_part};
+use pieces::{PIECE, Pieces};
 use std::path::Path;
-use steps::Steps;
 
 /// What preparation makes of a site.
 #[derive(Debug)]
@@ -42,53 +48,72 @@ pub struct Prepared {
     pub report: PrepareReport,
 }
 
-/// Reads and prepares every part of a site. Into the folder `looks`, which must exist, coloured meshes are written that show what was found
-/// and done.
+/// What all steps work with.
+struct Work<'a> {
+    site: &'a Site,
+    files: &'a [InputFile],
+    settings: &'a Prepare,
+    views: Views,
+    looks: Looks,
+    pieces: Pieces<'a>,
+    reporter: &'a dyn Reporter,
+}
+
+/// Prepares every part of a plan's site, or goes on with what an earlier run with the same files and settings has left. Into the folder
+/// `looks`, which must exist, coloured meshes are written that show what was found and done; for these, all is done again.
 ///
 /// # Errors
-/// Files that cannot be read, and what cannot be prepared within the limits of the formats.
-pub fn prepare(
-    site: &Site,
-    files: &[InputFile],
-    settings: &Prepare,
-    looks: Option<&Path>,
-    reporter: &dyn Reporter,
-) -> Result<Prepared, BakeError> {
-    let views = views(site);
-    let looks = Looks::new(site, looks);
-    let mut import = ImportReport::default();
-    let mut original = Original::default();
-    let mut parts = Vec::with_capacity(site.parts.len());
+/// Files that cannot be read, what cannot be prepared within the limits of the formats, and a cache that cannot be written.
+pub fn prepare(plan: &Plan, settings: &Prepare, looks: Option<&Path>, reporter: &dyn Reporter) -> Result<Prepared, BakeError> {
+    // shards of one site may do this side by side: what they write is the same
+    let cache = Cache::join(&plan.cache_root(), &geometry_key(plan, settings), &plan.owner())?;
+    let pieces = Pieces::new(Some(&cache), looks.is_none(), reporter);
+    let (site, files) = (&plan.site, &plan.files);
+    if looks.is_some() && (pieces.has(FINISHED) || pieces.has(&piece_name(0, "whole"))) {
+        reporter.note("coloured meshes need every step: what an earlier run has left is not used");
+    }
+    let finished = pieces.take::<Prepared>(FINISHED, &[]);
+    let prepared = match finished {
+        Some(finished) => {
+            reporter.note("going on: the geometry is prepared");
+            finished
+        }
+        None => {
+            let work = Work { site, files, settings, views: views(site), looks: Looks::new(site, looks), pieces, reporter };
+            let prepared = make(&work)?;
+            work.pieces.keep(FINISHED, &[], &prepared)?;
+            cache.remove_others(GEOMETRY, &plan.owner());
+            prepared
+        }
+    };
+    cache.remove_blocks(PIECE);
+    prepared.scene.warnings.iter().for_each(|warning| reporter.warning(warning));
+    Ok(prepared)
+}
+
+fn make(work: &Work) -> Result<Prepared, BakeError> {
+    let count = work.site.parts.len();
+    let begun =
+        if work.looks.wanted() { 0 } else { (0..count).filter(|&part| work.pieces.has(&piece_name(part, "whole"))).count() };
+    if begun > 0 {
+        let purged = if work.pieces.has(&purge_name()) { ", and what nobody sees is known" } else { "" };
+        work.reporter.note(&format!("going on: preparation has read {begun} of {count} parts{purged}"));
+    }
+    let (mut original, mut warnings) = (Original::default(), Vec::new());
+    let mut parts = Vec::with_capacity(count);
     let mut report = PrepareReport::default();
-    for index in 0..site.parts.len() {
-        let mut steps = Steps::new(reporter);
-        let mesh = steps.run("reading", || crate::scene::read_part(site, files, index, &mut import))?;
-        let (part, of_part) = prepare_part(site, index, mesh, &views, settings, &mut original, &looks, &mut steps)?;
+    for index in 0..count {
+        let (part, of_part) = prepare_part(work, index, &mut original, &mut warnings)?;
         parts.push(part);
         report.parts.push(of_part);
     }
-    let reduced = reduce(parts, &views, settings, &mut report, &looks, &mut Steps::new(reporter))?;
-    let scene = join(reduced, original, files, import.warnings)?;
+    let reduced = reduce(work, parts, &mut report)?;
+    if let Some(purge) = &report.purge {
+        warnings.extend(room_doubts(&work.site.rooms, purge));
+    }
+    let scene = join(reduced, original, work.files, warnings)?;
     report.count(&scene);
     Ok(Prepared { scene, report })
-}
-
-/// The prepared scene of a plan: as it was kept, or made now and kept.
-///
-/// # Errors
-/// As [`prepare`], and a cache that cannot be written.
-pub fn prepared_scene(plan: &Plan, settings: &Prepare, reporter: &dyn Reporter) -> Result<Scene, BakeError> {
-    // shards of one site may do this side by side: what they write is the same
-    let cache = Cache::join(&plan.cache_root(), &geometry_key(plan), &plan.owner())?;
-    if let Some(scene) = recall(&cache) {
-        reporter.note("going on: the geometry is prepared");
-        scene.warnings.iter().for_each(|warning| reporter.warning(warning));
-        return Ok(scene);
-    }
-    let Prepared { scene, report } = prepare(&plan.site, &plan.files, settings, None, reporter)?;
-    scene.warnings.iter().for_each(|warning| reporter.warning(warning));
-    keep(&cache, &scene, &serde_json::to_vec_pretty(&report).unwrap_or_default())?;
-    Ok(scene)
 }
 
 /// Puts the parts together into one mesh.

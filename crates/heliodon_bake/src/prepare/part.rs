@@ -1,18 +1,22 @@
 //! One part: from its files to what the display can show of it.
 
-use super::looks::Looks;
+use super::Work;
+use super::arrays::{Reader, Writer, textures_of};
+use super::pieces::{PIECE, Piece};
 use super::steps::{Step, Steps};
+use crate::cache::CacheError;
 use crate::error::BakeError;
 use crate::scene::Original;
 use glam::Vec3;
-use heliodon_bundle::site::{Prepare, Role, Site, Winding};
+use heliodon_bundle::site::{Prepare, Role, Winding};
+use heliodon_mesh::import::ImportReport;
 use heliodon_mesh::{Mesh, MeshError};
 use heliodon_prepare::Views;
 use heliodon_prepare::clean::{self, CleanParams, CleanReport, clean};
 use heliodon_prepare::simplify::{MeasureReport, SimplifyParams, SimplifyReport, measure, nearest_triangles, simplify};
 use heliodon_prepare::solids::{SolidsParams, SolidsReport, unite};
 use heliodon_prepare::split::{SplitReport, split};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A part before the purge.
 pub(super) struct Part {
@@ -25,7 +29,7 @@ pub(super) struct Part {
 }
 
 /// What was found in a part, and done.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct PartReport {
     /// Its name.
     pub name: String,
@@ -68,21 +72,65 @@ pub(super) fn simplify_params(settings: &Prepare) -> SimplifyParams {
 /// Clearances are at most this many times the error that was allowed: where a loose bit was dropped, the surface nearest to it is another one.
 const MOST_CLEARANCE: f32 = 2.0;
 
-#[expect(clippy::too_many_arguments, reason = "a step of the pipeline: what it works on, and what it adds to")]
-/// Cleans, splits and simplifies a part; what rays will meet of it is added to `original`.
+/// What a part's pieces are called; the last of its steps is `mapped` or, where nothing is simplified, `whole`.
+pub(super) fn piece_name(part: usize, step: &str) -> String {
+    format!("{PIECE}part{part}-{step}")
+}
+
+/// A part as rays meet it.
+struct Whole {
+    mesh: Mesh,
+    /// What was left out or looked odd in its files.
+    warnings: Vec<String>,
+    report: PartReport,
+}
+
+/// A part as it is drawn.
+struct Simple {
+    mesh: Mesh,
+    report: PartReport,
+}
+
+/// What stands for a part's original.
+struct Mapped {
+    stands_for: Vec<u32>,
+    clearance_m: Vec<f32>,
+    report: PartReport,
+}
+
+/// Reads, cleans, splits and simplifies a part; what rays will meet of it is added to `original`, what is odd in its files to `warnings`.
 ///
 /// # Errors
-/// More vertices over all parts than an index counts, or more triangles than splitting may make.
+/// Files that cannot be read, more vertices over all parts than an index counts, or more triangles than splitting may make.
 pub(super) fn prepare_part(
-    site: &Site,
+    work: &Work,
     index: usize,
-    mut mesh: Mesh,
-    views: &Views,
-    settings: &Prepare,
     original: &mut Original,
-    looks: &Looks,
-    steps: &mut Steps,
+    warnings: &mut Vec<String>,
 ) -> Result<(Part, PartReport), BakeError> {
+    let name = |step: &str| piece_name(index, step);
+    let whole = work.pieces.kept_or(&name("whole"), &[], || make_whole(work, index))?;
+    warnings.extend(whole.warnings);
+    push_original(original, &whole.mesh)?;
+    if error_m(work, Vec3::ZERO) <= 0.0 {
+        let (vertices, triangles) = (whole.mesh.positions.len(), whole.mesh.triangles.len() as u32);
+        let part = Part { mesh: whole.mesh, stands_for: (0..triangles).collect(), clearance_m: vec![0.0; vertices] };
+        return Ok((part, whole.report));
+    }
+    let textures = textures_of(&whole.mesh.materials);
+    let make = || Ok(make_simple(work, &whole.mesh, whole.report));
+    let Simple { mesh, report } = work.pieces.kept_or(&name("simple"), &textures, make)?;
+    let make = || Ok(make_mapped(work, &whole.mesh, &mesh, report));
+    let Mapped { stands_for, clearance_m, report } = work.pieces.kept_or(&name("mapped"), &textures, make)?;
+    Ok((Part { mesh, stands_for, clearance_m }, report))
+}
+
+/// Reads, cleans and splits.
+fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
+    let Work { site, files, settings, views, looks, .. } = work;
+    let mut steps = Steps::new(work.reporter);
+    let mut import = ImportReport::default();
+    let mut mesh = steps.run("reading", || crate::scene::read_part(site, files, index, &mut import))?;
     let part = &site.parts[index];
     let mut report = PartReport {
         name: part.display_name(),
@@ -117,24 +165,71 @@ pub(super) fn prepare_part(
         report.split = Some(steps.run("splitting", || split(&mut mesh, longest_m, MOST_TRIANGLES))?);
     }
     report.triangles_original = mesh.triangles.len() as u64;
-    push_original(original, &mesh)?;
+    report.steps = steps.taken;
+    Ok(Whole { mesh, warnings: import.warnings, report })
+}
 
-    let error_m =
-        |place| if views.cells.is_empty() { params.error_m } else { params.error_px * views.pixel_m(place, params.nearest_m) };
-    let part = if error_m(Vec3::ZERO) > 0.0 {
-        let simplified = steps.run("simplifying", || simplify(&mesh, views, &params));
-        let measured = steps.run("measuring", || measure(&mesh, &simplified.mesh, views, &params));
-        let nearest = steps.run("mapping", || nearest_triangles(&mesh, &simplified.mesh, views, &params));
-        let most = |place| MOST_CLEARANCE * error_m(place);
-        let clearance_m = simplified.mesh.positions.iter().zip(measured.clearance_m).map(|(&p, c)| c.min(most(p))).collect();
-        (report.simplify, report.error) = (Some(simplified.report), Some(measured.report));
-        Part { mesh: simplified.mesh, stands_for: nearest.triangle, clearance_m }
-    } else {
-        let (vertices, triangles) = (mesh.positions.len(), mesh.triangles.len() as u32);
-        Part { mesh, stands_for: (0..triangles).collect(), clearance_m: vec![0.0; vertices] }
-    };
-    report.steps = std::mem::take(&mut steps.taken);
-    Ok((part, report))
+/// How far simplification may depart from the original, metres.
+fn error_m(work: &Work, place: Vec3) -> f32 {
+    let params = simplify_params(work.settings);
+    if work.views.cells.is_empty() { params.error_m } else { params.error_px * work.views.pixel_m(place, params.nearest_m) }
+}
+
+fn make_simple(work: &Work, whole: &Mesh, mut report: PartReport) -> Simple {
+    let mut steps = Steps::new(work.reporter);
+    let simplified = steps.run("simplifying", || simplify(whole, &work.views, &simplify_params(work.settings)));
+    report.simplify = Some(simplified.report);
+    report.steps.append(&mut steps.taken);
+    Simple { mesh: simplified.mesh, report }
+}
+
+fn make_mapped(work: &Work, whole: &Mesh, simple: &Mesh, mut report: PartReport) -> Mapped {
+    let (params, mut steps) = (simplify_params(work.settings), Steps::new(work.reporter));
+    let measured = steps.run("measuring", || measure(whole, simple, &work.views, &params));
+    let nearest = steps.run("mapping", || nearest_triangles(whole, simple, &work.views, &params));
+    let most = |place| MOST_CLEARANCE * error_m(work, place);
+    let clearance_m = simple.positions.iter().zip(measured.clearance_m).map(|(&p, c)| c.min(most(p))).collect();
+    report.error = Some(measured.report);
+    report.steps.append(&mut steps.taken);
+    Mapped { stands_for: nearest.triangle, clearance_m, report }
+}
+
+impl Piece for Whole {
+    fn write(&self, into: &mut Writer) -> Result<(), CacheError> {
+        into.mesh("mesh", &self.mesh)?;
+        into.told(&self.warnings);
+        into.told(&self.report);
+        Ok(())
+    }
+
+    fn read(from: &mut Reader) -> Option<Self> {
+        Some(Self { mesh: from.mesh("mesh")?, warnings: from.told()?, report: from.told()? })
+    }
+}
+
+impl Piece for Simple {
+    fn write(&self, into: &mut Writer) -> Result<(), CacheError> {
+        into.mesh("mesh", &self.mesh)?;
+        into.told(&self.report);
+        Ok(())
+    }
+
+    fn read(from: &mut Reader) -> Option<Self> {
+        Some(Self { mesh: from.mesh("mesh")?, report: from.told()? })
+    }
+}
+
+impl Piece for Mapped {
+    fn write(&self, into: &mut Writer) -> Result<(), CacheError> {
+        into.array("stands-for", &self.stands_for)?;
+        into.array("clearance", &self.clearance_m)?;
+        into.told(&self.report);
+        Ok(())
+    }
+
+    fn read(from: &mut Reader) -> Option<Self> {
+        Some(Self { stands_for: from.array("stands-for")?, clearance_m: from.array("clearance")?, report: from.told()? })
+    }
 }
 
 /// Edges are split that are longer than simplification lets them become: half as long again as what is asked for.
