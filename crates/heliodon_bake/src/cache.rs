@@ -14,6 +14,7 @@ use std::fs::{self, File, TryLockError};
 use std::hash::{BuildHasher, RandomState};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 const MAGIC: [u8; 8] = *b"HELIOBLK";
 const HEADER_BYTES: usize = 8 + 8 + 32;
@@ -21,6 +22,8 @@ const LOCK_FILE: &str = "lock";
 const OWNER_FILE: &str = "bundle.txt";
 /// The ending of files that are being written.
 const UNFINISHED: &str = "new";
+/// No block takes so long to write; who may not ask whether others are alive waits so long before it clears up after them.
+const DEAD_AFTER: Duration = Duration::from_secs(3600);
 /// What Linux says where a network file system has no daemon for locks.
 const ENOLCK: i32 = 37;
 
@@ -71,7 +74,7 @@ impl Cache {
     /// [`CacheError::Busy`] where another process has it, [`CacheError::Write`] where it cannot be made.
     pub fn open(root: &Path, key: &str, owner: &Path) -> Result<Self, CacheError> {
         let cache = Self::locked(root, key, owner, Company::Alone)?;
-        cache.remove_unfinished();
+        cache.remove_unfinished(Duration::ZERO);
         Ok(cache)
     }
 
@@ -80,7 +83,9 @@ impl Cache {
     /// # Errors
     /// As [`Cache::open`].
     pub fn join(root: &Path, key: &str, owner: &Path) -> Result<Self, CacheError> {
-        Self::locked(root, key, owner, Company::Shards)
+        let cache = Self::locked(root, key, owner, Company::Shards)?;
+        cache.remove_unfinished(DEAD_AFTER);
+        Ok(cache)
     }
 
     fn locked(root: &Path, key: &str, owner: &Path, company: Company) -> Result<Self, CacheError> {
@@ -169,16 +174,8 @@ impl Cache {
         let Self { folder, root, lock, .. } = self;
         let _ = fs::remove_dir_all(&folder);
         drop(lock);
-        let owner = owner.to_string_lossy();
-        for stale in fs::read_dir(&root).into_iter().flatten().flatten().map(|entry| entry.path()) {
-            let same = fs::read_to_string(stale.join(OWNER_FILE)).is_ok_and(|name| name == owner);
-            let idle = File::options().write(true).open(stale.join(LOCK_FILE)).is_ok_and(|lock| lock.try_lock().is_ok());
-            // prepared geometry outlives the bakes that it was for: the next one begins with it
-            let geometry = stale.file_name().is_some_and(|name| name.to_string_lossy().starts_with(GEOMETRY));
-            if same && idle && !geometry {
-                let _ = fs::remove_dir_all(&stale);
-            }
-        }
+        // prepared geometry outlives the bakes that it was for: the next one begins with it
+        remove_idle(&root, owner, |name| !name.starts_with(GEOMETRY));
         // remove_dir only removes empty folders.
         let _ = fs::remove_dir(&root);
         if let Some(above) = root.parent().filter(|above| above.ends_with(crate::CACHE_FOLDER)) {
@@ -186,11 +183,46 @@ impl Cache {
         }
     }
 
-    fn remove_unfinished(&self) {
-        for path in fs::read_dir(&self.folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
-            if path.extension().is_some_and(|extension| extension == UNFINISHED) {
+    /// Removes the blocks of all stages whose names begin with `stage`. What cannot be removed stays; it costs only room.
+    pub fn remove_blocks(&self, stage: &str) {
+        for path in entries(&self.folder) {
+            if path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(stage)) {
                 let _ = fs::remove_file(path);
             }
+        }
+    }
+
+    /// Removes the other folders of the bundle `owner` whose names begin with `prefix`, but none that is in use.
+    pub fn remove_others(&self, prefix: &str, owner: &Path) {
+        let own = self.folder.file_name();
+        remove_idle(&self.root, owner, |name| name.starts_with(prefix) && own.is_none_or(|own| own != name));
+    }
+
+    /// Removes what others have begun to write `age` ago or earlier: they are dead.
+    fn remove_unfinished(&self, age: Duration) {
+        for path in entries(&self.folder).filter(|path| path.extension().is_some_and(|extension| extension == UNFINISHED)) {
+            let written = path.metadata().and_then(|data| data.modified());
+            // a time to come, of a machine whose clock is ahead, is no age
+            if age.is_zero() || written.is_ok_and(|time| time.elapsed().is_ok_and(|since| since >= age)) {
+                let _ = fs::remove_file(path);
+            }
+        }
+    }
+}
+
+fn entries(folder: &Path) -> impl Iterator<Item = PathBuf> {
+    fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path())
+}
+
+/// Removes the folders below `root` that serve the bundle `owner`, whose names are `wanted` gone, and that nobody uses.
+fn remove_idle(root: &Path, owner: &Path, wanted: impl Fn(&str) -> bool) {
+    let owner = owner.to_string_lossy();
+    for stale in entries(root) {
+        let gone = stale.file_name().is_some_and(|name| wanted(&name.to_string_lossy()));
+        let same = || fs::read_to_string(stale.join(OWNER_FILE)).is_ok_and(|name| name == owner);
+        let idle = || File::options().write(true).open(stale.join(LOCK_FILE)).is_ok_and(|lock| lock.try_lock().is_ok());
+        if gone && same() && idle() {
+            let _ = fs::remove_dir_all(&stale);
         }
     }
 }
@@ -299,6 +331,12 @@ mod tests {
         fs::write(&unfinished, "half").unwrap();
         let three = join().unwrap();
         assert!(unfinished.exists());
+        // unless it has long been dead
+        let old = one.folder().join("masks-00002.0123456789abcdef.new");
+        let long_ago = std::time::SystemTime::now() - 2 * DEAD_AFTER;
+        File::create(&old).unwrap().set_modified(long_ago).unwrap();
+        drop(join().unwrap());
+        assert!(unfinished.exists() && !old.exists());
         one.store("masks", 0, b"light").unwrap();
         assert_eq!(two.load("masks", 0).as_deref(), Some(&b"light"[..]));
         assert!(matches!(Cache::open(root.path(), "key", Path::new("bundle")), Err(CacheError::Busy { .. })));
@@ -322,6 +360,26 @@ mod tests {
 
         open(&root, "mine").remove(Path::new("another"));
         assert!(!home.path().join(crate::CACHE_FOLDER).exists(), "empty folders go too");
+    }
+
+    #[test]
+    fn new_geometry_removes_what_it_replaces_unless_it_is_in_use() {
+        let root = tempfile::tempdir().unwrap();
+        let name = |key: &str| format!("{GEOMETRY}{key}");
+        for (key, owner) in [("old", "bundle"), ("theirs", "another")] {
+            Cache::open(root.path(), &name(key), Path::new(owner)).unwrap();
+        }
+        open(root.path(), "bake").store("masks", 0, b"light").unwrap();
+        let used = Cache::join(root.path(), &name("used"), Path::new("bundle")).unwrap();
+        let new = Cache::join(root.path(), &name("new"), Path::new("bundle")).unwrap();
+        new.store("piece-a", 0, b"stone").unwrap();
+        new.store("scene", 0, b"temple").unwrap();
+        new.remove_others(GEOMETRY, Path::new("bundle"));
+        let left = |key: &str| root.path().join(key).exists();
+        assert!(!left(&name("old")) && left(&name("theirs")) && left(&name("used")) && left(&name("new")) && left("bake"));
+        new.remove_blocks("piece-");
+        assert!(!new.has("piece-a", 0) && new.has("scene", 0));
+        drop(used);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use crate::grid::GridPlan;
 use crate::ground::{as_given, on_the_ground};
 use crate::key::{TOOL, bake_key, hash_inputs, told_name};
 use crate::light::channels;
-use crate::prepare::prepared_scene;
+use crate::prepare::prepare;
 use crate::report::Reporter;
 use crate::scene::{self, Scene};
 use glam::Vec3;
@@ -96,11 +96,11 @@ impl Plan {
     /// Reads the geometry, and prepares it where the site wants that.
     ///
     /// # Errors
-    /// As [`scene::read`] and [`prepared_scene`].
+    /// As [`scene::read`] and [`prepare`].
     pub fn read_scene(&self, reporter: &dyn Reporter) -> Result<Scene, BakeError> {
         match &self.site.prepare {
             None => scene::read(&self.site, &self.files, reporter),
-            Some(settings) => prepared_scene(self, settings, reporter),
+            Some(settings) => Ok(prepare(self, settings, None, reporter)?.scene),
         }
     }
 

@@ -73,9 +73,8 @@ fn site(more: &str) -> TempDir {
 }
 
 fn prepared(folder: &Path) -> PrepareReport {
-    let site = Site::read(folder).unwrap();
-    let files = site.input_files().unwrap();
-    prepare(&site, &files, site.prepare.as_ref().unwrap(), None, &Silent).unwrap().report
+    let plan = Plan::new(Site::read(folder).unwrap(), BakeOptions::new(folder.join("bundle"))).unwrap();
+    prepare(&plan, plan.site.prepare.as_ref().unwrap(), None, &Silent).unwrap().report
 }
 
 fn baked(folder: &Path, bundle: &str) -> (BakeReport, Vec<String>) {
@@ -127,7 +126,7 @@ fn geometry_is_prepared_once_and_a_damaged_piece_again() {
     assert_eq!(of("first"), of("second"));
     let cache = folder.path().join(".heliodon/cache");
     let kept = fs::read_dir(&cache).unwrap().next().unwrap().unwrap().path();
-    let piece = kept.join("stands-for-00000");
+    let piece = kept.join("scene-stands-for-00000");
     let mut bytes = fs::read(&piece).unwrap();
     *bytes.last_mut().unwrap() ^= 1;
     fs::write(&piece, bytes).unwrap();

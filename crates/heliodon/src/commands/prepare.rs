@@ -1,8 +1,10 @@
 //! `heliodon prepare`: a site's geometry, cleaned and reduced to what can be seen.
 
+use super::bake::default_bundle;
 use crate::App;
 use crate::output::{bytes, duration};
 use anyhow::{Context, Result};
+use heliodon_bake::plan::{BakeOptions, Plan};
 use heliodon_bake::prepare::{PrepareReport, prepare};
 use heliodon_bake::report::Reporter;
 use heliodon_bundle::site::Site;
@@ -14,6 +16,9 @@ use std::time::Instant;
 /// them can see, and reports what was found and done; bakes nothing.
 ///
 /// The settings are those of [prepare] in site.toml; a site without it is told what the defaults would do.
+///
+/// Each step's result is kept in .heliodon/cache beside the site's bundle: run the same again after an interruption of any kind and it goes
+/// on where it stopped, and a bake finds the geometry prepared. Coloured meshes (-o) show every step, so for these all is done again.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  heliodon prepare mysite\n  heliodon prepare mysite -o found --json")]
 pub struct Args {
@@ -22,6 +27,9 @@ pub struct Args {
     /// Write report.txt, report.json and coloured meshes of what was found and what is drawn into this folder
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
+    /// Keep finished work in this folder; name the same to the bake
+    #[arg(long, value_name = "DIR")]
+    cache: Option<PathBuf>,
 }
 
 /// Runs it.
@@ -36,8 +44,9 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         fs::create_dir_all(folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
     }
     let begun = Instant::now();
-    let files = site.input_files()?;
-    let report = prepare(&site, &files, &settings, args.output.as_deref(), &app.progress)?.report;
+    let options = BakeOptions { cache: args.cache.clone(), ..BakeOptions::new(default_bundle(&site)) };
+    let plan = Plan::new(site, options)?;
+    let report = prepare(&plan, &settings, args.output.as_deref(), &app.progress)?.report;
     let text = describe(&report, begun.elapsed().as_secs_f64());
     if let Some(folder) = &args.output {
         let json = serde_json::to_vec_pretty(&report).context("the report cannot be written as JSON")?;

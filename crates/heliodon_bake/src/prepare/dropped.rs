@@ -1,13 +1,18 @@
 //! The purge over all parts, and what stands for the light of what is dropped.
 
-use super::looks::Looks;
-use super::part::Part;
-use super::steps::Steps;
+use super::Work;
+use super::arrays::{Reader, Writer, textures_of};
+use super::fit::coarser;
+use super::part::{Part, piece_name};
+use super::pieces::{PIECE, Piece};
+use super::report::PrepareReport;
+use super::steps::{Step, Steps};
+use crate::cache::CacheError;
 use crate::error::BakeError;
 use glam::Vec3;
 use heliodon_mesh::Mesh;
 use heliodon_prepare::Views;
-use heliodon_prepare::purge::{PurgeParams, PurgeReport, Surface, purge};
+use heliodon_prepare::purge::{PurgeParams, PurgeReport, Purged, Surface, purge};
 use heliodon_prepare::simplify::{SimplifyParams, measure, nearest_triangles, simplify};
 use heliodon_rays::{BuildParams, TriangleScene};
 
@@ -21,61 +26,113 @@ pub(super) struct Reduced {
     pub stands_for: Vec<u32>,
     /// For each vertex of `drawn`, then of `hidden`, how far the original departs from the triangles around it, metres.
     pub clearance_m: Vec<f32>,
+    /// What that took.
+    steps: Vec<Step>,
 }
 
 /// What nobody sees is simplified so many times further: it only reflects, and what it reflects is a mean over many square centimetres.
 const COARSER: f32 = 4.0;
 
-/// Which triangles somebody may see, over all parts in order.
-///
-/// # Errors
-/// More geometry than the ray engine holds.
-pub(super) fn seen(
-    meshes: &[Mesh],
-    views: &Views,
-    params: &PurgeParams,
-    steps: &mut Steps,
-) -> Result<(Vec<bool>, PurgeReport), BakeError> {
-    let (positions, triangles) = all_of(meshes);
-    steps.run("purging", || {
-        let rays = TriangleScene::build(&positions, &triangles, &BuildParams::default())?;
-        let surface = Surface { positions: &positions, triangles: &triangles, single_sided: &[] };
-        let purged = purge(&rays, &surface, views, params);
-        Ok((purged.keep, purged.report))
-    })
+/// What the purge leaves.
+pub(super) struct Seen {
+    /// For each triangle of all parts whether it is drawn.
+    pub keep: Vec<bool>,
+    pub report: PurgeReport,
+    pub steps: Vec<Step>,
 }
 
-/// Drops from the parts what nobody sees; `params` is how the parts were simplified.
+/// What the purge's piece is called.
+pub(super) fn purge_name() -> String {
+    format!("{PIECE}purge")
+}
+
+/// Which triangles somebody can see, over all parts in order; none where that is not asked.
 ///
 /// # Errors
-/// A coloured mesh that cannot be written.
+/// More geometry than the ray engine holds, or a cache that cannot be written.
+pub(super) fn seen(work: &Work, meshes: &[Mesh]) -> Result<Option<Seen>, BakeError> {
+    if !work.purges() {
+        return Ok(None);
+    }
+    let params = PurgeParams { ring: work.settings.ring, ..PurgeParams::default() };
+    Ok(Some(work.pieces.kept_or(&purge_name(), &[], || look_around(work, meshes, &params))?))
+}
+
+/// Drops from the parts, which were simplified with `params`, what nobody sees.
+///
+/// # Errors
+/// A coloured mesh or a cache that cannot be written.
 pub(super) fn reduce(
+    work: &Work,
     parts: Vec<Part>,
     mut keep: &[bool],
-    views: &Views,
     params: &SimplifyParams,
-    looks: &Looks,
-    steps: &mut Steps,
+    report: &mut PrepareReport,
 ) -> Result<Vec<Reduced>, BakeError> {
     let coarse = coarser(params, COARSER);
     let mut reduced = Vec::with_capacity(parts.len());
     for (index, part) in parts.into_iter().enumerate() {
         let (of_part, rest) = keep.split_at(part.mesh.triangles.len());
         keep = rest;
-        looks.kept(index, &part.mesh, of_part)?;
-        reduced.push(steps.run("simplifying what nobody sees", || reduce_part(part, of_part, views, &coarse)));
+        work.looks.kept(index, &part.mesh, of_part)?;
+        let textures = textures_of(&part.mesh.materials);
+        let make = || {
+            let mut steps = Steps::new(work.reporter);
+            let made = steps.run("simplifying what nobody sees", || reduce_part(part, of_part, &work.views, &coarse));
+            Ok(Reduced { steps: steps.taken, ..made })
+        };
+        let mut part: Reduced = work.pieces.kept_or(&piece_name(index, "reduced"), &textures, make)?;
+        report.steps.append(&mut part.steps);
+        reduced.push(part);
     }
     Ok(reduced)
 }
 
-/// As `params`, with limits so many times as large.
-pub(super) fn coarser(params: &SimplifyParams, times: f32) -> SimplifyParams {
-    SimplifyParams {
-        error_px: times * params.error_px,
-        edge_px: times * params.edge_px,
-        error_m: times * params.error_m,
-        edge_m: times * params.edge_m,
-        ..params.clone()
+/// The view-cell purge of all parts.
+///
+/// # Errors
+/// More geometry than the ray engine holds.
+pub(super) fn look_around(work: &Work, meshes: &[Mesh], params: &PurgeParams) -> Result<Seen, BakeError> {
+    let mut steps = Steps::new(work.reporter);
+    let (positions, triangles) = all_of(meshes);
+    let rays = steps.run("building", || TriangleScene::build(&positions, &triangles, &BuildParams::default()))?;
+    let surface = Surface { positions: &positions, triangles: &triangles, single_sided: &[] };
+    let Purged { keep, report } = steps.run("purging", || purge(&rays, &surface, &work.views, params));
+    Ok(Seen { keep, report, steps: steps.taken })
+}
+
+impl Piece for Seen {
+    fn write(&self, into: &mut Writer) -> Result<(), CacheError> {
+        into.array("keep", &self.keep.iter().map(|&keep| u8::from(keep)).collect::<Vec<_>>())?;
+        into.told(&self.report);
+        into.told(&self.steps);
+        Ok(())
+    }
+
+    fn read(from: &mut Reader) -> Option<Self> {
+        let keep = from.array::<u8>("keep")?.into_iter().map(|keep| keep != 0).collect();
+        Some(Self { keep, report: from.told()?, steps: from.told()? })
+    }
+}
+
+impl Piece for Reduced {
+    fn write(&self, into: &mut Writer) -> Result<(), CacheError> {
+        into.mesh("drawn", &self.drawn)?;
+        into.mesh("hidden", &self.hidden)?;
+        into.array("stands-for", &self.stands_for)?;
+        into.array("clearance", &self.clearance_m)?;
+        into.told(&self.steps);
+        Ok(())
+    }
+
+    fn read(from: &mut Reader) -> Option<Self> {
+        Some(Self {
+            drawn: from.mesh("drawn")?,
+            hidden: from.mesh("hidden")?,
+            stands_for: from.array("stands-for")?,
+            clearance_m: from.array("clearance")?,
+            steps: from.told()?,
+        })
     }
 }
 
@@ -113,5 +170,5 @@ fn reduce_part(part: Part, keep: &[bool], views: &Views, coarse: &SimplifyParams
         simplified.mesh
     };
     stands_for.iter_mut().for_each(|t| *t = now[*t as usize]);
-    Reduced { drawn, hidden, stands_for, clearance_m: clearance }
+    Reduced { drawn, hidden, stands_for, clearance_m: clearance, steps: Vec::new() }
 }

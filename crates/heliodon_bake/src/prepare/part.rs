@@ -1,18 +1,22 @@
 //! One part: from its files to what the display can show of it.
 
-use super::looks::Looks;
+use super::Work;
+use super::arrays::{Reader, Writer, textures_of};
+use super::pieces::{PIECE, Piece};
 use super::steps::{Step, Steps};
+use crate::cache::CacheError;
 use crate::error::BakeError;
 use crate::scene::Original;
 use glam::Vec3;
-use heliodon_bundle::site::{Prepare, Role, Site, Winding};
+use heliodon_bundle::site::{Prepare, Role, Winding};
+use heliodon_mesh::import::ImportReport;
 use heliodon_mesh::{Mesh, MeshError};
 use heliodon_prepare::Views;
 use heliodon_prepare::clean::{self, CleanParams, CleanReport, clean};
 use heliodon_prepare::simplify::{MeasureReport, SimplifyParams, SimplifyReport, measure, nearest_triangles, simplify};
 use heliodon_prepare::solids::{SolidsParams, SolidsReport, unite};
 use heliodon_prepare::split::{SplitReport, split};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A part before the purge.
 pub(super) struct Part {
@@ -25,7 +29,7 @@ pub(super) struct Part {
 }
 
 /// What was found in a part, and done.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct PartReport {
     /// Its name.
     pub name: String,
@@ -65,55 +69,97 @@ pub(super) fn simplify_params(settings: &Prepare) -> SimplifyParams {
     }
 }
 
+/// Clearances are at most this many times the error that was allowed: where a loose bit was dropped, the surface nearest to it is another one.
+const MOST_CLEARANCE: f32 = 2.0;
+
+/// What a part's pieces are called; the last of its steps is `mapped` or, where nothing is simplified, `whole`.
+pub(super) fn piece_name(part: usize, step: &str) -> String {
+    format!("{PIECE}part{part}-{step}")
+}
+
+/// A part as rays meet it.
+struct Whole {
+    mesh: Mesh,
+    /// What was left out or looked odd in its files.
+    warnings: Vec<String>,
+    report: PartReport,
+}
+
+/// A part as the display shows it.
+struct Simple {
+    mesh: Mesh,
+    report: PartReport,
+}
+
+/// What stands for a part's original.
+struct Mapped {
+    stands_for: Vec<u32>,
+    clearance_m: Vec<f32>,
+    error: MeasureReport,
+    steps: Vec<Step>,
+}
+
+/// Reads, cleans, splits and simplifies a part; what rays will meet of it is added to `original`, what is odd in its files to `warnings`. Returns
+/// what is left of it.
+///
+/// # Errors
+/// Files that cannot be read, more vertices over all parts than an index counts, or more triangles than splitting may make.
+pub(super) fn prepare_part(
+    work: &Work,
+    index: usize,
+    original: &mut Original,
+    warnings: &mut Vec<String>,
+) -> Result<(Mesh, PartReport), BakeError> {
+    let name = |step: &str| piece_name(index, step);
+    let whole = work.pieces.kept_or(&name("whole"), &[], || make_whole(work, index))?;
+    warnings.extend(whole.warnings);
+    push_original(original, &whole.mesh)?;
+    if !simplifies(&simplify_params(work.settings), &work.views) {
+        return Ok((whole.mesh, whole.report));
+    }
+    let textures = textures_of(&whole.mesh.materials);
+    let make = || Ok(make_simple(work, &whole.mesh, whole.report));
+    let Simple { mesh, report } = work.pieces.kept_or(&name("simple"), &textures, make)?;
+    Ok((mesh, report))
+}
+
 /// Whether anything is simplified.
 pub(super) fn simplifies(params: &SimplifyParams, views: &Views) -> bool {
     (if views.cells.is_empty() { params.error_m } else { params.error_px }) > 0.0
 }
 
-/// Clearances are at most this many times the error that was allowed: where a loose bit was dropped, the surface nearest to it is another one.
-const MOST_CLEARANCE: f32 = 2.0;
-
-/// How a part that was simplified with `params` belongs to its original.
+/// How what is left of a part, simplified with `params`, belongs to its original.
+///
+/// # Errors
+/// A cache that cannot be written.
 pub(super) fn compare(
+    work: &Work,
+    index: usize,
     original: &Mesh,
     mesh: Mesh,
-    views: &Views,
     params: &SimplifyParams,
     report: &mut PartReport,
-    steps: &mut Steps,
-) -> Part {
-    if !simplifies(params, views) {
+) -> Result<Part, BakeError> {
+    if !simplifies(params, &work.views) {
         let (vertices, triangles) = (mesh.positions.len(), mesh.triangles.len() as u32);
-        return Part { mesh, stands_for: (0..triangles).collect(), clearance_m: vec![0.0; vertices] };
+        return Ok(Part { mesh, stands_for: (0..triangles).collect(), clearance_m: vec![0.0; vertices] });
     }
-    let measured = steps.run("measuring", || measure(original, &mesh, views, params));
-    let nearest = steps.run("mapping", || nearest_triangles(original, &mesh, views, params));
-    let known = !views.cells.is_empty();
-    let error_m = |place| if known { params.error_px * views.pixel_m(place, params.nearest_m) } else { params.error_m };
-    let clearance = mesh.positions.iter().zip(measured.clearance_m);
-    let clearance_m = clearance.map(|(&place, clearance)| clearance.min(MOST_CLEARANCE * error_m(place))).collect();
-    report.error = Some(measured.report);
+    let make = || Ok(make_mapped(work, original, &mesh, params));
+    let mut mapped = work.pieces.kept_or(&piece_name(index, "mapped"), &[], make)?;
+    report.error = Some(mapped.error);
+    report.steps.append(&mut mapped.steps);
     if let Some(simplify) = &mut report.simplify {
         (simplify.triangles_after, simplify.vertices_after) = (mesh.triangles.len(), mesh.positions.len());
     }
-    Part { mesh, stands_for: nearest.triangle, clearance_m }
+    Ok(Part { mesh, stands_for: mapped.stands_for, clearance_m: mapped.clearance_m })
 }
 
-#[expect(clippy::too_many_arguments, reason = "a step of the pipeline: what it works on, and what it adds to")]
-/// Cleans, splits and simplifies a part; what rays will meet of it is added to `original`. Returns what is left.
-///
-/// # Errors
-/// More vertices over all parts than an index counts, or more triangles than splitting may make.
-pub(super) fn prepare_part(
-    site: &Site,
-    index: usize,
-    mut mesh: Mesh,
-    views: &Views,
-    settings: &Prepare,
-    original: &mut Original,
-    looks: &Looks,
-    steps: &mut Steps,
-) -> Result<(Mesh, PartReport), BakeError> {
+/// Reads, cleans and splits.
+fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
+    let Work { site, files, settings, views, looks, .. } = work;
+    let mut steps = Steps::new(work.reporter);
+    let mut import = ImportReport::default();
+    let mut mesh = steps.run("reading", || crate::scene::read_part(site, files, index, &mut import))?;
     let part = &site.parts[index];
     let mut report = PartReport {
         name: part.display_name(),
@@ -148,14 +194,70 @@ pub(super) fn prepare_part(
         report.split = Some(steps.run("splitting", || split(&mut mesh, longest_m, MOST_TRIANGLES))?);
     }
     report.triangles_original = mesh.triangles.len() as u64;
-    push_original(original, &mesh)?;
-    if simplifies(&params, views) {
-        let simplified = steps.run("simplifying", || simplify(&mesh, views, &params));
-        report.simplify = Some(simplified.report);
-        mesh = simplified.mesh;
+    report.steps = steps.taken;
+    Ok(Whole { mesh, warnings: import.warnings, report })
+}
+
+/// How far simplification may depart from the original, metres.
+fn error_m(work: &Work, params: &SimplifyParams, place: Vec3) -> f32 {
+    if work.views.cells.is_empty() { params.error_m } else { params.error_px * work.views.pixel_m(place, params.nearest_m) }
+}
+
+fn make_simple(work: &Work, whole: &Mesh, mut report: PartReport) -> Simple {
+    let mut steps = Steps::new(work.reporter);
+    let simplified = steps.run("simplifying", || simplify(whole, &work.views, &simplify_params(work.settings)));
+    report.simplify = Some(simplified.report);
+    report.steps.append(&mut steps.taken);
+    Simple { mesh: simplified.mesh, report }
+}
+
+fn make_mapped(work: &Work, original: &Mesh, simple: &Mesh, params: &SimplifyParams) -> Mapped {
+    let mut steps = Steps::new(work.reporter);
+    let measured = steps.run("measuring", || measure(original, simple, &work.views, params));
+    let nearest = steps.run("mapping", || nearest_triangles(original, simple, &work.views, params));
+    let most = |place| MOST_CLEARANCE * error_m(work, params, place);
+    let clearance_m = simple.positions.iter().zip(measured.clearance_m).map(|(&p, c)| c.min(most(p))).collect();
+    Mapped { stands_for: nearest.triangle, clearance_m, error: measured.report, steps: steps.taken }
+}
+
+impl Piece for Whole {
+    fn write(&self, into: &mut Writer) -> Result<(), CacheError> {
+        into.mesh("mesh", &self.mesh)?;
+        into.told(&self.warnings);
+        into.told(&self.report);
+        Ok(())
     }
-    report.steps = std::mem::take(&mut steps.taken);
-    Ok((mesh, report))
+
+    fn read(from: &mut Reader) -> Option<Self> {
+        Some(Self { mesh: from.mesh("mesh")?, warnings: from.told()?, report: from.told()? })
+    }
+}
+
+impl Piece for Simple {
+    fn write(&self, into: &mut Writer) -> Result<(), CacheError> {
+        into.mesh("mesh", &self.mesh)?;
+        into.told(&self.report);
+        Ok(())
+    }
+
+    fn read(from: &mut Reader) -> Option<Self> {
+        Some(Self { mesh: from.mesh("mesh")?, report: from.told()? })
+    }
+}
+
+impl Piece for Mapped {
+    fn write(&self, into: &mut Writer) -> Result<(), CacheError> {
+        into.array("stands-for", &self.stands_for)?;
+        into.array("clearance", &self.clearance_m)?;
+        into.told(&self.error);
+        into.told(&self.steps);
+        Ok(())
+    }
+
+    fn read(from: &mut Reader) -> Option<Self> {
+        let (stands_for, clearance_m) = (from.array("stands-for")?, from.array("clearance")?);
+        Some(Self { stands_for, clearance_m, error: from.told()?, steps: from.told()? })
+    }
 }
 
 /// Edges are split that are longer than simplification lets them become: half as long again as what is asked for.

@@ -4,11 +4,11 @@ use super::{PartReport, Step};
 use crate::memory::peak_resident_bytes;
 use crate::scene::Scene;
 use heliodon_prepare::purge::PurgeReport;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// What preparation found and did.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct PrepareReport {
     /// Part by part.
     pub parts: Vec<PartReport>,

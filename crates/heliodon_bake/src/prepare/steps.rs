@@ -2,11 +2,11 @@
 
 use crate::memory::peak_resident_bytes;
 use crate::report::Reporter;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 /// What a step took.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Step {
     /// What was done.
     pub name: String,

@@ -3,11 +3,11 @@
 use super::{center, double_area};
 use glam::Vec3;
 use heliodon_mesh::Mesh;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// What became of a triangle, or what is said of it. Of several that apply the one that stands first here counts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[repr(u8)]
 pub enum Mark {
@@ -66,7 +66,7 @@ impl Mark {
 }
 
 /// Triangles of one kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Finding {
     /// How many triangles.
     pub triangles: u64,
@@ -86,7 +86,7 @@ impl Finding {
 }
 
 /// Edges of one kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct EdgeFinding {
     /// How many edges.
     pub edges: u64,
@@ -106,7 +106,7 @@ impl EdgeFinding {
 }
 
 /// What cleaning found and did. Its `Display` is a few lines for people.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct CleanReport {
     /// Vertices of the mesh as it came.
     pub vertices_before: u64,

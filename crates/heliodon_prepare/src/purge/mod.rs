@@ -160,8 +160,8 @@ enum Certain {
     OutsideWindows,
 }
 
-/// Finds the faces that somebody in one of the rooms may see; `scene` holds the triangles of `surface`. Without rooms, and where no room has an
-/// eye that is not in stone, nothing is known of where eyes are, and all faces are kept. Runs on the current rayon pool; the same for any number
+/// Finds the faces that somebody in one of the rooms may see; `scene` holds the triangles of `surface`. Without rooms, and where nobody sees
+/// anything from any (they are in stone, or look elsewhere), nothing is known of where eyes are, and all faces are kept. Runs on the current rayon pool; the same for any number
 /// of threads.
 ///
 /// # Panics
@@ -181,7 +181,7 @@ pub fn purge(scene: &TriangleScene, surface: &Surface, views: &Views, params: &P
         rooms.push(search.room(cell, hash2_u32(params.seed, room as u32), is_certain, &seen));
     }
     let mut report = PurgeReport { triangles: count as u64, rooms, ..PurgeReport::default() };
-    if report.rooms.iter().all(|room| room.eyes == 0) {
+    if report.rooms.iter().all(RoomReport::is_blind) {
         report.kept = count as u64;
         return Purged { keep: vec![true; count], report };
     }

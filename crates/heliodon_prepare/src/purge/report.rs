@@ -1,11 +1,11 @@
 //! What a purge did.
 
 use crate::purge::verify::Verified;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// What a purge did.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct PurgeReport {
     /// Triangles of the model.
     pub triangles: u64,
@@ -28,7 +28,7 @@ pub struct PurgeReport {
 }
 
 /// What a purge did for one room.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct RoomReport {
     /// Eye points that item buffers were drawn from.
     pub eyes: u64,

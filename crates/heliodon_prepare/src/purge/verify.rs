@@ -9,7 +9,7 @@ use heliodon_math::frame::unit_or;
 use heliodon_math::random::{Pcg32, hash2_u32};
 use heliodon_rays::{Ray, TriangleScene};
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// How many frames are looked at, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +25,7 @@ pub struct CheckParams {
 }
 
 /// What a check found.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Verified {
     /// Frames that were looked at: fewer than asked for if eyes were in stone.
     pub frames: u64,
@@ -43,7 +43,7 @@ pub struct Verified {
 }
 
 /// A frame with wrong pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct WorstFrame {
     /// Where the eye is, metres.
     pub eye: [f32; 3],

@@ -7,14 +7,14 @@ use crate::Views;
 use glam::Vec3;
 use heliodon_mesh::Mesh;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Points asked in turn by one thread, each beginning at the triangle that the one before it found.
 const RUN: usize = 4096;
 
 /// How far two surfaces are apart, over points of one of them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Distances {
     /// How many points were measured.
     pub points: usize,
@@ -33,7 +33,7 @@ pub struct Distances {
 }
 
 /// How far a simplified mesh departs from its original, both ways: what was cut off, and what was filled in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct MeasureReport {
     /// From every vertex that the original's triangles use to the simplified surface.
     pub from_original: Distances,

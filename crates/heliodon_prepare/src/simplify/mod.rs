@@ -40,12 +40,12 @@ pub use nearest::{Nearest, nearest_triangles};
 use crate::Views;
 use fineness::Fineness;
 use heliodon_mesh::{Material, Mesh};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use tile::Context;
 
 /// How far simplification may go.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct SimplifyParams {
     /// How far the surface may move, in pixels of the nearest eye, at least 0. More gives fewer triangles on rough surfaces and
     /// a coarser outline. It is kept for 95 of 100 places; [`measure`] tells by how much single ones exceed it.
@@ -98,7 +98,7 @@ impl Default for SimplifyParams {
 }
 
 /// What simplification did.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct SimplifyReport {
     /// Triangles of the original.
     pub triangles_before: usize,
@@ -113,7 +113,7 @@ pub struct SimplifyReport {
 }
 
 /// What one pass did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct PassReport {
     /// Tiles that it worked on.
     pub tiles: usize,

@@ -7,11 +7,11 @@ use crate::paint::paint_by;
 use crate::topology::{Patches, Sense};
 use glam::Vec3;
 use heliodon_mesh::Mesh;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// What became of a triangle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[repr(u8)]
 pub enum Fate {
@@ -29,7 +29,7 @@ pub enum Fate {
 }
 
 /// What became of a group of solids.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
     /// They are one, or nothing of them met.
@@ -44,7 +44,7 @@ pub enum Outcome {
 }
 
 /// A group of solids whose boxes meet.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct GroupReport {
     /// How many there were.
     pub solids: u64,
@@ -63,7 +63,7 @@ pub struct GroupReport {
 }
 
 /// What uniting solids found and did. Its `Display` is a few lines for people.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct SolidsReport {
     /// Triangles of the mesh as it came.
     pub triangles_before: u64,

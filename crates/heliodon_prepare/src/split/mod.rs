@@ -20,12 +20,12 @@ use halving::too_long;
 use heliodon_mesh::Mesh;
 use inside::{Cutter, Pieces};
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::atomic::AtomicUsize;
 
 /// What splitting did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct SplitReport {
     /// Vertices before.
     pub vertices_before: u64,

@@ -1,0 +1,33 @@
+//! What is odd about rooms: told as warnings, for a room in the wrong place makes a bundle of the wrong stones.
+
+use heliodon_bundle::site::{Room, SITE_FILE_NAME};
+use heliodon_prepare::purge::{PurgeReport, RoomReport};
+
+/// Columns and furniture within a room take a few percent of its box; a box that reaches into a wall takes more.
+const STONE_IN_ROOMS: f64 = 0.05;
+
+/// One sentence for each room that lies in stone or sees nothing, and one where that keeps the purge from dropping anything.
+pub(super) fn room_doubts(rooms: &[Room], purge: &PurgeReport) -> Vec<String> {
+    let doubts = rooms.iter().zip(&purge.rooms).filter_map(|(room, report)| room_doubt(room, report));
+    let nobody = !purge.rooms.is_empty() && purge.rooms.iter().all(RoomReport::is_blind);
+    let all_kept =
+        "nobody in any room sees anything, so nothing is dropped that nobody sees; see the warnings of the rooms".to_owned();
+    doubts.chain(nobody.then_some(all_kept)).collect()
+}
+
+fn room_doubt(room: &Room, report: &RoomReport) -> Option<String> {
+    let (name, stone) = (&room.name, 100.0 * report.in_stone);
+    let [x, y, z] = std::array::from_fn(|axis| 0.5 * (room.min[axis] + room.max[axis]));
+    let place = format!("room \"{name}\", around ({x:.2}, {y:.2}, {z:.2}),");
+    let remedy = format!("set its min and max in {SITE_FILE_NAME} to where visitors' eyes can be");
+    if report.eyes == 0 {
+        Some(format!("{place} lies in stone: no eye in it sees anything; {remedy}"))
+    } else if report.is_blind() {
+        let windows = if room.windows.is_empty() { "" } else { ", and its windows to what is there" };
+        Some(format!("{place} sees nothing of the site; {remedy}{windows}"))
+    } else if report.in_stone > STONE_IN_ROOMS {
+        Some(format!("{place} reaches into stone with {stone:.0} % of its box, where nobody can stand; {remedy}"))
+    } else {
+        None
+    }
+}
