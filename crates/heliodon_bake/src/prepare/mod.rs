@@ -28,7 +28,7 @@ use crate::error::BakeError;
 use crate::plan::Plan;
 use crate::report::Reporter;
 use crate::scene::{Original, PartRange, Scene};
-use doubts::room_doubts;
+use doubts::{empty_parts, room_doubts};
 use dropped::{Reduced, purge_name, reduce};
 use heliodon_bundle::site::{InputFile, Prepare, Site};
 use heliodon_mesh::Mesh;
@@ -107,6 +107,7 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
         parts.push(part);
         report.parts.push(of_part);
     }
+    warnings.extend(empty_parts(work, &report)?);
     let reduced = reduce(work, parts, &mut report)?;
     if let Some(purge) = &report.purge {
         warnings.extend(room_doubts(&work.site.rooms, purge));
