@@ -17,6 +17,16 @@ pub enum BakeError {
     /// Large triangles cannot be split.
     #[error("{0}; or write edge_px = 0 into [prepare]")]
     Split(#[from] heliodon_prepare::split::SplitError),
+    /// Cleaning has left no triangle.
+    #[error(
+        "nothing is left of the {triangles} triangles of {files} after cleaning: all are without area, doubled, buried or small and loose; mend the files, or write clean = false (solids = false, or a smaller isolated_m) into [prepare] of site.toml"
+    )]
+    NothingLeft {
+        /// Triangles in the files.
+        triangles: u64,
+        /// The files, as people write them.
+        files: String,
+    },
     /// An image cannot be read.
     #[error(transparent)]
     Image(#[from] heliodon_image::ImageError),

@@ -8,6 +8,7 @@ mod first_site;
 mod looks;
 #[cfg(feature = "viewer")]
 mod pictures;
+mod prepared;
 mod resume;
 mod shards;
 mod sites;

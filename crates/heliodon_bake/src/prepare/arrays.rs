@@ -189,3 +189,69 @@ impl Reader<'_> {
         Some(Arc::clone(&self.textures[number]))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec2;
+    use std::fs;
+    use std::path::Path;
+
+    fn texture(grey: u8) -> Arc<Texture> {
+        let image = SrgbImage { width: 1, height: 1, pixels: vec![[grey; 4]] };
+        Arc::new(Texture { source: format!("{grey}.png"), image, wrap: [TextureWrap::Mirror, TextureWrap::Clamp] })
+    }
+
+    fn textured() -> Mesh {
+        let [one, other] = [texture(1), texture(2)];
+        let material = |texture: Option<&Arc<Texture>>| Material {
+            name: "stone".to_owned(),
+            base_color_linear: Vec3::splat(0.5),
+            texture: texture.cloned(),
+        };
+        Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            uvs: vec![Vec2::ZERO; 3],
+            triangles: vec![[0, 1, 2]; 4],
+            triangle_material: vec![0, 1, 2, 3],
+            materials: vec![material(Some(&one)), material(None), material(Some(&other)), material(Some(&one))],
+            ..Mesh::default()
+        }
+    }
+
+    #[test]
+    fn meshes_come_back_whole_or_not_at_all() {
+        let root = tempfile::tempdir().unwrap();
+        let cache = Cache::open(root.path(), "key", Path::new("bundle")).unwrap();
+        let mesh = textured();
+        for elsewhere in [Vec::new(), textures_of(&mesh.materials)] {
+            let mut writer = Writer::new(&cache, "part", &elsewhere);
+            writer.mesh("mesh", &mesh).unwrap();
+            writer.told(&["limestone"]);
+            assert!(read(&cache, "part", &elsewhere, |reader| reader.mesh("mesh")).is_none(), "the index comes last");
+            writer.finish().unwrap();
+            let take = |reader: &mut Reader| Some((reader.mesh("mesh")?, reader.told::<[String; 1]>()?));
+            let (back, told) = read(&cache, "part", &elsewhere, take).unwrap();
+            assert_eq!(
+                (back.positions, back.uvs, back.triangles),
+                (mesh.positions.clone(), mesh.uvs.clone(), mesh.triangles.clone())
+            );
+            assert_eq!((back.triangle_material, told), (mesh.triangle_material.clone(), ["limestone".to_owned()]));
+            // what shared a texture shares it again, for a bundle holds each once
+            let textures = textures_of(&back.materials);
+            assert_eq!(textures.iter().map(|texture| texture.source.as_str()).collect::<Vec<_>>(), ["1.png", "2.png"]);
+            assert_eq!(textures[1].wrap, [TextureWrap::Mirror, TextureWrap::Clamp]);
+            if let Some(own) = elsewhere.first() {
+                assert!(Arc::ptr_eq(own, &textures[0]));
+            }
+            // not all that was written is asked for: it is something else
+            assert!(read(&cache, "part", &elsewhere, |reader| reader.mesh("mesh")).is_none());
+            fs::remove_file(cache.folder().join("part-index-00000")).unwrap();
+        }
+        let mut writer = Writer::new(&cache, "part", &[]);
+        writer.mesh("mesh", &mesh).unwrap();
+        writer.finish().unwrap();
+        fs::write(cache.folder().join("part-mesh-triangles-00000"), "damaged").unwrap();
+        assert!(read(&cache, "part", &[], |reader| reader.mesh("mesh")).is_none());
+    }
+}

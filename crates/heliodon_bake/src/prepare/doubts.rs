@@ -1,10 +1,34 @@
-//! What is odd about rooms: told as warnings, for a room in the wrong place makes a bundle of the wrong stones.
+//! What is odd about rooms and parts: told as warnings, for a room in the wrong place makes a bundle of the wrong stones.
 
+use super::{PrepareReport, Work};
+use crate::error::BakeError;
 use heliodon_bundle::site::{Room, SITE_FILE_NAME};
 use heliodon_prepare::purge::{PurgeReport, RoomReport};
 
 /// Columns and furniture within a room take a few percent of its box; a box that reaches into a wall takes more.
 const STONE_IN_ROOMS: f64 = 0.05;
+
+/// One sentence for each part of which cleaning leaves nothing.
+///
+/// # Errors
+/// Where it leaves nothing of any part.
+pub(super) fn empty_parts(work: &Work, report: &PrepareReport) -> Result<Vec<String>, BakeError> {
+    let files = |part: usize| crate::scene::files_of(work.files, part).map(|file| file.name.clone());
+    let empty: Vec<usize> = (0..report.parts.len()).filter(|&part| report.parts[part].triangles_original == 0).collect();
+    if empty.len() == report.parts.len() {
+        let triangles = report.parts.iter().map(|part| part.triangles_read).sum();
+        let files = empty.into_iter().flat_map(files).collect::<Vec<_>>().join(", ");
+        return Err(BakeError::NothingLeft { triangles, files });
+    }
+    let told = |part: usize| {
+        let (of_part, files) = (&report.parts[part], files(part).collect::<Vec<_>>().join(", "));
+        format!(
+            "part {}: nothing is left of the {} triangles of {files} after cleaning; mend the files, or write clean = false into [prepare] of {SITE_FILE_NAME}",
+            of_part.name, of_part.triangles_read
+        )
+    };
+    Ok(empty.into_iter().map(told).collect())
+}
 
 /// One sentence for each room that lies in stone or sees nothing, and one where that keeps the purge from dropping anything.
 pub(super) fn room_doubts(rooms: &[Room], purge: &PurgeReport) -> Vec<String> {

@@ -29,7 +29,7 @@ use crate::error::BakeError;
 use crate::plan::Plan;
 use crate::report::Reporter;
 use crate::scene::{Original, PartRange, Scene};
-use doubts::room_doubts;
+use doubts::{empty_parts, room_doubts};
 use dropped::{Reduced, purge_name, reduce, seen};
 use fit::fit;
 use heliodon_bundle::site::{InputFile, Prepare, Site};
@@ -117,6 +117,7 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
         ends.push((original.positions.len(), original.triangles.len()));
         report.parts.push(of_part);
     }
+    warnings.extend(empty_parts(work, &report)?);
     let (params, steps) = fit(work, &mut meshes)?;
     report.steps = steps;
     (report.error_px, report.edge_px) = (f64::from(params.error_px), f64::from(params.edge_px));
