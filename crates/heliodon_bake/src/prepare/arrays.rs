@@ -198,7 +198,7 @@ mod tests {
     use std::path::Path;
 
     fn texture(grey: u8) -> Arc<Texture> {
-        let image = SrgbImage { width: 1, height: 1, pixels: vec![[grey; 3]] };
+        let image = SrgbImage { width: 1, height: 1, pixels: vec![[grey; 4]] };
         Arc::new(Texture { source: format!("{grey}.png"), image, wrap: [TextureWrap::Mirror, TextureWrap::Clamp] })
     }
 
