@@ -1,10 +1,10 @@
 //! From the files of a site to the geometry that is drawn, and what stands behind it in the light.
 //!
-//! Part after part is read, cleaned, split where it is coarse and simplified to what the display can show from the rooms ([`part`]); of all
-//! parts together what no eye in any room can see is dropped ([`dropped`]). Light is then solved at the vertices that are left, among the
+//! Part after part is read, cleaned, split where it is coarse and simplified to what the display can show from the rooms (`part`); of all
+//! parts together what no eye in any room can see is dropped (`dropped`). Light is then solved at the vertices that are left, among the
 //! original geometry: what is dropped is not drawn, but still occludes, and a coarse form of it still holds the light that it reflects.
 //!
-//! Each step's result is kept as soon as it is there ([`pieces`]), and the finished geometry ([`kept`]), after which the steps' are removed.
+//! Each step's result is kept as soon as it is there (`pieces`), and the finished geometry (`kept`), after which the steps' are removed.
 
 mod arrays;
 mod doubts;
