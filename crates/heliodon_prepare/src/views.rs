@@ -139,7 +139,8 @@ mod tests {
         assert_eq!(views.facing(Vec3::new(-40.0, 0.0, 1.0), Vec3::X), 1.0);
         assert_eq!(views.facing(Vec3::new(1.0, 0.0, 1.0), Vec3::Y), 1.0, "beneath the eyes");
         let far = Vec3::new(-40.0, 0.0, 1.0);
-        assert!((views.across(far, Vec3::X) - 2.0 / 40.0).abs() < 1e-3, "along the view");
+        // the eye is two metres higher and one to the side
+        assert!((views.across(far, Vec3::X) - 5.0_f32.sqrt() / 40.0).abs() < 1e-3, "along the view");
         assert!(views.across(far, Vec3::NEG_Z) > 0.99, "across it");
         assert_eq!(views.across(Vec3::ZERO, Vec3::X), 1.0, "where eyes are");
         let nowhere = Views { cells: Vec::new(), ..views };
