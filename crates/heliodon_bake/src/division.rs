@@ -96,7 +96,7 @@ pub struct PlanNote {
     pub tool: String,
     /// Into how many shards it was divided last.
     pub shards: u32,
-    /// What `site.toml` says of the bake, of the sky, and of the place.
+    /// What `site.toml` says of the bake, of the sky, of the place, and of what geometry is prepared for.
     pub parameters: Value,
     /// The files that were read.
     pub inputs: Vec<StoredFile>,
@@ -112,6 +112,9 @@ impl PlanNote {
             "bake": value(serde_json::to_value(&site.bake)),
             "sky": value(serde_json::to_value(&site.sky)),
             "site": value(serde_json::to_value(&site.site)),
+            "prepare": value(serde_json::to_value(&site.prepare)),
+            // rooms and display decide nothing else
+            "views": value(serde_json::to_value(site.prepare.as_ref().map(|_| (&site.rooms, &site.display)))),
         });
         Self { key: key.to_owned(), tool: TOOL.to_owned(), shards, parameters, inputs: plan.inputs.clone() }
     }

@@ -44,18 +44,28 @@ impl Mesh {
         *lengths.select_nth_unstable_by(middle, f32::total_cmp).1
     }
 
-    /// Some of the triangles as a mesh of their own, with the vertices that they use in the order in which they use them, and all materials; and
-    /// which vertex of this mesh each of its vertices is.
+    /// Some of the triangles as a mesh of their own, as [`Mesh::with_corners`].
     ///
     /// # Panics
     /// Where there is no such triangle, or it names no such vertex.
     #[must_use]
     pub fn with_triangles(&self, triangles: &[u32]) -> (Self, Vec<u32>) {
+        let corners = triangles.iter().map(|&t| self.triangles[t as usize]);
+        self.with_corners(corners, pick(&self.triangle_material, triangles))
+    }
+
+    /// Other triangles over the vertices as a mesh of their own, with the vertices that they use in the order in which they use them, and all
+    /// materials; and which vertex of this mesh each of its vertices is. `triangle_material` is empty or has one for each.
+    ///
+    /// # Panics
+    /// Where a triangle names no such vertex.
+    #[must_use]
+    pub fn with_corners(&self, corners: impl Iterator<Item = [u32; 3]>, triangle_material: Vec<u16>) -> (Self, Vec<u32>) {
         const UNUSED: u32 = u32::MAX;
         let mut place = vec![UNUSED; self.positions.len()];
         let mut vertices = Vec::new();
-        let corners = triangles.iter().map(|&t| {
-            self.triangles[t as usize].map(|vertex| {
+        let corners = corners.map(|corners| {
+            corners.map(|vertex| {
                 let place = &mut place[vertex as usize];
                 if *place == UNUSED {
                     *place = vertices.len() as u32;
@@ -64,14 +74,14 @@ impl Mesh {
                 *place
             })
         });
-        let corners: Vec<[u32; 3]> = corners.collect();
+        let triangles = corners.collect();
         let mesh = Self {
             positions: pick(&self.positions, &vertices),
             normals: pick(&self.normals, &vertices),
             uvs: pick(&self.uvs, &vertices),
             colors_linear: pick(&self.colors_linear, &vertices),
-            triangles: corners,
-            triangle_material: pick(&self.triangle_material, triangles),
+            triangles,
+            triangle_material,
             materials: self.materials.clone(),
         };
         (mesh, vertices)
