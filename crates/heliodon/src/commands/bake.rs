@@ -25,23 +25,11 @@ use std::path::{Path, PathBuf};
     after_help = "Examples:\n  heliodon bake mysite\n  heliodon bake mysite --estimate\n  heliodon bake mysite -o /data/bundles/mysite --threads 8\n  heliodon bake mysite --shard 2/7\n  heliodon bake mysite --on slurm --shards 8 --slurm-option=--partition=long --slurm-option=--mem=8G"
 )]
 pub struct Args {
-    /// The site's folder, or its site.toml
-    site: PathBuf,
-    /// Where the bundle stands [default: bundle, in the site's folder]
-    #[arg(short, long, value_name = "BUNDLE")]
-    output: Option<PathBuf>,
+    #[command(flatten)]
+    target: Target,
     /// Tell what the bake would cost, from a few timed blocks, and bake nothing
     #[arg(long)]
     estimate: bool,
-    /// Bake even where the bundle is up to date
-    #[arg(long)]
-    again: bool,
-    /// Keep finished work in this folder
-    #[arg(long, value_name = "DIR")]
-    cache: Option<PathBuf>,
-    /// Keep the finished work after success, too
-    #[arg(long)]
-    keep_cache: bool,
     /// Do only part I of N of the work; `heliodon merge` makes the bundle of all parts
     #[arg(long, value_name = "I/N", conflicts_with_all = ["estimate", "on", "keep_cache"], help_heading = "Many machines")]
     shard: Option<Shard>,
@@ -69,6 +57,39 @@ enum Cluster {
     Slurm,
 }
 
+/// Which site becomes which bundle, and where finished work is kept.
+#[derive(Debug, clap::Args)]
+pub struct Target {
+    /// The site's folder, or its site.toml
+    site: PathBuf,
+    /// Where the bundle stands [default: bundle, in the site's folder]
+    #[arg(short, long, value_name = "BUNDLE")]
+    output: Option<PathBuf>,
+    /// Make the bundle even where it is up to date
+    #[arg(long)]
+    again: bool,
+    /// Keep finished work in this folder [default: .heliodon/cache, beside the bundle]
+    #[arg(long, value_name = "DIR")]
+    cache: Option<PathBuf>,
+    /// Keep the finished work after success, too
+    #[arg(long)]
+    keep_cache: bool,
+}
+
+impl Target {
+    /// Reads the site and plans its bake.
+    pub fn plan(&self) -> Result<Plan> {
+        let site = Site::read(&self.site)?;
+        let options = BakeOptions {
+            bundle: self.output.clone().unwrap_or_else(|| default_bundle(&site)),
+            cache: self.cache.clone(),
+            keep_cache: self.keep_cache,
+            again: self.again,
+        };
+        Ok(Plan::new(site, options)?)
+    }
+}
+
 /// Where a site's bundle stands when nobody says otherwise.
 pub fn default_bundle(site: &Site) -> PathBuf {
     site.folder().join("bundle")
@@ -76,14 +97,7 @@ pub fn default_bundle(site: &Site) -> PathBuf {
 
 /// Runs it.
 pub fn run(app: &App, args: &Args) -> Result<()> {
-    let site = Site::read(&args.site)?;
-    let options = BakeOptions {
-        bundle: args.output.clone().unwrap_or_else(|| default_bundle(&site)),
-        cache: args.cache.clone(),
-        keep_cache: args.keep_cache,
-        again: args.again,
-    };
-    let plan = Plan::new(site, options)?;
+    let plan = args.target.plan()?;
     if args.estimate {
         return app.output.result(&estimate(&plan, &app.progress)?, describe_estimate);
     }
@@ -92,7 +106,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         return app.output.result(&report, describe_shard);
     }
     match (args.on, args.shards) {
-        (Some(Cluster::Slurm), Some(shards)) if args.again || !plan.is_up_to_date() => {
+        (Some(Cluster::Slurm), Some(shards)) if args.target.again || !plan.is_up_to_date() => {
             let options = slurm::Options { shards, tries: args.tries, sbatch: &args.slurm_option };
             app.output.result(&slurm::bake(app, &plan, &options)?, describe_slurm)
         }
