@@ -33,6 +33,8 @@ pub struct FrameBench {
     pub playing: bool,
     /// Whether the eye moves in every frame, to and fro: an eye at rest is spared what it does not see.
     pub swaying: bool,
+    /// Whether each frame is two pictures, of eyes [`EYES_APART_M`] apart.
+    pub stereo: bool,
     /// Frames that are not counted, after everything was loaded.
     pub warm_up: u32,
     /// Frames that are.
@@ -50,6 +52,7 @@ impl Default for FrameBench {
             height: 768,
             playing: true,
             swaying: false,
+            stereo: false,
             warm_up: 60,
             frames: 100,
             pose: None,
@@ -60,6 +63,10 @@ impl Default for FrameBench {
 
 /// How far a swaying eye goes.
 const SWAY_M: f32 = 0.01;
+
+/// Between the pupils of a visitor: the mean of adults is 63 to 64 mm (N. A. Dodgson, "Variation and extrema of human interpupillary distance",
+/// Proc. SPIE 5291, 2004).
+pub const EYES_APART_M: f32 = 0.063;
 
 /// Why there is no measurement.
 #[derive(Debug, Error)]
@@ -143,9 +150,15 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
     .add_plugins((HeliodonPlugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
     app.world_mut().resource_mut::<TimeLapse>().playing = bench.playing;
     app.world_mut().resource_mut::<Actors>().options = bench.actors;
-    let target = Image::new_target_texture(bench.width, bench.height, TextureFormat::Rgba8UnormSrgb, None);
-    let target = app.world_mut().resource_mut::<Assets<Image>>().add(target);
-    let camera = app.world_mut().spawn((DaylightCamera, RenderTarget::from(target))).id();
+    let sides: &[f32] = if bench.stereo { &[-0.5, 0.5] } else { &[0.0] };
+    let cameras: Vec<(Entity, f32)> = sides
+        .iter()
+        .map(|side| {
+            let target = Image::new_target_texture(bench.width, bench.height, TextureFormat::Rgba8UnormSrgb, None);
+            let target = app.world_mut().resource_mut::<Assets<Image>>().add(target);
+            (app.world_mut().spawn((DaylightCamera, RenderTarget::from(target))).id(), side * EYES_APART_M)
+        })
+        .collect();
     if let Some(folder) = folder {
         let mut stage = app.world_mut().resource_mut::<Stage>();
         stage.open(folder)?;
@@ -153,7 +166,11 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
             let pose = bench.pose.unwrap_or_else(|| Pose::home(manifest));
             let fov = fov_deg(manifest).to_radians();
             let projection = Projection::Perspective(PerspectiveProjection { fov, near: 0.05, ..default() });
-            app.world_mut().entity_mut(camera).insert((pose.transform(), projection));
+            for (camera, side_m) in cameras {
+                let mut transform = pose.transform();
+                transform.translation += transform.right() * side_m;
+                app.world_mut().entity_mut(camera).insert((transform, projection.clone()));
+            }
         }
     }
     let clock = Clock::default();

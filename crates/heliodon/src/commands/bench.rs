@@ -1,5 +1,7 @@
 //! `heliodon bench`: the project's benchmarks.
 
+#[cfg(feature = "viewer")]
+mod frame;
 mod motion;
 
 use crate::App;
@@ -61,7 +63,7 @@ pub struct Args {
     cache: Option<PathBuf>,
     #[cfg(feature = "viewer")]
     #[command(flatten)]
-    acting: crate::acting::Args,
+    frame: frame::Args,
     /// Also write the mesh as OBJ, for programs to compare with
     #[arg(long, value_name = "FILE")]
     write_obj: Option<PathBuf>,
@@ -81,7 +83,7 @@ enum Benchmark {
     Motion,
     /// The sky's transfer with its bounces
     Transfer,
-    /// Frames of the viewer while the day passes, 1024x768, off screen
+    /// Frames of the viewer, 1024x768, off screen
     #[cfg(feature = "viewer")]
     Frame,
 }
@@ -115,7 +117,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         Benchmark::Import => bench_import(args)?,
         Benchmark::Motion => motion::run(args)?,
         #[cfg(feature = "viewer")]
-        Benchmark::Frame => bench_frame(args)?,
+        Benchmark::Frame => frame::run(args)?,
         Benchmark::Build | Benchmark::SunMasks | Benchmark::Visibility | Benchmark::Transfer => bench_mesh(app, args, &params)?,
     };
     figures.seconds.iter_mut().for_each(|seconds| *seconds = (*seconds * 1e6).round() / 1e6);
@@ -222,40 +224,6 @@ fn bench_mesh(app: &App, args: &Args, params: &LightParams) -> Result<Figures> {
         // the others need no hierarchy
         _ => {}
     }
-    Ok(figures)
-}
-
-/// Frames of a bundle, and the memory that an empty scene needs in the same program.
-#[cfg(feature = "viewer")]
-fn bench_frame(args: &Args) -> Result<Figures> {
-    use heliodon_view::bench::{FrameBench, frame_times};
-
-    let Some(folder) = &args.input else { wrong_arguments!("name a bundle: heliodon bench frame BUNDLE") };
-    let bundle = heliodon_bundle::BundleReader::open(folder)?;
-    let mut figures = figures(args, bundle.manifest().site.name.clone(), &Mesh::default());
-    (figures.vertices, figures.triangles) = (bundle.vertex_count(), bundle.triangle_count());
-    drop(bundle);
-    let mut bench = FrameBench::default();
-    args.acting.apply(&mut bench.actors);
-    let empty = frame_times(None, bench)?;
-    for _ in 0..args.runs {
-        let times = frame_times(Some(folder), bench)?;
-        figures.seconds.push(times.mean_ms / 1e3);
-        if let (Some(with), Some(without)) = (times.resident_bytes, empty.resident_bytes) {
-            figures.more.insert("resident_bytes_beyond_an_empty_scene".to_owned(), with as f64 - without as f64);
-        }
-        if let Some(ms) = times.processor_ms {
-            figures.more.insert("processor_ms".to_owned(), ms);
-        }
-        let told = times.actors;
-        if told.actors > 0 {
-            figures.more.insert("actors_directions".to_owned(), told.directions as f64);
-            figures.more.insert("actors_vertices".to_owned(), told.vertices as f64);
-            figures.more.insert("actors_ms".to_owned(), f64::from(told.ms));
-        }
-        figures.scene = format!("{} on {}", figures.scene.split(" on ").next().unwrap_or_default(), times.device);
-    }
-    figures.more.insert("empty_scene_ms".to_owned(), empty.mean_ms);
     Ok(figures)
 }
 

@@ -10,6 +10,7 @@ pub mod chunk;
 pub mod closed;
 pub mod cluster;
 pub(crate) mod depth_map;
+mod encoded;
 pub mod layout;
 pub mod moment;
 mod occlusion;
@@ -24,7 +25,7 @@ pub mod sight;
 pub mod view;
 
 use crate::stage::frame::StageFrame;
-use bevy::camera::Camera3d;
+use bevy::camera::{Camera3d, CameraMainTextureUsages};
 use bevy::core_pipeline::core_3d::main_opaque_pass_3d;
 use bevy::core_pipeline::schedule::{Core3d, Core3dSystems, camera_driver};
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
@@ -57,7 +58,7 @@ impl Plugin for DaylightPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<StageFrame>()
             .add_plugins((ExtractResourcePlugin::<StageFrame>::default(), ExtractComponentPlugin::<DaylightCamera>::default()));
-        app.add_systems(PostUpdate, let_depth_be_read);
+        app.add_systems(PostUpdate, let_textures_be_copied);
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else { return };
         render_app
             .init_resource::<prepare::StageGpu>()
@@ -82,9 +83,15 @@ impl Plugin for DaylightPlugin {
     }
 }
 
-/// The depth of a camera that finds out what is hidden is copied (occlusion.rs).
-fn let_depth_be_read(info: Option<Res<RenderAdapterInfo>>, mut cameras: Query<&mut Camera3d, Added<DaylightCamera>>) {
+/// The depth of a camera that finds out what is hidden is copied (occlusion.rs), and into its picture what was drawn in codes (encoded.rs).
+fn let_textures_be_copied(
+    info: Option<Res<RenderAdapterInfo>>,
+    mut cameras: Query<(&mut Camera3d, &mut CameraMainTextureUsages), Added<DaylightCamera>>,
+) {
     if info.is_some_and(|info| info.device_type == DeviceType::Cpu) {
-        cameras.iter_mut().for_each(|mut camera| camera.depth_texture_usages.0 |= TextureUsages::COPY_SRC.bits());
+        for (mut camera, mut usages) in &mut cameras {
+            camera.depth_texture_usages.0 |= TextureUsages::COPY_SRC.bits();
+            usages.0 |= TextureUsages::COPY_DST;
+        }
     }
 }

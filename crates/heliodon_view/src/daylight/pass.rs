@@ -4,6 +4,7 @@
 //! drawn by Bevy over it, occluded as it should be. A frame that asks what is seen (sight.rs) takes a pass more, and one of a moving
 //! eye is submitted in two parts (occlusion.rs).
 
+use super::encoded::Encoded;
 use super::occlusion::{DepthReadback, may_show};
 use super::pipelines::{Near, Subject};
 use super::prepare::{Drawn, StageGpu, StageView};
@@ -19,6 +20,7 @@ use bevy::render::render_resource::{
 };
 use bevy::render::renderer::{PendingCommandBuffers, RenderContext, RenderDevice, RenderQueue, ViewQuery};
 use bevy::render::view::{ExtractedView, ViewDepthTexture, ViewTarget};
+use std::cell::Cell;
 use wgpu::{RenderPass, TextureView};
 
 /// The most triangles of a pass where a processor draws. Such a driver (llvmpipe) keeps some 300 bytes of each triangle until the
@@ -84,7 +86,13 @@ pub fn draw_stage(
     });
     let lamps = shaded.as_ref().and_then(|shaded| shaded.lamps);
     let (plain_actors, shaded_actors) = (closed_stone(stone), shaded.as_ref().map(|shaded| closed_stone(shaded.stone)));
-    let canvas = Canvas { target, depth, viewport, view_group, stone, shaded };
+    let size = UVec2::new(depth.texture.width(), depth.texture.height());
+    let encoded = stage_view.codes.map(|format| match stage_view.encoded.take() {
+        Some(encoded) if encoded.is(size, format) => encoded,
+        _ => Encoded::new(&device, size, format),
+    });
+    let begun = Cell::new(false);
+    let canvas = Canvas { target, encoded: encoded.as_ref(), begun, depth, viewport, view_group, stone, shaded };
 
     let moving = stage_view.undecided.is_some() || stage_view.drawn.seen.single.is_none();
     // A day that passes before an eye at rest is what must be quick: that is one pass.
@@ -95,7 +103,6 @@ pub fn draw_stage(
     if let Some(clusters) = stage_view.undecided.take() {
         let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor { label: Some("stone_seen_before") });
         drop(canvas.stone(&mut encoder, &gpu, &stage_view.drawn, most));
-        let size = UVec2::new(depth.texture.width(), depth.texture.height());
         let readback = match stage_view.depth.take() {
             Some(readback) if readback.size() == size => readback,
             _ => DepthReadback::new(&device, size),
@@ -128,6 +135,11 @@ pub fn draw_stage(
         pass.set_bind_group(1, &**maps, &[]);
         pass.draw(0..3, 0..1);
     }
+    drop(pass);
+    if let Some(encoded) = &encoded {
+        encoded.end(encoder, target);
+    }
+    stage_view.encoded = encoded;
 }
 
 /// The pipelines of closed stone, without and with a texture.
@@ -138,6 +150,10 @@ fn closed_stone(stone: [Option<&RenderPipeline>; 4]) -> [Option<&RenderPipeline>
 /// Where a camera's passes draw, and by which pipelines.
 struct Canvas<'a> {
     target: &'a ViewTarget,
+    /// What is drawn to in place of the target.
+    encoded: Option<&'a Encoded>,
+    /// Whether anything was drawn to it.
+    begun: Cell<bool>,
     depth: &'a ViewDepthTexture,
     viewport: Option<Viewport>,
     view_group: BindGroup,
@@ -184,7 +200,14 @@ impl Canvas<'_> {
 
     /// Draws stone, in passes of `most` triangles; the last is left open.
     fn stone(&self, encoder: &mut CommandEncoder, gpu: &StageGpu, drawn: &Drawn, most: u64) -> RenderPass<'static> {
-        let begin = |encoder: &mut CommandEncoder| self.begin(encoder, "stone_and_sky", self.target.get_color_attachment());
+        let begin = |encoder: &mut CommandEncoder| {
+            let color = match self.encoded {
+                None => self.target.get_color_attachment(),
+                Some(encoded) if self.begun.replace(true) => encoded.attachment(LoadOp::Load),
+                Some(encoded) => encoded.attachment(encoded.begin(encoder, self.target)),
+            };
+            self.begin(encoder, "stone_and_sky", color)
+        };
         let runs = self.shaded.as_ref().map(|shaded| (shaded, drawn.runs(&gpu.chunks)));
         let mut pass = begin(encoder);
         let mut number = 0;

@@ -1,5 +1,6 @@
 //! Before the GPU's work of a frame: what was loaded goes up, each camera's draws are found, the stale light is listed.
 
+use super::encoded::{Encoded, codes_format};
 use super::layout::{BLOCK, GROUP};
 use super::moment::MomentUniform;
 use super::occlusion::{DepthReadback, LEAST_TRIANGLES};
@@ -15,7 +16,7 @@ use crate::sky::SkyResources;
 use crate::stage::feed::Delivery;
 use crate::stage::frame::StageFrame;
 use crate::stage::texture::{self, LevelledTexture};
-use bevy::camera::{Camera3d, MainPassResolutionOverride};
+use bevy::camera::{Camera3d, CameraMainTextureUsages, MainPassResolutionOverride};
 use bevy::core_pipeline::prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass, NormalPrepass};
 use bevy::prelude::*;
 use bevy::render::camera::ExtractedCamera;
@@ -151,6 +152,10 @@ pub struct StageView {
     pub undecided: Option<Vec<ClusterRef>>,
     /// The depth of what is drawn first.
     pub depth: Option<DepthReadback>,
+    /// The format of the codes in which it is drawn, if it is.
+    pub codes: Option<TextureFormat>,
+    /// Its picture in codes.
+    pub encoded: Option<Encoded>,
     /// The bundle that it sees.
     stage: u64,
     /// Pipelines for all subjects.
@@ -285,6 +290,7 @@ type SeenCamera = (
     Entity,
     &'static ExtractedCamera,
     &'static Camera3d,
+    &'static CameraMainTextureUsages,
     &'static ExtractedView,
     &'static Msaa,
     Option<&'static MainPassResolutionOverride>,
@@ -313,7 +319,7 @@ pub fn prepare_views(
     mut views: Query<SeenCamera, With<DaylightCamera>>,
 ) {
     gpu.needed.clear();
-    for (entity, camera, camera_3d, view, msaa, resolution, stage_view) in &mut views {
+    for (entity, camera, camera_3d, usages, view, msaa, resolution, stage_view) in &mut views {
         let Some(mut stage_view) = stage_view else {
             // From the next frame on; the commands are applied before it.
             commands.entity(entity).insert(StageView::default());
@@ -325,7 +331,11 @@ pub fn prepare_views(
         let eye = if parallel { Eye::Along(forward) } else { Eye::At(view.world_from_view.translation()) };
         let view_from_world = view.world_from_view.to_matrix().inverse();
         let clip_from_world = view.clip_from_world.unwrap_or_else(|| view.clip_from_view * view_from_world);
-        let keys = SUBJECTS.map(|subject| PipelineKey::new(subject, frame.curve, view.target_format, msaa.samples()));
+        stage_view.codes = (gpu.software && msaa.samples() == 1 && resolution.is_none())
+            .then(|| codes_format(view.target_format, usages.0, camera))
+            .flatten();
+        let format = stage_view.codes.unwrap_or(view.target_format);
+        let keys = SUBJECTS.map(|subject| PipelineKey::new(subject, frame.curve, format, msaa.samples()));
         let ids = keys.map(|key| pipelines.colour(&mut cache, key));
         stage_view.pipelines = Some(ids);
         let near = if lamps.any() && gpu.has_normals() { Near::Lamps } else { Near::Actors };

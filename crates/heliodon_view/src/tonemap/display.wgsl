@@ -11,9 +11,12 @@ fn hable(x: vec3<f32>) -> vec3<f32> {
     return ((x * (0.15 * x + 0.05) + 0.004) / (x * (0.15 * x + 0.5) + 0.06)) - 0.02 / 0.3;
 }
 
+// The transfer function of sRGB in [0, 1], at most 0.01 of an 8-bit code off: the power by its best polynomial in the fourth root,
+// for a processor takes three times as long for logarithm and exponential.
 fn srgb_from_linear(linear: vec3<f32>) -> vec3<f32> {
     let low = linear * 12.92;
-    let high = 1.055 * pow(linear, vec3<f32>(1.0 / 2.4)) - 0.055;
+    let root = sqrt(sqrt(linear));
+    let high = (((0.08133 * root - 0.3355016) * root + 1.1226817) * root + 0.1961358) * root - 0.0646115;
     return select(high, low, linear <= vec3<f32>(0.0031308));
 }
 
