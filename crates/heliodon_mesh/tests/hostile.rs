@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests")]
 
 use heliodon_mesh::albedo::MeshAlbedo;
-use heliodon_mesh::import::{Format, ImportError, ImportOptions, ImportReport, from_bytes, read_reporting};
+use heliodon_mesh::import::{Format, ImportError, ImportOptions, ImportReport, Place, from_bytes, read_reporting};
 use heliodon_mesh::{Mesh, chunk, export};
 use heliodon_testkit::hostile::files::{self, File, Outcome};
 use heliodon_testkit::hostile::meshes;
@@ -65,6 +65,55 @@ fn errors_name_the_place() {
         let error = read(&file.bytes, file.ending).unwrap_err().to_string();
         assert!(error.contains(place), "{name}: {error}");
     }
+}
+
+/// A binary PLY of a triangle for each of `data`'s faces, whose header says what it likes.
+fn counted(vertices: u64, faces: u64, held: usize) -> Vec<u8> {
+    let mut bytes = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\nproperty float z\n\
+         element face {faces}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    .into_bytes();
+    bytes.extend([0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|x| x.to_le_bytes()));
+    for _ in 0..held {
+        bytes.push(3);
+        bytes.extend([0_i32, 1, 2].iter().flat_map(|i| i.to_le_bytes()));
+    }
+    bytes
+}
+
+#[test]
+fn faces_that_are_cut_off_are_told_before_they_are_read() {
+    // a gigabyte of faces would be read for minutes before its end is met
+    let error = read(&counted(3, 1000, 999), "ply").unwrap_err();
+    assert_eq!(error.place(), &Place::File);
+    assert!(error.problem().contains("promises 1000 rows of \"face\""), "{error}");
+    assert_eq!(read(&counted(3, 1000, 1000), "ply").unwrap().triangles.len(), 1000);
+}
+
+#[test]
+fn headers_that_count_too_few_rows_are_told() {
+    let warnings = |bytes: &[u8]| {
+        let mut report = ImportReport::default();
+        let name = Path::new("few.ply");
+        from_bytes(bytes, Format::Ply, name, &ImportOptions::default(), &mut report).unwrap();
+        report.warnings.concat()
+    };
+    assert!(warnings(&counted(3, 1, 5)).contains("few.ply: 52 bytes behind its last row are not read"));
+    let mut ended = counted(3, 5, 5);
+    ended.extend(b"\r\n");
+    assert_eq!(warnings(&ended), "");
+    let text = |faces: u32, rows: &str| {
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+             element face {faces}\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n{rows}"
+        )
+    };
+    assert!(warnings(text(1, "3 0 1 2\n3 2 1 0\n").as_bytes()).contains("bytes behind its last row"));
+    assert_eq!(warnings(text(2, "3 0 1 2\n3 2 1 0\n\n").as_bytes()), "");
+    // too few vertices: what follows them is read as faces, and is none
+    let error = read(&counted(2, 1, 1), "ply").unwrap_err().to_string();
+    assert!(error.contains("counts are wrong"), "{error}");
 }
 
 #[test]

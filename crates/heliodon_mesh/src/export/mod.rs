@@ -1,11 +1,13 @@
 //! Writing meshes: PLY and OBJ; objects that move: GLB and PC2. (The glTF of monuments is the bundle's.)
 
+mod beside;
 mod glb;
 mod obj;
 mod pc2;
 mod ply;
 pub mod scene;
 
+pub use beside::{beside, token};
 pub use glb::{glb, write_glb};
 pub use obj::{obj, write_obj};
 pub use pc2::write_pc2;
@@ -43,9 +45,7 @@ fn ensure_whole(mesh: &Mesh) -> std::io::Result<()> {
 
 /// Writes to a file beside the wanted one and renames it, so that a failure leaves what was there.
 fn write_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<(), ExportError> {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".tmp-{}", std::process::id()));
-    let beside = path.with_file_name(name);
+    let beside = beside(path);
     let attempt = || {
         let mut out = BufWriter::with_capacity(1 << 18, File::create(&beside)?);
         write(&mut out)?;

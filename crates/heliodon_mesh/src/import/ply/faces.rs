@@ -28,7 +28,9 @@ pub(super) fn read(
     let Some((at, count_type, item_type)) = index_list(element) else { return Ok(()) };
     let texcoords = element.find(&["texcoord"]).filter(|&i| matches!(element.properties[i].kind, Kind::List { .. }));
     let texture_number = find_scalar(element, &["texnumber"]);
-    assembly.mesh.triangles.reserve_exact(element.count as usize);
+    // what a header promises takes no memory that the file has no bytes for
+    let held = rows.source.remaining() / element.least_row(rows.encoding()).max(1);
+    assembly.mesh.triangles.reserve_exact(element.count.min(held) as usize);
     let mut face = Face::default();
     let plain = element.properties.len() == 1 && rows.encoding() != Encoding::Ascii;
     for number in 0..element.count {

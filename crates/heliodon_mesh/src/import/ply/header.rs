@@ -1,5 +1,6 @@
 //! The header of a PLY file: what the rows hold and how many there are.
 
+use super::faces::index_list;
 use crate::import::error::ImportError;
 use crate::import::number::parse_integer;
 use crate::import::source::Source;
@@ -81,13 +82,16 @@ pub(super) struct Element {
 }
 
 impl Element {
-    /// The least that a row takes: bytes in a binary file, characters in text.
-    fn least_row(&self, encoding: Encoding) -> u64 {
-        let least = |p: &Property| match (encoding, p.kind) {
-            (Encoding::Ascii, _) => 2,
-            (_, Kind::Scalar(scalar) | Kind::List { count: scalar, .. }) => scalar.size() as u64,
+    /// The least that a row takes: bytes in a binary file, characters in text. A face is taken to have three corners: counting empty lists,
+    /// a scan of gigabytes that was cut off would be read to its end before that is told.
+    pub fn least_row(&self, encoding: Encoding) -> u64 {
+        let corners = |i: usize| if self.name == "face" && Some(i) == index_list(self).map(|list| list.0) { 3 } else { 0 };
+        let least = |(i, p): (usize, &Property)| match (encoding, p.kind) {
+            (Encoding::Ascii, _) => 2 + 2 * corners(i),
+            (_, Kind::Scalar(scalar)) => scalar.size() as u64,
+            (_, Kind::List { count, item }) => count.size() as u64 + corners(i) * item.size() as u64,
         };
-        self.properties.iter().map(least).sum()
+        self.properties.iter().enumerate().map(least).sum()
     }
 
     pub fn find(&self, names: &[&str]) -> Option<usize> {

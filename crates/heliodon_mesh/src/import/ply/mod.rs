@@ -60,8 +60,18 @@ pub(super) fn read(
     if vertices_left_over {
         assembly.warn("has several \"vertex\" elements; only the first is read");
     }
+    let left_over = rows.left_over()?;
     if !faces_read || (assembly.mesh.triangles.is_empty() && assembly.report.collapsed_triangles == 0) {
-        return Err(without_faces(source, &header, vertex_count));
+        return Err(if left_over > 0 {
+            left_over_fault(source, left_over)
+        } else {
+            without_faces(source, &header, vertex_count)
+        });
+    }
+    if left_over > 0 {
+        assembly.warn(format_args!(
+            "{left_over} bytes behind its last row are not read; the header may count too few rows, then export it again"
+        ));
     }
     wedges.apply_uvs(&mut assembly);
     materials(&header, folder, &mut assembly);
@@ -86,6 +96,13 @@ fn check(source: &Source, header: &Header, assembly: &Assembly) -> Result<u32, I
     let faces: u64 = header.elements.iter().filter(|e| e.name == "face").map(|e| e.count).sum();
     assembly.check_count(faces, "faces")?;
     Ok(vertex.count as u32)
+}
+
+/// Rows that a header counts too few of are read as those of the next element, and make no sense there.
+fn left_over_fault(source: &Source, bytes: u64) -> ImportError {
+    let problem =
+        format!("its rows make no triangles, and {bytes} bytes are left behind the last: the header's counts are wrong");
+    source.fail(problem, "export it again")
 }
 
 fn without_faces(source: &Source, header: &Header, vertices: u32) -> ImportError {

@@ -5,6 +5,9 @@ use crate::import::error::ImportError;
 use crate::import::number::parse_f64;
 use crate::import::source::{DAMAGED, Source};
 
+/// Bytes behind the last row that are looked at.
+const LOOKED_AT: usize = 64;
+
 /// Values as `f64`: exact for every type but 64-bit integers beyond 2^53, which no index reaches.
 pub(super) struct Rows<'s, 'a> {
     pub source: &'s mut Source<'a>,
@@ -69,6 +72,14 @@ impl<'s, 'a> Rows<'s, 'a> {
                 self.source.skip((items * item.size()) as u64)
             }
         }
+    }
+
+    /// Bytes behind the last row; blanks and ends of lines do not count.
+    pub fn left_over(&mut self) -> Result<u64, ImportError> {
+        let left = self.source.remaining();
+        let start = self.source.peek(LOOKED_AT)?;
+        let is_blank = start[..start.len().min(LOOKED_AT)].iter().all(u8::is_ascii_whitespace);
+        Ok(if is_blank { 0 } else { left })
     }
 
     pub fn skip_element(&mut self, element: &Element) -> Result<(), ImportError> {
