@@ -14,6 +14,7 @@ mod albedo;
 pub mod arrays;
 pub mod chunk;
 pub mod export;
+pub mod file_lock;
 mod glb;
 mod gltf;
 pub mod grid;

@@ -5,10 +5,11 @@
 //! file system has no such step the old one is moved to `.NAME.old` first; if the process ends between the two moves, the
 //! next one that opens `NAME` for writing moves it back.
 
+use crate::file_lock::{Company, LockFault, take_lock};
 use crate::manifest::{FORMAT_NAME, MANIFEST_FILE_NAME, Manifest};
 use crate::storage::{WriteFault, io_fault};
 use crate::writer::WriteError;
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -95,35 +96,12 @@ impl Staging {
 
 impl Lock {
     fn take(path: PathBuf, target: &Path) -> Result<Self, WriteError> {
-        loop {
-            let file = File::options().write(true).create(true).truncate(false).open(&path).map_err(io_fault(&path))?;
-            match file.try_lock() {
-                Ok(()) => {}
-                // some network file systems know no locks
-                Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {}
-                Err(TryLockError::WouldBlock) => return Err(WriteError::Busy { path: target.to_owned() }),
-                Err(TryLockError::Error(error)) => return Err(io_fault(&path)(error).into()),
-            }
-            // between opening and locking, the one before may have removed the file: then the lock is on nothing
-            if is_same_file(&file, &path) {
-                return Ok(Self { path, _file: file });
-            }
+        match take_lock(&path, Company::Alone) {
+            Ok(file) => Ok(Self { path, _file: file }),
+            Err(LockFault::Busy) => Err(WriteError::Busy { path: target.to_owned() }),
+            Err(LockFault::Io(error)) => Err(io_fault(&path)(error).into()),
         }
     }
-}
-
-#[cfg(unix)]
-fn is_same_file(file: &File, path: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    match (file.metadata(), fs::metadata(path)) {
-        (Ok(a), Ok(b)) => (a.dev(), a.ino()) == (b.dev(), b.ino()),
-        _ => false,
-    }
-}
-
-#[cfg(not(unix))]
-fn is_same_file(_: &File, path: &Path) -> bool {
-    path.exists()
 }
 
 /// Changes the places of two folders in one step; false where that cannot be done.

@@ -29,6 +29,12 @@ impl StoredFile {
         let bytes = io::copy(&mut file, &mut hasher)?;
         Ok(Self { path: name.to_owned(), bytes, blake3: hasher.finalize().to_hex().to_string() })
     }
+
+    /// As [`StoredFile::hash`], of what was read from it.
+    #[must_use]
+    pub fn of_bytes(bytes: &[u8], name: &str) -> Self {
+        Self { path: name.to_owned(), bytes: bytes.len() as u64, blake3: blake3::hash(bytes).to_hex().to_string() }
+    }
 }
 
 /// What keeps a bundle from being written.

@@ -92,6 +92,12 @@ impl Site {
         self.source.file()
     }
 
+    /// The text of `site.toml` as it was read; the file may be another by now.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        self.source.text()
+    }
+
     /// What `site.toml` holds.
     #[must_use]
     pub fn file(&self) -> &SiteFile {

@@ -29,6 +29,10 @@ impl Source {
         &self.file
     }
 
+    pub(super) fn text(&self) -> &str {
+        &self.text
+    }
+
     pub(super) fn parse(&self) -> Result<SiteFile, SiteError> {
         toml::from_str(&self.text).map_err(|error| {
             let place = error.span().map(|span| line_and_column(&self.text, span.start));
