@@ -17,7 +17,7 @@ use crate::sky::{BakedSky, bake_sky};
 use glam::Vec3;
 use heliodon_bundle::grid::AXES;
 use heliodon_bundle::manifest::Counts;
-use heliodon_bundle::site::Actor;
+use heliodon_bundle::site::{Actor, InputKind};
 use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, GridPoints, LightLayout, Manifest, VertexLight, WriteError};
 use heliodon_mesh::Texture;
 use heliodon_rays::TriangleScene;
@@ -183,6 +183,7 @@ fn write_bundle(
     for actor in actor_metas(&plan.files, actors) {
         writer.add_actor(&actor)?;
     }
+    plan.check_unchanged(|kind| matches!(kind, InputKind::Actor(_) | InputKind::ActorCache(_) | InputKind::ActorAlbedo(_)))?;
     let mut lapse = sky.lapse;
     lapse.sun_bounce_basis =
         bounce.map(|bounce| SunBounceBasis { channels: layout.channels, functions: bounce.functions.clone() });

@@ -10,8 +10,9 @@
 //! with the process.
 
 use crate::prepare::GEOMETRY;
-use std::fs::{self, File, TryLockError};
-use std::hash::{BuildHasher, RandomState};
+use heliodon_bundle::file_lock::{Company, LockFault, take_lock, wait_for_lock};
+use heliodon_mesh::export::token;
+use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -24,8 +25,9 @@ const OWNER_FILE: &str = "bundle.txt";
 const UNFINISHED: &str = "new";
 /// No block takes so long to write; who may not ask whether others are alive waits so long before it clears up after them.
 const DEAD_AFTER: Duration = Duration::from_secs(3600);
-/// What Linux says where a network file system has no daemon for locks.
-const ENOLCK: i32 = 37;
+
+/// How often a folder is made that others take away, before that is an error.
+const MOST_TRIES: u32 = 16;
 
 /// Why a cache cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -60,13 +62,6 @@ pub struct Cache {
     token: u64,
 }
 
-/// Who may work in the folder at the same time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Company {
-    Alone,
-    Shards,
-}
-
 impl Cache {
     /// Opens (makes, if need be) the folder of the bake `key` below `root`; `owner` names the bundle that it serves.
     ///
@@ -83,33 +78,27 @@ impl Cache {
     /// # Errors
     /// As [`Cache::open`].
     pub fn join(root: &Path, key: &str, owner: &Path) -> Result<Self, CacheError> {
-        let cache = Self::locked(root, key, owner, Company::Shards)?;
+        let cache = Self::locked(root, key, owner, Company::Together)?;
         cache.remove_unfinished(DEAD_AFTER);
         Ok(cache)
     }
 
     fn locked(root: &Path, key: &str, owner: &Path, company: Company) -> Result<Self, CacheError> {
         let folder = root.join(key);
-        let write_error = |path: &Path| {
-            let path = path.to_owned();
-            move |source| CacheError::Write { path, source }
-        };
-        fs::create_dir_all(&folder).map_err(write_error(&folder))?;
         let lock_path = folder.join(LOCK_FILE);
-        let lock =
-            File::options().create(true).truncate(false).write(true).open(&lock_path).map_err(write_error(&lock_path))?;
-        let locked = if company == Company::Alone { lock.try_lock() } else { lock.try_lock_shared() };
-        match locked {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(CacheError::Busy { path: lock_path }),
-            // Some network file systems have no locks; the blocks' own atomic renames still keep each file whole.
-            Err(TryLockError::Error(source))
-                if source.kind() == io::ErrorKind::Unsupported || source.raw_os_error() == Some(ENOLCK) => {}
-            Err(TryLockError::Error(source)) => return Err(CacheError::Write { path: lock_path, source }),
-        }
-        // nothing of the standard library is random but the keys of its hash maps
-        let token = RandomState::new().hash_one(std::process::id());
-        let cache = Self { folder, root: root.to_owned(), lock, token };
+        let mut tries = 0;
+        let lock = loop {
+            tries += 1;
+            let made = fs::create_dir_all(&folder).map_err(LockFault::from);
+            match made.and_then(|()| take_lock(&lock_path, company)) {
+                Ok(lock) => break lock,
+                Err(LockFault::Busy) => return Err(CacheError::Busy { path: lock_path }),
+                // who clears up has taken the folder away before it was locked
+                Err(LockFault::Io(error)) if error.kind() == io::ErrorKind::NotFound && tries < MOST_TRIES => {}
+                Err(LockFault::Io(source)) => return Err(CacheError::Write { path: folder, source }),
+            }
+        };
+        let cache = Self { folder, root: root.to_owned(), lock, token: token() };
         cache.write_note(OWNER_FILE, owner.to_string_lossy().as_bytes())?;
         Ok(cache)
     }
@@ -131,6 +120,25 @@ impl Cache {
         write(&beside).and_then(|()| fs::rename(&beside, &path)).map_err(|source| {
             let _ = fs::remove_file(&beside);
             CacheError::Write { path, source }
+        })
+    }
+
+    /// Locks a file of the folder against all others until what is returned is dropped; where another has it, says so by `waiting` and waits.
+    ///
+    /// # Errors
+    /// [`CacheError::Write`].
+    pub fn lock(&self, name: &str, waiting: impl FnOnce()) -> Result<File, CacheError> {
+        let path = self.folder.join(name);
+        let locked = match take_lock(&path, Company::Alone) {
+            Err(LockFault::Busy) => {
+                waiting();
+                wait_for_lock(&path)
+            }
+            other => other,
+        };
+        locked.map_err(|fault| match fault {
+            LockFault::Busy => CacheError::Busy { path },
+            LockFault::Io(source) => CacheError::Write { path, source },
         })
     }
 
@@ -219,10 +227,13 @@ fn remove_idle(root: &Path, owner: &Path, wanted: impl Fn(&str) -> bool) {
     let owner = owner.to_string_lossy();
     for stale in entries(root) {
         let gone = stale.file_name().is_some_and(|name| wanted(&name.to_string_lossy()));
-        let same = || fs::read_to_string(stale.join(OWNER_FILE)).is_ok_and(|name| name == owner);
-        let idle = || File::options().write(true).open(stale.join(LOCK_FILE)).is_ok_and(|lock| lock.try_lock().is_ok());
-        if gone && same() && idle() {
+        if !gone || !fs::read_to_string(stale.join(OWNER_FILE)).is_ok_and(|name| name == owner) {
+            continue;
+        }
+        // held until the folder is gone, or somebody might begin in it meanwhile
+        if let Ok(lock) = take_lock(&stale.join(LOCK_FILE), Company::Alone) {
             let _ = fs::remove_dir_all(&stale);
+            drop(lock);
         }
     }
 }

@@ -54,6 +54,12 @@ pub enum BakeError {
     /// The bundle that is there cannot be read.
     #[error(transparent)]
     OldBundle(#[from] heliodon_bundle::ReadError),
+    /// A file was written while it was read.
+    #[error("{}: was changed while it was read; run the same again once nobody writes it", path.display())]
+    Changed {
+        /// The file.
+        path: PathBuf,
+    },
     /// A file cannot be read.
     #[error("{}: {source}", path.display())]
     Read {

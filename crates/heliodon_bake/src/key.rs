@@ -1,42 +1,13 @@
 //! What decides a bake's result, as one hash: the name under which its finished work is kept.
 
-use crate::error::BakeError;
-use crate::referenced::referenced_files;
 use crate::scene::Scene;
 use heliodon_bundle::StoredFile;
-use heliodon_bundle::site::{Bake, InputFile, InputKind, SITE_FILE_NAME, Site};
-use std::path::{Component, Path, PathBuf};
+use heliodon_bundle::site::{Bake, Site};
+use std::path::{Component, Path};
 
 /// The program, its version, and a revision that changes with the sources of all that decides what a bake computes, made by
 /// the build script. Bundles and kept work of another revision are made anew.
 pub const TOOL: &str = concat!("heliodon ", env!("CARGO_PKG_VERSION"), " ", env!("HELIODON_BAKE_REVISION"));
-
-/// Hashes `site.toml`, the files that it names, and those that these name in turn.
-///
-/// # Errors
-/// A file that cannot be read.
-pub fn hash_inputs(site: &Site, files: &[InputFile]) -> Result<Vec<StoredFile>, BakeError> {
-    let hash = |path: &Path, name: &str| {
-        StoredFile::hash(path, name).map_err(|source| BakeError::Read { path: path.to_owned(), source })
-    };
-    let mut inputs = vec![hash(site.path(), SITE_FILE_NAME)?];
-    let mut known: Vec<PathBuf> = vec![site.path().to_owned()];
-    let mut add = |path: &Path| {
-        if known.iter().all(|known| known != path) {
-            // two files of one name, both outside of the site, are two inputs
-            inputs.push(hash(path, &told_name(site.folder(), path))?);
-            known.push(path.to_owned());
-        }
-        Ok::<(), BakeError>(())
-    };
-    for file in files {
-        add(&file.path)?;
-        if matches!(file.kind, InputKind::Geometry(_) | InputKind::Actor(_)) {
-            referenced_files(&file.path).iter().try_for_each(|path| add(path))?;
-        }
-    }
-    Ok(inputs)
-}
 
 /// What manifests call a file: its path from the site's folder with `/` between folders; outside of the site only its name,
 /// for manifests tell nothing of the machine.

@@ -27,6 +27,7 @@ mod error;
 pub mod estimate;
 pub mod grid;
 pub mod ground;
+mod inputs;
 mod kept_light;
 mod key;
 pub mod light;

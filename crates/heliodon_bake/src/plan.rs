@@ -5,7 +5,8 @@ use crate::actors::{Figure, read_figures};
 use crate::error::BakeError;
 use crate::grid::GridPlan;
 use crate::ground::{as_given, on_the_ground};
-use crate::key::{TOOL, bake_key, hash_inputs, told_name};
+use crate::inputs::Inputs;
+use crate::key::{TOOL, bake_key, told_name};
 use crate::light::channels;
 use crate::prepare::prepare;
 use crate::report::Reporter;
@@ -57,6 +58,8 @@ pub struct Plan {
     pub figures: Vec<Figure>,
     /// Where it writes, and what it may skip.
     pub options: BakeOptions,
+    /// What was hashed, to be looked at again once it was read.
+    hashed: Inputs,
 }
 
 impl Plan {
@@ -67,9 +70,10 @@ impl Plan {
     pub fn new(site: Site, options: BakeOptions) -> Result<Self, BakeError> {
         refuse_texels(&site)?;
         let files = site.input_files()?;
+        // hashed before anything is read: what changes between the two is found
+        let hashed = Inputs::hash(&site, &files)?;
         let figures = read_figures(&site, &files)?;
-        let inputs = hash_inputs(&site, &files)?;
-        let plan = Self { site, files, inputs, figures, options };
+        let plan = Self { site, files, inputs: hashed.stored(), figures, options, hashed };
         // a grid that is too large is told now, not after hours
         plan.grid(None)?;
         Ok(plan)
@@ -99,9 +103,21 @@ impl Plan {
     /// As [`scene::read`] and [`prepare`].
     pub fn read_scene(&self, reporter: &dyn Reporter) -> Result<Scene, BakeError> {
         match &self.site.prepare {
-            None => scene::read(&self.site, &self.files, reporter),
+            None => {
+                let scene = scene::read(&self.site, &self.files, reporter)?;
+                self.check_unchanged(|kind| matches!(kind, InputKind::Geometry(_) | InputKind::Albedo(_)))?;
+                Ok(scene)
+            }
             Some(settings) => Ok(prepare(self, settings, None, reporter)?.scene),
         }
+    }
+
+    /// Looks whether files that were read since the plan was made are still what was hashed for it.
+    ///
+    /// # Errors
+    /// [`BakeError::Changed`], and a file that cannot be read any more.
+    pub(crate) fn check_unchanged(&self, wanted: impl Fn(InputKind) -> bool) -> Result<(), BakeError> {
+        self.hashed.check_unchanged(wanted)
     }
 
     /// What manifests call one of the files.

@@ -1,7 +1,7 @@
 //! The sky of a site's day: from `site.toml` to the lapse and its maps.
 
 use crate::blocks::Share;
-use crate::cache::{Cache, CacheError};
+use crate::cache::Cache;
 use crate::error::BakeError;
 use crate::plan::Plan;
 use crate::report::Reporter;
@@ -78,7 +78,7 @@ pub fn bake_sky(plan: &Plan, cache: &Cache, reporter: &dyn Reporter) -> Result<B
     if done > 0 {
         reporter.note(&format!("going on: {done} of {count} skies are done"));
     }
-    let mut keeper = CacheKeeper::new(cache, reporter, record_stage);
+    let mut keeper = CacheKeeper::new(plan, cache, reporter, record_stage);
     let built = day::build_keeping(&params, &mut keeper);
     let BuiltLapse { lapse, sun_steps, notes, .. } = keeper.checked(built)?;
     reporter.finished();
@@ -92,6 +92,7 @@ pub fn bake_sky(plan: &Plan, cache: &Cache, reporter: &dyn Reporter) -> Result<B
 
 /// A shard's part of the sky.
 pub struct SkyShare<'a> {
+    plan: &'a Plan,
     skies: Skies,
     cache: &'a Cache,
     reporter: &'a dyn Reporter,
@@ -103,8 +104,8 @@ impl<'a> SkyShare<'a> {
     ///
     /// # Errors
     /// As [`lapse_params`].
-    pub fn new(plan: &Plan, cache: &'a Cache, reporter: &'a dyn Reporter, share: Share) -> Result<Self, BakeError> {
-        Ok(Self { skies: Skies::new(lapse_params(&plan.site, &plan.files)?)?, cache, reporter, share })
+    pub fn new(plan: &'a Plan, cache: &'a Cache, reporter: &'a dyn Reporter, share: Share) -> Result<Self, BakeError> {
+        Ok(Self { plan, skies: Skies::new(lapse_params(&plan.site, &plan.files)?)?, cache, reporter, share })
     }
 
     /// The name of its files, and how many blocks it has: one for each sky.
@@ -125,7 +126,7 @@ impl<'a> SkyShare<'a> {
             Some(suns) => suns,
             None => {
                 self.make(|_| true)?;
-                let mut keeper = CacheKeeper::new(self.cache, self.reporter, self.record_stage());
+                let mut keeper = CacheKeeper::new(self.plan, self.cache, self.reporter, self.record_stage());
                 let built = day::build_keeping(self.skies.params(), &mut keeper);
                 keeper.checked(built)?.suns
             }
@@ -151,7 +152,7 @@ impl<'a> SkyShare<'a> {
         let numbers: Vec<u32> = numbers.into_iter().map(|number| number as u32).collect();
         self.reporter.stage("sky", numbers.len() as u64);
         self.reporter.progress(0);
-        let mut keeper = CacheKeeper::new(self.cache, self.reporter, self.record_stage());
+        let mut keeper = CacheKeeper::new(self.plan, self.cache, self.reporter, self.record_stage());
         let made = self.skies.make(&numbers, &mut keeper);
         keeper.checked(made)?;
         self.reporter.finished();
@@ -166,6 +167,7 @@ fn told(sky: BakedSky, reporter: &dyn Reporter) -> BakedSky {
 
 /// Keeps each sky as soon as it is made: its map, then what was taken from it, so that a record never stands without its map.
 struct CacheKeeper<'a> {
+    plan: &'a Plan,
     cache: &'a Cache,
     reporter: &'a dyn Reporter,
     record_stage: &'static str,
@@ -175,29 +177,31 @@ struct CacheKeeper<'a> {
     done: u64,
     /// of these, those that were made now.
     made: usize,
-    failed: Option<CacheError>,
+    failed: Option<BakeError>,
 }
 
 impl<'a> CacheKeeper<'a> {
-    fn new(cache: &'a Cache, reporter: &'a dyn Reporter, record_stage: &'static str) -> Self {
-        Self { cache, reporter, record_stage, maps: 0, done: 0, made: 0, failed: None }
+    fn new(plan: &'a Plan, cache: &'a Cache, reporter: &'a dyn Reporter, record_stage: &'static str) -> Self {
+        Self { plan, cache, reporter, record_stage, maps: 0, done: 0, made: 0, failed: None }
     }
 
-    /// What was built with it. The cache's own error says what to do.
+    /// What was built with it. The keeper's own error says what to do.
     fn checked<T>(&mut self, built: Result<T, SkyError>) -> Result<T, BakeError> {
         match self.failed.take() {
-            Some(error) => Err(error.into()),
+            Some(error) => Err(error),
             None => Ok(built?),
         }
     }
 
-    fn store(&self, number: u32, record: &SkyRecord, map: Option<SkyMap<'_>>) -> Result<(), CacheError> {
+    fn store(&self, number: u32, record: &SkyRecord, map: Option<SkyMap<'_>>) -> Result<(), BakeError> {
+        // it is kept under the hashes of the probes
+        self.plan.check_unchanged(|kind| kind == InputKind::Probe)?;
         if let Some(map) = map {
             self.cache.store(MAP_STAGE, map.index as usize, &map.image.to_hdr_bytes())?;
         }
         // plain numbers always have a JSON form; an empty block would only be made again
         let record = serde_json::to_vec(record).unwrap_or_default();
-        self.cache.store(self.record_stage, number as usize, &record)
+        Ok(self.cache.store(self.record_stage, number as usize, &record)?)
     }
 
     fn is_done(&mut self) {

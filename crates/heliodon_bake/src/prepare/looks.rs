@@ -13,6 +13,9 @@ use std::path::{Path, PathBuf};
 const SEEN: Vec3 = Vec3::new(0.6, 0.6, 0.55);
 const UNSEEN: Vec3 = Vec3::new(0.5, 0.04, 0.03);
 
+/// Characters of a part's name in a file's: in any script it fits into the 255 bytes that file systems allow.
+const LONGEST_NAME: usize = 48;
+
 /// Where coloured meshes are written, if at all.
 pub(super) struct Looks {
     folder: Option<PathBuf>,
@@ -23,7 +26,7 @@ impl Looks {
     pub fn new(site: &Site, folder: Option<&Path>) -> Self {
         let file_name = |(index, name): (usize, String)| {
             let plain = |c: char| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' };
-            format!("{:02}-{}", index + 1, name.chars().map(plain).collect::<String>())
+            format!("{:02}-{}", index + 1, name.chars().take(LONGEST_NAME).map(plain).collect::<String>())
         };
         let names = site.parts.iter().map(heliodon_bundle::site::Part::display_name).enumerate().map(file_name);
         Self { folder: folder.map(Path::to_owned), names: names.collect() }

@@ -52,6 +52,7 @@ pub struct Prepared {
 
 /// What all steps work with.
 struct Work<'a> {
+    plan: &'a Plan,
     site: &'a Site,
     files: &'a [InputFile],
     settings: &'a Prepare,
@@ -67,30 +68,48 @@ struct Work<'a> {
 /// # Errors
 /// Files that cannot be read, what cannot be prepared within the limits of the formats, and a cache that cannot be written.
 pub fn prepare(plan: &Plan, settings: &Prepare, looks: Option<&Path>, reporter: &dyn Reporter) -> Result<Prepared, BakeError> {
-    // shards of one site may do this side by side: what they write is the same
+    // several runs may have it open, but one at a time makes the geometry, and the others find it; without locks all make the same
     let cache = Cache::join(&plan.cache_root(), &geometry_key(plan, settings), &plan.owner())?;
     let pieces = Pieces::new(Some(&cache), looks.is_none(), reporter);
     let (site, files) = (&plan.site, &plan.files);
     if looks.is_some() && (pieces.has(FINISHED) || pieces.has(&piece_name(0, "whole"))) {
         reporter.note("coloured meshes need every step: what an earlier run has left is not used");
     }
-    let finished = pieces.take::<Prepared>(FINISHED, &[]);
-    let prepared = match finished {
-        Some(finished) => {
-            reporter.note("going on: the geometry is prepared");
-            finished
-        }
+    let prepared = match take_finished(&pieces, reporter) {
+        Some(finished) => finished,
         None => {
-            let work = Work { site, files, settings, views: views(site), looks: Looks::new(site, looks), pieces, reporter };
-            let prepared = make(&work)?;
-            work.pieces.keep(FINISHED, &[], &prepared)?;
-            cache.remove_others(GEOMETRY, &plan.owner());
-            prepared
+            let mut waited = false;
+            let _making = cache.lock(MAKING, || {
+                waited = true;
+                reporter.note("another run prepares the same geometry: waiting for it");
+            })?;
+            let of_another = if waited { take_finished(&pieces, reporter) } else { None };
+            match of_another {
+                Some(finished) => finished,
+                None => {
+                    let views = views(site);
+                    let work = Work { plan, site, files, settings, views, looks: Looks::new(site, looks), pieces, reporter };
+                    let prepared = make(&work)?;
+                    work.pieces.keep(FINISHED, &[], &prepared)?;
+                    cache.remove_others(GEOMETRY, &plan.owner());
+                    prepared
+                }
+            }
         }
     };
     cache.remove_blocks(PIECE);
     prepared.scene.warnings.iter().for_each(|warning| reporter.warning(warning));
     Ok(prepared)
+}
+
+/// The file that is locked by whoever makes the geometry.
+const MAKING: &str = "making";
+
+/// The whole geometry, if an earlier run has left it.
+fn take_finished(pieces: &Pieces, reporter: &dyn Reporter) -> Option<Prepared> {
+    let finished = pieces.take(FINISHED, &[])?;
+    reporter.note("going on: the geometry is prepared");
+    Some(finished)
 }
 
 impl Work<'_> {

@@ -8,7 +8,7 @@ use crate::cache::CacheError;
 use crate::error::BakeError;
 use crate::scene::Original;
 use glam::Vec3;
-use heliodon_bundle::site::{Prepare, Role, Winding};
+use heliodon_bundle::site::{InputKind, Prepare, Role, Winding};
 use heliodon_mesh::import::ImportReport;
 use heliodon_mesh::{Mesh, MeshError};
 use heliodon_prepare::Views;
@@ -156,10 +156,13 @@ pub(super) fn compare(
 
 /// Reads, cleans and splits.
 fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
-    let Work { site, files, settings, views, looks, .. } = work;
+    let Work { plan, site, files, settings, views, looks, .. } = work;
     let mut steps = Steps::new(work.reporter);
     let mut import = ImportReport::default();
     let mut mesh = steps.run("reading", || crate::scene::read_part(site, files, index, &mut import))?;
+    let of_part = |kind| matches!(kind, InputKind::Geometry(part) | InputKind::Albedo(part) if part == index);
+    // it will be kept under the hash that the file had before
+    plan.check_unchanged(of_part)?;
     let part = &site.parts[index];
     let mut report = PartReport {
         name: part.display_name(),
