@@ -1,6 +1,7 @@
 //! Files that appear whole or not at all.
 
 use anyhow::{Context, Result, bail};
+use heliodon_mesh::export::beside;
 use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io;
@@ -133,14 +134,6 @@ pub fn is_within(path: &Path, folder: &Path) -> bool {
         (Ok(path), Ok(folder)) => path.starts_with(folder),
         _ => false,
     }
-}
-
-/// A name in the same folder, with the same ending (writers look at it), that no other run uses.
-pub fn beside(path: &Path) -> PathBuf {
-    let name = path.file_name().map_or_else(OsString::new, OsString::from);
-    let mut hidden = OsString::from(format!(".{}-", std::process::id()));
-    hidden.push(name);
-    path.with_file_name(hidden)
 }
 
 #[cfg(test)]

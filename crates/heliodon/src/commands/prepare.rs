@@ -2,6 +2,7 @@
 
 use super::bake::default_bundle;
 use crate::App;
+use crate::files::write_whole;
 use crate::output::{bytes, duration};
 use anyhow::{Context, Result};
 use heliodon_bake::plan::{BakeOptions, Plan};
@@ -9,6 +10,7 @@ use heliodon_bake::prepare::{PrepareReport, prepare};
 use heliodon_bake::report::Reporter;
 use heliodon_bundle::site::Site;
 use std::fs;
+use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -51,8 +53,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     if let Some(folder) = &args.output {
         let json = serde_json::to_vec_pretty(&report).context("the report cannot be written as JSON")?;
         for (name, content) in [("report.txt", text.as_bytes()), ("report.json", json.as_slice())] {
-            let path = folder.join(name);
-            fs::write(&path, content).with_context(|| format!("{}: cannot be written", path.display()))?;
+            write_whole(&folder.join(name), |file| file.write_all(content))?;
         }
     }
     app.output.result(&report, |_| text)

@@ -11,6 +11,7 @@ use crate::output::counted;
 use anyhow::{Context, Result, bail};
 use client::{Job, Task};
 use heliodon_bake::CACHE_FOLDER;
+use heliodon_bake::cache::Cache;
 use heliodon_bake::merge::{Standing, begin_shards, standing};
 use heliodon_bake::plan::Plan;
 use heliodon_bake::report::Reporter;
@@ -18,7 +19,7 @@ use script::Places;
 use serde::Serialize;
 use serde_json::Value;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -87,7 +88,7 @@ struct Launch<'a> {
     options: &'a Options<'a>,
     key: String,
     /// Scripts and logs.
-    folder: PathBuf,
+    kept: Cache,
     /// The names of the array and of the merge.
     names: [String; 2],
     interrupted: Arc<AtomicBool>,
@@ -105,23 +106,24 @@ impl<'a> Launch<'a> {
             cache: absolute(&plan.cache_root())?,
             again: plan.options.again,
         };
-        let folder = places.cache.join(format!("slurm-{key}"));
+        // held as long as we live: a merge that ends without us removes the folder
+        let kept = Cache::join(&places.cache, &format!("slurm-{key}"), &plan.owner())?;
+        let folder = kept.folder();
         let write = |name: &str, text: String| {
             let path = folder.join(name);
             fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
         };
-        fs::create_dir_all(&folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
         write(SHARD_SCRIPT, script::of_shard(&places, options.shards, &key))?;
         write(MERGE_SCRIPT, script::of_merge(&places, &folder.join(MERGE_REPORT), plan.options.keep_cache))?;
         let names = [format!("heliodon-{key}"), format!("heliodon-merge-{key}")];
-        Ok(Self { app, plan, options, key, folder, names, interrupted, jobs: Vec::new(), again: Vec::new() })
+        Ok(Self { app, plan, options, key, kept, names, interrupted, jobs: Vec::new(), again: Vec::new() })
     }
 
     /// Submits what is missing and follows it, until the bundle is there.
     fn run(&mut self) -> Result<Value> {
         if self.queued()?.is_empty() {
             // of an earlier run, whose bundle is not what is asked for now
-            let _ = fs::remove_file(self.folder.join(MERGE_REPORT));
+            let _ = fs::remove_file(self.kept.folder().join(MERGE_REPORT));
         } else {
             self.app.progress.note("jobs of an earlier run of this bake are still there: following them");
             self.follow()?;
@@ -142,7 +144,7 @@ impl<'a> Launch<'a> {
     }
 
     fn submit(&mut self, open: &[u32], attempt: u32) -> Result<()> {
-        let log = |name: &str| self.folder.join(name);
+        let log = |name: &str| self.kept.folder().join(name);
         let [shards, merge] = &self.names;
         let mut after = None;
         if !open.is_empty() {
@@ -180,7 +182,7 @@ impl<'a> Launch<'a> {
 
     /// Removes scripts and logs of what went well, and the folders above where they are empty now.
     fn tidy(&self) {
-        let _ = fs::remove_dir_all(&self.folder);
+        let _ = fs::remove_dir_all(self.kept.folder());
         let root = self.plan.cache_root();
         // remove_dir only removes empty folders
         let _ = fs::remove_dir(&root);
@@ -234,7 +236,7 @@ impl<'a> Launch<'a> {
 
     /// What the merge has reported, once its bundle is there.
     fn merged(&self) -> Option<Value> {
-        let report = serde_json::from_slice(&fs::read(self.folder.join(MERGE_REPORT)).ok()?).ok()?;
+        let report = serde_json::from_slice(&fs::read(self.kept.folder().join(MERGE_REPORT)).ok()?).ok()?;
         self.plan.is_up_to_date().then_some(report)
     }
 
@@ -264,7 +266,7 @@ impl<'a> Launch<'a> {
             ),
             None => ("the merge failed".to_owned(), "merge.log".to_owned()),
         };
-        let log = self.folder.join(log);
+        let log = self.kept.folder().join(log);
         let text = fs::read_to_string(&log).unwrap_or_default();
         let last = text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("nothing");
         anyhow::anyhow!(

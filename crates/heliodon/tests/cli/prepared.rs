@@ -5,6 +5,7 @@ use crate::resume::blocks;
 use crate::resume::with_little_room;
 use crate::sites::{TestSite, plane, waves};
 use crate::{assert_same_bundle, contents, done, heliodon, json, run};
+use std::io::{BufRead, Read};
 use std::path::PathBuf;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -106,7 +107,33 @@ fn damaged_geometry_is_made_again() {
 }
 
 #[test]
-fn two_bakes_at_once_prepare_side_by_side() {
+fn one_run_prepares_and_the_others_wait_for_it() {
+    let site = prepared_site();
+    let whole = reference(&site);
+    done(&[&"prepare", &site.folder()]);
+    // as if another run were about to make the geometry
+    let kept = blocks(site.folder(), "scene-index")[0].clone();
+    let hidden = site.path("finished");
+    std::fs::rename(&kept, &hidden).unwrap();
+    let making = std::fs::File::options().write(true).open(kept.with_file_name("making")).unwrap();
+    making.lock().unwrap();
+    let mut waiting = heliodon(&[&"bake", &site.folder()]).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut told = std::io::BufReader::new(waiting.stderr.take().unwrap());
+    let mut line = String::new();
+    while !line.contains("waiting for it") {
+        line.clear();
+        assert!(told.read_line(&mut line).unwrap() > 0, "it did not wait");
+    }
+    std::fs::rename(&hidden, &kept).unwrap();
+    drop(making);
+    let mut rest = String::new();
+    told.read_to_string(&mut rest).unwrap();
+    assert!(waiting.wait().unwrap().success() && rest.contains("going on: the geometry is prepared"), "{rest}");
+    assert_same_bundle(&site.path("bundle"), &whole);
+}
+
+#[test]
+fn two_bakes_at_once_do_not_mix() {
     let site = prepared_site();
     let whole = reference(&site);
     let bake = || heliodon(&[&"bake", &site.folder()]).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
@@ -140,6 +167,24 @@ fn a_full_disk_stops_preparation_and_spoils_nothing() {
     }
     done(&[&"bake", &site.folder()]);
     assert_same_bundle(&site.path("bundle"), &whole);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_full_disk_leaves_no_half_report() {
+    let site = site_with(&plane(1), ROOM);
+    // a name that is longer than a file's can be
+    site.edit("role = \"scan\"", &format!("role = \"scan\"\nname = \"{}\"", "寺".repeat(200)));
+    let (folder, found) = (site.folder().to_str().unwrap().to_owned(), site.path("found"));
+    // reports are the largest of all that is written
+    let met = (1..64).find_map(|kib| {
+        let full = with_little_room(kib, &["prepare", &folder, "-o", found.to_str().unwrap()]);
+        assert!(full.code == 1, "{kib} KiB are enough for all");
+        full.err.contains("report.json").then_some(full.err)
+    });
+    assert!(met.as_ref().is_some_and(|told| told.contains("cannot write")), "{met:?}");
+    let names: Vec<String> = contents(&found).into_iter().map(|(name, _)| name).collect();
+    assert!(names.iter().all(|name| name.ends_with(".ply") || name == "report.txt"), "{names:?}");
 }
 
 #[test]

@@ -182,6 +182,25 @@ fn an_interruption_cancels_the_jobs() {
 }
 
 #[test]
+fn a_merge_that_nobody_waits_for_leaves_nothing() {
+    let fake = Fake::new();
+    let mut child = fake.bake(&[]).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let begun = Instant::now();
+    let wait = |until: &dyn Fn() -> bool| {
+        while !until() {
+            assert!(begun.elapsed() < Duration::from_secs(300));
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    };
+    wait(&|| fake.fake("job-2").exists());
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(!fake.site.path("bundle").exists());
+    wait(&|| !fake.fake("job-2").exists());
+    assert!(fake.site.path("bundle/manifest.json").exists() && !fake.site.path(".heliodon").exists());
+}
+
+#[test]
 fn without_slurm_one_message_says_what_to_do() {
     let fake = Fake::new();
     let output = fake.bake(&[]).env("PATH", fake.site.path("fake")).output().unwrap();
