@@ -143,5 +143,45 @@ fn more_is_simplified_until_the_number_fits() {
     let few = prepared(folder.path());
     let wanted = many.triangles_drawn as f64 / 3.0;
     assert!((0.4 * wanted..1.1 * wanted).contains(&(few.triangles_drawn as f64)), "{} of {wanted}: {few}", few.triangles_drawn);
-    assert!(few.edge_px > 1.3 * many.edge_px, "{few}");
+    let [ground, wall, _] = &few.parts[..] else { panic!("{few}") };
+    assert!(ground.edge_px > 1.3 * 2.0 && wall.edge_px < ground.edge_px, "ground gives way first: {few}");
+    // what is simplified twice keeps to the limit as well
+    for part in &few.parts {
+        let error = part.error.unwrap();
+        assert!(f64::from(error.from_original.max_px) <= part.error_px, "{few}");
+    }
+}
+
+#[test]
+fn a_scan_that_was_thinned_out_before_is_split_for_its_light() {
+    let folder = site(PREPARE);
+    fs::write(folder.path().join("wall.obj"), sheet(Vec3::new(30.0, 0.0, -3.0), Vec3::Z * 6.0, Vec3::Y * 4.0, 1)).unwrap();
+    let report = prepared(folder.path());
+    let wall = &report.parts[1];
+    assert!(wall.triangles_read == 2 && wall.triangles_drawn > 50, "{report}");
+}
+
+#[test]
+fn ground_is_split_to_no_more_than_its_share_is_worth() {
+    let folder = site(&format!("{PREPARE}triangles = 3000\nedge_px = 0.5\n"));
+    let report = prepared(folder.path());
+    let split = report.parts[0].split.unwrap();
+    assert!((6_000..=12_000).contains(&split.triangles_after), "{report}");
+}
+
+#[test]
+fn a_scan_in_the_wrong_unit_is_told_of() {
+    let warnings = |more: &str| {
+        let folder = site(&(PREPARE.to_owned() + more));
+        let at = Vec3::new(0.6, 1.5, 0.0);
+        fs::write(folder.path().join("wall.obj"), sheet(at, Vec3::Z * 0.01, Vec3::Y * 0.02, 10)).unwrap();
+        let heard = Collector::default();
+        let plan = Plan::new(Site::read(folder.path()).unwrap(), BakeOptions::new(folder.path().join("bundle"))).unwrap();
+        prepare(&plan, plan.site.prepare.as_ref().unwrap(), None, &heard).unwrap();
+        heard.heard().warnings
+    };
+    let told = warnings("");
+    assert!(told.iter().any(|warning| warning.contains("part wall: it is 0.022 m large")), "{told:?}");
+    let told = warnings("nearest_m = 0.02\n");
+    assert!(!told.iter().any(|warning| warning.contains("m large")), "{told:?}");
 }

@@ -2,7 +2,8 @@
 
 use super::{PrepareReport, Work};
 use crate::error::BakeError;
-use heliodon_bundle::site::{Room, SITE_FILE_NAME};
+use heliodon_bundle::site::{Role, Room, SITE_FILE_NAME};
+use heliodon_mesh::Mesh;
 use heliodon_prepare::purge::{PurgeReport, RoomReport};
 
 /// Columns and furniture within a room take a few percent of its box; a box that reaches into a wall takes more.
@@ -28,6 +29,25 @@ pub(super) fn empty_parts(work: &Work, report: &PrepareReport) -> Result<Vec<Str
         )
     };
     Ok(empty.into_iter().map(told).collect())
+}
+
+/// One sentence for each scan that is smaller than the distance from which it is taken to be seen, and nearer to a room: its file is hardly in
+/// metres, and it would be simplified to a few triangles.
+pub(super) fn small_parts(work: &Work, meshes: &[Mesh]) -> Vec<String> {
+    let nearest_m = work.settings.nearest_m;
+    let told = |(index, mesh): (usize, &Mesh)| {
+        let (part, (low, high)) = (&work.site.parts[index], mesh.bounds()?);
+        let (size_m, away_m) = (f64::from(low.distance(high)), f64::from(work.views.distance_to_box_m(low, high)));
+        let doubtful = part.role == Role::Scan && size_m < nearest_m && away_m < nearest_m;
+        doubtful.then(|| {
+            format!(
+                "part {}: it is {size_m:.3} m large, {away_m:.3} m from the nearest room, and simplified as if it were seen from {nearest_m} m; \
+                 in {SITE_FILE_NAME}, give it the unit of its file, or write a smaller nearest_m into [prepare]",
+                part.display_name()
+            )
+        })
+    };
+    meshes.iter().enumerate().filter_map(told).collect()
 }
 
 /// One sentence for each room that lies in stone or sees nothing, and one where that keeps the purge from dropping anything.

@@ -58,7 +58,7 @@ pub(super) fn seen(work: &Work, meshes: &[Mesh]) -> Result<Option<Seen>, BakeErr
     Ok(Some(work.pieces.kept_or(&purge_name(), &[], || look_around(work, meshes, &params))?))
 }
 
-/// Drops from the parts, which were simplified with `params`, what nobody sees.
+/// Drops from the parts, each simplified with its own of `params`, what nobody sees.
 ///
 /// # Errors
 /// A coloured mesh or a cache that cannot be written.
@@ -66,16 +66,15 @@ pub(super) fn reduce(
     work: &Work,
     parts: Vec<Part>,
     mut keep: &[bool],
-    params: &SimplifyParams,
+    params: &[SimplifyParams],
     report: &mut PrepareReport,
 ) -> Result<Vec<Reduced>, BakeError> {
-    let coarse = coarser(params, COARSER);
     let mut reduced = Vec::with_capacity(parts.len());
     for (index, part) in parts.into_iter().enumerate() {
         let (of_part, rest) = keep.split_at(part.mesh.triangles.len());
         keep = rest;
         work.looks.kept(index, &part.mesh, of_part)?;
-        let textures = textures_of(&part.mesh.materials);
+        let (textures, coarse) = (textures_of(&part.mesh.materials), coarser(&params[index], COARSER));
         let make = || {
             let mut steps = Steps::new(work.reporter);
             let made = steps.run("simplifying what nobody sees", || reduce_part(part, of_part, &work.views, &coarse));

@@ -29,7 +29,7 @@ use crate::error::BakeError;
 use crate::plan::Plan;
 use crate::report::Reporter;
 use crate::scene::{Original, PartRange, Scene};
-use doubts::{empty_parts, room_doubts};
+use doubts::{empty_parts, room_doubts, small_parts};
 use dropped::{Reduced, purge_name, reduce, seen};
 use fit::fit;
 use heliodon_bundle::site::{InputFile, Prepare, Site};
@@ -137,9 +137,13 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
         report.parts.push(of_part);
     }
     warnings.extend(empty_parts(work, &report)?);
-    let (params, steps) = fit(work, &mut meshes)?;
+    warnings.extend(small_parts(work, &meshes));
+    let vertex_ends: Vec<usize> = ends.iter().map(|end| end.0).collect();
+    let (params, steps) = fit(work, &mut meshes, &original.positions, &vertex_ends)?;
     report.steps = steps;
-    (report.error_px, report.edge_px) = (f64::from(params.error_px), f64::from(params.edge_px));
+    for (of_part, params) in report.parts.iter_mut().zip(&params) {
+        (of_part.error_px, of_part.edge_px) = (f64::from(params.error_px), f64::from(params.edge_px));
+    }
     let keep = match seen(work, &meshes)? {
         Some(mut seen) => {
             report.steps.append(&mut seen.steps);
@@ -155,7 +159,7 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
             triangles: original.triangles[begin.1..end.1].iter().map(|t| t.map(|v| v - begin.0 as u32)).collect(),
             ..Mesh::default()
         };
-        parts.push(compare(work, index, &as_scanned, mesh, &params, of_part)?);
+        parts.push(compare(work, index, &as_scanned, mesh, &params[index], of_part)?);
         begin = end;
     }
     let reduced = reduce(work, parts, &keep, &params, &mut report)?;

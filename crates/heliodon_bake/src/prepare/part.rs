@@ -2,6 +2,7 @@
 
 use super::Work;
 use super::arrays::{Reader, Writer, textures_of};
+use super::fit::GROUND_GIVES;
 use super::pieces::{PIECE, Piece};
 use super::steps::{Step, Steps};
 use crate::cache::CacheError;
@@ -15,7 +16,7 @@ use heliodon_prepare::Views;
 use heliodon_prepare::clean::{self, CleanParams, CleanReport, clean};
 use heliodon_prepare::simplify::{MeasureReport, SimplifyParams, SimplifyReport, measure, nearest_triangles, simplify};
 use heliodon_prepare::solids::{SolidsParams, SolidsReport, unite};
-use heliodon_prepare::split::{SplitReport, split};
+use heliodon_prepare::split::{SplitError, SplitReport, split};
 use serde::{Deserialize, Serialize};
 
 /// A part before the purge.
@@ -47,6 +48,10 @@ pub struct PartReport {
     pub triangles_original: u64,
     /// What simplification did.
     pub simplify: Option<SimplifyReport>,
+    /// The error that was allowed in the end, pixels: as the site says, or more where the number of triangles wanted it.
+    pub error_px: f64,
+    /// The edge that was allowed in the end, pixels.
+    pub edge_px: f64,
     /// How far the result is off the original.
     pub error: Option<MeasureReport>,
     /// Triangles that are drawn.
@@ -188,17 +193,36 @@ fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
         }
         report.solids = Some(found);
     }
-    let params = simplify_params(settings);
-    let target_m =
-        |place| if views.cells.is_empty() { params.edge_m } else { params.edge_px * views.pixel_m(place, params.nearest_m) };
-    if part.role != Role::Scan && target_m(Vec3::ZERO) > 0.0 {
-        // an edge that runs towards the eye shows little of its length
-        let longest_m = |place, along| LONGEST_EDGE * target_m(place) / views.across(place, along).max(LEAST_ACROSS);
-        report.split = Some(steps.run("splitting", || split(&mut mesh, longest_m, MOST_TRIANGLES))?);
-    }
+    report.split = steps.run("splitting", || split_coarse(&mut mesh, part.role, settings, views))?;
     report.triangles_original = mesh.triangles.len() as u64;
     report.steps = steps.taken;
     Ok(Whole { mesh, warnings: import.warnings, report })
+}
+
+/// Splits edges that are longer than light is to be grained: modelled walls of two triangles, and scans that were thinned out before, whose long
+/// triangles would carry the light of corners that lie inside of other stones.
+fn split_coarse(mesh: &mut Mesh, role: Role, settings: &Prepare, views: &Views) -> Result<Option<SplitReport>, SplitError> {
+    let params = simplify_params(settings);
+    let target_m =
+        |place| if views.cells.is_empty() { params.edge_m } else { params.edge_px * views.pixel_m(place, params.nearest_m) };
+    if target_m(Vec3::ZERO) <= 0.0 {
+        return Ok(None);
+    }
+    // an edge that runs towards the eye shows little of its length
+    let longest_m = |place, along| LONGEST_EDGE * target_m(place) / views.across(place, along).max(LEAST_ACROSS);
+    // what the number of triangles takes away again need not be made
+    let mut times = 1.0;
+    if role == Role::Ground && settings.triangles > 0 {
+        let wanted = usize::try_from(settings.triangles).unwrap_or(usize::MAX);
+        let most = wanted.saturating_mul(MOST_SPLIT_GROUND).max(2 * mesh.triangles.len()).min(MOST_TRIANGLES);
+        while times < GROUND_GIVES as f32 {
+            if let Ok(report) = split(mesh, |place, along| times * longest_m(place, along), most) {
+                return Ok(Some(report));
+            }
+            times *= std::f32::consts::SQRT_2;
+        }
+    }
+    split(mesh, |place, along| times * longest_m(place, along), MOST_TRIANGLES).map(Some)
 }
 
 /// How far simplification may depart from the original, metres.
@@ -268,6 +292,8 @@ const LONGEST_EDGE: f32 = 1.5;
 /// The least part of its length that an edge is taken to show.
 const LEAST_ACROSS: f32 = 1.0 / 16.0;
 
+/// Ground is split to so many times the triangles that are wanted of all parts at most: simplification still finds the better ones of them.
+const MOST_SPLIT_GROUND: usize = 4;
 /// The most triangles that splitting may make of a part.
 const MOST_TRIANGLES: usize = 200_000_000;
 

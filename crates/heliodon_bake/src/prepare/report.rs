@@ -14,10 +14,6 @@ pub struct PrepareReport {
     pub parts: Vec<PartReport>,
     /// What the purge did; none where there are no rooms, or none is asked for.
     pub purge: Option<PurgeReport>,
-    /// The error that was allowed in the end, pixels: as the site says, or more where the number of triangles wanted it.
-    pub error_px: f64,
-    /// The edge that was allowed in the end, pixels.
-    pub edge_px: f64,
     /// Triangles in the files.
     pub triangles_read: u64,
     /// Triangles that rays of light meet.
@@ -60,7 +56,6 @@ impl fmt::Display for PrepareReport {
             writeln!(f, "{purge}")?;
         }
         let Self { triangles_read, triangles_original, triangles_drawn, triangles_hidden, vertices, .. } = self;
-        writeln!(f, "simplified to {:.2} px of error and edges of {:.1} px", self.error_px, self.edge_px)?;
         writeln!(f, "{triangles_read} triangles read, {triangles_original} that rays of light meet")?;
         writeln!(
             f,
@@ -84,7 +79,11 @@ impl fmt::Display for PartReport {
         }
         if let (Some(simplify), Some(error)) = (&self.simplify, &self.error) {
             let off = &error.from_original;
-            writeln!(f, "  simplified: {} triangles, now {}", simplify.triangles_before, simplify.triangles_after)?;
+            writeln!(
+                f,
+                "  simplified to {:.2} px of error and edges of {:.1} px: {} triangles, now {}",
+                self.error_px, self.edge_px, simplify.triangles_before, simplify.triangles_after
+            )?;
             writeln!(
                 f,
                 "  off the original by {:.2} px in the mean, {:.2} px at the 95th percentile, {:.1} px ({:.4} m) at most",

@@ -99,15 +99,28 @@ impl<'m> Surface<'m> {
     /// The closest triangle no farther than `within_m`, the first of those that are equally close. `near` may name any
     /// triangle: the closer it is, the faster the answer.
     pub fn closest(&self, query: &Query, within_m: f32, near: Option<u32>) -> Option<Closest> {
+        self.search(query, within_m, near, f32::NEG_INFINITY)
+    }
+
+    /// Any triangle that is no farther from a point than `within_m`, the one `near` names before others.
+    pub fn any_within(&self, point: Vec3, within_m: f32, near: Option<u32>) -> Option<u32> {
+        let query = Query { point, normal: Vec3::ZERO, least_cosine: -1.0 };
+        let found = self.search(&query, within_m, near, within_m * within_m)?;
+        Some(found.triangle)
+    }
+
+    /// The closest triangle, or one no farther than is `enough`.
+    fn search(&self, query: &Query, within_m: f32, near: Option<u32>, enough_squared: f32) -> Option<Closest> {
         let far = Closest { triangle: u32::MAX, distance_squared: (within_m * within_m).min(f32::MAX) };
-        let mut search = Search { surface: self, query, best: far };
+        let mut search = Search { surface: self, query, best: far, enough_squared };
         if !query.point.is_finite() {
             return None;
         }
         if let Some(triangle) = near {
             search.try_triangle(triangle);
         }
-        if let Some(root) = self.levels.len().checked_sub(1).filter(|&root| !self.levels[root].is_empty()) {
+        let root = self.levels.len().checked_sub(1).filter(|&root| !self.levels[root].is_empty());
+        if let Some(root) = root.filter(|_| !search.has_enough()) {
             search.visit(root, 0);
         }
         Some(search.best).filter(|best| best.triangle != u32::MAX)
@@ -118,9 +131,14 @@ struct Search<'a> {
     surface: &'a Surface<'a>,
     query: &'a Query,
     best: Closest,
+    enough_squared: f32,
 }
 
 impl Search<'_> {
+    fn has_enough(&self) -> bool {
+        self.best.triangle != u32::MAX && self.best.distance_squared <= self.enough_squared
+    }
+
     fn visit(&mut self, level: usize, node: usize) {
         let mut distances = self.surface.levels[level][node].distances(self.query.point);
         loop {
@@ -139,6 +157,9 @@ impl Search<'_> {
             match level {
                 0 => self.try_triangle(self.surface.order[below]),
                 _ => self.visit(level - 1, below),
+            }
+            if self.has_enough() {
+                return;
             }
         }
     }

@@ -31,6 +31,11 @@ impl<'a> Fineness<'a> {
         Allowed { error_m: (self.params.error_px * pixel_m).max(0.0), edge_m: (self.params.edge_px * pixel_m).max(0.0) }
     }
 
+    /// How far the surface may be from a place of the original, metres.
+    pub fn error_m(&self, place: Vec3) -> f32 {
+        self.at_distance(self.distance_m(place)).error_m
+    }
+
     /// The distance from a point to the nearest eye, clamped to where it matters; 0 where no eyes are known.
     pub fn distance_m(&self, point: Vec3) -> f32 {
         if self.views.cells.is_empty() { 0.0 } else { self.views.distance_m(point).max(self.params.nearest_m) }

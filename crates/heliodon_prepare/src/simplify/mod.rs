@@ -13,7 +13,7 @@
 //! - Where materials of different looks meet, and where vertices of one position part (texture seams, creases), the line
 //!   between stays within the tolerance,
 //!   and so do the borders of open sheets.
-//! - Nothing is pruned: a closed shape shrinks to a few triangles, and stays.
+//! - No vertex of the original is farther from the surface than the tolerance at its place, so a small closed shape stays as well.
 //! - The result is the same to the bit for any number of threads.
 //!
 //! [`measure`] then says how far the surface really moved, both ways, and [`nearest_triangles`] which triangle stands for which
@@ -33,12 +33,14 @@ mod passes;
 mod tests;
 mod tile;
 mod tiles;
+mod witnesses;
 
 pub use measure::{Distances, MeasureReport, Measured, measure};
 pub use nearest::{Nearest, nearest_triangles};
 
 use crate::Views;
 use fineness::Fineness;
+use glam::Vec3;
 use heliodon_mesh::{Material, Mesh};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -48,7 +50,7 @@ use tile::Context;
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct SimplifyParams {
     /// How far the surface may move, in pixels of the nearest eye, at least 0. More gives fewer triangles on rough surfaces and
-    /// a coarser outline. It is kept for 95 of 100 places; [`measure`] tells by how much single ones exceed it.
+    /// a coarser outline. Every vertex of the original keeps it.
     pub error_px: f32,
     /// How long edges may become, in pixels of the nearest eye, at least 0. More gives fewer triangles on plain surfaces, and
     /// softer shadows: an edge of shadow is as wide as a triangle. Kept for 95 of 100 edges, and none is made twice as long;
@@ -119,6 +121,8 @@ pub struct PassReport {
     pub tiles: usize,
     /// Triangles after it.
     pub triangles: usize,
+    /// How often tiles were simplified once more, because a place of the original lay too far off.
+    pub again: usize,
     /// Places that it could not work on because tiles shared them.
     pub shared_points: usize,
     /// The greatest error that meshoptimizer admits to, attributes and evenness of triangles included, metres. [`measure`] has
@@ -150,10 +154,24 @@ pub fn simplify(mesh: &Mesh, views: &Views, params: &SimplifyParams) -> Simplifi
     simplify_in_tiles(mesh, views, params, tiles::MOST)
 }
 
+/// Simplifies further what stands for an original already, so that the places of the original stay within the limits. They are to be within those
+/// that the mesh was simplified with before.
+///
+/// # Panics
+/// When the mesh contradicts itself ([`Mesh::validate`]).
+#[must_use]
+pub fn simplify_further(mesh: &Mesh, original: &[Vec3], views: &Views, params: &SimplifyParams) -> Simplified {
+    simplify_for(mesh, Some(original), views, params, tiles::MOST)
+}
+
 fn simplify_in_tiles(mesh: &Mesh, views: &Views, params: &SimplifyParams, most: usize) -> Simplified {
+    simplify_for(mesh, None, views, params, most)
+}
+
+fn simplify_for(mesh: &Mesh, original: Option<&[Vec3]>, views: &Views, params: &SimplifyParams, most: usize) -> Simplified {
     let point_of = passes::points(&mesh.positions);
     let context = Context { mesh, params, looks: &looks(&mesh.materials), point_of: &point_of };
-    let (faces, report) = passes::run(&context, &Fineness::new(views, params), most);
+    let (faces, report) = passes::run(&context, &Fineness::new(views, params), most, original);
     collect::collect(mesh, &faces, report)
 }
 

@@ -5,13 +5,15 @@
 //! once is not again, since the error of simplifying what is simplified already would add up unseen.
 
 use super::fineness::Fineness;
-use super::tile::{Context, Face, Tile};
+use super::tile::{Context, Face};
 use super::tiles::Tiles;
+use super::witnesses::{ByFace, NOWHERE, Witnesses, settle};
 use super::{PassReport, SimplifyReport};
 use glam::Vec3;
 use heliodon_math::frame::unit_or;
 use meshopt::VertexDataAdapter;
 use rayon::prelude::*;
+use std::collections::HashSet;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Where each pass cuts, as shares of the triangles.
@@ -23,6 +25,8 @@ const WORTHWHILE: f32 = 0.01;
 const RINGS: usize = 2;
 /// Faces are taken to show no less of their area than this: edges that lie across the view are seen at their full length.
 const LEAST_SHOWN: f32 = 1.0 / 16.0;
+/// How often a tile is simplified at most; each time more of it is held. What is not within its limits then stays as it was.
+const MOST_ROUNDS: usize = 12;
 /// No tile uses the point.
 const NOBODY: u32 = u32::MAX;
 /// Several tiles use the point.
@@ -35,20 +39,39 @@ struct Passes<'a> {
 }
 
 /// The mesh between passes.
-struct State {
+struct State<'a> {
     faces: Vec<Face>,
     /// The points that may be removed.
     free: Vec<bool>,
+    witnesses: Witnesses<'a>,
 }
 
-/// Simplifies all of the mesh in tiles of at most `most` triangles.
-pub(super) fn run(context: &Context, fineness: &Fineness, most: usize) -> (Vec<Face>, SimplifyReport) {
+/// A tile simplified.
+struct Tile {
+    faces: Vec<Face>,
+    /// Its witnesses, each with its face among these.
+    witnesses: Vec<(u32, u32)>,
+    error_m: f32,
+    rounds: usize,
+}
+
+/// Simplifies all of the mesh in tiles of at most `most` triangles. `original` are places that the mesh stands for; none where it is the original.
+pub(super) fn run(
+    context: &Context,
+    fineness: &Fineness,
+    most: usize,
+    original: Option<&[Vec3]>,
+) -> (Vec<Face>, SimplifyReport) {
     let mesh = context.mesh;
     let passes = Passes { context, fineness };
     let material = |t: usize| mesh.triangle_material.get(t).copied().unwrap_or(0);
     let face = |(t, &corners): (usize, &[u32; 3])| Face { corners, material: material(t) };
-    let faces = mesh.triangles.iter().enumerate().map(face).collect();
-    let mut state = State { faces, free: vec![true; mesh.positions.len()] };
+    let faces: Vec<Face> = mesh.triangles.iter().enumerate().map(face).collect();
+    let witnesses = match original {
+        Some(places) => Witnesses::beside(places, mesh),
+        None => Witnesses::corners(&mesh.positions, &faces, context.point_of),
+    };
+    let mut state = State { faces, free: vec![true; mesh.positions.len()], witnesses };
     let mut report = SimplifyReport { triangles_before: mesh.triangles.len(), ..SimplifyReport::default() };
     for share in SHARES {
         let before = state.faces.len();
@@ -75,21 +98,27 @@ impl Passes<'_> {
         let tiles = Tiles::cut(&self.context.mesh.positions, &state.faces, self.fineness, share, most);
         let owners = self.owners(&state.faces, &tiles);
         let owner = |vertex: u32| owners[self.context.point_of[vertex as usize] as usize].load(Ordering::Relaxed);
+        let (by_face, before) = (state.witnesses.by_face(state.faces.len()), &*state);
         let simplified: Vec<Tile> = tiles
             .ranges
             .par_iter()
             .enumerate()
             .map(|(index, range)| {
-                let faces = tiles.order[range.clone()].iter().map(|&t| state.faces[t as usize]);
-                let free = |v: u32| state.free[self.context.point_of[v as usize] as usize] && owner(v) == index as u32;
-                self.tile(faces, free)
+                let free = |v: u32| before.free[self.context.point_of[v as usize] as usize] && owner(v) == index as u32;
+                self.tile(before, &by_face, &tiles.order[range.clone()], free)
             })
             .collect();
         let mut report = PassReport { tiles: tiles.ranges.len(), ..PassReport::default() };
         report.error_m = simplified.iter().map(|tile| tile.error_m).fold(0.0, f32::max);
-        drop(tiles);
+        report.again = simplified.iter().map(|tile| tile.rounds - 1).sum();
+        drop((tiles, by_face));
         state.faces = Vec::with_capacity(simplified.iter().map(|tile| tile.faces.len()).sum());
-        simplified.into_iter().for_each(|tile| state.faces.extend(tile.faces));
+        state.witnesses.on.fill(NOWHERE);
+        for tile in simplified {
+            let first = state.faces.len() as u32;
+            tile.witnesses.into_iter().for_each(|(witness, face)| state.witnesses.on[witness as usize] = first + face);
+            state.faces.extend(tile.faces);
+        }
         report.triangles = state.faces.len();
         let rim: Vec<bool> =
             (0..state.free.len()).map(|p| state.free[p] && owners[p].load(Ordering::Relaxed) == SEVERAL).collect();
@@ -116,15 +145,42 @@ impl Passes<'_> {
     }
 
     /// A tile: faces without a free corner are passed by.
-    fn tile(&self, faces: impl Iterator<Item = Face>, free: impl Fn(u32) -> bool) -> Tile {
-        let (open, mut shut): (Vec<Face>, Vec<Face>) = faces.partition(|face| face.corners.iter().any(|&v| free(v)));
+    fn tile(&self, state: &State, by_face: &ByFace, of: &[u32], free: impl Fn(u32) -> bool) -> Tile {
+        let face = |t: &u32| state.faces[*t as usize];
+        let (open, shut): (Vec<u32>, Vec<u32>) = of.iter().partition(|t| face(t).corners.iter().any(|&v| free(v)));
+        let with_witnesses =
+            |(place, t): (usize, &u32)| by_face.of(*t).iter().map(move |&witness| (witness, place as u32)).collect::<Vec<_>>();
+        let mut witnesses: Vec<(u32, u32)> = shut.iter().enumerate().flat_map(with_witnesses).collect();
+        let asked: Vec<(u32, u32)> = open.iter().enumerate().flat_map(with_witnesses).collect();
+        let open: Vec<Face> = open.iter().map(face).collect();
+        let mut faces: Vec<Face> = shut.iter().map(face).collect();
+        let first = faces.len() as u32;
+
         let distance = |v: u32| self.fineness.distance_m(self.context.mesh.positions[v as usize]);
         let nearest_m = open.iter().flat_map(|face| face.corners).map(distance).fold(f32::INFINITY, f32::min);
         let mut allowed = self.fineness.at_distance(nearest_m);
         allowed.edge_m /= self.shown(&open).sqrt();
-        let tile = self.context.simplify(&open, allowed, free);
-        shut.extend(tile.faces);
-        Tile { faces: shut, error_m: tile.error_m }
+        let bench = self.context.bench(&open, allowed);
+        let point = |v: u32| self.context.point_of[v as usize];
+        let mut held: HashSet<u32> = HashSet::new();
+        for rounds in 1..=MOST_ROUNDS {
+            let attempt = bench.simplify(|v| free(v) && !held.contains(&point(v)));
+            let places = asked.iter().map(|&(witness, _)| state.witnesses.places[witness as usize]);
+            let found = settle(&attempt.surface(), self.fineness, places);
+            let lost = asked.iter().zip(&found).filter(|(_, found)| **found == NOWHERE);
+            let before = held.len();
+            lost.for_each(|((_, face), _)| held.extend(open[*face as usize].corners.map(point)));
+            if held.len() == before {
+                // who was off before, and is still, keeps no face
+                let settled = asked.iter().zip(found).map(|(&(witness, _), face)| (witness, face));
+                witnesses.extend(settled.filter(|(_, face)| *face != NOWHERE).map(|(witness, face)| (witness, first + face)));
+                faces.extend(attempt.faces());
+                return Tile { faces, witnesses, error_m: attempt.error_m, rounds };
+            }
+        }
+        faces.extend(open);
+        witnesses.extend(asked.into_iter().map(|(witness, face)| (witness, first + face)));
+        Tile { faces, witnesses, error_m: 0.0, rounds: MOST_ROUNDS }
     }
 
     /// The part of their area that faces can show to an eye, in the mean. Edges may be as much longer as leaves triangles the area that they have

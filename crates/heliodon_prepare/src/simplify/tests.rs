@@ -312,6 +312,49 @@ fn clearance_covers_what_was_flattened() {
     assert!(measured.report.from_original.p95_m < 1e-6);
 }
 
+/// A wall with spikes of single vertices, and closed stones of eight triangles that float off it.
+fn thorny_wall() -> Mesh {
+    let mut wall = scattered(Vec2::splat(2.0), 200, 0.3);
+    for index in 0..wall.positions.len() {
+        let [column, row] = [index % 201, index / 201];
+        if column % 9 == 4 && row % 7 == 3 {
+            wall.positions[index].z += 0.05 * noise(3, index);
+        }
+    }
+    for stone in 0..60 {
+        let (small, first) = (ball(0), wall.positions.len() as u32);
+        let middle = Vec3::new(1.0 + 0.9 * noise(7, stone), 1.0 + 0.9 * noise(8, stone), 0.2 + 0.1 * noise(9, stone));
+        wall.positions.extend(small.positions.iter().map(|p| middle + *p * 0.01));
+        wall.normals.extend(small.normals);
+        wall.triangles.extend(small.triangles.iter().map(|t| t.map(|v| v + first)));
+    }
+    wall
+}
+
+#[test]
+fn no_place_is_farther_off_than_allowed() {
+    let original = thorny_wall();
+    let params = metres(0.012, 0.1);
+    for most in [TILE, usize::MAX] {
+        let simplified = simplify_in_tiles(&original, &nowhere(), &params, most);
+        assert!(simplified.mesh.triangles.len() * 4 < original.triangles.len(), "{:?}", simplified.report);
+        assert!(simplified.report.passes[0].again > 0, "held at least once: {:?}", simplified.report);
+        let report = measure(&original, &simplified.mesh, &nowhere(), &params).report;
+        assert!(report.from_original.max_m <= params.error_m, "{report:?}");
+    }
+}
+
+#[test]
+fn simplified_again_it_still_keeps_to_the_original() {
+    let original = thorny_wall();
+    let once = simplify_in_tiles(&original, &nowhere(), &metres(0.006, 0.05), TILE).mesh;
+    let params = metres(0.009, 0.1);
+    let twice = simplify_further(&once, &original.positions, &nowhere(), &params).mesh;
+    assert!(twice.triangles.len() * 3 < once.triangles.len() * 2, "{} of {}", twice.triangles.len(), once.triangles.len());
+    let report = measure(&original, &twice, &nowhere(), &params).report;
+    assert!(report.from_original.max_m <= params.error_m, "{report:?}");
+}
+
 #[test]
 fn hostile_meshes_do_no_harm() {
     for hostile in heliodon_testkit::hostile::meshes() {

@@ -24,13 +24,6 @@ pub(super) struct Context<'a> {
     pub point_of: &'a [u32],
 }
 
-/// A tile simplified.
-pub(super) struct Tile {
-    pub faces: Vec<Face>,
-    /// The greatest error that meshoptimizer admits to, metres.
-    pub error_m: f32,
-}
-
 /// The tile's own vertices: one for each vertex of the mesh and look. Where looks meet, meshoptimizer thus sees a seam and
 /// holds it.
 struct Locals {
@@ -39,36 +32,52 @@ struct Locals {
     indices: Vec<u32>,
 }
 
-impl Context<'_> {
+/// Faces that are to be simplified, ready for meshoptimizer: once, or again with other vertices held.
+pub(super) struct Bench {
+    locals: Locals,
+    positions: Vec<Vec3>,
+    at_border: Vec<bool>,
+    evenness: Evenness,
+    attributes: Vec<f32>,
+    weights: Vec<f32>,
+}
+
+/// Faces simplified.
+pub(super) struct Attempt<'a> {
+    bench: &'a Bench,
+    /// Corners among the tile's own vertices.
+    triangles: Vec<[u32; 3]>,
+    /// The greatest error that meshoptimizer admits to, metres.
+    pub error_m: f32,
+}
+
+impl Bench {
     /// Simplifies the faces; vertices that are not `free` stay.
-    pub fn simplify(&self, faces: &[Face], allowed: Allowed, free: impl Fn(u32) -> bool) -> Tile {
-        let Locals { keys, indices } = self.locals(faces);
-        let positions: Vec<Vec3> = keys.iter().map(|key| self.mesh.positions[key.0 as usize]).collect();
-        let evenness = Evenness::of(allowed);
-        let at_border = self.at_border(faces, &keys, &indices);
+    pub fn simplify(&self, free: impl Fn(u32) -> bool) -> Attempt<'_> {
+        let Self { locals: Locals { keys, indices }, positions, at_border, evenness, attributes, weights, .. } = self;
         let locks: Vec<SimplifyVertex> = keys
             .iter()
             .zip(at_border)
-            .map(|(&(vertex, _), at_border)| match (free(vertex), evenness.is_weighty(vertex, at_border)) {
+            .map(|(&(vertex, _), &at_border)| match (free(vertex), evenness.is_weighty(vertex, at_border)) {
                 (false, _) => SimplifyVertex::Lock,
                 (true, true) => SimplifyVertex::Priority,
                 (true, false) => SimplifyVertex::None,
             })
             .collect();
-        let (attributes, weights) = self.attributes(&keys, &indices, allowed);
-        let Ok(adapter) = VertexDataAdapter::new(meshopt::typed_to_bytes(&positions), size_of::<Vec3>(), 0) else {
-            return Tile { faces: faces.to_vec(), error_m: 0.0 };
+        let of = |indices: &[u32]| indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
+        let Ok(adapter) = VertexDataAdapter::new(meshopt::typed_to_bytes(positions), size_of::<Vec3>(), 0) else {
+            return Attempt { bench: self, triangles: of(indices), error_m: 0.0 };
         };
         let options = SimplifyOptions::ErrorAbsolute | evenness.options;
         let mut error_m = 0.0;
-        let indices = if weights.is_empty() {
-            meshopt::simplify_with_locks(&indices, &adapter, &locks, 0, evenness.error_m, options, Some(&mut error_m))
+        let left = if weights.is_empty() {
+            meshopt::simplify_with_locks(indices, &adapter, &locks, 0, evenness.error_m, options, Some(&mut error_m))
         } else {
             meshopt::simplify_with_attributes_and_locks(
-                &indices,
+                indices,
                 &adapter,
-                &attributes,
-                &weights,
+                attributes,
+                weights,
                 weights.len() * size_of::<f32>(),
                 &locks,
                 0,
@@ -77,11 +86,34 @@ impl Context<'_> {
                 Some(&mut error_m),
             )
         };
-        let face = |t: &[u32]| {
-            let corner = |i: usize| keys[t[i] as usize];
-            Face { corners: [corner(0).0, corner(1).0, corner(2).0], material: corner(0).1 }
-        };
-        Tile { faces: indices.chunks_exact(3).map(face).collect(), error_m }
+        Attempt { bench: self, triangles: of(&left), error_m }
+    }
+}
+
+impl Attempt<'_> {
+    /// What is left of the faces.
+    pub fn faces(&self) -> impl Iterator<Item = Face> {
+        self.triangles.iter().map(|t| {
+            let corners = t.map(|i| self.bench.locals.keys[i as usize]);
+            Face { corners: corners.map(|(vertex, _)| vertex), material: corners[0].1 }
+        })
+    }
+
+    /// Its surface, and nothing else of it; triangles are counted as faces are.
+    pub fn surface(&self) -> Mesh {
+        Mesh { positions: self.bench.positions.clone(), triangles: self.triangles.clone(), ..Mesh::default() }
+    }
+}
+
+impl Context<'_> {
+    /// Lays the faces out.
+    pub fn bench(&self, faces: &[Face], allowed: Allowed) -> Bench {
+        let locals = self.locals(faces);
+        let Locals { keys, indices } = &locals;
+        let positions = keys.iter().map(|key| self.mesh.positions[key.0 as usize]).collect();
+        let at_border = self.at_border(faces, keys, indices);
+        let (attributes, weights) = self.attributes(keys, indices, allowed);
+        Bench { positions, at_border, evenness: Evenness::of(allowed), attributes, weights, locals }
     }
 
     fn locals(&self, faces: &[Face]) -> Locals {
