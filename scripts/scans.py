@@ -52,8 +52,9 @@ albedo = [0.35, 0.33, 0.3]
 [sky]
 {sky}
 [bake]
-samples = 128
-bounces = 3
+sun_steps = 40
+samples = 64
+bounces = 2
 [[room]]
 name = "beside it"
 min = {low}

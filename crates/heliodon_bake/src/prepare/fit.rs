@@ -22,7 +22,7 @@ const FITS: f64 = 1.05;
 const LEAST_GROWTH: f64 = 1.1;
 /// Ground gives way before stone does, until its limits are so many times as large. Beneath and around a room without windows it takes more
 /// triangles than all that stands on it, for an eye that looks down is nearer to it than to anything.
-pub(super) const GROUND_GIVES: f64 = 4.0;
+pub(super) const GROUND_GIVES: f64 = 8.0;
 
 /// How many triangles would be drawn.
 struct Count {
@@ -166,11 +166,14 @@ mod tests {
         assert_eq!(growth(300.0, 700.0, 1000.0, BEGIN), None);
         // a quarter of the ground is enough
         assert_eq!(growth(300.0, 2800.0, 1000.0, BEGIN), Some(Growth { stone: 1.0, ground: 2.0 }));
-        // a sixteenth is not: the rest is taken from both
-        let both = growth(900.0, 4800.0, 600.0, BEGIN).unwrap();
-        assert!((both.stone - 2.0_f64.sqrt()).abs() < 1e-9 && (both.ground - 4.0 * both.stone).abs() < 1e-9, "{both:?}");
+        // all that it gives is not: the rest is taken from both
+        let both = growth(1175.0, 1600.0, 600.0, BEGIN).unwrap();
+        assert!(
+            (both.stone - 2.0_f64.sqrt()).abs() < 1e-9 && (both.ground - GROUND_GIVES * both.stone).abs() < 1e-9,
+            "{both:?}"
+        );
         // what it has given it does not give again
-        let more = growth(900.0, 300.0, 600.0, Growth { stone: 1.5, ground: 6.0 }).unwrap();
+        let more = growth(900.0, 300.0, 600.0, Growth { stone: 1.5, ground: 1.5 * GROUND_GIVES }).unwrap();
         assert!((more.stone - 2.0_f64.sqrt()).abs() < 1e-9 && more.ground == more.stone, "{more:?}");
     }
 

@@ -74,7 +74,8 @@ pub(super) fn simplify_params(settings: &Prepare) -> SimplifyParams {
     }
 }
 
-/// Clearances are at most this many times the error that was allowed: where a loose bit was dropped, the surface nearest to it is another one.
+/// Clearances are at most this many times the error that was allowed: where a face without area was dropped, the surface nearest to its tip is
+/// another one.
 const MOST_CLEARANCE: f32 = 2.0;
 
 /// What a part's pieces are called; the last of its steps is `mapped` or, where nothing is simplified, `whole`.

@@ -21,7 +21,7 @@ pub struct Prepare {
     pub winding: Winding,
     /// Whether closed bodies among fillings and props that run into each other are united, and what is buried in others left out.
     pub solids: bool,
-    /// How far, in pixels of `[display]` seen from the nearest room, simplified stone may lie off the original. 0 simplifies nothing.
+    /// How far, in pixels of `[display]` seen from the nearest room, any vertex of the original may lie off what is simplified. 0 simplifies nothing.
     #[schemars(range(min = 0, max = 100))]
     pub error_px: f64,
     /// The edge length, in the same pixels, that triangles are simplified to, and that larger ones are split to: light is stored at
@@ -40,7 +40,7 @@ pub struct Prepare {
     #[schemars(range(min = 0, max = 10000))]
     pub edge_m: Option<f64>,
     /// About so many triangles are drawn at most: where more would be left, `error_px` and `edge_px` (or those in metres) grow together until
-    /// it fits. 0 sets no limit.
+    /// it fits, those of ground alone until they are eight times as large, then all. 0 sets no limit.
     pub triangles: u64,
     /// Whether faces that no eye in any room can see are left out.
     pub purge: bool,
