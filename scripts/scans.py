@@ -198,10 +198,10 @@ def difference(one, other, into):
 
 
 def found(report):
-    """What cleaning found, and united: the lines of the report that tell of the scan, without what it counts in any case."""
+    """What cleaning found: the lines of the report that tell of the scan's faults, without their places."""
     lines = report.splitlines()
     end = next(i for i, line in enumerate(lines) if line.startswith("part ground"))
-    words = [line.strip() for line in lines[1:end] if line.startswith("    ")]
+    words = [line.strip() for line in lines[1:end] if line.startswith("    ") and "solids united at" not in line and "more such groups" not in line]
     return "; ".join(word.split(", first at")[0] for word in words)
 
 
