@@ -142,7 +142,8 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
     let (params, steps) = fit(work, &mut meshes, &original.positions, &vertex_ends)?;
     report.steps = steps;
     for (of_part, params) in report.parts.iter_mut().zip(&params) {
-        (of_part.error_px, of_part.edge_px) = (f64::from(params.error_px), f64::from(params.edge_px));
+        of_part.error_px = f64::from(params.error_px);
+        of_part.edge_px = of_part.edge_px.max(f64::from(params.edge_px));
     }
     let keep = match seen(work, &meshes)? {
         Some(mut seen) => {

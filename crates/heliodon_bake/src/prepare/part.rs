@@ -50,7 +50,7 @@ pub struct PartReport {
     pub simplify: Option<SimplifyReport>,
     /// The error that was allowed in the end, pixels: as the site says, or more where the number of triangles wanted it.
     pub error_px: f64,
-    /// The edge that was allowed in the end, pixels.
+    /// The edge that was allowed in the end, pixels: of splitting or of simplification, whichever is longer.
     pub edge_px: f64,
     /// How far the result is off the original.
     pub error: Option<MeasureReport>,
@@ -194,36 +194,43 @@ fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
         }
         report.solids = Some(found);
     }
-    report.split = steps.run("splitting", || split_coarse(&mut mesh, part.role, settings, views))?;
+    let (split, times) = steps.run("splitting", || split_coarse(&mut mesh, part.role, settings, views))?;
+    (report.split, report.edge_px) = (split, settings.edge_px * f64::from(times));
     report.triangles_original = mesh.triangles.len() as u64;
     report.steps = steps.taken;
     Ok(Whole { mesh, warnings: import.warnings, report })
 }
 
 /// Splits edges that are longer than light is to be grained: modelled walls of two triangles, and scans that were thinned out before, whose long
-/// triangles would carry the light of corners that lie inside of other stones.
-fn split_coarse(mesh: &mut Mesh, role: Role, settings: &Prepare, views: &Views) -> Result<Option<SplitReport>, SplitError> {
+/// triangles would carry the light of corners that lie inside of other stones. Tells as well how many times longer than asked for edges may be.
+fn split_coarse(
+    mesh: &mut Mesh,
+    role: Role,
+    settings: &Prepare,
+    views: &Views,
+) -> Result<(Option<SplitReport>, f32), SplitError> {
     let params = simplify_params(settings);
     let target_m =
         |place| if views.cells.is_empty() { params.edge_m } else { params.edge_px * views.pixel_m(place, params.nearest_m) };
     if target_m(Vec3::ZERO) <= 0.0 {
-        return Ok(None);
+        return Ok((None, 1.0));
     }
     // an edge that runs towards the eye shows little of its length
     let longest_m = |place, along| LONGEST_EDGE * target_m(place) / views.across(place, along).max(LEAST_ACROSS);
-    // what the number of triangles takes away again need not be made
+    // what the number of triangles takes away again need not be made; through windows little of it may be seen
     let mut times = 1.0;
-    if role == Role::Ground && settings.triangles > 0 {
+    let around = !views.cells.is_empty() && views.cells.iter().all(|cell| cell.windows.is_empty());
+    if role == Role::Ground && around && settings.triangles > 0 {
         let wanted = usize::try_from(settings.triangles).unwrap_or(usize::MAX);
         let most = wanted.saturating_mul(MOST_SPLIT_GROUND).max(2 * mesh.triangles.len()).min(MOST_TRIANGLES);
         while times < GROUND_GIVES as f32 {
             if let Ok(report) = split(mesh, |place, along| times * longest_m(place, along), most) {
-                return Ok(Some(report));
+                return Ok((Some(report), times));
             }
             times *= std::f32::consts::SQRT_2;
         }
     }
-    split(mesh, |place, along| times * longest_m(place, along), MOST_TRIANGLES).map(Some)
+    split(mesh, |place, along| times * longest_m(place, along), MOST_TRIANGLES).map(|report| (Some(report), times))
 }
 
 /// How far simplification may depart from the original, metres.
