@@ -17,6 +17,8 @@ pub struct KeptChunk {
     pub clusters: Vec<Cluster>,
     /// Least and greatest corner.
     pub bounds: (Vec3, Vec3),
+    /// [`albedo_roots`] of each vertex.
+    pub albedo: Vec<u32>,
 }
 
 impl KeptChunk {
@@ -33,8 +35,6 @@ impl KeptChunk {
 pub struct PreparedChunk {
     /// What stays.
     pub kept: Arc<KeptChunk>,
-    /// [`albedo_roots`] of each vertex.
-    pub albedo: Vec<u32>,
     /// Texture coordinates, where the chunk has a texture.
     pub uvs: Vec<Vec2>,
     /// The baked light, as [`pack`] lays it.
@@ -52,13 +52,18 @@ impl PreparedChunk {
         let positions: Vec<Vec3> = order.iter().map(|&v| chunk.positions[v as usize]).collect();
         let bounds = positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
         Self {
-            albedo: order.iter().map(|&v| albedo_roots(chunk.albedo[v as usize])).collect(),
             uvs: match chunk.texture {
                 Some(_) => order.iter().map(|&v| chunk.uvs[v as usize]).collect(),
                 None => Vec::new(),
             },
             baked: pack(layout, Baked { normals: &chunk.normals, light: &chunk.light }, order),
-            kept: Arc::new(KeptChunk { positions, indices: made.indices, clusters: made.clusters, bounds }),
+            kept: Arc::new(KeptChunk {
+                positions,
+                indices: made.indices,
+                clusters: made.clusters,
+                bounds,
+                albedo: order.iter().map(|&v| albedo_roots(chunk.albedo[v as usize])).collect(),
+            }),
             texture: chunk.texture,
         }
     }

@@ -18,6 +18,7 @@ pub mod pages;
 pub(crate) mod pass;
 pub mod pipelines;
 pub(crate) mod prepare;
+mod relight;
 pub(crate) mod seen;
 #[cfg(test)]
 mod shader_tests;
@@ -83,14 +84,15 @@ impl Plugin for DaylightPlugin {
     }
 }
 
-/// The depth of a camera that finds out what is hidden is copied (occlusion.rs), and into its picture what was drawn in codes (encoded.rs).
+/// The depth of a camera that finds out what is hidden is copied (occlusion.rs), that of an eye at rest back into it (relight.rs), and into its
+/// picture what was drawn in codes (encoded.rs).
 fn let_textures_be_copied(
     info: Option<Res<RenderAdapterInfo>>,
     mut cameras: Query<(&mut Camera3d, &mut CameraMainTextureUsages), Added<DaylightCamera>>,
 ) {
     if info.is_some_and(|info| info.device_type == DeviceType::Cpu) {
         for (mut camera, mut usages) in &mut cameras {
-            camera.depth_texture_usages.0 |= TextureUsages::COPY_SRC.bits();
+            camera.depth_texture_usages.0 |= (TextureUsages::COPY_SRC | TextureUsages::COPY_DST).bits();
             usages.0 |= TextureUsages::COPY_DST;
         }
     }

@@ -155,7 +155,7 @@ impl Page {
             view_formats: &[],
         });
         let baked_view = baked.create_view(&TextureViewDescriptor::default());
-        let light = buffer("stone_light", count * 8, BufferUsages::STORAGE | BufferUsages::VERTEX);
+        let light = buffer("stone_light", count * 8, BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::COPY_SRC);
         let work = buffer("stone_light_work", count / u64::from(GROUP) * 4, BufferUsages::STORAGE);
         let light_bind_group = device.create_bind_group(
             "stone_light",
@@ -190,6 +190,12 @@ impl Page {
         let bind_group = device.create_bind_group("stone_normals", layout, &entries);
         self.normals = Some(PageNormals { buffer, bind_group });
         self.capacity.0 / BLOCK
+    }
+
+    /// Vertices for which it has room: whole blocks.
+    #[must_use]
+    pub fn vertex_room(&self) -> u32 {
+        self.capacity.0
     }
 
     fn fits(&self, vertices: u32, indices: u32, textured: bool) -> bool {
@@ -231,7 +237,7 @@ pub fn upload(
     to.used = (base_vertex + vertices, first_index + indices);
     let at = u64::from(base_vertex);
     queue.write_buffer(&to.positions, at * 12, bytemuck::cast_slice(&kept.positions));
-    queue.write_buffer(&to.albedo, at * 4, bytemuck::cast_slice(&chunk.albedo));
+    queue.write_buffer(&to.albedo, at * 4, bytemuck::cast_slice(&kept.albedo));
     if let Some(uvs) = &to.uvs {
         queue.write_buffer(uvs, at * 8, bytemuck::cast_slice(&chunk.uvs));
     }

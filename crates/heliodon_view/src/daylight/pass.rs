@@ -123,12 +123,34 @@ pub fn draw_stage(
     }
 
     let encoder = context.command_encoder();
+    let relight = (canvas.shaded.is_none() && !moving).then_some(stage_view.relight.as_mut()).flatten();
+    let relight_pipeline = stage_view.relight_pipeline.and_then(|id| cache.get_render_pipeline(id));
     if let Some(question) = stage_view.sight.question() {
         let pipelines = stage_view.sight_pipelines.map_or([None; 2], |ids| ids.map(|id| cache.get_render_pipeline(id)));
         canvas.numbers(encoder, &gpu, &stage_view.drawn, &question.view, pipelines);
         question.read(encoder);
     }
-    let mut pass = canvas.stone(encoder, &gpu, later.as_ref().unwrap_or(&stage_view.drawn), most);
+    let mut pass = match (relight, relight_pipeline) {
+        (Some((relight, bind_group)), Some(pipeline)) if relight.is_ready() => {
+            relight.begin(encoder, depth, &gpu.pages);
+            let mut pass = canvas.stone_pass(encoder);
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(1, &**bind_group, &[]);
+            pass.draw(0..3, 0..1);
+            pass
+        }
+        (relight, _) => {
+            let pass = canvas.stone(encoder, &gpu, later.as_ref().unwrap_or(&stage_view.drawn), most);
+            match relight {
+                None => pass,
+                Some((relight, _)) => {
+                    drop(pass);
+                    relight.take_depth(encoder, depth);
+                    canvas.stone_pass(encoder)
+                }
+            }
+        }
+    };
     actors.draw(&mut pass, plain_actors, shaded_actors, lamps);
     if let (Some(pipeline), Some(maps)) = (sky, &stage_view.sky) {
         pass.set_pipeline(pipeline);
@@ -198,23 +220,25 @@ impl Canvas<'_> {
         pass
     }
 
+    /// A pass for stone and sky.
+    fn stone_pass(&self, encoder: &mut CommandEncoder) -> RenderPass<'static> {
+        let color = match self.encoded {
+            None => self.target.get_color_attachment(),
+            Some(encoded) if self.begun.replace(true) => encoded.attachment(LoadOp::Load),
+            Some(encoded) => encoded.attachment(encoded.begin(encoder, self.target)),
+        };
+        self.begin(encoder, "stone_and_sky", color)
+    }
+
     /// Draws stone, in passes of `most` triangles; the last is left open.
     fn stone(&self, encoder: &mut CommandEncoder, gpu: &StageGpu, drawn: &Drawn, most: u64) -> RenderPass<'static> {
-        let begin = |encoder: &mut CommandEncoder| {
-            let color = match self.encoded {
-                None => self.target.get_color_attachment(),
-                Some(encoded) if self.begun.replace(true) => encoded.attachment(LoadOp::Load),
-                Some(encoded) => encoded.attachment(encoded.begin(encoder, self.target)),
-            };
-            self.begin(encoder, "stone_and_sky", color)
-        };
         let runs = self.shaded.as_ref().map(|shaded| (shaded, drawn.runs(&gpu.chunks)));
-        let mut pass = begin(encoder);
+        let mut pass = self.stone_pass(encoder);
         let mut number = 0;
         for (part, draws) in drawn.seen.parts(most).enumerate() {
             if part > 0 {
                 drop(pass);
-                pass = begin(encoder);
+                pass = self.stone_pass(encoder);
             }
             let mut bound = Bound::default();
             for draw in draws {

@@ -1,7 +1,7 @@
 //! The pipelines that draw stone and sky, one for each kind of target.
 
 use super::depth_map;
-use super::layout::VertexLayout;
+use super::layout::{BLOCK, VertexLayout};
 use super::sight::NUMBER_FORMAT;
 use super::view::VIEW_BYTES;
 use crate::actors::SHADE_WGSL;
@@ -118,6 +118,12 @@ pub fn sight_wgsl() -> String {
     format!("enable primitive_index;\n{VIEW_WGSL}\n{}", include_str!("sight.wgsl"))
 }
 
+/// The whole text of the shader that lights an eye at rest.
+#[must_use]
+pub(crate) fn relight_wgsl(display: DisplayKey) -> String {
+    format!("{}const BLOCK: u32 = {BLOCK}u;\n{}", display.wgsl(), include_str!("relight.wgsl"))
+}
+
 /// A shader with the lines that its `#ifdef`s keep, so that what a test validates is what runs.
 fn resolved(source: &str, defined: &[(&str, bool)]) -> String {
     let mut keep = true;
@@ -153,7 +159,10 @@ pub struct StagePipelines {
     pub caster_layout: BindGroupLayoutDescriptor,
     /// What is baked of a page, and where its normals go.
     pub normals_layout: BindGroupLayoutDescriptor,
+    /// What the pixels of an eye at rest are lit with.
+    pub relight_layout: BindGroupLayoutDescriptor,
     made: HashMap<PipelineKey, CachedRenderPipelineId>,
+    relight_made: HashMap<DisplayKey, CachedRenderPipelineId>,
     /// Bevy's cache frees none: bundles of one layout share theirs.
     light_made: Vec<(VertexLayout, CachedComputePipelineId)>,
     sight_made: Option<[CachedRenderPipelineId; 2]>,
@@ -208,7 +217,15 @@ impl Default for StagePipelines {
                     (texture_2d(TextureSampleType::Uint), storage_buffer_sized(false, None)),
                 ),
             ),
+            relight_layout: BindGroupLayoutDescriptor::new(
+                "relight",
+                &BindGroupLayoutEntries::sequential(
+                    ShaderStages::FRAGMENT,
+                    (texture_2d(TextureSampleType::Uint), texture_2d(TextureSampleType::Float { filterable: false })),
+                ),
+            ),
             made: HashMap::new(),
+            relight_made: HashMap::new(),
             light_made: Vec::new(),
             sight_made: None,
             caster_made: None,
@@ -319,6 +336,35 @@ impl StagePipelines {
             ..default()
         });
         self.normals_made.push((layout, id));
+        id
+    }
+
+    /// The pipeline that lights an eye at rest.
+    pub fn relight(&mut self, cache: &mut PipelineCache, curve: ToneCurve, format: TextureFormat) -> CachedRenderPipelineId {
+        let key = DisplayKey { curve, format };
+        if let Some(&id) = self.relight_made.get(&key) {
+            return id;
+        }
+        let shader = self.shader(cache, relight_wgsl(key), "relight");
+        let id = cache.queue_render_pipeline(RenderPipelineDescriptor {
+            label: Some("relight".into()),
+            layout: vec![self.view_layout.clone(), self.relight_layout.clone()],
+            vertex: VertexState { shader: shader.clone(), entry_point: Some("vertex".into()), ..default() },
+            // the depth is there already
+            depth_stencil: Some(DepthStencilState {
+                depth_write_enabled: Some(false),
+                depth_compare: Some(CompareFunction::Always),
+                ..depth_test(false)
+            }),
+            fragment: Some(FragmentState {
+                shader,
+                entry_point: Some("fragment".into()),
+                targets: vec![Some(ColorTargetState { format, blend: None, write_mask: ColorWrites::ALL })],
+                ..default()
+            }),
+            ..default()
+        });
+        self.relight_made.insert(key, id);
         id
     }
 

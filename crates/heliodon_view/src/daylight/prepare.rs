@@ -6,6 +6,7 @@ use super::moment::MomentUniform;
 use super::occlusion::{DepthReadback, LEAST_TRIANGLES};
 use super::pages::{GpuChunk, GpuTexture, Page, PageNormals, Remaining, upload};
 use super::pipelines::{Near, PipelineKey, SUBJECTS, StagePipelines};
+use super::relight::Relight;
 use super::seen::{LightGroup, Run, Seen};
 use super::sight::{Change, Sight, SightKey};
 use super::view::{ClusterRef, Eye, ViewUniform, cull};
@@ -158,6 +159,10 @@ pub struct StageView {
     pub encoded: Option<Encoded>,
     /// The bundle that it sees.
     stage: u64,
+    /// What an eye at rest is lit with, and how it is bound.
+    pub relight: Option<(Relight, BindGroup)>,
+    /// The pipeline for that.
+    pub relight_pipeline: Option<CachedRenderPipelineId>,
     /// Pipelines for all subjects.
     pub pipelines: Option<[CachedRenderPipelineId; SUBJECTS.len()]>,
     /// The same for stone that actors shade, while they do.
@@ -338,6 +343,7 @@ pub fn prepare_views(
         let keys = SUBJECTS.map(|subject| PipelineKey::new(subject, frame.curve, format, msaa.samples()));
         let ids = keys.map(|key| pipelines.colour(&mut cache, key));
         stage_view.pipelines = Some(ids);
+        stage_view.relight_pipeline = stage_view.codes.map(|format| pipelines.relight(&mut cache, frame.curve, format));
         let near = if lamps.any() && gpu.has_normals() { Near::Lamps } else { Near::Actors };
         stage_view.near_pipelines =
             actors.shade().map(|_| (near, keys.map(|key| pipelines.colour(&mut cache, key.near(near)))));
@@ -372,6 +378,7 @@ pub fn prepare_views(
         match stage_view.sight.next(&device, key, may_ask.filter(|_| !undecided)) {
             Change::None if !undecided => {}
             Change::None | Change::Moved => {
+                stage_view.relight = None;
                 let clusters = cull(&gpu.chunks, &clip_from_world, eye);
                 let occludes = may_occlude && gpu.triangles(&clusters) >= LEAST_TRIANGLES;
                 // What was seen a frame ago, or everything.
@@ -385,7 +392,18 @@ pub fn prepare_views(
                 stage_view.depth = None;
                 gpu.settled_frames = 0;
                 allocator::keep_freed_memory(false);
-                let seen = stage_view.drawn.seen.only(&gpu.chunks, &shown);
+                let seen = &stage_view.drawn.seen;
+                let relight = stage_view.codes.and_then(|_| {
+                    let (stone, picture) = ((&gpu.pages[..], &gpu.chunks[..]), (&shown.numbers[..], shown.size));
+                    Relight::new((&device, &queue), stone, (seen, &clip_from_world), picture)
+                });
+                stage_view.relight = relight.map(|relight| {
+                    let layout = cache.get_bind_group_layout(&pipelines.relight_layout);
+                    let entries = BindGroupEntries::sequential((&relight.pixels, &relight.light));
+                    let bind_group = device.create_bind_group("relight", &layout, &entries);
+                    (relight, bind_group)
+                });
+                let seen = seen.only(&gpu.chunks, &shown.triangles);
                 stage_view.drawn = Drawn::new(&device, &gpu.chunks, seen);
             }
         }

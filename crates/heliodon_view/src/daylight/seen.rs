@@ -142,6 +142,11 @@ impl Seen {
         })
     }
 
+    /// Chunk and number in it of each triangle in the order of drawing.
+    pub fn shown(&self) -> impl Iterator<Item = (u32, u32)> {
+        self.numbers().flat_map(|(chunk, numbers)| numbers.map(move |number| (chunk, number)))
+    }
+
     /// For each of `chunks` chunks, the triangles that are drawn.
     #[must_use]
     pub fn sets(&self, chunks: usize) -> Vec<Triangles> {

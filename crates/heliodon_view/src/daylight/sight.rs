@@ -68,13 +68,14 @@ impl Question {
         self.asked.store(true, Ordering::Release);
     }
 
-    /// The triangles of the answer.
-    fn shown(&self) -> Triangles {
+    /// The answer.
+    fn shown(&self) -> Shown {
         let mapped = self.readback.mapped();
-        let mut shown = Triangles::default();
+        let mut shown = Shown { triangles: Triangles::default(), numbers: Vec::new(), size: self.readback.size() };
         for row in self.readback.rows(&mapped) {
             let numbers: &[u32] = bytemuck::cast_slice(row);
-            shown.extend(numbers.iter().filter_map(|number| number.checked_sub(1)));
+            shown.triangles.extend(numbers.iter().filter_map(|number| number.checked_sub(1)));
+            shown.numbers.extend_from_slice(numbers);
         }
         shown
     }
@@ -94,6 +95,17 @@ enum Rest {
     Settled,
 }
 
+/// What a picture shows.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Shown {
+    /// The triangles, by their number in the order of drawing.
+    pub triangles: Triangles,
+    /// For each pixel, [`NUMBER_FORMAT`].
+    pub numbers: Vec<u32>,
+    /// Pixels of the picture.
+    pub size: UVec2,
+}
+
 /// What a frame changes of what is drawn.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Change {
@@ -102,7 +114,7 @@ pub enum Change {
     /// The camera or the stage is another: all that it may see must be found anew.
     Moved,
     /// Of what was drawn so far, only these triangles are seen.
-    Shown(Triangles),
+    Shown(Shown),
 }
 
 /// What a camera knows of what it sees.
