@@ -24,7 +24,7 @@ pub mod time_lapse;
 pub mod tonemap;
 pub mod window;
 
-pub use daylight::DaylightCamera;
+pub use daylight::{DaylightCamera, ExactAtRest};
 pub use navigation::pose::Pose;
 pub use stage::{Stage, StageStatus};
 pub use time_lapse::exposure::Exposure;

@@ -25,7 +25,7 @@ use heliodon_math::random::{hash3_u32, unit_f32};
 use heliodon_math::sphere::direction_from_azimuth_elevation;
 use heliodon_sky::lapse::{Fitted, Lapse, LapseStep, Sun, SunBounceBasis};
 use heliodon_view::headless::{RenderOptions, Renderer, Shot, ShotExposure};
-use heliodon_view::{DaylightCamera, Pose, ToneCurve};
+use heliodon_view::{DaylightCamera, ExactAtRest, Pose, ToneCurve};
 use std::path::Path;
 
 /// Quads along each side of the wall; it spans -1 to 1 in x and y at z = 0.
@@ -333,6 +333,34 @@ fn an_eye_at_rest_sees_the_same_with_fewer_triangles() {
     } else {
         assert_eq!(seen, all);
     }
+}
+
+#[test]
+fn an_eye_at_rest_is_lit_anew_as_it_is_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let bundle = folder.path().join("court");
+    let court = common::Court { sun_steps: 4, sky_columns: 64, ..common::Court::small() };
+    court.write(&bundle).unwrap();
+    let [mut exact, mut relit] = [(); 2].map(|()| Renderer::new(&bundle, 160, 120, RenderOptions { samples: 1 }).unwrap());
+    let world = relit.app_mut().world_mut();
+    let camera = world.query_filtered::<Entity, With<DaylightCamera>>().single(world).unwrap();
+    world.entity_mut(camera).remove::<ExactAtRest>();
+    let (mut off, mut codes) = (0, 0);
+    for step in 0..24u16 {
+        // It moves on, and rests for a third of the day.
+        let aside = f32::from(step / 8);
+        let pose = Pose::looking(Vec3::new(aside, 2.0, 9.0), Vec3::new(aside, 1.5, 0.0));
+        let shot = Shot { pose, ..exact.home_shot(3600.0 * (7.0 + 0.4 * f64::from(step))) };
+        let [drawn, lit] = [&mut exact, &mut relit].map(|renderer| renderer.render(&shot).unwrap());
+        for (drawn, lit) in drawn.pixels.as_flattened().iter().zip(lit.pixels.as_flattened()) {
+            assert!(drawn.abs_diff(*lit) <= 1, "step {step}: {lit} for {drawn}");
+            off += u32::from(drawn != lit);
+            codes += 1;
+        }
+    }
+    assert!(off * 50 < codes, "{off} of {codes}");
+    let device = relit.app_mut().sub_app(RenderApp).world().resource::<RenderAdapterInfo>().device_type;
+    assert_eq!(off > 0, device == wgpu::DeviceType::Cpu, "some codes are rounded the other way where anything is lit anew");
 }
 
 #[test]

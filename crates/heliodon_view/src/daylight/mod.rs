@@ -51,14 +51,22 @@ use wgpu::{DeviceType, TextureUsages};
 )]
 pub struct DaylightCamera;
 
+/// For a [`DaylightCamera`] whose pictures must be the same to the bit whatever it saw before, as stills and films are: where a processor
+/// draws, an eye at rest is otherwise lit pixel by pixel, which is up to a code of 255 off.
+#[derive(Component, Clone, Copy, Debug, Default, ExtractComponent)]
+pub struct ExactAtRest;
+
 /// Lights and draws the stone, and draws the sky behind it.
 #[derive(Default)]
 pub struct DaylightPlugin;
 
 impl Plugin for DaylightPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<StageFrame>()
-            .add_plugins((ExtractResourcePlugin::<StageFrame>::default(), ExtractComponentPlugin::<DaylightCamera>::default()));
+        app.init_resource::<StageFrame>().add_plugins((
+            ExtractResourcePlugin::<StageFrame>::default(),
+            ExtractComponentPlugin::<DaylightCamera>::default(),
+            ExtractComponentPlugin::<ExactAtRest>::default(),
+        ));
         app.add_systems(PostUpdate, let_textures_be_copied);
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else { return };
         render_app

@@ -10,7 +10,7 @@ use super::relight::Relight;
 use super::seen::{LightGroup, Run, Seen};
 use super::sight::{Change, Sight, SightKey};
 use super::view::{ClusterRef, Eye, ViewUniform, cull};
-use super::{DaylightCamera, allocator};
+use super::{DaylightCamera, ExactAtRest, allocator};
 use crate::actors::render::ActorsGpu;
 use crate::lamps::maps::LampsGpu;
 use crate::sky::SkyResources;
@@ -321,6 +321,7 @@ pub fn prepare_views(
     actors: Res<ActorsGpu>,
     lamps: Res<LampsGpu>,
     prepassed: Query<(), WithPrepass>,
+    exact: Query<(), With<ExactAtRest>>,
     mut views: Query<SeenCamera, With<DaylightCamera>>,
 ) {
     gpu.needed.clear();
@@ -393,7 +394,7 @@ pub fn prepare_views(
                 gpu.settled_frames = 0;
                 allocator::keep_freed_memory(false);
                 let seen = &stage_view.drawn.seen;
-                let relight = stage_view.codes.and_then(|_| {
+                let relight = stage_view.codes.filter(|_| !exact.contains(entity)).and_then(|_| {
                     let (stone, picture) = ((&gpu.pages[..], &gpu.chunks[..]), (&shown.numbers[..], shown.size));
                     Relight::new((&device, &queue), stone, (seen, &clip_from_world), picture)
                 });

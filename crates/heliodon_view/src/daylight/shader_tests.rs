@@ -2,11 +2,11 @@
 
 use super::layout::VertexLayout;
 use super::moment::MOMENT_BYTES;
-use super::pipelines::{CASTER_WGSL, Near, PipelineKey, SUBJECTS, Subject, sight_wgsl};
+use super::pipelines::{CASTER_WGSL, Near, PipelineKey, SUBJECTS, Subject, relight_wgsl, sight_wgsl};
 use super::view::VIEW_BYTES;
 use crate::actors::shade::SHADE_BYTES;
 use crate::lamps::uniform::LAMPS_BYTES;
-use crate::tonemap::ToneCurve;
+use crate::tonemap::{DisplayKey, ToneCurve};
 use bevy::render::render_resource::TextureFormat;
 use heliodon_bundle::LightLayout;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
@@ -70,4 +70,11 @@ fn what_draws_depth_and_makes_normals_is_valid() {
 #[test]
 fn the_shader_that_numbers_triangles_is_valid() {
     assert_eq!(size_of_struct(&compile(&sight_wgsl()), "View"), Some(VIEW_BYTES as u32));
+}
+
+#[test]
+fn the_shader_that_lights_an_eye_at_rest_is_valid() {
+    for curve in [ToneCurve::Clamp, ToneCurve::Filmic] {
+        compile(&relight_wgsl(DisplayKey { curve, format: TextureFormat::Rgba8Unorm }));
+    }
 }

@@ -11,8 +11,8 @@ mod readback;
 use crate::HeliodonPlugins;
 use crate::actors::Actors;
 use crate::actors::levels::Directions;
-use crate::daylight::DaylightCamera;
 use crate::daylight::prepare::StageView;
+use crate::daylight::{DaylightCamera, ExactAtRest};
 use crate::navigation::pose::{Pose, fov_deg};
 use crate::sky::SkyMaps;
 use crate::stage::frame::StageFrame;
@@ -185,7 +185,7 @@ impl Renderer {
             image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
             images.add(image)
         });
-        let camera = app.world_mut().spawn((DaylightCamera, RenderTarget::from(targets[0].clone()))).id();
+        let camera = app.world_mut().spawn((DaylightCamera, ExactAtRest, RenderTarget::from(targets[0].clone()))).id();
         app.world_mut().resource_mut::<Stage>().open(folder)?;
         let mut renderer = Self { app, camera, targets, size, samples, fault };
         renderer.load()?;
