@@ -23,7 +23,7 @@ parser.add_argument("prepared")
 parser.add_argument("--original")
 parser.add_argument("--views", type=pathlib.Path, default=pathlib.Path(__file__).with_name("temple.json"))
 parser.add_argument("--peer")
-parser.add_argument("--runs", type=int, default=3)
+parser.add_argument("--runs", type=int, default=3, help="of each measurement, whose median counts; 0 compares pictures only")
 parser.add_argument("--times", default="08:30,10:30,15:00")
 parser.add_argument("--out", type=pathlib.Path)
 args = parser.parse_args()
@@ -54,7 +54,7 @@ def flip(view, number, hour):
     pictures = []
     for name, bundle in (("original", args.original), ("prepared", args.prepared)):
         path = out / f"view{number}-{hour.replace(':', '')}-{name}.png"
-        command = [args.heliodon, "render", bundle, "--size", "1024x768", "--time", hour, "--exposure", "0", "-o", str(path), *place(view)]
+        command = [args.heliodon, "render", bundle, "--size", "1024x768", "--time", hour, "-o", str(path), *place(view)]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         pictures.append(str(path))
     return float(flip_evaluator.evaluate(*pictures, "LDR", applyMagma=False)[1])
@@ -70,7 +70,7 @@ for number, view in enumerate(views, 1):
             peers.append(peer_ms())
         for way, found in times.items():
             found.append(frame_ms(view, way))
-    for way, found in times.items():
+    for way, found in times.items() if args.runs else ():
         row[way + "_ms"] = round(statistics.median(ms for ms, _ in found), 1)
         row[way + "_processor_ms"] = round(statistics.median(ms for _, ms in found), 1)
     if args.original:
@@ -78,8 +78,8 @@ for number, view in enumerate(views, 1):
     print(json.dumps(row), file=sys.stderr, flush=True)
     rows.append(row)
 told = {"views": rows}
-for way in WAYS:
-    ms = statistics.median(row[way + "_ms"] for row in rows)
+for way in WAYS if args.runs else ():
+    ms = round(statistics.median(row[way + "_ms"] for row in rows), 1)
     told[way] = {"median_ms": ms, "frames_a_second": round(1e3 / ms, 1)}
 if peers:
     told["peer_median_ms"] = round(statistics.median(peers), 1)
