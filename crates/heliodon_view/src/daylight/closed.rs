@@ -124,6 +124,7 @@ mod tests {
                 indices: (0..triangles.len() as u16 * 3).collect(),
                 clusters: Vec::new(),
                 bounds: (Vec3::ZERO, Vec3::ZERO),
+                albedo: Vec::new(),
             });
         }
         bodies.finish()

@@ -111,7 +111,7 @@ impl Relight {
     /// Gives the depth to Bevy, and takes the light of the moment.
     pub fn begin(&self, encoder: &mut CommandEncoder, depth: &ViewDepthTexture, pages: &[Page]) {
         // Bevy clears at the first pass of a frame, which from its sight this one is.
-        drop(depth.get_attachment(StoreOp::Store));
+        let _ = depth.get_attachment(StoreOp::Store);
         encoder.copy_texture_to_texture(self.depth.as_image_copy(), depth.texture.as_image_copy(), self.depth.size());
         let (begins, _) = rows(pages);
         for (page, y) in pages.iter().zip(begins) {

@@ -121,6 +121,7 @@ pub(super) mod tests {
                 positions,
                 indices: made.indices,
                 clusters: made.clusters,
+                albedo: vec![u32::MAX; 4],
             }),
             texture: None,
             closed: false,

@@ -79,7 +79,7 @@ mod tests {
         let made = cluster(&corners, &[[0, 1, 2], [0, 2, 3]]);
         let positions: Vec<Vec3> = made.vertices.iter().map(|&v| corners[v as usize]).collect();
         let bounds = positions.iter().fold((corners[0], corners[0]), |(a, b), &p| (a.min(p), b.max(p)));
-        Arc::new(KeptChunk { positions, indices: made.indices, clusters: made.clusters, bounds })
+        Arc::new(KeptChunk { positions, indices: made.indices, clusters: made.clusters, bounds, albedo: Vec::new() })
     }
 
     fn court() -> Ground {

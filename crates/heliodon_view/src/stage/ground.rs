@@ -115,7 +115,7 @@ mod tests {
         let made = cluster(&positions, &triangles);
         let positions: Vec<Vec3> = made.vertices.iter().map(|&v| positions[v as usize]).collect();
         let bounds = (Vec3::new(-20.0, height, -20.0), Vec3::new(20.0, height, 20.0));
-        Arc::new(KeptChunk { positions, indices: made.indices, clusters: made.clusters, bounds })
+        Arc::new(KeptChunk { positions, indices: made.indices, clusters: made.clusters, bounds, albedo: Vec::new() })
     }
 
     #[test]
