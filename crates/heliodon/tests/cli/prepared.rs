@@ -173,6 +173,8 @@ fn a_full_disk_stops_preparation_and_spoils_nothing() {
 #[cfg(unix)]
 fn a_full_disk_leaves_no_half_report() {
     let site = site_with(&plane(1), ROOM);
+    // little is split, and nothing simplified
+    site.edit("edge_px = 40.0", "edge_px = 1000.0");
     // a name that is longer than a file's can be
     site.edit("role = \"scan\"", &format!("role = \"scan\"\nname = \"{}\"", "寺".repeat(200)));
     let (folder, found) = (site.folder().to_str().unwrap().to_owned(), site.path("found"));
