@@ -420,7 +420,7 @@ class Hostile:
         site = self.usual()
         kept = self.folder / "kept"
         done = self.folder / "done"
-        made = {"bake": [["bake", site, "--keep-cache"]], "merge": [["bake", site, "--shard", "1/2"], ["bake", site, "--shard", "2/2"]]}
+        made = {"bake": [["bake", site]], "merge": [["bake", site, "--shard", "1/2"], ["bake", site, "--shard", "2/2"]]}
         made["pieces"] = None
         for name, commands in made.items():
             self.clear()

@@ -20,7 +20,7 @@ export SLURM_CONF="$work/slurm/slurm.conf"
 say() { printf '%s  %s\n' "$(date +%T)" "$*"; }
 fail() { say "FAILED: $*"; exit 1; }
 loopback() { "$here/loopback.sh" "$1" "$work/slurm" ${2+"$2"}; }
-on_slurm() { "$heliodon" bake "$site" -o "$1" --on slurm --slurm-option=--no-requeue "${@:2}"; }
+on_slurm() { "$heliodon" bake "$site" -o "$1" --on slurm --no-cache --slurm-option=--no-requeue "${@:2}"; }
 nothing_queued() { [ -z "$(squeue -h)" ]; }
 same() { diff -r "$work/whole" "$1" && say "$1 is the same as one machine's, byte for byte"; }
 
@@ -54,7 +54,7 @@ grep -n "^samples" "$site/site.toml"
 
 say "one machine, one processor"
 begun=$(date +%s.%N)
-"$heliodon" bake "$site" -o "$work/whole" --threads 1 --quiet
+"$heliodon" bake "$site" -o "$work/whole" --threads 1 --no-cache --quiet
 say "one machine, one processor: $(since "$begun") s"
 
 say "two nodes, $shards shards, one node killed in the middle"
@@ -75,7 +75,7 @@ loopback start-node node1
 
 say "Ctrl-C"
 # not by the function: the signal is for the program, not for a shell around it
-"$heliodon" bake "$site" -o "$work/cancelled" --on slurm --shards "$shards" >/dev/null 2>"$work/cancelled.log" &
+"$heliodon" bake "$site" -o "$work/cancelled" --no-cache --on slurm --shards "$shards" >/dev/null 2>"$work/cancelled.log" &
 launcher=$!
 within 300 runs_on node1 || fail "nothing runs on node1"
 sleep 5

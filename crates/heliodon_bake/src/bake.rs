@@ -1,19 +1,21 @@
 //! The bake: from a plan to a bundle, step by step, each of which survives a kill.
 
 use crate::actors::actor_metas;
-use crate::cache::Cache;
+use crate::cache::{Cache, Taken};
 use crate::chunks::ChunkMaker;
 use crate::darkness::tell_of_darkness;
+use crate::earlier::SceneRecord;
 use crate::error::BakeError;
 use crate::grid::GridPlan;
 use crate::ground;
 use crate::key::told_name;
 use crate::light::{BakedGrid, BakedLight, LightInput, bake_light};
 use crate::memory::peak_resident_bytes;
+use crate::names::{LightNames, SceneDigests};
 use crate::plan::Plan;
 use crate::report::{Reporter, WarningsKept};
 use crate::scene::{Scene, Traceable};
-use crate::sky::{BakedSky, bake_sky};
+use crate::sky::{BakedSky, bake_sky, sky_names};
 use glam::Vec3;
 use heliodon_bundle::grid::AXES;
 use heliodon_bundle::manifest::Counts;
@@ -49,6 +51,10 @@ pub struct BakeReport {
     pub warnings: Vec<String>,
     /// Seconds that each step took in this run.
     pub seconds: Vec<(String, f64)>,
+    /// What was taken from the cache, stage by stage.
+    pub taken: Vec<Taken>,
+    /// What the cache keeps for bakes to come, bytes on the disk.
+    pub kept_bytes: u64,
     /// The most memory that the process has needed so far, where the system tells.
     pub peak_memory_bytes: Option<u64>,
 }
@@ -58,13 +64,14 @@ pub struct BakeReport {
 /// # Errors
 /// Whatever [`BakeError`] names; a bundle that was there stays as it was.
 pub fn bake(plan: &Plan, reporter: &dyn Reporter) -> Result<BakeReport, BakeError> {
-    bake_where(plan, reporter, |_| Ok(()))
+    bake_where(plan, reporter, plan.options.no_cache, |_| Ok(()))
 }
 
-/// As [`bake`], where `may_go_on` agrees with what there is of the key's work.
+/// As [`bake`], where `may_go_on` agrees with what there is of the key's work; `anew` takes nothing of finished bakes.
 pub(crate) fn bake_where(
     plan: &Plan,
     reporter: &dyn Reporter,
+    anew: bool,
     may_go_on: impl FnOnce(&str) -> Result<(), BakeError>,
 ) -> Result<BakeReport, BakeError> {
     if !plan.options.again && plan.is_up_to_date() {
@@ -75,9 +82,14 @@ pub(crate) fn bake_where(
     let reporter = &WarningsKept::new(reporter);
     let mut clock = Clock::default();
     let mut scene = plan.read_scene(reporter)?;
-    let key = plan.key(&scene);
+    let (digests, record) = (SceneDigests::new(&scene), SceneRecord::new(&scene));
+    let key = plan.key(&digests);
     may_go_on(&key)?;
     let cache = Cache::open(&plan.cache_root(), &key, &plan.owner())?;
+    if anew {
+        cache.forget_finished();
+    }
+    cache.adopt(&sky_names(plan)?.all())?;
     clock.lap("reading");
     let sky = bake_sky(plan, &cache, reporter)?;
     clock.lap("sky");
@@ -86,14 +98,19 @@ pub(crate) fn bake_where(
     let rays = scene.take_rays()?;
     reporter.finished();
     clock.lap("rays");
-    let (light, grid, actors) = scene_light(plan, &scene, rays, &sky.suns(), &cache, reporter)?;
+    let (light, grid, actors, names) = scene_light(plan, (&scene, &digests, &record), rays, &sky.suns(), &cache, reporter)?;
     clock.lap("light");
     let manifest = write_bundle(plan, &scene, sky, (&light, &grid), actors, &cache, reporter)?;
     clock.lap("writing");
-    if !plan.options.keep_cache {
+    let taken = cache.all_taken();
+    let kept_bytes = if plan.options.no_cache {
         cache.remove(&plan.owner());
-    }
-    Ok(BakeReport { seconds: clock.laps, sky_steps, warnings: reporter.warnings(), ..report_of(plan, &manifest, false) })
+        0
+    } else {
+        cache.finish(&[sky_names(plan)?.all(), names.all()].concat(), &plan.owner())?
+    };
+    let report = report_of(plan, &manifest, false);
+    Ok(BakeReport { seconds: clock.laps, sky_steps, warnings: reporter.warnings(), taken, kept_bytes, ..report })
 }
 
 #[derive(Debug)]
@@ -118,12 +135,12 @@ impl Clock {
 
 fn scene_light(
     plan: &Plan,
-    scene: &Scene,
+    (scene, digests, record): (&Scene, &SceneDigests, &SceneRecord),
     rays: TriangleScene,
     suns: &[Vec3],
     cache: &Cache,
     reporter: &dyn Reporter,
-) -> Result<(BakedLight, GridPlan, Vec<Actor>), BakeError> {
+) -> Result<(BakedLight, GridPlan, Vec<Actor>, LightNames), BakeError> {
     let mesh = &scene.mesh;
     let traceable = Traceable::new(scene, rays);
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
@@ -133,10 +150,13 @@ fn scene_light(
     of_files.chain(doubts).for_each(|warning| reporter.warning(&warning));
     let grid = plan.grid(Some(&traceable.rays))?;
     let sun_bounce = plan.site.bake.sun_bounce;
-    let input = LightInput { surfaces: traceable.surfaces(), suns, sun_bounce, params: &params, grid: &grid };
+    let names = LightNames::new(digests, &params, suns, sun_bounce, &grid);
+    cache.adopt(&names.all())?;
+    let (surfaces, params, of_grid) = (traceable.surfaces(), &params, &grid);
+    let input = LightInput { surfaces, suns, sun_bounce, params, grid: of_grid, names: &names, record };
     let light = bake_light(&input, Some(cache), reporter)?;
     tell_of_darkness(&plan.site.parts, scene, &traceable.rays, &light.light.validity, params.offset_m, reporter);
-    Ok((light, grid, actors))
+    Ok((light, grid, actors, names))
 }
 
 /// Writes everything into the bundle, which appears whole or not at all.
@@ -276,6 +296,8 @@ fn report_of(plan: &Plan, manifest: &Manifest, up_to_date: bool) -> BakeReport {
         measures: manifest.measures.clone(),
         warnings: Vec::new(),
         seconds: Vec::new(),
+        taken: Vec::new(),
+        kept_bytes: 0,
         peak_memory_bytes: peak_resident_bytes(),
     }
 }

@@ -115,6 +115,9 @@ impl BlockStage<'_> {
             Some(share) => share.in_order(missing),
             None => missing.collect(),
         };
+        if let Some(cache) = self.cache {
+            cache.taken(self.name, ranges.len() - missing.len(), ranges.len());
+        }
         let make = |i: usize| match self.share.filter(|_| self.has(first_block + i)).and_then(|_| load(i)) {
             Some(of_another) => Ok(of_another),
             None => self.make(first_block + i, ranges[i].clone(), &compute, &encode),

@@ -12,15 +12,21 @@
 use crate::prepare::GEOMETRY;
 use heliodon_bundle::file_lock::{Company, LockFault, take_lock, wait_for_lock};
 use heliodon_mesh::export::token;
+use serde::Serialize;
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 const MAGIC: [u8; 8] = *b"HELIOBLK";
 const HEADER_BYTES: usize = 8 + 8 + 32;
 const LOCK_FILE: &str = "lock";
 const OWNER_FILE: &str = "bundle.txt";
+/// Tells that a bake has ended well with what lies beside.
+const FINISHED_FILE: &str = "finished";
 /// The ending of files that are being written.
 const UNFINISHED: &str = "new";
 /// No block takes so long to write; who may not ask whether others are alive waits so long before it clears up after them.
@@ -60,6 +66,26 @@ pub struct Cache {
     lock: File,
     /// Tells the files that this process writes from those of others that write the same block, on whatever machine.
     token: u64,
+    /// Whose work it is.
+    owner: PathBuf,
+    taken: Mutex<Vec<Taken>>,
+    /// Whether other bakes' folders are looked into.
+    takes: AtomicBool,
+}
+
+/// How much of a stage was taken from the cache.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Taken {
+    /// The stage's name for people.
+    pub stage: String,
+    /// Blocks (skies, of the sky) that were there,
+    pub blocks: u64,
+    /// of so many.
+    pub of: u64,
+    /// In blocks that were not there, rays that did not have to be traced,
+    pub rays: u64,
+    /// of so many.
+    pub of_rays: u64,
 }
 
 impl Cache {
@@ -98,7 +124,15 @@ impl Cache {
                 Err(LockFault::Io(source)) => return Err(CacheError::Write { path: folder, source }),
             }
         };
-        let cache = Self { folder, root: root.to_owned(), lock, token: token() };
+        let cache = Self {
+            folder,
+            root: root.to_owned(),
+            lock,
+            token: token(),
+            owner: owner.to_owned(),
+            taken: Mutex::default(),
+            takes: AtomicBool::new(true),
+        };
         cache.write_note(OWNER_FILE, owner.to_string_lossy().as_bytes())?;
         Ok(cache)
     }
@@ -161,6 +195,31 @@ impl Cache {
         content
     }
 
+    /// The folders of other bakes of the same bundle, whoever may work there.
+    pub fn others_of_owner(&self) -> impl Iterator<Item = PathBuf> {
+        let owner = self.owner.to_string_lossy().into_owned();
+        let takes = self.takes.load(Ordering::Relaxed);
+        let others = entries(&self.root).filter(|other| takes && *other != self.folder).collect::<Vec<_>>();
+        others.into_iter().filter(move |other| fs::read_to_string(other.join(OWNER_FILE)).is_ok_and(|name| name == owner))
+    }
+
+    /// The blocks of a folder whose stages' names begin with `begin`: the stage and the file of each.
+    #[must_use]
+    pub fn stages_in(&self, folder: &Path, begin: &str) -> Vec<(String, PathBuf)> {
+        let of = |path: PathBuf| {
+            let stage = stage_of(path.file_name()?.to_str()?)?.to_owned();
+            stage.starts_with(begin).then_some((stage, path))
+        };
+        entries(folder).filter_map(of).collect()
+    }
+
+    /// As [`Cache::load`], of another bake's folder, in which nothing is removed.
+    #[must_use]
+    pub fn load_from(&self, folder: &Path, stage: &str, block: usize) -> Option<Vec<u8>> {
+        let name = block_name(stage, block);
+        read_block(&folder.join(&name), &name)
+    }
+
     /// Whether a file for the block is there; it may still turn out to be damaged.
     #[must_use]
     pub fn has(&self, stage: &str, block: usize) -> bool {
@@ -191,10 +250,116 @@ impl Cache {
         }
     }
 
+    /// Takes what other bakes of the same bundle have left of the stages `names`: their files get a second name here, which costs no room, or
+    /// are copied where the file system cannot. What cannot be had is made anew.
+    ///
+    /// # Errors
+    /// [`CacheError::Write`] where a copy finds no room.
+    pub fn adopt(&self, names: &[String]) -> Result<(), CacheError> {
+        self.adopt_where(|stage| names.iter().any(|name| name == stage))
+    }
+
+    /// As [`Cache::adopt`], for the stages that are `wanted`.
+    ///
+    /// # Errors
+    /// As [`Cache::adopt`].
+    pub fn adopt_where(&self, wanted: impl Fn(&str) -> bool) -> Result<(), CacheError> {
+        for other in self.others_of_owner() {
+            for path in entries(&other) {
+                let Some(name) = path.file_name().map(|name| name.to_string_lossy().into_owned()) else { continue };
+                let own = self.folder.join(&name);
+                if !stage_of(&name).is_some_and(&wanted) || own.exists() || fs::hard_link(&path, &own).is_ok() {
+                    continue;
+                }
+                if let Ok(bytes) = fs::read(&path) {
+                    self.write_beside(&name, |path| fs::write(path, &bytes))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Keeps the blocks of the stages `names` for bakes to come; all others go, with the other folders of the bundle `owner` that nobody uses.
+    /// Returns the bytes that stay.
+    ///
+    /// # Errors
+    /// [`CacheError::Write`].
+    pub fn finish(&self, names: &[String], owner: &Path) -> Result<u64, CacheError> {
+        self.write_note(FINISHED_FILE, b"")?;
+        let mut bytes = 0;
+        for path in entries(&self.folder) {
+            let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+            if stage_of(&name).is_none_or(|stage| names.iter().any(|name| name == stage)) {
+                bytes += path.metadata().map_or(0, |data| data.len());
+            } else {
+                let _ = fs::remove_file(path);
+            }
+        }
+        let own = self.folder.file_name();
+        remove_idle(&self.root, owner, |name| !name.starts_with(GEOMETRY) && own.is_none_or(|own| own != name));
+        Ok(bytes)
+    }
+
+    /// Takes nothing that finished bakes have kept: what is here goes, and others' folders are not looked at. What an interrupted run of the
+    /// same bake has left here stays.
+    pub fn forget_finished(&self) {
+        self.takes.store(false, Ordering::Relaxed);
+        if self.folder.join(FINISHED_FILE).exists() {
+            for path in entries(&self.folder) {
+                let is_block = path.file_name().is_some_and(|name| stage_of(&name.to_string_lossy()).is_some());
+                if is_block || path.ends_with(FINISHED_FILE) {
+                    let _ = fs::remove_file(path);
+                }
+            }
+        }
+    }
+
+    /// Notes that `blocks` of a stage's `of` were there.
+    pub fn taken(&self, stage: &str, blocks: usize, of: usize) {
+        self.tell(stage, |taken| {
+            taken.blocks += blocks as u64;
+            taken.of += of as u64;
+        });
+    }
+
+    /// Notes that `rays` of a block's `of` were known.
+    pub fn tell_rays(&self, stage: &str, rays: u64, of: u64) {
+        self.tell(stage, |taken| {
+            taken.rays += rays;
+            taken.of_rays += of;
+        });
+    }
+
+    fn tell(&self, stage: &str, change: impl FnOnce(&mut Taken)) {
+        // whoever panicked while it held the list has left it a list
+        let mut all = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = all.iter().position(|taken| taken.stage == stage);
+        let index = known.unwrap_or_else(|| {
+            all.push(Taken { stage: stage.to_owned(), blocks: 0, of: 0, rays: 0, of_rays: 0 });
+            all.len() - 1
+        });
+        change(&mut all[index]);
+    }
+
+    /// What was noted of the stages, in their order.
+    #[must_use]
+    pub fn all_taken(&self) -> Vec<Taken> {
+        self.taken.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
     /// Removes the blocks of all stages whose names begin with `stage`. What cannot be removed stays; it costs only room.
     pub fn remove_blocks(&self, stage: &str) {
         for path in entries(&self.folder) {
             if path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(stage)) {
+                let _ = fs::remove_file(path);
+            }
+        }
+    }
+
+    /// Removes the blocks of stages whose names begin with `begin` and with none of `used`. What cannot be removed stays.
+    pub fn remove_unused(&self, begin: &str, used: &BTreeSet<String>) {
+        for (stage, path) in self.stages_in(&self.folder, begin) {
+            if !used.iter().any(|name| stage.starts_with(name.as_str())) {
                 let _ = fs::remove_file(path);
             }
         }
@@ -242,6 +407,12 @@ fn remove_idle(root: &Path, owner: &Path, wanted: impl Fn(&str) -> bool) {
 #[must_use]
 pub fn has_block(folder: &Path, stage: &str, block: usize) -> bool {
     folder.join(block_name(stage, block)).is_file()
+}
+
+/// The stage of a block's file; none of other files.
+fn stage_of(name: &str) -> Option<&str> {
+    let (stage, block) = name.rsplit_once('-')?;
+    (block.len() >= 5 && block.bytes().all(|byte| byte.is_ascii_digit())).then_some(stage)
 }
 
 fn block_name(stage: &str, block: usize) -> String {

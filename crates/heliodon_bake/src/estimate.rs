@@ -178,7 +178,7 @@ fn timed_suns(
         let begun = Instant::now();
         let patches = PatchPlan::new(surfaces, layout, params);
         let lit = vec![light_patches(surfaces, &patches, suns, 0..patches.triangle_count(), params)?];
-        let sun = SunOnSurfaces::new(layout, patches, suns, lit, &fronts, params)?;
+        let sun = SunOnSurfaces::new(surfaces, layout, patches, suns, lit, &fronts, params)?;
         let curves = sun.curves(surfaces, layout, 0..SunOnSurfaces::curve_runs(layout), params);
         let sun = sun.told_by(&curves, params);
         let (seconds, rays) = (begun.elapsed().as_secs_f64(), sun.rays());

@@ -1,8 +1,9 @@
 //! What decides a bake's result, as one hash: the name under which its finished work is kept.
 
-use crate::scene::Scene;
+use crate::names::SceneDigests;
 use heliodon_bundle::StoredFile;
 use heliodon_bundle::site::{Bake, Site};
+use serde::Serialize;
 use std::path::{Component, Path};
 
 /// The program, its version, and a revision that changes with the sources of all that decides what a bake computes, made by
@@ -23,55 +24,60 @@ pub fn told_name(site: &Path, path: &Path) -> String {
     parts.join("/")
 }
 
-/// The key of a bake: program, parameters, geometry and albedo as they were read, and the probes.
+/// Hashes runs of bytes, each after its length.
+#[derive(Clone, Debug, Default)]
+pub struct Digest(blake3::Hasher);
+
+impl Digest {
+    /// That of one run.
+    #[must_use]
+    pub fn of(bytes: &[u8]) -> [u8; 32] {
+        let mut digest = Self::default();
+        digest.run(bytes);
+        digest.bytes()
+    }
+
+    /// Adds a run.
+    pub fn run(&mut self, bytes: &[u8]) {
+        self.0.update(&(bytes.len() as u64).to_le_bytes());
+        self.0.update(bytes);
+    }
+
+    /// Adds what has a JSON form: plain structs of numbers and words always have one; without it the hash is only less specific.
+    pub fn json(&mut self, value: &impl Serialize) {
+        self.run(&serde_json::to_vec(value).unwrap_or_default());
+    }
+
+    /// The hash.
+    #[must_use]
+    pub fn bytes(&self) -> [u8; 32] {
+        *self.0.finalize().as_bytes()
+    }
+
+    /// Sixteen hexadecimal digits of it, for names of blocks.
+    #[must_use]
+    pub fn digits(&self) -> String {
+        self.0.finalize().to_hex()[..16].to_owned()
+    }
+}
+
+/// The key of a bake: program, parameters, geometry and albedo as they were read, and the probes. It names the folder; what is in it has names of
+/// its own ([`crate::names`]).
 ///
 /// The geometry's content is hashed rather than its files, for files name others (materials, textures, buffers); names, rooms,
-/// actors and comments in `site.toml` change no light of a vertex and are left out (blocks of the light grid have a key of their own
-/// in their names: [`crate::grid::GridPlan::digits`]); so is the grid's spacing.
+/// actors and comments in `site.toml` change no light of a vertex and are left out; so is the grid's spacing.
 #[must_use]
-pub fn bake_key(site: &Site, scene: &Scene, probes: &[&StoredFile]) -> String {
-    let mut hasher = blake3::Hasher::new();
-    let mut run = |bytes: &[u8]| {
-        hasher.update(&(bytes.len() as u64).to_le_bytes());
-        hasher.update(bytes);
-    };
-    run(TOOL.as_bytes());
+pub fn bake_key(site: &Site, scene: &SceneDigests, probes: &[&StoredFile]) -> String {
+    let mut digest = Digest::default();
     let info = &site.site;
-    let of_vertices = Bake { grid_m: None, ..site.bake.clone() };
-    for parameters in [
-        serde_json::to_vec(&site.sky),
-        serde_json::to_vec(&of_vertices),
-        serde_json::to_vec(&(info.latitude_deg, info.longitude_deg, info.utc_offset, info.north_deg)),
-        serde_json::to_vec(&probes),
-    ] {
-        // plain structs of numbers and words always have a JSON form; without one the key is only less specific
-        run(&parameters.unwrap_or_default());
-    }
-    let mesh = &scene.mesh;
-    run(bytemuck::cast_slice(&mesh.positions));
-    run(bytemuck::cast_slice(&mesh.normals));
-    run(bytemuck::cast_slice(&mesh.uvs));
-    run(bytemuck::cast_slice(&mesh.colors_linear));
-    run(bytemuck::cast_slice(&mesh.triangles));
-    run(bytemuck::cast_slice(&mesh.triangle_material));
-    for material in &mesh.materials {
-        run(bytemuck::bytes_of(&material.base_color_linear));
-        if let Some(texture) = &material.texture {
-            run(&[texture.image.width.to_le_bytes(), texture.image.height.to_le_bytes()].concat());
-            run(bytemuck::cast_slice(&texture.image.pixels));
-            run(format!("{:?}", texture.wrap).as_bytes());
-        }
-    }
-    for part in &scene.parts {
-        run(bytemuck::cast_slice(&[part.triangles.start as u64, part.triangles.end as u64, part.drawn as u64]));
-    }
-    if let Some(original) = &scene.original {
-        run(bytemuck::cast_slice(&original.positions));
-        run(bytemuck::cast_slice(&original.triangles));
-        run(bytemuck::cast_slice(&original.stands_for));
-        run(bytemuck::cast_slice(&original.clearance_m));
-    }
-    hasher.finalize().to_hex()[..32].to_owned()
+    digest.run(TOOL.as_bytes());
+    digest.json(&site.sky);
+    digest.json(&Bake { grid_m: None, ..site.bake.clone() });
+    digest.json(&(info.latitude_deg, info.longitude_deg, info.utc_offset, info.north_deg));
+    digest.json(&probes);
+    digest.run(&scene.geometry);
+    digest.run(&scene.albedo);
+    digest.0.finalize().to_hex()[..32].to_owned()
 }
 
 #[cfg(test)]

@@ -1,11 +1,13 @@
 //! The light of all vertices, and of the light grid: [`crate::stages`] in blocks that survive a kill, then the bounces in one piece.
 
 use crate::cache::Cache;
+use crate::earlier::{Earlier, SceneRecord, leave_record};
 use crate::error::BakeError;
 use crate::grid::GridPlan;
 use crate::kept_light::{decode_grid, decode_light, encode_grid, encode_light};
+use crate::names::LightNames;
 use crate::report::Reporter;
-use crate::stages::{GridNames, LightStages, Work, lay_out};
+use crate::stages::{LightStages, Work, lay_out};
 use glam::Vec3;
 use heliodon_light::{
     BouncedSun, Channels, LatticeLight, Layout, LightParams, SunMasks, Surfaces, VertexLight, solve_all, vertex_masks,
@@ -23,6 +25,10 @@ pub struct LightInput<'a> {
     pub params: &'a LightParams,
     /// Points in space that are lit, too.
     pub grid: &'a GridPlan,
+    /// What the blocks are called.
+    pub names: &'a LightNames,
+    /// What the surfaces are made of, part by part.
+    pub record: &'a SceneRecord,
 }
 
 /// What came of it.
@@ -60,14 +66,19 @@ pub struct BakedGrid {
 pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Reporter) -> Result<BakedLight, BakeError> {
     let (surfaces, params) = (&input.surfaces, input.params);
     reporter.stage("points", 0);
-    let layout = lay_out(surfaces, params, cache)?;
+    let layout = lay_out(surfaces, params, &input.names.sight, cache)?;
     reporter.finished();
-    let names = GridNames::new(input.grid);
-    if let Some(done) = cache.and_then(|cache| solved(input, cache, &layout, &names)) {
+    let names = input.names;
+    if let Some(done) = cache.and_then(|cache| solved(input, cache, &layout)) {
         reporter.note("going on: the light is solved, the bundle remains to be written");
+        cache.inspect(|cache| cache.taken("all light", 1, 1));
         return Ok(done);
     }
-    let mut stages = LightStages::new(input, layout);
+    let earlier = cache.and_then(|cache| Earlier::find(input, cache));
+    if let Some(cache) = cache {
+        leave_record(input, cache)?;
+    }
+    let mut stages = LightStages::new(input, layout, earlier.as_ref());
     let work = Work { cache, reporter, shard: None };
     let masks = stages.masks(&work)?;
     let sun = stages.sun(&work, &masks)?;
@@ -97,14 +108,14 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
     of_vertices.validate()?;
     let mut baked = BakedLight { light, points, gather_rays, mask_rays, masks: of_vertices, grid: None };
     if let Some(cache) = cache {
-        cache.store("light", 0, &encode_light(&baked))?;
+        cache.store(&names.fronts.light, 0, &encode_light(&baked))?;
     }
     if let Some((masks, gather_rays)) = of_space {
         let light = LatticeLight::new(&input.grid.cells, free, &layout.free_masks(&masks))?;
         light.validate()?;
         let grid = baked.grid.insert(BakedGrid { light, gather_rays, mask_rays: masks.rays });
         if let Some(cache) = cache {
-            cache.store(&names.result, 0, &encode_grid(grid))?;
+            cache.store(&names.space.light, 0, &encode_grid(grid))?;
         }
     }
     reporter.finished();
@@ -112,12 +123,12 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
 }
 
 /// What an earlier run has solved, if it has all of it.
-fn solved(input: &LightInput, cache: &Cache, layout: &Layout, names: &GridNames) -> Option<BakedLight> {
-    let done = decode_light(&cache.load("light", 0)?, layout, input)?;
+fn solved(input: &LightInput, cache: &Cache, layout: &Layout) -> Option<BakedLight> {
+    let done = decode_light(&cache.load(&input.names.fronts.light, 0)?, layout, input)?;
     if input.grid.is_empty() {
         return Some(done);
     }
-    let grid = decode_grid(&cache.load(&names.result, 0)?, input)?;
+    let grid = decode_grid(&cache.load(&input.names.space.light, 0)?, input)?;
     Some(BakedLight { grid: Some(grid), ..done })
 }
 

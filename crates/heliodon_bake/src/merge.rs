@@ -7,14 +7,16 @@ use crate::bake::{BakeReport, bake_where};
 use crate::blocks::Share;
 use crate::cache::{Cache, has_block};
 use crate::division::{Division, PlanNote, shards_of};
+use crate::earlier::{Earlier, SceneRecord, leave_record};
 use crate::error::BakeError;
 use crate::light::LightInput;
 use crate::memory::peak_resident_bytes;
+use crate::names::{LightNames, SceneDigests};
 use crate::plan::Plan;
 use crate::report::Reporter;
 use crate::scene::Traceable;
 use crate::shard::Shard;
-use crate::sky::SkyShare;
+use crate::sky::{SkyShare, sky_names};
 use crate::stages::{LightStages, Work, lay_out};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -118,7 +120,8 @@ pub fn bake_shard(
         return Ok(report);
     }
     let mut scene = plan.read_scene(reporter)?;
-    let key = plan.key(&scene);
+    let (digests, record) = (SceneDigests::new(&scene), SceneRecord::new(&scene));
+    let key = plan.key(&digests);
     let note = PlanNote::new(plan, &key, shard.count());
     if let Some(expected) = expected.filter(|expected| *expected != key) {
         let planned = PlanNote::read(&plan.cache_root().join(expected));
@@ -128,19 +131,27 @@ pub fn bake_shard(
     }
     let cache = Cache::join(&plan.cache_root(), &key, &plan.owner())?;
     note.keep(&cache)?;
-    reporter.stage("points", 0);
+    cache.adopt(&sky_names(plan)?.all())?;
+    reporter.stage("rays", 0);
     let rays = scene.take_rays()?;
     let mesh = &scene.mesh;
     let traceable = Traceable::new(&scene, rays);
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
     let grid = plan.grid(Some(&traceable.rays))?;
     let surfaces = traceable.surfaces();
-    let layout = lay_out(&surfaces, &params, Some(&cache))?;
     reporter.finished();
     let sky = SkyShare::new(plan, &cache, reporter, Share { shard, first: 0 })?;
     let suns = sky.suns()?;
-    let input = LightInput { surfaces, suns: &suns, sun_bounce: plan.site.bake.sun_bounce, params: &params, grid: &grid };
-    let stages = LightStages::new(&input, layout);
+    let sun_bounce = plan.site.bake.sun_bounce;
+    let names = &LightNames::new(&digests, &params, &suns, sun_bounce, &grid);
+    cache.adopt(&names.all())?;
+    reporter.stage("points", 0);
+    let layout = lay_out(&surfaces, &params, &names.sight, Some(&cache))?;
+    reporter.finished();
+    let input = LightInput { surfaces, suns: &suns, sun_bounce, params: &params, grid: &grid, names, record: &record };
+    let earlier = Earlier::find(&input, &cache);
+    leave_record(&input, &cache)?;
+    let stages = LightStages::new(&input, layout, earlier.as_ref());
     let mut division = Division::default();
     let (stage, skies) = sky.blocks()?;
     division.add(stage, skies);
@@ -167,7 +178,7 @@ pub fn bake_shard(
 /// As [`crate::bake::bake`].
 pub fn begin_shards(plan: &Plan, count: u32, reporter: &dyn Reporter) -> Result<String, BakeError> {
     plan.check_target()?;
-    let key = plan.key(&plan.read_scene(reporter)?);
+    let key = plan.key(&SceneDigests::new(&plan.read_scene(reporter)?));
     let cache = Cache::join(&plan.cache_root(), &key, &plan.owner())?;
     PlanNote::new(plan, &key, count).keep(&cache)?;
     Ok(key)
@@ -178,7 +189,7 @@ pub fn begin_shards(plan: &Plan, count: u32, reporter: &dyn Reporter) -> Result<
 /// # Errors
 /// As [`crate::bake::bake`]; [`MergeError`] names what is missing, and what makes it.
 pub fn merge(plan: &Plan, reporter: &dyn Reporter) -> Result<BakeReport, BakeError> {
-    bake_where(plan, reporter, |key| Ok(check_whole(plan, key)?))
+    bake_where(plan, reporter, false, |key| Ok(check_whole(plan, key)?))
 }
 
 /// How far all shards of a plan are together.

@@ -8,6 +8,7 @@ use crate::ground::{as_given, on_the_ground};
 use crate::inputs::Inputs;
 use crate::key::{TOOL, bake_key, told_name};
 use crate::light::channels;
+use crate::names::SceneDigests;
 use crate::prepare::prepare;
 use crate::report::Reporter;
 use crate::scene::{self, Scene};
@@ -23,10 +24,10 @@ use std::path::{Path, PathBuf};
 pub struct BakeOptions {
     /// The bundle's folder.
     pub bundle: PathBuf,
-    /// Where finished work is kept until the bundle is written; default: `.heliodon/cache` beside the bundle.
+    /// Where finished work is kept; default: `.heliodon/cache` beside the bundle.
     pub cache: Option<PathBuf>,
-    /// Keep the finished work after success, too.
-    pub keep_cache: bool,
+    /// Take nothing from finished bakes, and keep nothing for those to come.
+    pub no_cache: bool,
     /// Bake even where the bundle is up to date.
     pub again: bool,
 }
@@ -35,7 +36,7 @@ impl BakeOptions {
     /// A bake into `bundle`, everything else as it comes.
     #[must_use]
     pub fn new(bundle: impl Into<PathBuf>) -> Self {
-        Self { bundle: bundle.into(), cache: None, keep_cache: false, again: false }
+        Self { bundle: bundle.into(), cache: None, no_cache: false, again: false }
     }
 }
 
@@ -127,11 +128,15 @@ impl Plan {
 
     /// The hash under which this bake's finished work is kept.
     #[must_use]
-    pub fn key(&self, scene: &Scene) -> String {
+    pub fn key(&self, scene: &SceneDigests) -> String {
+        bake_key(&self.site, scene, &self.probes())
+    }
+
+    /// The probes' hashes.
+    pub(crate) fn probes(&self) -> Vec<&StoredFile> {
         let probes = self.files.iter().filter(|file| file.kind == InputKind::Probe);
         let names: Vec<String> = probes.map(|file| self.told_name(file)).collect();
-        let probes: Vec<&StoredFile> = self.inputs.iter().filter(|input| names.contains(&input.path)).collect();
-        bake_key(&self.site, scene, &probes)
+        self.inputs.iter().filter(|input| names.contains(&input.path)).collect()
     }
 
     /// The folder that holds the finished work of all bakes into this bundle.

@@ -3,6 +3,7 @@
 use crate::blocks::Share;
 use crate::cache::Cache;
 use crate::error::BakeError;
+use crate::names::SkyNames;
 use crate::plan::Plan;
 use crate::report::Reporter;
 use glam::Vec3;
@@ -29,13 +30,9 @@ pub struct BakedSky {
     pub map_paths: Vec<String>,
     /// What the site's author should know.
     notes: Vec<String>,
+    /// What the maps' blocks are called.
+    map_stage: String,
 }
-
-const MAP_STAGE: &str = "sky-map";
-/// Lapses of each of the surroundings, by their index: a part's role is no other part of a bake's key.
-const LAPSE_STAGE: &str = "fitted-lapse";
-/// What was taken from each sky, likewise.
-const RECORD_STAGES: [&str; 2] = ["sky-open", "sky-ground"];
 
 impl BakedSky {
     /// The bytes of a map.
@@ -43,7 +40,7 @@ impl BakedSky {
     /// # Errors
     /// If it was taken out of the cache meanwhile.
     pub fn map_bytes(&self, cache: &Cache, index: usize) -> Result<Vec<u8>, BakeError> {
-        cache.load(MAP_STAGE, index).ok_or_else(|| BakeError::Read {
+        cache.load(&self.map_stage, index).ok_or_else(|| BakeError::Read {
             path: cache.folder().join(&self.map_paths[index]),
             source: std::io::Error::other("a finished sky map has gone while the bake was running; run the bake again"),
         })
@@ -64,36 +61,54 @@ impl BakedSky {
 pub fn bake_sky(plan: &Plan, cache: &Cache, reporter: &dyn Reporter) -> Result<BakedSky, BakeError> {
     place_warnings(&plan.site).iter().for_each(|warning| reporter.warning(warning));
     let params = lapse_params(&plan.site, &plan.files)?;
-    let stage_index = usize::from(params.surroundings == Surroundings::Ground);
-    let kept = cache.load(LAPSE_STAGE, stage_index).and_then(|bytes| serde_json::from_slice::<BakedSky>(&bytes).ok());
-    if let Some(sky) = kept.filter(|sky| (0..sky.map_paths.len()).all(|index| cache.load(MAP_STAGE, index).is_some())) {
+    let names = names_of(plan, &params);
+    let count = params.sky_count()?;
+    let kept = cache.load(&names.lapse, 0).and_then(|bytes| serde_json::from_slice::<BakedSky>(&bytes).ok());
+    if let Some(sky) = kept.filter(|sky| (0..sky.map_paths.len()).all(|index| cache.load(&names.map, index).is_some())) {
         reporter.note("going on: the sky is done");
+        cache.taken(SKY, count as usize, count as usize);
         return Ok(told(sky, reporter));
     }
-    let count = params.sky_count()?;
-    let record_stage = RECORD_STAGES[stage_index];
-    reporter.stage("sky", u64::from(count));
+    reporter.stage(SKY, u64::from(count));
     reporter.progress(0);
-    let done = (0..count as usize).filter(|&number| cache.has(record_stage, number)).count();
+    let done = (0..count as usize).filter(|&number| cache.has(&names.record, number)).count();
     if done > 0 {
         reporter.note(&format!("going on: {done} of {count} skies are done"));
     }
-    let mut keeper = CacheKeeper::new(plan, cache, reporter, record_stage);
+    let mut keeper = CacheKeeper::new(plan, cache, reporter, &names);
     let built = day::build_keeping(&params, &mut keeper);
     let BuiltLapse { lapse, sun_steps, notes, .. } = keeper.checked(built)?;
     reporter.finished();
+    cache.taken(SKY, count as usize - keeper.made.min(count as usize), count as usize);
     let map_paths = (0..keeper.maps).map(day::map_name).collect();
-    let sky = BakedSky { lapse, sun_steps, map_paths, notes: notes.iter().map(ToString::to_string).collect() };
+    let notes = notes.iter().map(ToString::to_string).collect();
+    let sky = BakedSky { lapse, sun_steps, map_paths, notes, map_stage: names.map.clone() };
     let bytes = serde_json::to_vec(&sky).map_err(std::io::Error::other);
     let bytes = bytes.map_err(|source| BakeError::Read { path: cache.folder().to_owned(), source })?;
-    cache.store(LAPSE_STAGE, stage_index, &bytes)?;
+    cache.store(&names.lapse, 0, &bytes)?;
     Ok(told(sky, reporter))
+}
+
+/// What the stage is called for people.
+const SKY: &str = "sky";
+
+/// What the blocks of a plan's sky are called.
+///
+/// # Errors
+/// As [`lapse_params`].
+pub fn sky_names(plan: &Plan) -> Result<SkyNames, BakeError> {
+    Ok(names_of(plan, &lapse_params(&plan.site, &plan.files)?))
+}
+
+fn names_of(plan: &Plan, params: &LapseParams) -> SkyNames {
+    SkyNames::new(plan, params.surroundings == Surroundings::Ground)
 }
 
 /// A shard's part of the sky.
 pub struct SkyShare<'a> {
     plan: &'a Plan,
     skies: Skies,
+    names: SkyNames,
     cache: &'a Cache,
     reporter: &'a dyn Reporter,
     share: Share,
@@ -105,15 +120,17 @@ impl<'a> SkyShare<'a> {
     /// # Errors
     /// As [`lapse_params`].
     pub fn new(plan: &'a Plan, cache: &'a Cache, reporter: &'a dyn Reporter, share: Share) -> Result<Self, BakeError> {
-        Ok(Self { plan, skies: Skies::new(lapse_params(&plan.site, &plan.files)?)?, cache, reporter, share })
+        let params = lapse_params(&plan.site, &plan.files)?;
+        let names = names_of(plan, &params);
+        Ok(Self { plan, skies: Skies::new(params)?, names, cache, reporter, share })
     }
 
     /// The name of its files, and how many blocks it has: one for each sky.
     ///
     /// # Errors
     /// Times of probes that are not known.
-    pub fn blocks(&self) -> Result<(&'static str, usize), BakeError> {
-        Ok((self.record_stage(), self.skies.params().sky_count()? as usize))
+    pub fn blocks(&self) -> Result<(&str, usize), BakeError> {
+        Ok((&self.names.record, self.skies.params().sky_count()? as usize))
     }
 
     /// The suns of all steps, as [`BakedSky::suns`] has them. Those of a model are known at once; those of probes are found in them, its own
@@ -126,7 +143,7 @@ impl<'a> SkyShare<'a> {
             Some(suns) => suns,
             None => {
                 self.make(|_| true)?;
-                let mut keeper = CacheKeeper::new(self.plan, self.cache, self.reporter, self.record_stage());
+                let mut keeper = CacheKeeper::new(self.plan, self.cache, self.reporter, &self.names);
                 let built = day::build_keeping(self.skies.params(), &mut keeper);
                 keeper.checked(built)?.suns
             }
@@ -142,17 +159,13 @@ impl<'a> SkyShare<'a> {
         self.make(|number| self.share.takes(number))
     }
 
-    fn record_stage(&self) -> &'static str {
-        RECORD_STAGES[usize::from(self.skies.params().surroundings == Surroundings::Ground)]
-    }
-
     fn make(&self, wanted: impl Fn(usize) -> bool) -> Result<usize, BakeError> {
         let (_, count) = self.blocks()?;
         let numbers = self.share.in_order((0..count).filter(|&number| wanted(number)));
         let numbers: Vec<u32> = numbers.into_iter().map(|number| number as u32).collect();
-        self.reporter.stage("sky", numbers.len() as u64);
+        self.reporter.stage(SKY, numbers.len() as u64);
         self.reporter.progress(0);
-        let mut keeper = CacheKeeper::new(self.plan, self.cache, self.reporter, self.record_stage());
+        let mut keeper = CacheKeeper::new(self.plan, self.cache, self.reporter, &self.names);
         let made = self.skies.make(&numbers, &mut keeper);
         keeper.checked(made)?;
         self.reporter.finished();
@@ -170,7 +183,7 @@ struct CacheKeeper<'a> {
     plan: &'a Plan,
     cache: &'a Cache,
     reporter: &'a dyn Reporter,
-    record_stage: &'static str,
+    names: &'a SkyNames,
     /// Maps that were asked for.
     maps: u32,
     /// Skies that are done, and
@@ -181,8 +194,8 @@ struct CacheKeeper<'a> {
 }
 
 impl<'a> CacheKeeper<'a> {
-    fn new(plan: &'a Plan, cache: &'a Cache, reporter: &'a dyn Reporter, record_stage: &'static str) -> Self {
-        Self { plan, cache, reporter, record_stage, maps: 0, done: 0, made: 0, failed: None }
+    fn new(plan: &'a Plan, cache: &'a Cache, reporter: &'a dyn Reporter, names: &'a SkyNames) -> Self {
+        Self { plan, cache, reporter, names, maps: 0, done: 0, made: 0, failed: None }
     }
 
     /// What was built with it. The keeper's own error says what to do.
@@ -197,11 +210,11 @@ impl<'a> CacheKeeper<'a> {
         // it is kept under the hashes of the probes
         self.plan.check_unchanged(|kind| kind == InputKind::Probe)?;
         if let Some(map) = map {
-            self.cache.store(MAP_STAGE, map.index as usize, &map.image.to_hdr_bytes())?;
+            self.cache.store(&self.names.map, map.index as usize, &map.image.to_hdr_bytes())?;
         }
         // plain numbers always have a JSON form; an empty block would only be made again
         let record = serde_json::to_vec(record).unwrap_or_default();
-        Ok(self.cache.store(self.record_stage, number as usize, &record)?)
+        Ok(self.cache.store(&self.names.record, number as usize, &record)?)
     }
 
     fn is_done(&mut self) {
@@ -213,10 +226,10 @@ impl<'a> CacheKeeper<'a> {
 impl SkyKeeper for CacheKeeper<'_> {
     fn kept(&mut self, number: u32, map: Option<u32>) -> Option<SkyRecord> {
         self.maps = self.maps.max(map.map_or(0, |index| index + 1));
-        let bytes = self.cache.load(self.record_stage, number as usize)?;
+        let bytes = self.cache.load(&self.names.record, number as usize)?;
         let record = serde_json::from_slice(&bytes).ok()?;
         if let Some(index) = map {
-            self.cache.load(MAP_STAGE, index as usize)?;
+            self.cache.load(&self.names.map, index as usize)?;
         }
         self.is_done();
         Some(record)

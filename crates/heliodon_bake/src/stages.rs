@@ -7,22 +7,20 @@ use crate::blocks::{BlockStage, Share, block_ranges, points_per_block};
 use crate::cache::Cache;
 use crate::codec::{Decoder, Encoder};
 use crate::division::Division;
+use crate::earlier::{Earlier, EarlierPoints, leave_places};
 use crate::error::BakeError;
-use crate::grid::GridPlan;
 use crate::light::LightInput;
+use crate::names::PointNames;
 use crate::report::Reporter;
 use crate::shard::Shard;
 use heliodon_light::{
-    AXES, BouncedSun, GatherBlock, Layout, LightParams, MaskParams, PatchPlan, SunMasks, SunOnSurfaces, SunlitPatches,
-    Surfaces, bake_sun_masks, gather, light_patches,
+    AXES, BouncedSun, GatherBlock, KnownTraces, Layout, LightParams, MaskParams, PatchPlan, SunMasks, SunOnSurfaces,
+    SunlitPatches, Surfaces, Traces, bake_sun_masks_knowing, gather_knowing, light_patches_knowing,
 };
 use std::ops::Range;
 
-const SIGHT: &str = "sight";
-const MASKS: &str = "masks";
-const PATCHES: &str = "patches";
-const CURVES: &str = "curves";
-const GATHER: &str = "gather";
+/// What a stage is called for people.
+const ON_SURFACES: &str = "sun on surfaces";
 
 /// Runs of points whose curves are one block: all of them are about a twelfth of a small gather, and cost less where that is larger.
 const RUNS_PER_BLOCK: usize = 32;
@@ -45,37 +43,18 @@ impl<'a> Work<'a> {
     }
 }
 
-/// Names of the grid's files in the cache: other points have other names.
-pub struct GridNames {
-    /// What the points see.
-    pub gather: String,
-    /// Their sun masks.
-    pub masks: String,
-    /// Their light.
-    pub result: String,
-}
-
-impl GridNames {
-    /// Those of a grid.
-    #[must_use]
-    pub fn new(grid: &GridPlan) -> Self {
-        let name = |what: &str| format!("grid-{}-{what}", grid.digits());
-        Self { gather: name("gather"), masks: name("masks"), result: name("light") }
-    }
-}
-
-/// Lays out the points of some surfaces; what was found out for it is kept, for shards and their merge all begin with it.
+/// Lays out the points of some surfaces; what was found out for it is kept by its name, for shards and their merge all begin with it.
 ///
 /// # Errors
 /// Surfaces that the solver refuses, or a cache that cannot be written.
-pub fn lay_out(surfaces: &Surfaces, params: &LightParams, cache: Option<&Cache>) -> Result<Layout, BakeError> {
-    let kept = cache.and_then(|cache| cache.load(SIGHT, 0)).and_then(|bytes| Decoder::new(&bytes).run::<u32>());
+pub fn lay_out(surfaces: &Surfaces, params: &LightParams, name: &str, cache: Option<&Cache>) -> Result<Layout, BakeError> {
+    let kept = cache.and_then(|cache| cache.load(name, 0)).and_then(|bytes| Decoder::new(&bytes).run::<u32>());
     let is_kept = kept.is_some();
     let layout = Layout::with_sight(surfaces, params, kept)?;
     if let Some(cache) = cache.filter(|_| !is_kept && !layout.sight().is_empty()) {
         let mut encoder = Encoder::default();
         encoder.run(layout.sight());
-        cache.store(SIGHT, 0, &encoder.finish())?;
+        cache.store(name, 0, &encoder.finish())?;
     }
     Ok(layout)
 }
@@ -86,16 +65,36 @@ pub struct LightStages<'a> {
     layout: Layout,
     /// Where the sun bounces.
     patches: Option<PatchPlan>,
-    names: GridNames,
+    /// What a bake among other geometry has left, and of the points on fronts and in space.
+    earlier: Option<&'a Earlier<'a>>,
+    earlier_fronts: Option<EarlierPoints<'a>>,
+    earlier_space: Option<EarlierPoints<'a>>,
+}
+
+/// Points that are asked: what their blocks are called, and what an earlier bake knows of them.
+#[derive(Clone, Copy)]
+struct Asked<'a> {
+    names: &'a PointNames,
+    earlier: Option<&'a EarlierPoints<'a>>,
 }
 
 impl<'a> LightStages<'a> {
-    /// The stages that some input needs; `layout` has the points on its fronts.
+    /// The stages that some input needs; `layout` has the points on its fronts, `earlier` is a bake among other geometry.
     #[must_use]
-    pub fn new(input: &'a LightInput<'a>, layout: Layout) -> Self {
+    pub fn new(input: &'a LightInput<'a>, layout: Layout, earlier: Option<&'a Earlier<'a>>) -> Self {
         let bounces = input.sun_bounce && BouncedSun::any(input.suns);
         let patches = bounces.then(|| PatchPlan::new(&input.surfaces, &layout, input.params));
-        Self { input, layout, patches, names: GridNames::new(input.grid) }
+        let points = |in_space: bool| earlier.and_then(|earlier| earlier.points(in_space, input.suns.len()));
+        let (earlier_fronts, earlier_space) = (points(false), points(true));
+        Self { input, layout, patches, earlier, earlier_fronts, earlier_space }
+    }
+
+    fn fronts_asked(&self) -> Asked<'_> {
+        Asked { names: &self.input.names.fronts, earlier: self.earlier_fronts.as_ref() }
+    }
+
+    fn space_asked(&self) -> Asked<'_> {
+        Asked { names: &self.input.names.space, earlier: self.earlier_space.as_ref() }
     }
 
     /// The layout, without points in space, once all stages are done.
@@ -119,17 +118,17 @@ impl<'a> LightStages<'a> {
 
     /// Adds the stages to a bake's division.
     pub fn divide(&self, division: &mut Division) {
-        let fronts = 0..self.layout.front_count();
-        division.add(MASKS, self.mask_ranges(fronts.clone()).len());
+        let (fronts, names) = (0..self.layout.front_count(), self.input.names);
+        division.add(&names.fronts.masks, self.mask_ranges(fronts.clone()).len());
         if let Some(plan) = &self.patches {
-            division.add(PATCHES, self.patch_ranges(plan).len());
-            division.add(CURVES, self.curve_ranges().len());
+            division.add(&names.patches, self.patch_ranges(plan).len());
+            division.add(&names.curves, self.curve_ranges().len());
         }
-        division.add(GATHER, self.gather_ranges(fronts).len());
+        division.add(&names.fronts.gather, self.gather_ranges(fronts).len());
         let space = self.space_range();
         if !space.is_empty() {
-            division.add(&self.names.gather, self.gather_ranges(space.clone()).len());
-            division.add(&self.names.masks, self.mask_ranges(space).len());
+            division.add(&names.space.gather, self.gather_ranges(space.clone()).len());
+            division.add(&names.space.masks, self.mask_ranges(space).len());
         }
     }
 
@@ -145,24 +144,27 @@ impl<'a> LightStages<'a> {
             self.sun(work, &masks)?
         } else {
             let ranges = self.mask_ranges(fronts.clone());
-            let compute = |range| self.masks_of(&self.layout, range);
-            done += work.stage(MASKS, "sun masks").run_own(&ranges, compute, encode_masks)?;
+            let stage = work.stage(&self.input.names.fronts.masks, "sun masks");
+            let compute = |range| self.masks_of(&self.layout, range, self.fronts_asked(), &stage);
+            done += stage.run_own(&ranges, compute, encode_masks)?;
             None
         };
-        let (input, sun) = (self.input, sun.as_ref());
-        let seen = |layout: &Layout, range| gather(&input.surfaces, layout, sun, range, input.params).map_err(BakeError::from);
+        let sun = sun.as_ref();
         let ranges = self.gather_ranges(fronts);
-        let stage = work.stage(GATHER, "sky transfer");
-        done += stage.run_own(&ranges, |range| seen(&self.layout, range), GatherBlock::to_bytes)?;
+        let stage = work.stage(&self.input.names.fronts.gather, "sky transfer");
+        let seen = |range| self.seen(&self.layout, range, sun, (self.fronts_asked(), &stage));
+        done += stage.run_own(&ranges, seen, GatherBlock::to_bytes)?;
         let space = self.space_range();
         if !space.is_empty() {
             let layout = self.space_layout();
             let ranges = self.gather_ranges(space.clone());
-            let stage = work.stage(&self.names.gather, "light of space");
-            done += stage.run_own(&ranges, |range| seen(&layout, range), GatherBlock::to_bytes)?;
+            let stage = work.stage(&self.input.names.space.gather, "light of space");
+            let seen = |range| self.seen(&layout, range, sun, (self.space_asked(), &stage));
+            done += stage.run_own(&ranges, seen, GatherBlock::to_bytes)?;
             let ranges = self.mask_ranges(space);
-            let stage = work.stage(&self.names.masks, "sun in space");
-            done += stage.run_own(&ranges, |range| self.masks_of(&layout, range), encode_masks)?;
+            let stage = work.stage(&self.input.names.space.masks, "sun in space");
+            let compute = |range| self.masks_of(&layout, range, self.space_asked(), &stage);
+            done += stage.run_own(&ranges, compute, encode_masks)?;
         }
         Ok(done)
     }
@@ -172,7 +174,11 @@ impl<'a> LightStages<'a> {
     /// # Errors
     /// As [`LightStages::run_own`].
     pub fn masks(&self, work: &Work) -> Result<SunMasks, BakeError> {
-        self.all_masks(&self.layout, 0..self.layout.front_count(), &work.stage(MASKS, "sun masks"))
+        let (asked, fronts) = (self.fronts_asked(), 0..self.layout.front_count());
+        if let Some(cache) = work.cache {
+            leave_places(self.layout.points(), fronts.clone(), &asked.names.places, cache)?;
+        }
+        self.all_masks(&self.layout, fronts, asked, &work.stage(&asked.names.masks, "sun masks"))
     }
 
     /// Where the suns shine, if their light bounces; to be asked once.
@@ -182,23 +188,32 @@ impl<'a> LightStages<'a> {
     pub fn sun(&mut self, work: &Work, masks: &SunMasks) -> Result<Option<BouncedSun>, BakeError> {
         let Some(plan) = self.patches.take() else { return Ok(None) };
         let (input, suns) = (self.input, self.input.suns);
-        let lit = work.stage(PATCHES, "sun on surfaces").run(
+        let before = self.earlier.and_then(|earlier| earlier.patches(input));
+        if let Some(cache) = work.cache.filter(|cache| !cache.has(&input.names.plan, 0)) {
+            let mut encoder = Encoder::default();
+            encoder.number(u64::from(input.params.offset_m.to_bits())).run(&plan.parts());
+            cache.store(&input.names.plan, 0, &encoder.finish())?;
+        }
+        let lit = work.stage(&input.names.patches, ON_SURFACES).run(
             &self.patch_ranges(&plan),
             0,
             |bytes, range| {
-                let mut decoder = Decoder::new(bytes);
-                let lit = SunlitPatches { range: range.clone(), rays: decoder.number()?, words: decoder.run()? };
-                (decoder.is_empty() && lit.validate(&plan, suns.len()).is_ok()).then_some(lit)
+                let (rays, words) = decode_masks(bytes)?;
+                let lit = SunlitPatches { range: range.clone(), rays, words };
+                lit.validate(&plan, suns.len()).is_ok().then_some(lit)
             },
-            |range| light_patches(&input.surfaces, &plan, suns, range, input.params).map_err(BakeError::from),
-            |lit| {
-                let mut encoder = Encoder::default();
-                encoder.number(lit.rays).run(&lit.words);
-                encoder.finish()
+            |range| {
+                let before = before.as_ref();
+                let (lit, traced) = light_patches_knowing(&input.surfaces, &plan, suns, range, input.params, before)?;
+                if let Some(cache) = work.cache {
+                    cache.tell_rays(ON_SURFACES, lit.rays - traced, lit.rays);
+                }
+                Ok::<_, BakeError>(lit)
             },
+            |lit| encode_words(lit.rays, &lit.words),
         )?;
-        let sun = SunOnSurfaces::new(&self.layout, plan, suns, lit, masks, input.params)?;
-        let curves: Vec<Vec<f32>> = work.stage(CURVES, "the day's curves").run(
+        let sun = SunOnSurfaces::new(&input.surfaces, &self.layout, plan, suns, lit, masks, input.params)?;
+        let curves: Vec<Vec<f32>> = work.stage(&input.names.curves, "the day's curves").run(
             &self.curve_ranges(),
             0,
             |bytes, _| {
@@ -207,7 +222,7 @@ impl<'a> LightStages<'a> {
                 let fits = curves.len().is_multiple_of(suns.len()) && curves.iter().all(|x| x.is_finite());
                 (fits && decoder.is_empty()).then_some(curves)
             },
-            |runs| Ok::<_, BakeError>(sun.curves(&input.surfaces, &self.layout, runs, input.params)),
+            |runs| self.curves(&sun, runs, work.cache),
             |curves| {
                 let mut encoder = Encoder::default();
                 encoder.run(curves);
@@ -227,9 +242,13 @@ impl<'a> LightStages<'a> {
             return Ok(None);
         }
         let layout = self.space_layout();
-        let stage = work.stage(&self.names.gather, "light of space");
-        let blocks = self.gather(&layout, points.clone(), &stage, 0, sun)?;
-        let masks = self.all_masks(&layout, points, &work.stage(&self.names.masks, "sun in space"))?;
+        let stage = work.stage(&self.input.names.space.gather, "light of space");
+        let asked = self.space_asked();
+        if let Some(cache) = work.cache {
+            leave_places(layout.points(), points.clone(), &asked.names.places, cache)?;
+        }
+        let blocks = self.gather(&layout, points.clone(), (asked, &stage), 0, sun)?;
+        let masks = self.all_masks(&layout, points, asked, &work.stage(&asked.names.masks, "sun in space"))?;
         Ok(Some((blocks, masks)))
     }
 
@@ -238,7 +257,9 @@ impl<'a> LightStages<'a> {
     /// # Errors
     /// As [`LightStages::run_own`].
     pub fn fronts(&self, work: &Work, sun: Option<&BouncedSun>) -> Result<Vec<GatherBlock>, BakeError> {
-        self.gather(&self.layout, 0..self.layout.front_count(), &work.stage(GATHER, "sky transfer"), 0, sun)
+        let asked = self.fronts_asked();
+        let stage = work.stage(&asked.names.gather, "sky transfer");
+        self.gather(&self.layout, 0..self.layout.front_count(), (asked, &stage), 0, sun)
     }
 
     /// Gives the back sides that rays have met points of their own, and gathers those, as often as it takes.
@@ -256,8 +277,8 @@ impl<'a> LightStages<'a> {
             if points.is_empty() {
                 return Ok(());
             }
-            let stage = work.stage(GATHER, "back sides");
-            blocks.extend(self.gather(&self.layout, points, &stage, blocks.len(), sun)?);
+            let stage = work.stage(&self.input.names.fronts.gather, "back sides");
+            blocks.extend(self.gather(&self.layout, points, (self.fronts_asked(), &stage), blocks.len(), sun)?);
         }
     }
 
@@ -286,11 +307,11 @@ impl<'a> LightStages<'a> {
         &self,
         layout: &Layout,
         points: Range<usize>,
-        stage: &BlockStage,
+        (asked, stage): (Asked, &BlockStage),
         first_block: usize,
         sun: Option<&BouncedSun>,
     ) -> Result<Vec<GatherBlock>, BakeError> {
-        let (surfaces, params) = (&self.input.surfaces, self.input.params);
+        let params = self.input.params;
         let functions = sun.map_or(0, BouncedSun::function_count);
         stage.run(
             &self.gather_ranges(points),
@@ -299,28 +320,76 @@ impl<'a> LightStages<'a> {
                 let block = GatherBlock::from_bytes(bytes).ok()?;
                 (block.range == *range && block.validate(layout, functions, params).is_ok()).then_some(block)
             },
-            |range| gather(surfaces, layout, sun, range, params).map_err(BakeError::from),
+            |range| self.seen(layout, range, sun, (asked, stage)),
             GatherBlock::to_bytes,
         )
     }
 
-    fn masks_of(&self, layout: &Layout, range: Range<usize>) -> Result<SunMasks, BakeError> {
-        let (input, params) = (self.input, MaskParams::default());
-        bake_sun_masks(&input.surfaces, layout.points(), input.suns, range, &params).map_err(BakeError::from)
+    /// Gathers a block. Rays of which an earlier gather of the same points tells are not traced; what all of them met is kept for the next.
+    fn seen(
+        &self,
+        layout: &Layout,
+        range: Range<usize>,
+        sun: Option<&BouncedSun>,
+        (Asked { names, earlier }, stage): (Asked, &BlockStage),
+    ) -> Result<GatherBlock, BakeError> {
+        let (surfaces, params, paths) = (&self.input.surfaces, self.input.params, self.input.names.paths);
+        let kept = stage.cache.and_then(|cache| cache.load(&names.traces, range.start));
+        let known = kept.and_then(|bytes| decode_traces(&bytes, paths)?.pop());
+        let known = known.filter(|known| known.validate(&range, surfaces, params).is_ok()).map(KnownTraces::from);
+        let known = known.or_else(|| earlier?.traces(layout.points(), &range, params));
+        let first = range.start;
+        let (block, traces) = gather_knowing(surfaces, layout, sun, range, params, known)?;
+        if let Some(cache) = stage.cache {
+            cache.tell_rays(stage.name, block.rays - traces.traced, block.rays);
+            if traces.traced > 0 {
+                cache.store(&names.traces, first, &encode_traces(&[traces], paths))?;
+            }
+        }
+        Ok(block)
     }
 
-    fn all_masks(&self, layout: &Layout, points: Range<usize>, stage: &BlockStage) -> Result<SunMasks, BakeError> {
+    /// The curves of some runs of points, as [`LightStages::seen`] with regard to what is known.
+    fn curves(&self, sun: &SunOnSurfaces, runs: Range<usize>, cache: Option<&Cache>) -> Result<Vec<f32>, BakeError> {
+        let (input, first) = (self.input, runs.start);
+        let (name, paths) = (&input.names.curve_traces, input.names.paths);
+        let known = cache.and_then(|cache| cache.load(name, first)).and_then(|bytes| decode_traces(&bytes, paths));
+        let (curves, traces) = sun.curves_knowing(&input.surfaces, &self.layout, runs, input.params, known);
+        if let Some(cache) = cache.filter(|_| traces.iter().any(|traces| traces.traced > 0)) {
+            cache.store(name, first, &encode_traces(&traces, paths))?;
+        }
+        Ok(curves)
+    }
+
+    fn masks_of(&self, layout: &Layout, range: Range<usize>, asked: Asked, stage: &BlockStage) -> Result<SunMasks, BakeError> {
+        let (input, params) = (self.input, MaskParams::default());
+        let before = asked.earlier.and_then(|earlier| earlier.masks(layout.points(), &range));
+        let points = layout.points();
+        let (masks, traced) = bake_sun_masks_knowing(&input.surfaces, points, input.suns, range, &params, before.as_ref())?;
+        if let Some(cache) = stage.cache {
+            cache.tell_rays(stage.name, masks.rays - traced, masks.rays);
+        }
+        Ok(masks)
+    }
+
+    fn all_masks(
+        &self,
+        layout: &Layout,
+        points: Range<usize>,
+        asked: Asked,
+        stage: &BlockStage,
+    ) -> Result<SunMasks, BakeError> {
         let steps = self.input.suns.len() as u32;
         let parts = stage.run(
             &self.mask_ranges(points),
             0,
             |bytes, range| {
-                let mut decoder = Decoder::new(bytes);
-                let masks = SunMasks { steps, rays: decoder.number()?, words: decoder.run()? };
+                let (rays, words) = decode_masks(bytes)?;
+                let masks = SunMasks { steps, rays, words };
                 let fits = masks.words.len() == range.len() * masks.words_per_point() && masks.validate().is_ok();
-                (fits && decoder.is_empty()).then_some(masks)
+                fits.then_some(masks)
             },
-            |range| self.masks_of(layout, range),
+            |range| self.masks_of(layout, range, asked, stage),
             encode_masks,
         )?;
         let mut all = SunMasks { steps, ..SunMasks::default() };
@@ -332,8 +401,38 @@ impl<'a> LightStages<'a> {
     }
 }
 
-fn encode_masks(masks: &SunMasks) -> Vec<u8> {
+/// Traces as bytes, with what their paths depend on.
+fn encode_traces(traces: &[Traces], paths: u64) -> Vec<u8> {
     let mut encoder = Encoder::default();
-    encoder.number(masks.rays).run(&masks.words);
+    encoder.run(&[paths, traces.len() as u64]);
+    for traces in traces {
+        encoder.run(&traces.to_bytes());
+    }
     encoder.finish()
+}
+
+/// Traces from their bytes; followed paths only where they are those of `paths`.
+pub(crate) fn decode_traces(bytes: &[u8], paths: u64) -> Option<Vec<Traces>> {
+    let mut decoder = Decoder::new(bytes);
+    let [of_paths, count] = decoder.run::<u64>()?[..] else { return None };
+    let traces = (0..count).map(|_| Traces::from_bytes(&decoder.run::<u8>()?).ok());
+    let traces: Vec<Traces> = traces.collect::<Option<_>>()?;
+    Some(if of_paths == paths { traces } else { traces.into_iter().map(Traces::without_paths).collect() })
+}
+
+fn encode_masks(masks: &SunMasks) -> Vec<u8> {
+    encode_words(masks.rays, &masks.words)
+}
+
+fn encode_words(rays: u64, words: &[u32]) -> Vec<u8> {
+    let mut encoder = Encoder::default();
+    encoder.number(rays).run(words);
+    encoder.finish()
+}
+
+/// The number of rays and the words of masks.
+pub(crate) fn decode_masks(bytes: &[u8]) -> Option<(u64, Vec<u32>)> {
+    let mut decoder = Decoder::new(bytes);
+    let (rays, words) = (decoder.number()?, decoder.run()?);
+    decoder.is_empty().then_some((rays, words))
 }

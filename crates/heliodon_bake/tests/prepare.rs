@@ -125,8 +125,8 @@ fn geometry_is_prepared_once_and_a_damaged_piece_again() {
     let of = |bundle: &str| fs::read(folder.path().join(bundle).join("site.glb")).unwrap();
     assert_eq!(of("first"), of("second"));
     let cache = folder.path().join(".heliodon/cache");
-    let kept = fs::read_dir(&cache).unwrap().next().unwrap().unwrap().path();
-    let piece = kept.join("scene-stands-for-00000");
+    let folders = fs::read_dir(&cache).unwrap().map(|entry| entry.unwrap().path());
+    let piece = folders.map(|folder| folder.join("scene-stands-for-00000")).find(|piece| piece.exists()).unwrap();
     let mut bytes = fs::read(&piece).unwrap();
     *bytes.last_mut().unwrap() ^= 1;
     fs::write(&piece, bytes).unwrap();

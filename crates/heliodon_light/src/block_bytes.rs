@@ -78,22 +78,22 @@ impl GatherBlock {
     }
 }
 
-fn put_list<T: Copy, const N: usize>(out: &mut Vec<u8>, list: &[T], bytes: impl Fn(T) -> [u8; N]) {
+pub(crate) fn put_list<T: Copy, const N: usize>(out: &mut Vec<u8>, list: &[T], bytes: impl Fn(T) -> [u8; N]) {
     out.extend((list.len() as u64).to_le_bytes());
     out.extend(list.iter().flat_map(|&x| bytes(x)));
 }
 
-fn take<const N: usize>(rest: &mut &[u8]) -> Result<[u8; N], LightError> {
+pub(crate) fn take<const N: usize>(rest: &mut &[u8]) -> Result<[u8; N], LightError> {
     let (head, tail) = rest.split_first_chunk().ok_or(LightError::Block("fewer bytes than it should have"))?;
     *rest = tail;
     Ok(*head)
 }
 
-fn number(rest: &mut &[u8]) -> Result<u64, LightError> {
+pub(crate) fn number(rest: &mut &[u8]) -> Result<u64, LightError> {
     take(rest).map(u64::from_le_bytes)
 }
 
-fn take_list<T, const N: usize>(rest: &mut &[u8], value: impl Fn([u8; N]) -> T) -> Result<Vec<T>, LightError> {
+pub(crate) fn take_list<T, const N: usize>(rest: &mut &[u8], value: impl Fn([u8; N]) -> T) -> Result<Vec<T>, LightError> {
     let short = LightError::Block("fewer bytes than it should have");
     let count = usize::try_from(number(rest)?).map_err(|_| short.clone())?;
     let (bytes, tail) = count.checked_mul(N).and_then(|n| rest.split_at_checked(n)).ok_or(short)?;
@@ -102,7 +102,7 @@ fn take_list<T, const N: usize>(rest: &mut &[u8], value: impl Fn([u8; N]) -> T) 
 }
 
 /// A list of groups of N numbers.
-fn take_groups<const N: usize>(rest: &mut &[u8]) -> Result<Vec<[u32; N]>, LightError> {
+pub(crate) fn take_groups<const N: usize>(rest: &mut &[u8]) -> Result<Vec<[u32; N]>, LightError> {
     match take_list(rest, u32::from_le_bytes)?.as_chunks() {
         (groups, []) => Ok(groups.to_vec()),
         _ => Err(LightError::Block("a group that is cut short")),

@@ -5,8 +5,10 @@ use crate::inside::BACK_LIMIT;
 use crate::masks::check_sun_count;
 use crate::patches::SunPatches;
 use crate::sun_basis::{DayFunctions, day_functions};
+use crate::traces::KnownUnit;
 use crate::{
-    Layout, LightError, LightParams, MaskParams, PatchPlan, SunMasks, SunlitPatches, Surfaces, bake_sun_masks, light_patches,
+    Layout, LightError, LightParams, MaskParams, PatchPlan, SunMasks, SunlitPatches, Surfaces, Traces, bake_sun_masks,
+    light_patches,
 };
 use glam::Vec3;
 use heliodon_math::color::luminance;
@@ -28,6 +30,9 @@ pub struct BouncedSun {
     by_step: Vec<f32>,
 }
 
+/// What the rays of some runs of points met, run by run.
+pub type CurveRuns = Vec<Traces>;
+
 /// Where the suns shine, before it is known how the day is best told: a sample of the points' curves over the day decides that.
 pub struct SunOnSurfaces(BouncedSun);
 
@@ -38,6 +43,7 @@ impl SunOnSurfaces {
     /// # Errors
     /// Parts that do not belong together.
     pub fn new(
+        surfaces: &Surfaces,
         layout: &Layout,
         plan: PatchPlan,
         suns: &[Vec3],
@@ -49,7 +55,7 @@ impl SunOnSurfaces {
         // each step a function of its own
         let every: Vec<Vec<f32>> = (0..steps).map(|t| (0..steps).map(|i| f32::from(u8::from(i == t))).collect()).collect();
         let day = DayFunctions { functions: every.clone(), duals: every, median_error: 0.0, p95_error: 0.0 };
-        let patches = SunPatches::new(layout, plan, suns, lit, fronts, params)?;
+        let patches = SunPatches::new(surfaces, layout, plan, suns, lit, fronts, params)?;
         Ok(Self(BouncedSun { steps, patches, by_step: by_step(&day), day }))
     }
 
@@ -63,14 +69,38 @@ impl SunOnSurfaces {
     /// other, are those of all runs.
     #[must_use]
     pub fn curves(&self, surfaces: &Surfaces, layout: &Layout, runs: Range<usize>, params: &LightParams) -> Vec<f32> {
+        self.curves_knowing(surfaces, layout, runs, params, None).0
+    }
+
+    /// As [`SunOnSurfaces::curves`], which traces only rays that are not `known` of the same runs; what all of them met comes back, run by
+    /// run.
+    #[must_use]
+    pub fn curves_knowing(
+        &self,
+        surfaces: &Surfaces,
+        layout: &Layout,
+        runs: Range<usize>,
+        params: &LightParams,
+        known: Option<CurveRuns>,
+    ) -> (Vec<f32>, CurveRuns) {
         let (count, channels, steps) = (layout.front_count(), params.channels.count(), self.0.steps);
         let lattices = Lattice::all(params);
-        let curves: Vec<Vec<f32>> = runs
+        let ranges: Vec<Range<usize>> =
+            runs.map(|run| run * curve_stride(layout)).map(|first| first..(first + RUN).min(count)).collect();
+        let fits = |known: &CurveRuns| {
+            let same = |(traces, range): (&Traces, &Range<usize>)| traces.validate(range, surfaces, params).is_ok();
+            known.len() == ranges.len() && known.iter().zip(&ranges).all(same)
+        };
+        let known: Vec<Option<Traces>> = match known.filter(fits) {
+            Some(known) => known.into_iter().map(Some).collect(),
+            None => vec![None; ranges.len()],
+        };
+        let done: Vec<(Vec<f32>, Traces)> = ranges
             .into_par_iter()
-            .map(|run| {
-                let first = run * curve_stride(layout);
-                let range = first..(first + RUN).min(count);
-                let unit = gather_unit(surfaces, layout, Some(&self.0), range, params, &lattices);
+            .zip(known)
+            .map(|(range, known)| {
+                let known = known.and_then(|mut known| known.units.pop().flatten()).map(KnownUnit::from);
+                let (unit, of_unit) = gather_unit(surfaces, layout, Some(&self.0), range.clone(), params, &lattices, known);
                 let first = unit.first_bounce(params.coefficients * channels, steps * channels);
                 let level = |light: &[f32]| luminance(Vec3::from_array(std::array::from_fn(|c| light[c.min(channels - 1)])));
                 let mut curves = Vec::new();
@@ -79,10 +109,11 @@ impl SunOnSurfaces {
                         curves.extend(light.chunks_exact(channels).map(|light| level(light) * unit.scale[i]));
                     }
                 }
-                curves
+                (curves, Traces { range, units: vec![Some(of_unit)], traced: unit.rays.traced })
             })
             .collect();
-        curves.concat()
+        let (curves, traces): (Vec<_>, Vec<_>) = done.into_iter().unzip();
+        (curves.concat(), traces)
     }
 
     /// Tells the day by the functions that the curves of all runs ask for.
@@ -115,7 +146,7 @@ impl BouncedSun {
         let plan = PatchPlan::new(surfaces, layout, params);
         let lit = vec![light_patches(surfaces, &plan, suns, 0..plan.triangle_count(), params)?];
         let fronts = bake_sun_masks(surfaces, layout.points(), suns, 0..layout.front_count(), &MaskParams::default())?;
-        let sun = SunOnSurfaces::new(layout, plan, suns, lit, &fronts, params)?;
+        let sun = SunOnSurfaces::new(surfaces, layout, plan, suns, lit, &fronts, params)?;
         let curves = sun.curves(surfaces, layout, 0..SunOnSurfaces::curve_runs(layout), params);
         Ok(Some(sun.told_by(&curves, params)))
     }

@@ -10,6 +10,7 @@
 //! light that has bounced at most B times is the same sum as without paths.
 
 use crate::gather::UNIT;
+use crate::traces::{KeptHit, MISSED, Rays, kept, of_kept};
 use crate::{BouncedSun, Layout, LightError, LightParams, Surfaces};
 use glam::Vec3;
 use heliodon_math::color::rgb9e5_from_linear;
@@ -20,7 +21,7 @@ use heliodon_rays::{Hit, NO_HIT, Ray};
 use rayon::prelude::*;
 
 /// How often a path is followed before its cell's light is taken all the same.
-pub(crate) const MAX_FOLLOWED: usize = 8;
+pub const MAX_FOLLOWED: usize = 8;
 
 /// What followed paths bring to a run of points.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -78,32 +79,55 @@ struct Path {
     normal: Vec3,
 }
 
-/// Follows the hits of a run of points that begins at `first`; returns what they bring and the number of rays.
+/// What following has brought, and what its rays met.
+#[derive(Default)]
+pub(crate) struct Done {
+    pub followed: Followed,
+    pub rays: Rays,
+    /// Rays of each group of points, in order.
+    pub counts: Vec<u32>,
+    /// What they met.
+    pub paths: Vec<KeptHit>,
+}
+
+/// Follows the hits of a run of points that begins at `first`; `known` are counts and hits of an earlier [`Done`] of the same hits among
+/// surfaces of the same albedo, with the same bounces.
 pub(crate) fn follow(
     surfaces: &Surfaces,
     layout: &Layout,
     sun: Option<&BouncedSun>,
     params: &LightParams,
-    first: usize,
-    mut near: Vec<Near>,
-) -> (Followed, u64) {
+    (first, mut near): (usize, Vec<Near>),
+    known: Option<(&[u32], &[KeptHit])>,
+) -> Done {
     // rays of one point together: they start near each other
     near.sort_by_key(|n| n.point);
     // some points see nothing but what is near, so that runs differ by a hundred times in what there is to follow
     let groups: Vec<&[Near]> = near.chunk_by(|a, b| a.point / GROUP == b.point / GROUP).collect();
-    let follow_group = |near: &[Near]| {
-        let sums = (0..(MAX_FOLLOWED + 1) * GROUP as usize).map(|_| None).collect();
-        Run { surfaces, layout, sun, params, first, sums, ends: Vec::new(), rays: 0 }.follow(near)
-    };
-    let done: Vec<(Followed, u64)> = groups.into_par_iter().map(follow_group).collect();
-    let (mut followed, mut rays) = (Followed::default(), 0);
-    for (part, more) in done {
-        followed.keys.extend(part.keys);
-        followed.light.extend(part.light);
-        followed.ends.extend(part.ends);
-        rays += more;
+    let mut known_of: Vec<&[KeptHit]> = vec![&[]; groups.len()];
+    if let Some((counts, mut rest)) = known.filter(|(counts, _)| counts.len() == groups.len()) {
+        for (known, &count) in known_of.iter_mut().zip(counts) {
+            let (of_group, others) = rest.split_at(rest.len().min(count as usize));
+            (*known, rest) = (of_group, others);
+        }
     }
-    (followed, rays)
+    let follow_group = |(near, known): (&[Near], &[KeptHit])| {
+        let sums = (0..(MAX_FOLLOWED + 1) * GROUP as usize).map(|_| None).collect();
+        let (ends, met, rays) = (Vec::new(), Vec::new(), Rays::default());
+        Run { surfaces, layout, sun, params, first, sums, ends, known, met, rays }.follow(near)
+    };
+    let of_groups: Vec<Done> = groups.into_par_iter().zip(known_of).map(follow_group).collect();
+    let mut done = Done::default();
+    for more in of_groups {
+        done.followed.keys.extend(more.followed.keys);
+        done.followed.light.extend(more.followed.light);
+        done.followed.ends.extend(more.followed.ends);
+        done.rays.all += more.rays.all;
+        done.rays.traced += more.rays.traced;
+        done.counts.push(more.paths.len() as u32);
+        done.paths.extend(more.paths);
+    }
+    done
 }
 
 /// Points whose paths are followed together.
@@ -127,12 +151,15 @@ struct Run<'a> {
     /// By bounce and point of the group.
     sums: Vec<Option<Box<Sums>>>,
     ends: Vec<[u32; 3]>,
-    rays: u64,
+    /// What the rays to come meet, as far as it is known, and what those so far have met.
+    known: &'a [KeptHit],
+    met: Vec<KeptHit>,
+    rays: Rays,
 }
 
 impl Run<'_> {
     /// Follows the hits of a group of points.
-    fn follow(mut self, near: &[Near]) -> (Followed, u64) {
+    fn follow(mut self, near: &[Near]) -> Done {
         let (mut paths, mut last, mut index) = (Vec::with_capacity(near.len()), u32::MAX, 0);
         for n in near {
             index = if n.point == last { index + 1 } else { 0 };
@@ -156,7 +183,31 @@ impl Run<'_> {
                 }
             }
         }
-        (followed, self.rays)
+        Done { followed, rays: self.rays, counts: Vec::new(), paths: self.met }
+    }
+
+    /// What rays meet, which are traced only where that is not known.
+    fn closest(&mut self, rays: &[Ray]) -> Vec<Hit> {
+        let begin = self.met.len();
+        match self.known.split_at_checked(rays.len()) {
+            Some((known, rest)) => {
+                self.met.extend_from_slice(known);
+                self.known = rest;
+                self.rays.all += rays.len() as u64;
+            }
+            None => {
+                let mut raw = vec![Hit::MISS; rays.len()];
+                self.surfaces.rays.closest(rays, &mut raw);
+                self.met.extend(raw.iter().map(|hit| kept(hit).unwrap_or(MISSED)));
+                self.known = &[];
+                self.rays.add(rays.len() as u64);
+            }
+        }
+        let told = |(ray, &hit): (&Ray, &KeptHit)| match hit {
+            MISSED => Hit::MISS,
+            hit => self.surfaces.told(ray.origin, ray.direction, of_kept(hit)),
+        };
+        rays.iter().zip(&self.met[begin..]).map(told).collect()
     }
 
     /// The path that goes on from a hit, unless the surface reflects nothing.
@@ -188,9 +239,7 @@ impl Run<'_> {
             .zip(&directions)
             .map(|(path, &direction)| Ray { origin: path.origin, direction, t_min: 0.0, t_max: f32::INFINITY })
             .collect();
-        let mut hits = vec![Hit::MISS; rays.len()];
-        self.surfaces.closest(&rays, &mut hits);
-        self.rays += rays.len() as u64;
+        let hits = self.closest(&rays);
         let surfaces = self.surfaces;
         let mut next = Vec::new();
         for ((path, direction), hit) in paths.into_iter().zip(directions).zip(&hits) {

@@ -10,10 +10,12 @@
 //! `V = E_0 / A_0`, `T_i = E_i + V (O_i - A_i)` is exact for an open point and 0 for a closed one.
 
 use crate::cells::BACK;
+use crate::change::KnownTraces;
 use crate::directions::gather_directions;
 use crate::follow::{Arrival, Followed, follow};
 use crate::inside::{BACK_LIMIT, SHUT, look_from_unmoved, look_through};
 use crate::look::Look;
+use crate::traces::{KnownUnit, Rays, Traces, UnitTraces};
 use crate::{BouncedSun, Layout, LightError, LightParams, PointSet, Surfaces};
 use glam::Vec3;
 use heliodon_math::sh::{basis9, open_transfer9};
@@ -114,6 +116,22 @@ pub fn gather(
     range: Range<usize>,
     params: &LightParams,
 ) -> Result<GatherBlock, LightError> {
+    gather_knowing(surfaces, layout, sun, range, params, None).map(|(block, _)| block)
+}
+
+/// As [`gather`], which traces only rays that are not `known` from an earlier gather of the same points ([`Traces`]), and hands out what all
+/// of them met. The block is the same whatever is known.
+///
+/// # Errors
+/// As [`gather`], and traces of other points.
+pub fn gather_knowing(
+    surfaces: &Surfaces,
+    layout: &Layout,
+    sun: Option<&BouncedSun>,
+    range: Range<usize>,
+    params: &LightParams,
+    known: Option<KnownTraces>,
+) -> Result<(GatherBlock, Traces), LightError> {
     params.validate()?;
     if range.start > range.end || range.end > layout.points().len() {
         return Err(LightError::Mismatch(format!("points {range:?} of {}", layout.points().len())));
@@ -121,15 +139,24 @@ pub fn gather(
     let lattices = Lattice::all(params);
     // every point has its part of the budget, whatever the others need: results do not depend on what is kept
     let budget_per_point = params.hit_budget_bytes as f64 / layout.points().len().max(1) as f64;
-    let units: Vec<(Unit, Option<UnitHits>)> = unit_ranges(&range)
+    let runs = unit_ranges(&range);
+    let known = match known {
+        Some(known) if known.units.len() != runs.len() => return Err(LightError::Block("traces of other points")),
+        Some(known) => known.units,
+        None => runs.iter().map(|_| None).collect(),
+    };
+    let units: Vec<(Unit, Option<UnitHits>, Option<UnitTraces>)> = runs
         .into_par_iter()
-        .map(|unit| {
-            let mut unit = gather_unit(surfaces, layout, sun, unit, params, &lattices);
+        .zip(known)
+        .map(|(unit, known)| {
+            let (mut unit, traces) = gather_unit(surfaces, layout, sun, unit, params, &lattices, known);
             let budget = budget_per_point * unit.scale.len() as f64;
             let hits = Some(std::mem::take(&mut unit.hits)).filter(|hits| hits.bytes() as f64 <= budget);
-            (unit, hits)
+            let traces = hits.is_some().then_some(traces);
+            (unit, hits, traces)
         })
         .collect();
+    let mut traces = Traces { range: range.clone(), ..Traces::default() };
     let mut block = GatherBlock {
         range,
         sky: Vec::new(),
@@ -141,18 +168,20 @@ pub fn gather(
         followed: Vec::new(),
         rays: 0,
     };
-    for (unit, hits) in units {
+    for (unit, hits, of_unit) in units {
+        traces.units.push(of_unit);
+        traces.traced += unit.rays.traced;
         block.sky.extend(unit.sky);
         block.sun.extend(unit.sun);
         block.scale.extend(unit.scale);
         block.back.extend(unit.back);
         block.back_cells.extend(unit.back_cells);
         block.followed.push(unit.followed);
-        block.rays += unit.rays;
+        block.rays += unit.rays.all;
         block.hits.push(hits);
     }
     block.back_cells = counted(block.back_cells);
-    Ok(block)
+    Ok((block, traces))
 }
 
 /// The runs of points that are gathered together.
@@ -169,7 +198,7 @@ pub(crate) struct Unit {
     back_cells: Vec<[u32; 2]>,
     hits: UnitHits,
     followed: Followed,
-    rays: u64,
+    pub rays: Rays,
 }
 
 impl Unit {
@@ -195,7 +224,8 @@ pub(crate) fn trace_hits(surfaces: &Surfaces, layout: &Layout, range: Range<usiz
     hits
 }
 
-/// Gathers a run of at most [`UNIT`] points; the first of the lattices is looked in by all, the others by points that err.
+/// Gathers a run of at most [`UNIT`] points; the first of the lattices is looked in by all, the others by points that err. Rays that are
+/// `known` are not traced.
 pub(crate) fn gather_unit(
     surfaces: &Surfaces,
     layout: &Layout,
@@ -203,21 +233,36 @@ pub(crate) fn gather_unit(
     range: Range<usize>,
     params: &LightParams,
     lattices: &[Lattice],
-) -> Unit {
+    known: Option<KnownUnit>,
+) -> (Unit, UnitTraces) {
     let (first, coefficients, lattice) = (range.start, params.coefficients, &lattices[0]);
     let (origins, normals) = layout.points().run(range);
     let count = normals.len();
     let mut hits = UnitHits::default();
-    let mut look = Look::around(surfaces, layout, sun, (origins, normals), lattice, Some(&mut hits));
+    let known = known.as_ref();
+    let points = (origins, normals);
+    let (mut look, first_met) =
+        Look::around(surfaces, layout, sun, points, (lattice, known.map(|known| &known.first)), Some(&mut hits));
 
     let y0 = basis9(Vec3::Y)[0];
     let over = |sum: f32, x: f32| if sum > 0.0 { x / sum } else { 0.0 };
     let scale: Vec<f32> = (0..count).map(|point| over(look.all(point), y0)).collect();
     let counted = |point: usize| (1.0 - look.sunk[point] * scale[point]).max(LEAST_COUNTED);
-    let mut back: Vec<f32> = (0..count).map(|point| look.back[point] * scale[point] / counted(point)).collect();
-    look.rays += look_from_unmoved(surfaces, layout, first..first + count, lattice, params.offset_m, &mut back);
-    let shut: Vec<usize> = (0..count).filter(|&point| back[point] <= BACK_LIMIT && look.open_part(point) < SHUT).collect();
-    look.rays += look_through(surfaces, origins, &shut, lattice, &mut back);
+    let (back, back_rays) = match known.and_then(|known| known.back.as_ref()) {
+        Some((back, rays)) => {
+            look.rays.all += rays;
+            (back.clone(), *rays)
+        }
+        None => {
+            let mut back: Vec<f32> = (0..count).map(|point| look.back[point] * scale[point] / counted(point)).collect();
+            let mut rays = look_from_unmoved(surfaces, layout, first..first + count, lattice, params.offset_m, &mut back);
+            let is_shut = |&point: &usize| back[point] <= BACK_LIMIT && look.open_part(point) < SHUT;
+            let shut: Vec<usize> = (0..count).filter(is_shut).collect();
+            rays += look_through(surfaces, origins, &shut, lattice, &mut back);
+            look.rays.add(rays);
+            (back, rays)
+        }
+    };
 
     // what lies inside shows what it borrows
     let limit = if sun.is_some() { ERROR_PER_SAMPLE } else { SKY_ERROR_PER_SAMPLE } / params.samples as f32;
@@ -226,14 +271,22 @@ pub(crate) fn gather_unit(
     let of_erring = |all: &[Vec3]| erring.iter().map(|&point| all[point as usize]).collect::<Vec<_>>();
     let (origins, erring_normals) = (of_erring(origins), of_erring(normals));
     let once: Vec<f32> = (0..count).map(|point| look.all(point)).collect();
-    for lattice in lattices[1..].iter().filter(|_| !erring.is_empty()) {
+    let mut further = Vec::new();
+    for (number, lattice) in lattices[1..].iter().enumerate().filter(|_| !erring.is_empty()) {
         let points = (origins.as_slice(), erring_normals.as_slice());
         let more = match sun {
-            Some(_) => Look::around(surfaces, layout, sun, points, lattice, None),
+            Some(_) => {
+                let met = known.and_then(|known| Some((known.further.get(number)?, &known.erring)));
+                let known = met.map(|(met, points)| met.of_some(points, &erring));
+                let (more, met) = Look::around(surfaces, layout, sun, points, (lattice, known.as_ref()), None);
+                further.push(met);
+                more
+            }
             None => Look::for_sky(surfaces, points, lattice),
         };
         look.add(&erring, more);
     }
+    let erring = if further.is_empty() { Vec::new() } else { erring };
     // what the points that looked several times saw counts as if they had once
     let share: Vec<f32> = (0..count).map(|point| over(look.all(point), once[point])).collect();
 
@@ -245,7 +298,7 @@ pub(crate) fn gather_unit(
         back_cells: Vec::new(),
         hits,
         followed: Followed::default(),
-        rays: 0,
+        rays: look.rays,
     };
     for point in 0..count {
         let (escaped, stopped) = (&look.escaped[point], &look.stopped[point]);
@@ -266,10 +319,14 @@ pub(crate) fn gather_unit(
     unit.back_cells = met_back_cells(&unit.hits, &unit.back);
     let mut near = look.near;
     near.retain(|n| unit.back[n.point as usize] <= BACK_LIMIT);
-    let (followed, rays) = follow(surfaces, layout, sun, params, first, near);
-    unit.followed = followed;
-    unit.rays = look.rays + rays;
-    unit
+    let known_paths = known.map(|known| (known.path_counts.as_slice(), known.paths.as_slice()));
+    let done = follow(surfaces, layout, sun, params, (first, near), known_paths);
+    unit.followed = done.followed;
+    unit.rays.all += done.rays.all;
+    unit.rays.traced += done.rays.traced;
+    let (path_counts, paths) = (done.counts, done.paths);
+    let traces = UnitTraces { first: first_met, erring, further, back: unit.back.clone(), back_rays, path_counts, paths };
+    (unit, traces)
 }
 
 /// Every how-maniest direction tells whether a back lies in a closed inside.

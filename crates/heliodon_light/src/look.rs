@@ -4,7 +4,8 @@
 //! fills few directions (a streak of sun in the shade of a colonnade), and the point looks again in other lattices.
 
 use crate::follow::Near;
-use crate::gather::{Lattice, UnitHits, bits, for_each_direction};
+use crate::gather::{Lattice, UnitHits, bits};
+use crate::traces::{Known, Met, Rays, for_each_known_direction};
 use crate::{BouncedSun, Layout, Surfaces};
 use glam::Vec3;
 use heliodon_math::sh::basis9;
@@ -34,24 +35,25 @@ pub(crate) struct Look {
     pub sunk: Vec<f32>,
     /// What is met from near, where it is asked for.
     pub near: Vec<Near>,
-    /// Rays that were traced.
-    pub rays: u64,
+    /// Rays of the look.
+    pub rays: Rays,
 }
 
 impl Look {
-    /// Looks in all directions of a lattice; `keep` takes the hits that are not near, and has the near ones listed.
+    /// Looks in all directions of a lattice; `keep` takes the hits that are not near, and has the near ones listed. Rays that are `known`
+    /// are not traced; what all of them met comes back with the look.
     pub fn around(
         surfaces: &Surfaces,
         layout: &Layout,
         sun: Option<&BouncedSun>,
         (origins, normals): (&[Vec3], &[Vec3]),
-        lattice: &Lattice,
+        (lattice, known): (&Lattice, Option<&Known>),
         mut keep: Option<&mut UnitHits>,
-    ) -> Self {
+    ) -> (Self, Met) {
         let count = normals.len();
         let len = sun.map_or(0, |sun| sun.patches.curve_len());
         let mut look = Self::nothing_seen(count, len);
-        look.rays = for_each_direction(surfaces, origins, normals, lattice.directions.iter().copied(), |at| {
+        let (met, rays) = for_each_known_direction(surfaces, (origins, normals), &lattice.directions, known, |at| {
             let (basis, half) = (&lattice.basis[at.index], at.index % 2);
             for point in bits(at.active) {
                 let cos = normals[point].dot(at.direction);
@@ -75,7 +77,8 @@ impl Look {
                 at.keep(layout, hits);
             }
         });
-        look
+        look.rays = rays;
+        (look, met)
     }
 
     /// Looks only whether the sky is seen in all directions of a lattice, which asks for no hits and costs a fraction.
@@ -87,7 +90,7 @@ impl Look {
             let directions: Vec<Vec3> = fan.iter().map(|&d| lattice.directions[d as usize]).collect();
             let asked = 0..words * fan.len();
             for (direction, active) in directions.iter().zip(active.chunks_exact_mut(words.max(1))) {
-                look.rays += u64::from(facing(normals, *direction, active));
+                look.rays.add(u64::from(facing(normals, *direction, active)));
             }
             surfaces.rays.occluded_fan(origins, &directions, &active[asked.clone()], &mut occluded[asked]);
             for (i, (&index, &direction)) in fan.iter().zip(&directions).enumerate() {
@@ -111,7 +114,7 @@ impl Look {
             back: vec![0.0; count],
             sunk: vec![0.0; count],
             near: Vec::new(),
-            rays: 0,
+            rays: Rays::default(),
         }
     }
 
@@ -182,7 +185,8 @@ impl Look {
             let curves = self.curves[point * len..(point + 1) * len].iter_mut();
             curves.zip(&more.curves[i * len..(i + 1) * len]).for_each(|(sum, x)| *sum += x);
         }
-        self.rays += more.rays;
+        self.rays.all += more.rays.all;
+        self.rays.traced += more.rays.traced;
     }
 }
 

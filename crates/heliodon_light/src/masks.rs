@@ -3,7 +3,10 @@
 //! M. Callieri, P. Debevec, J. Pair, R. Scopigno: "A realtime immersive application with realistic lighting: The Parthenon",
 //! Computers & Graphics 30, 2006, section 4.
 
+use crate::change::{Change, bounds_of, crosses_any};
+use crate::gather::bits;
 use crate::params::MAX_SUN_STEPS;
+use crate::traces::Rays;
 use crate::{LightError, PointSet, Surfaces};
 use glam::Vec3;
 use heliodon_rays::facing;
@@ -139,6 +142,48 @@ pub fn bake_sun_masks(
     range: Range<usize>,
     params: &MaskParams,
 ) -> Result<SunMasks, LightError> {
+    bake_sun_masks_knowing(surfaces, points, suns, range, params, None).map(|(masks, _)| masks)
+}
+
+/// What masks of the same suns were before surfaces changed, at points of the same origins and normals.
+#[derive(Clone, Debug)]
+pub struct MasksBefore<'a> {
+    /// What has changed.
+    pub change: &'a Change,
+    /// The words of each point in turn; of a point that was not there before, anything.
+    pub words: Vec<u32>,
+    /// Whether each was there.
+    pub known: Vec<bool>,
+}
+
+impl MasksBefore<'_> {
+    fn of(&self, points: Range<usize>, width: usize) -> Option<Earlier<'_>> {
+        let known = self.known.get(points.clone())?;
+        Some(Earlier { change: self.change, words: self.words.get(points.start * width..points.end * width)?, known })
+    }
+}
+
+/// [`MasksBefore`] of some points.
+#[derive(Clone, Copy)]
+pub(crate) struct Earlier<'a> {
+    pub change: &'a Change,
+    pub words: &'a [u32],
+    pub known: &'a [bool],
+}
+
+/// As [`bake_sun_masks`], which traces only rays of which nothing is known from `before` or that the change may reach; with the masks, how many
+/// these were. The masks are the same whatever is known.
+///
+/// # Errors
+/// As [`bake_sun_masks`].
+pub fn bake_sun_masks_knowing(
+    surfaces: &Surfaces,
+    points: &PointSet,
+    suns: &[Vec3],
+    range: Range<usize>,
+    params: &MaskParams,
+    before: Option<&MasksBefore>,
+) -> Result<(SunMasks, u64), LightError> {
     check_sun_count(suns.len())?;
     if range.start > range.end || range.end > points.len() {
         return Err(LightError::Mismatch(format!("points {range:?} of {}", points.len())));
@@ -146,47 +191,99 @@ pub fn bake_sun_masks(
     let words_per_point = suns.len().div_ceil(32);
     let mut masks = SunMasks { steps: suns.len() as u32, words: vec![0; range.len() * words_per_point], rays: 0 };
     if words_per_point == 0 {
-        return Ok(masks);
+        return Ok((masks, 0));
     }
     let at_once = params.points_at_once.next_multiple_of(64).max(64);
-    masks.rays = masks
+    let rays = masks
         .words
         .par_chunks_mut(at_once * words_per_point)
         .enumerate()
         .map(|(i, words)| {
             let first = range.start + i * at_once;
             let count = words.len() / words_per_point;
-            unit_masks(surfaces, &points.origins[first..first + count], &points.normals[first..first + count], suns, words)
+            let before = before.and_then(|before| before.of(first - range.start..first - range.start + count, words_per_point));
+            unit_masks(surfaces, points.run(first..first + count), suns, before, words)
         })
-        .sum();
-    Ok(masks)
+        .reduce(Rays::default, Rays::plus);
+    masks.rays = rays.all;
+    Ok((masks, rays.traced))
 }
 
 /// The masks of some points in spatial order, on one thread; returns the number of rays.
-pub(crate) fn run_masks(surfaces: &Surfaces, origins: &[Vec3], normals: &[Vec3], suns: &[Vec3], out: &mut [u32]) -> u64 {
+pub(crate) fn run_masks(
+    surfaces: &Surfaces,
+    (origins, normals): (&[Vec3], &[Vec3]),
+    suns: &[Vec3],
+    before: Option<Earlier>,
+    out: &mut [u32],
+) -> Rays {
     let width = suns.len().div_ceil(32);
     let runs = origins.chunks(TOGETHER).zip(normals.chunks(TOGETHER)).zip(out.chunks_mut((TOGETHER * width).max(1)));
-    runs.map(|((origins, normals), out)| unit_masks(surfaces, origins, normals, suns, out)).sum()
+    let of_run = |(i, ((origins, normals), out)): (usize, ((&[Vec3], &[Vec3]), &mut [u32]))| {
+        let points = i * TOGETHER..i * TOGETHER + origins.len();
+        let before = before.map(|before| Earlier {
+            words: &before.words[points.start * width..points.end * width],
+            known: &before.known[points],
+            ..before
+        });
+        unit_masks(surfaces, (origins, normals), suns, before, out)
+    };
+    runs.enumerate().map(of_run).fold(Rays::default(), Rays::plus)
 }
 
 /// The masks of points that are asked for together; returns the number of rays.
-fn unit_masks(surfaces: &Surfaces, origins: &[Vec3], normals: &[Vec3], suns: &[Vec3], out: &mut [u32]) -> u64 {
+fn unit_masks(
+    surfaces: &Surfaces,
+    (origins, normals): (&[Vec3], &[Vec3]),
+    suns: &[Vec3],
+    before: Option<Earlier>,
+    out: &mut [u32],
+) -> Rays {
     let words = origins.len().div_ceil(64);
     let words_per_point = suns.len().div_ceil(32);
-    let mut rays = 0;
+    let mut rays = Rays::default();
     // bits of 32 steps: active[step][word of 64 points]
     let mut active = vec![0_u64; 32 * words];
     let mut occluded = vec![0_u64; 32 * words];
+    // rays that need not be traced because they are known to reach the sun
+    let mut lit_before = vec![0_u64; 32 * words];
+    let bounds = bounds_of(origins);
     for (group, suns) in suns.chunks(32).enumerate() {
         active.fill(0);
         for (&sun, active) in suns.iter().zip(active.chunks_mut(words)) {
             if sun.is_finite() {
-                rays += u64::from(facing(normals, sun, active));
+                rays.all += u64::from(facing(normals, sun, active));
             }
         }
+        if let Some(before) = before {
+            before.bits(group, words_per_point, words, &mut lit_before);
+            let known = before.known_bits();
+            for (step, &sun) in suns.iter().enumerate() {
+                let [gone, come] = before.change.within_reach(bounds, sun);
+                for (word, known) in known.iter().enumerate() {
+                    let at = step * words + word;
+                    let lit = lit_before[at];
+                    // what was lit may be shaded by what has come, what was shaded lit past what has gone
+                    let doubtful = if come.is_empty() { 0 } else { lit } | if gone.is_empty() { 0 } else { !lit };
+                    let mut skipped = active[at] & known & !doubtful;
+                    for bit in bits(&[active[at] & known & doubtful]) {
+                        let boxes = if lit >> bit & 1 == 1 { &come } else { &gone };
+                        if !crosses_any(boxes, origins[word * 64 + bit], sun, f32::INFINITY) {
+                            skipped |= 1 << bit;
+                        }
+                    }
+                    lit_before[at] &= skipped;
+                    active[at] &= !skipped;
+                }
+            }
+        }
+        rays.traced += active.iter().map(|word| u64::from(word.count_ones())).sum::<u64>();
         let asked = ..suns.len() * words;
         surfaces.rays.occluded_fan(origins, suns, &active[asked], &mut occluded[asked]);
-        let lit = |step: usize, word: usize| active[step * words + word] & !occluded[step * words + word];
+        let lit = |step: usize, word: usize| {
+            let at = step * words + word;
+            active[at] & !occluded[at] | lit_before[at]
+        };
         for block in 0..origins.len().div_ceil(32) {
             let mut bits: [u32; 32] = std::array::from_fn(|step| (lit(step, block / 2) >> (32 * (block % 2))) as u32);
             transpose32(&mut bits);
@@ -194,8 +291,28 @@ fn unit_masks(surfaces: &Surfaces, origins: &[Vec3], normals: &[Vec3], suns: &[V
                 out[point * words_per_point + group] = word;
             }
         }
+        lit_before.fill(0);
     }
     rays
+}
+
+impl Earlier<'_> {
+    /// The bits of a group of 32 steps, as `unit_masks` has them.
+    fn bits(&self, group: usize, words_per_point: usize, words: usize, out: &mut [u64]) {
+        out.fill(0);
+        for (block, points) in self.words.chunks(32 * words_per_point).enumerate() {
+            let mut bits: [u32; 32] = std::array::from_fn(|i| points.get(i * words_per_point + group).copied().unwrap_or(0));
+            transpose32(&mut bits);
+            for (step, &bits) in bits.iter().enumerate() {
+                out[step * words + block / 2] |= u64::from(bits) << (32 * (block % 2));
+            }
+        }
+    }
+
+    fn known_bits(&self) -> Vec<u64> {
+        let word = |points: &[bool]| points.iter().enumerate().fold(0, |word, (i, &known)| word | u64::from(known) << i);
+        self.known.chunks(64).map(word).collect()
+    }
 }
 
 /// Transposes a matrix of 32 x 32 bits: bit j of word i changes places with bit i of word j (H. S. Warren: "Hacker's

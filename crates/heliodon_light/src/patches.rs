@@ -7,9 +7,11 @@
 //! what it is at the vertex, whatever it is at their centres.
 
 use crate::cells::Split;
-use crate::masks::{SunMasks, check_sun_count, run_masks};
+use crate::change::Change;
+use crate::masks::{Earlier, SunMasks, check_sun_count, run_masks};
 use crate::refine::patches_by_sight;
 use crate::surfaces::reflected;
+use crate::traces::Rays;
 use crate::{Layout, LightError, LightParams, Surfaces};
 use glam::Vec3;
 use heliodon_math::color::{linear_from_rgb9e5, rgb9e5_from_linear};
@@ -60,6 +62,12 @@ impl PatchPlan {
         self.order.len()
     }
 
+    /// Its triangles in its order, each with the parts of its edges: patches of the triangles follow one another so.
+    #[must_use]
+    pub fn parts(&self) -> Vec<[u32; 2]> {
+        self.of(0..self.order.len()).map(|split| [split.triangle, split.parts]).collect()
+    }
+
     /// Patches of a range of the triangles.
     #[must_use]
     pub fn patch_count(&self, range: Range<usize>) -> usize {
@@ -90,7 +98,7 @@ impl PatchPlan {
 pub struct SunlitPatches {
     /// The triangles, in the order of their [`PatchPlan`].
     pub range: Range<usize>,
-    /// For each patch its albedo (RGB9E5), then a word for each 32 suns.
+    /// For each patch a word for each 32 suns.
     pub words: Vec<u32>,
     /// Rays that were traced.
     pub rays: u64,
@@ -103,7 +111,7 @@ impl SunlitPatches {
     /// What is wrong.
     pub fn validate(&self, plan: &PatchPlan, suns: usize) -> Result<(), LightError> {
         let fits = self.range.start <= self.range.end && self.range.end <= plan.triangle_count();
-        if !fits || self.words.len() != plan.patch_count(self.range.clone()) * (1 + suns.div_ceil(WORD)) {
+        if !fits || self.words.len() != plan.patch_count(self.range.clone()) * suns.div_ceil(WORD) {
             return Err(LightError::Mismatch("sunlit patches of another division or day".into()));
         }
         Ok(())
@@ -122,14 +130,45 @@ pub fn light_patches(
     range: Range<usize>,
     params: &LightParams,
 ) -> Result<SunlitPatches, LightError> {
+    light_patches_knowing(surfaces, plan, suns, range, params, None).map(|(lit, _)| lit)
+}
+
+/// What patches of the same suns were before surfaces changed.
+#[derive(Debug)]
+pub struct PatchesBefore<'a> {
+    /// What has changed.
+    pub change: &'a Change,
+    /// For each triangle of now that was there before: into how many parts each edge was divided, and its first patch among `words`.
+    pub splits: Vec<Option<(u32, usize)>>,
+    /// The words of each patch of before.
+    pub words: Vec<u32>,
+}
+
+/// As [`light_patches`], which traces only rays of which nothing is known from `before` or that the change may reach; with the patches, how many
+/// these were. They are the same whatever is known.
+///
+/// # Errors
+/// As [`light_patches`].
+pub fn light_patches_knowing(
+    surfaces: &Surfaces,
+    plan: &PatchPlan,
+    suns: &[Vec3],
+    range: Range<usize>,
+    params: &LightParams,
+    before: Option<&PatchesBefore>,
+) -> Result<(SunlitPatches, u64), LightError> {
     check_sun_count(suns.len())?;
     if range.start > range.end || range.end > plan.triangle_count() {
         return Err(LightError::Mismatch(format!("triangles {range:?} of {}", plan.triangle_count())));
     }
     let firsts = range.clone().into_par_iter().step_by(TOGETHER);
-    let (records, rays): (Vec<Vec<u32>>, Vec<u64>) =
-        firsts.map(|first| records(surfaces, plan.of(first..(first + TOGETHER).min(range.end)), suns, params)).unzip();
-    Ok(SunlitPatches { range, words: records.concat(), rays: rays.into_iter().sum() })
+    let of_run = |first: usize| {
+        let splits: Vec<Split> = plan.of(first..(first + TOGETHER).min(range.end)).collect();
+        words(surfaces, &splits, suns, params, before)
+    };
+    let (words, rays): (Vec<Vec<u32>>, Vec<Rays>) = firsts.map(of_run).unzip();
+    let rays = rays.into_iter().fold(Rays::default(), Rays::plus);
+    Ok((SunlitPatches { range, words: words.concat(), rays: rays.all }, rays.traced))
 }
 
 /// Which suns reach which patch of the surfaces.
@@ -158,6 +197,7 @@ impl SunPatches {
     /// # Errors
     /// Parts that do not belong together.
     pub fn new(
+        surfaces: &Surfaces,
         layout: &Layout,
         plan: PatchPlan,
         suns: &[Vec3],
@@ -181,9 +221,16 @@ impl SunPatches {
         if next != plan.triangle_count() || fronts.steps as usize != suns.len() || fronts.point_count() < layout.front_count() {
             return Err(LightError::Mismatch("patches or masks that do not cover the surfaces and the day".into()));
         }
-        let mut records = Vec::with_capacity(lit.iter().map(|part| part.words.len()).sum());
+        let width = suns.len().div_ceil(WORD);
+        let mut records = Vec::with_capacity(plan.patch_count(0..plan.triangle_count()) * (1 + width));
         // one part after the other goes, so that they never lie in memory twice
-        lit.into_iter().for_each(|part| records.extend(part.words));
+        for part in lit {
+            let albedos = albedos(surfaces, &plan, part.range, params);
+            for (albedo, words) in albedos.into_iter().zip(part.words.chunks_exact(width.max(1))) {
+                records.push(albedo);
+                records.extend_from_slice(words);
+            }
+        }
         let corners = fronts.pick((0..layout.vertex_count() as u32).map(|vertex| layout.front_point(vertex)));
         let channels = params.channels.count();
         Ok(Self { suns: suns_by_word, records, corners, splits: plan.splits, channels, arch: pulp::Arch::new(), rays })
@@ -277,10 +324,42 @@ fn centre_of(surfaces: &Surfaces, triangle: u32) -> Vec3 {
     if centre.is_finite() { centre } else { Vec3::ZERO }
 }
 
-/// The records of some triangles' patches, in order, and the number of rays.
-fn records(surfaces: &Surfaces, splits: impl Iterator<Item = Split>, suns: &[Vec3], params: &LightParams) -> (Vec<u32>, u64) {
-    let (mut above, mut below, mut normals, mut albedos) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+/// What the patches of a range of a plan's triangles reflect (RGB9E5), in order.
+fn albedos(surfaces: &Surfaces, plan: &PatchPlan, range: Range<usize>, params: &LightParams) -> Vec<u32> {
+    let of_triangle = |split: Split| {
+        split.centres().map(move |(u, v)| {
+            let albedo = match split.parts {
+                1 => surfaces.albedo.mean(split.triangle),
+                _ => surfaces.albedo.albedo(split.triangle, u, v),
+            };
+            rgb9e5_from_linear(reflected(albedo, params.channels))
+        })
+    };
+    let splits: Vec<Split> = plan.of(range).collect();
+    splits.into_par_iter().flat_map_iter(of_triangle).collect()
+}
+
+/// Which suns reach some triangles' patches, in order, and the number of rays.
+fn words(
+    surfaces: &Surfaces,
+    splits: &[Split],
+    suns: &[Vec3],
+    params: &LightParams,
+    before: Option<&PatchesBefore>,
+) -> (Vec<u32>, Rays) {
+    let (mut above, mut below, mut normals) = (Vec::new(), Vec::new(), Vec::new());
+    let width = suns.len().div_ceil(WORD);
+    let (mut words_before, mut known) = (Vec::new(), Vec::new());
     for split in splits {
+        if let Some(before) = before {
+            let same = before.splits[split.triangle as usize].filter(|&(parts, _)| parts == split.parts);
+            let patches = (split.parts * split.parts) as usize;
+            known.resize(known.len() + patches, same.is_some());
+            match same {
+                Some((_, first)) => words_before.extend_from_slice(&before.words[first * width..(first + patches) * width]),
+                None => words_before.resize(words_before.len() + patches * width, 0),
+            }
+        }
         let normal = surfaces.face_normal(split.triangle);
         let offset_m = params.offset_m + surfaces.clearance_m(split.triangle);
         for (u, v) in split.centres() {
@@ -290,23 +369,13 @@ fn records(surfaces: &Surfaces, splits: impl Iterator<Item = Split>, suns: &[Vec
             above.push(place + normal * offset_m);
             below.push(place - normal * offset_m);
             normals.push(normal);
-            let albedo = match split.parts {
-                1 => surfaces.albedo.mean(split.triangle),
-                _ => surfaces.albedo.albedo(split.triangle, u, v),
-            };
-            albedos.push(rgb9e5_from_linear(reflected(albedo, params.channels)));
         }
     }
-    let width = suns.len().div_ceil(WORD);
+    // a sun that stands before one side of a patch stands behind the other, so its bit is that of the side which asks
+    let earlier = before.map(|before| Earlier { change: before.change, words: &words_before, known: &known });
     let (mut front, mut back) = (vec![0; normals.len() * width], vec![0; normals.len() * width]);
-    let mut rays = run_masks(surfaces, &above, &normals, suns, &mut front);
+    let rays = run_masks(surfaces, (&above, &normals), suns, earlier, &mut front);
     normals.iter_mut().for_each(|n| *n = -*n);
-    rays += run_masks(surfaces, &below, &normals, suns, &mut back);
-    let mut records = Vec::with_capacity(albedos.len() * (1 + width));
-    for (patch, albedo) in albedos.into_iter().enumerate() {
-        records.push(albedo);
-        let words = patch * width..(patch + 1) * width;
-        records.extend(front[words.clone()].iter().zip(&back[words]).map(|(f, b)| f | b));
-    }
-    (records, rays)
+    let rays = rays.plus(run_masks(surfaces, (&below, &normals), suns, earlier, &mut back));
+    (front.into_iter().zip(back).map(|(f, b)| f | b).collect(), rays)
 }

@@ -4,7 +4,7 @@ use crate::gather::bits;
 use crate::{Channels, LightError};
 use glam::Vec3;
 use heliodon_math::color::luminance;
-use heliodon_rays::{Hit, NO_HIT, Ray, TriangleScene};
+use heliodon_rays::{Hit, NO_HIT, TriangleScene};
 
 /// Triangles with normals, albedo and the structure that answers rays among them.
 ///
@@ -102,32 +102,23 @@ impl Surfaces<'_> {
         self.triangles[triangle as usize].map(|i| self.positions[i as usize])
     }
 
-    /// As [`TriangleScene::closest`], with what was met told in these triangles.
-    pub(crate) fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
-        self.rays.closest(rays, hits);
-        if let Some(detail) = &self.detail {
-            for (ray, hit) in rays.iter().zip(hits) {
-                self.tell_in_surfaces(detail, ray.origin, ray.direction, hit);
-            }
-        }
-    }
-
     /// As [`TriangleScene::closest_parallel`], with what was met told in these triangles.
     pub(crate) fn closest_parallel(&self, origins: &[Vec3], direction: Vec3, active: &[u64], hits: &mut [Hit]) {
         self.rays.closest_parallel(origins, direction, active, hits);
-        if let Some(detail) = &self.detail {
-            for i in bits(active) {
-                self.tell_in_surfaces(detail, origins[i], direction, &mut hits[i]);
-            }
+        for i in bits(active) {
+            hits[i] = self.told(origins[i], direction, hits[i]);
         }
     }
 
-    fn tell_in_surfaces(&self, detail: &Detail, origin: Vec3, direction: Vec3, hit: &mut Hit) {
+    /// What the ray engine has met, told in these triangles: the one that stands for what was met, and on it the place nearest to the
+    /// hit. The place is reckoned from the distance even where rays meet these very triangles, so that kept hits need no more.
+    pub(crate) fn told(&self, origin: Vec3, direction: Vec3, hit: Hit) -> Hit {
         if hit.triangle == NO_HIT {
-            return;
+            return hit;
         }
-        hit.triangle = detail.stands_for[hit.triangle as usize];
-        [hit.u, hit.v] = weights_near(self.corners(hit.triangle), origin + direction * hit.t);
+        let triangle = self.detail.map_or(hit.triangle, |detail| detail.stands_for[hit.triangle as usize]);
+        let [u, v] = weights_near(self.corners(triangle), origin + direction * hit.t);
+        Hit { triangle, u, v, ..hit }
     }
 
     /// How far the finer triangles that rays meet may depart from a triangle, metres.
@@ -239,7 +230,13 @@ const OFFSET_PER_EXTENT: f32 = 1e-4;
 /// three coordinates and the rounding of the start itself, rounded up to a power of two.
 const OFFSET_HALF_ULPS: f32 = 32.0;
 
-/// How far rays should start off these surfaces, in metres: a hundredth of the median edge, too little to lose a contact
+/// The next number below of which there are 32 between powers of two. A part that was moved has edges of other roundings and another extent; if
+/// these changed where every ray of a scene starts, nothing of an earlier bake would hold.
+fn coarse(x: f32) -> f32 {
+    f32::from_bits(x.to_bits() & !((1 << (f32::MANTISSA_DIGITS - 1 - 5)) - 1))
+}
+
+/// How far rays should start off these surfaces, in metres: a hundredth of the median edge (rounded down by a 32nd at most), too little to lose a contact
 /// shadow that the mesh could show, at most a ten-thousandth of the extent, and never less than the error bound of 32-bit
 /// coordinates.
 #[must_use]
@@ -248,6 +245,6 @@ pub fn default_offset_m(positions: &[Vec3], triangles: &[[u32; 3]]) -> f32 {
     let largest = finite().fold(0.0_f32, |m, p| m.max(p.abs().max_element()));
     let (low, high) = finite().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
     let extent = (high - low).max(Vec3::ZERO).max_element();
-    let wanted = (median_edge_m(positions, triangles) * OFFSET_PER_EDGE).min(extent * OFFSET_PER_EXTENT);
+    let wanted = coarse((median_edge_m(positions, triangles) * OFFSET_PER_EDGE).min(extent * OFFSET_PER_EXTENT));
     wanted.max(largest * OFFSET_HALF_ULPS * (f32::EPSILON * 0.5)).min(f32::MAX)
 }

@@ -74,12 +74,12 @@ fn sun_in_blocks(
     let light = |range: &Range<usize>| light_patches(surfaces, &plan, suns, range.clone(), params).unwrap();
     let mut lit: Vec<_> = ranges.iter().rev().map(light).collect();
     assert!(
-        ranges.len() < 2 || SunOnSurfaces::new(layout, plan.clone(), suns, lit.clone(), masks, params).is_err(),
+        ranges.len() < 2 || SunOnSurfaces::new(surfaces, layout, plan.clone(), suns, lit.clone(), masks, params).is_err(),
         "out of order"
     );
     lit.reverse();
-    assert!(SunOnSurfaces::new(layout, plan.clone(), &suns[1..], lit.clone(), masks, params).is_err(), "another day");
-    let sun = SunOnSurfaces::new(layout, plan, suns, lit, masks, params).unwrap();
+    assert!(SunOnSurfaces::new(surfaces, layout, plan.clone(), &suns[1..], lit.clone(), masks, params).is_err(), "another day");
+    let sun = SunOnSurfaces::new(surfaces, layout, plan, suns, lit, masks, params).unwrap();
     let runs = SunOnSurfaces::curve_runs(layout);
     let curves = (0..runs).step_by(block).map(|first| sun.curves(surfaces, layout, first..(first + block).min(runs), params));
     let curves = curves.collect::<Vec<_>>().concat();

@@ -85,6 +85,13 @@ impl TriangleScene {
         self.bounds
     }
 
+    /// What all coordinates are relative to where rays are answered: it decides how they are rounded. The same triangles give the same
+    /// answers in two scenes if these have the same centre, and no others are in the way.
+    #[must_use]
+    pub fn center(&self) -> Vec3 {
+        self.center
+    }
+
     /// One more than the highest index of any triangle that it was built from: how many there were.
     pub fn triangle_count(&self) -> usize {
         let met = self.packets.iter().flat_map(Packet::triangles).map(|(_, id)| id);

@@ -5,6 +5,7 @@ use crate::output::{bytes, count, counted, duration};
 use crate::slurm::{self, SlurmReport};
 use anyhow::Result;
 use heliodon_bake::bake::{BakeReport, bake};
+use heliodon_bake::cache::Taken;
 use heliodon_bake::estimate::{Estimate, estimate};
 use heliodon_bake::merge::{ShardReport, bake_shard};
 use heliodon_bake::plan::{BakeOptions, Plan};
@@ -14,9 +15,9 @@ use std::path::{Path, PathBuf};
 
 /// Computes a site's light and writes the bundle that viewers read.
 ///
-/// Finished work is kept in .heliodon/cache beside the bundle until the bundle is written: run the same bake again after an
-/// interruption of any kind and it goes on where it stopped. The bundle appears whole or not at all; one that was there stays
-/// until then.
+/// Finished work is kept in .heliodon/cache beside the bundle: run the same bake again after an interruption of any kind and it
+/// goes on where it stopped; run it after a change and it makes only what the change reaches. The bundle appears whole or not at
+/// all; one that was there stays until then. --no-cache keeps nothing after success.
 ///
 /// Many machines share a bake by --shard: each does its part of the work into the same folder, or into one of its own, and
 /// `heliodon merge` makes the bundle of it.
@@ -31,7 +32,7 @@ pub struct Args {
     #[arg(long)]
     estimate: bool,
     /// Do only part I of N of the work; `heliodon merge` makes the bundle of all parts
-    #[arg(long, value_name = "I/N", conflicts_with_all = ["estimate", "on", "keep_cache"], help_heading = "Many machines")]
+    #[arg(long, value_name = "I/N", conflicts_with_all = ["estimate", "on", "no_cache"], help_heading = "Many machines")]
     shard: Option<Shard>,
     /// Refuse to work where the site or the program is not what this plan was made of (job scripts say so)
     #[arg(long, value_name = "KEY", requires = "shard", help_heading = "Many machines")]
@@ -71,9 +72,9 @@ pub struct Target {
     /// Keep finished work in this folder [default: .heliodon/cache, beside the bundle]
     #[arg(long, value_name = "DIR")]
     cache: Option<PathBuf>,
-    /// Keep the finished work after success, too
+    /// Take nothing from finished bakes, and keep nothing for those to come
     #[arg(long)]
-    keep_cache: bool,
+    no_cache: bool,
 }
 
 impl Target {
@@ -83,7 +84,7 @@ impl Target {
         let options = BakeOptions {
             bundle: self.output.clone().unwrap_or_else(|| default_bundle(&site)),
             cache: self.cache.clone(),
-            keep_cache: self.keep_cache,
+            no_cache: self.no_cache,
             again: self.again,
         };
         Ok(Plan::new(site, options)?)
@@ -164,7 +165,29 @@ pub fn describe(report: &BakeReport) -> String {
     if let Some(peak) = report.peak_memory_bytes {
         text += &format!(", {} of memory at the peak", bytes(peak));
     }
-    text + ".\n"
+    text += ".\n";
+    let taken: Vec<String> = report.taken.iter().filter_map(told_of).collect();
+    if !taken.is_empty() {
+        text += &format!("taken from the cache: {}.\n", taken.join(", "));
+    }
+    if report.kept_bytes > 0 {
+        text += &format!("{} of finished work kept for the next bake.\n", bytes(report.kept_bytes));
+    }
+    text
+}
+
+/// How much of a stage was taken from the cache, if anything.
+fn told_of(taken: &Taken) -> Option<String> {
+    let Taken { stage, blocks, of, rays, of_rays } = taken;
+    let percent = (100 * rays).checked_div(*of_rays).unwrap_or(0);
+    let rays = || format!("{percent} % of the rays of {stage}");
+    match (*blocks, percent) {
+        (0, 0) => None,
+        (0, _) => Some(rays()),
+        (blocks, _) if blocks == *of => Some(format!("all of {stage}")),
+        (blocks, 0) => Some(format!("{blocks} of {of} of {stage}")),
+        (blocks, _) => Some(format!("{blocks} of {of} of {stage} and {} that is left", rays())),
+    }
 }
 
 fn describe_estimate(estimate: &Estimate) -> String {

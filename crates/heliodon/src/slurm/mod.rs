@@ -114,7 +114,7 @@ impl<'a> Launch<'a> {
             fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
         };
         write(SHARD_SCRIPT, script::of_shard(&places, options.shards, &key))?;
-        write(MERGE_SCRIPT, script::of_merge(&places, &folder.join(MERGE_REPORT), plan.options.keep_cache))?;
+        write(MERGE_SCRIPT, script::of_merge(&places, &folder.join(MERGE_REPORT), plan.options.no_cache))?;
         let names = [format!("heliodon-{key}"), format!("heliodon-merge-{key}")];
         Ok(Self { app, plan, options, key, kept, names, interrupted, jobs: Vec::new(), again: Vec::new() })
     }

@@ -27,8 +27,8 @@ pub fn of_shard(places: &Places, count: u32, key: &str) -> String {
 }
 
 /// The merge, whose report goes to `report`.
-pub fn of_merge(places: &Places, report: &Path, keep_cache: bool) -> String {
-    let keep = if keep_cache { " --keep-cache" } else { "" };
+pub fn of_merge(places: &Places, report: &Path, no_cache: bool) -> String {
+    let keep = if no_cache { " --no-cache" } else { "" };
     format!("{}{keep} --json {THREADS} > {}\n", begin(places, "merge"), quoted(report.as_os_str()))
 }
 

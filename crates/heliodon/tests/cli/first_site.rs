@@ -40,7 +40,9 @@ fn a_baked_site_is_not_baked_again_until_something_changes() {
     assert_eq!(std::fs::metadata(site.path("bundle/manifest.json")).unwrap().modified().unwrap(), manifest);
     site.write("mesh.obj", plane(5));
     assert_eq!(json(&[&"bake", &site.folder()])["up_to_date"], false);
-    assert!(!site.path(".heliodon").exists(), "the cache goes after success");
+    assert!(site.path(".heliodon").exists());
+    done(&[&"bake", &site.folder(), &"--again", &"--no-cache"]);
+    assert!(!site.path(".heliodon").exists(), "nothing is kept where that is not wanted");
 }
 
 #[test]
@@ -49,7 +51,7 @@ fn the_number_of_threads_changes_no_byte() {
     sunny_probe().write_hdr(site.path("grey.hdr")).unwrap();
     site.edit("samples = 64", "samples = 64\ntransfer = \"rgb\"\norder = 2");
     for (threads, bundle) in [("1", "one"), ("2", "two"), ("7", "seven")] {
-        done(&[&"bake", &site.folder(), &"-o", &site.path(bundle), &"--threads", &threads]);
+        done(&[&"bake", &site.folder(), &"-o", &site.path(bundle), &"--threads", &threads, &"--no-cache"]);
     }
     assert_same_bundle(&site.path("one"), &site.path("two"));
     assert_same_bundle(&site.path("one"), &site.path("seven"));

@@ -9,6 +9,7 @@ mod looks;
 #[cfg(feature = "viewer")]
 mod pictures;
 mod prepared;
+mod rebake;
 mod resume;
 mod shards;
 mod sites;

@@ -34,6 +34,12 @@ fn reference(site: &TestSite) -> PathBuf {
     whole
 }
 
+/// What is kept of steps that depend on one part alone.
+fn of_parts(site: &TestSite, what: &str) -> Vec<PathBuf> {
+    let all = blocks(site.folder(), "part-").into_iter();
+    all.filter(|path| path.file_name().unwrap().to_string_lossy().contains(what)).collect()
+}
+
 fn damage(path: &PathBuf) {
     let mut bytes = std::fs::read(path).unwrap();
     let middle = bytes.len() / 2;
@@ -54,9 +60,9 @@ fn an_interrupted_prepare_goes_on_and_a_bake_finds_the_geometry() {
     assert!(stopped.code == 1 && stopped.err.contains("cannot keep finished work"), "{}", stopped.err);
     std::fs::remove_dir(geometry.join("scene-index-00000")).unwrap();
     // of what was kept, one is damaged
-    damage(&blocks(site.folder(), "piece-part0-simple-mesh-positions")[0]);
+    damage(&of_parts(&site, "-simple-mesh-positions")[0]);
     let resumed = done(&[&"prepare", &site.folder()]);
-    for told in ["going on: preparation has read 2 of 2 parts", "damaged (piece-part0-simple)"] {
+    for told in ["going on: preparation has read 2 of 2 parts", "damaged (part-", "-simple)"] {
         assert!(resumed.err.contains(told), "{told}: {}", resumed.err);
     }
     assert!(!resumed.err.contains("cleaning"), "{}", resumed.err);
@@ -91,6 +97,21 @@ fn new_geometry_replaces_what_other_settings_left() {
     assert!(!second.err.contains("going on"), "{}", second.err);
     assert_eq!(folders(), 1);
     assert!(done(&[&"prepare", &site.folder()]).err.contains("going on: the geometry is prepared"));
+}
+
+#[test]
+fn a_moved_part_leaves_the_others_as_they_were_prepared() {
+    let site = prepared_site();
+    done(&[&"bake", &site.folder()]);
+    let kept = of_parts(&site, "").len();
+    for (then, now) in [("translate = [1.5", "translate = [1.6"), ("translate = [1.6", "scale = 0.5\ntranslate = [1.6")] {
+        site.edit(then, now);
+        let whole = reference(&site);
+        let baked = done(&[&"bake", &site.folder()]);
+        assert!(baked.err.contains("going on: preparation has read 1 of 2 parts"), "{}", baked.err);
+        assert_same_bundle(&site.path("bundle"), &whole);
+        assert_eq!(of_parts(&site, "").len(), kept, "what is superseded goes");
+    }
 }
 
 #[test]
@@ -139,7 +160,7 @@ fn two_bakes_at_once_do_not_mix() {
     let bake = || heliodon(&[&"bake", &site.folder()]).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
     let first = bake();
     let patience = Instant::now();
-    while blocks(site.folder(), "piece-part0-whole-index").is_empty() {
+    while of_parts(&site, "-whole-index").is_empty() {
         assert!(patience.elapsed() < Duration::from_secs(60));
         std::thread::sleep(Duration::from_millis(2));
     }

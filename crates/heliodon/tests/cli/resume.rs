@@ -26,7 +26,7 @@ pub fn blocks(folder: &Path, stage: &str) -> Vec<PathBuf> {
 fn a_killed_bake_goes_on_and_ends_with_the_same_bytes() {
     let site = long_site();
     let whole = site.path("whole");
-    done(&[&"bake", &site.folder(), &"-o", &whole]);
+    done(&[&"bake", &site.folder(), &"-o", &whole, &"--no-cache"]);
 
     let mut child =
         heliodon(&[&"bake", &site.folder(), &"--threads", &"1"]).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
@@ -40,7 +40,7 @@ fn a_killed_bake_goes_on_and_ends_with_the_same_bytes() {
     child.wait().unwrap();
     assert!(!site.path("bundle").exists(), "a killed bake leaves no half bundle");
 
-    let resumed = done(&[&"bake", &site.folder()]);
+    let resumed = done(&[&"bake", &site.folder(), &"--no-cache"]);
     assert!(resumed.err.contains("going on: "), "{}", resumed.err);
     assert_same_bundle(&site.path("bundle"), &whole);
     assert!(!site.path(".heliodon").exists());
@@ -49,7 +49,7 @@ fn a_killed_bake_goes_on_and_ends_with_the_same_bytes() {
 #[test]
 fn damaged_leftovers_are_done_again() {
     let site = long_site();
-    done(&[&"bake", &site.folder(), &"--keep-cache"]);
+    done(&[&"bake", &site.folder()]);
     let good = site.path("good");
     std::fs::rename(site.path("bundle"), &good).unwrap();
     for (stage, damage) in [("light", true), ("gather", true), ("masks", false)] {
@@ -75,7 +75,7 @@ fn a_sky_goes_on_within_the_day() {
     site.edit("[site]", "[site]\nlatitude_deg = 37.97\nlongitude_deg = 23.7\nutc_offset = \"+03:00\"");
     site.edit("probes = \"grey.hdr\"\nmapping = \"lat-long\"", "model = \"atmosphere\"\ndate = \"2006-06-21\"");
     site.edit("[bake]", "[bake]\nsun_steps = 3\nsky_steps = 6");
-    done(&[&"bake", &site.folder(), &"--keep-cache"]);
+    done(&[&"bake", &site.folder()]);
     let good = site.path("good");
     std::fs::rename(site.path("bundle"), &good).unwrap();
     // as a kill after four of the six would leave it, one of them damaged
@@ -104,12 +104,12 @@ fn a_shared_cache_tells_bundles_of_one_name_apart() {
         let ran = ran(output);
         assert_eq!(ran.code, 0, "{}", ran.err);
     };
-    bake(&one, &["--keep-cache"]);
+    bake(&one, &[]);
     let kept = contents(&cache).len();
-    bake(&other, &[]);
+    bake(&other, &["--no-cache"]);
     assert_eq!(contents(&cache).len(), kept, "another's work stays");
     // one's own goes, however its place is typed
-    done(&[&"bake", &one.folder(), &"--cache", &cache, &"--again"]);
+    done(&[&"bake", &one.folder(), &"--cache", &cache, &"--again", &"--no-cache"]);
     assert!(!cache.exists());
 }
 

@@ -32,7 +32,7 @@ fn run_shards(site: &TestSite, bundle: &Path, order: impl IntoIterator<Item = u3
 fn any_number_of_shards_in_any_order_makes_the_bundle_of_one_machine() {
     let site = rich_site();
     let whole = site.path("whole");
-    done(&[&"bake", &site.folder(), &"-o", &whole]);
+    done(&[&"bake", &site.folder(), &"-o", &whole, &"--no-cache"]);
     let orders: [(u32, &[u32]); 4] = [(1, &[1]), (2, &[2, 1]), (3, &[3, 1, 3, 2]), (7, &[4, 7, 1, 2, 6, 5, 3])];
     for (count, order) in orders {
         let bundle = site.path(&format!("of-{count}"));
@@ -41,7 +41,7 @@ fn any_number_of_shards_in_any_order_makes_the_bundle_of_one_machine() {
         let again = json(&[&"bake", &site.folder(), &"-o", &bundle, &"--shard", &format!("1/{count}")]);
         assert_eq!((again["computed"].as_u64(), again["missing"].as_u64()), (Some(0), Some(0)), "{again}");
         assert!(again["own"].as_u64().unwrap() >= again["blocks"].as_u64().unwrap() / u64::from(count));
-        let merged = json(&[&"merge", &site.folder(), &"-o", &bundle]);
+        let merged = json(&[&"merge", &site.folder(), &"-o", &bundle, &"--no-cache"]);
         assert!(merged["measures"]["grid_points"].as_f64().unwrap() > 0.0, "{merged}");
         assert_same_bundle(&bundle, &whole);
         assert!(!site.path(".heliodon").exists());
@@ -54,7 +54,7 @@ fn any_number_of_shards_in_any_order_makes_the_bundle_of_one_machine() {
 fn shards_at_once_share_the_work() {
     let site = rich_site();
     let whole = site.path("whole");
-    done(&[&"bake", &site.folder(), &"-o", &whole]);
+    done(&[&"bake", &site.folder(), &"-o", &whole, &"--no-cache"]);
     let bundle = site.path("bundle");
     let shards = ["1/2", "2/2", "2/2"].map(|shard| {
         let mut command = heliodon(&[&"bake", &site.folder(), &"--threads", &"1", &"--shard", &shard]);
@@ -109,7 +109,7 @@ fn shards_of_another_plan_are_refused() {
 fn damaged_blocks_of_shards_are_done_again() {
     let site = long_site();
     let whole = site.path("whole");
-    done(&[&"bake", &site.folder(), &"-o", &whole]);
+    done(&[&"bake", &site.folder(), &"-o", &whole, &"--no-cache"]);
     run_shards(&site, &site.path("bundle"), [1, 2], 2);
     let damage = |index: usize| {
         let mut gathered = blocks(site.folder(), "gather");
@@ -132,7 +132,7 @@ fn damaged_blocks_of_shards_are_done_again() {
 fn folders_of_their_own_are_joined_by_copying() {
     let site = rich_site();
     let whole = site.path("whole");
-    done(&[&"bake", &site.folder(), &"-o", &whole]);
+    done(&[&"bake", &site.folder(), &"-o", &whole, &"--no-cache"]);
     for (cache, shard) in [("one", "1/2"), ("two", "2/2")] {
         done(&[&"bake", &site.folder(), &"--cache", &site.path(cache), &"--shard", &shard]);
     }
@@ -162,7 +162,7 @@ fn a_shard_and_a_whole_bake_do_not_mix() {
 fn a_full_disk_stops_a_shard_and_a_merge_and_spoils_nothing() {
     let site = rich_site();
     let whole = site.path("whole");
-    done(&[&"bake", &site.folder(), &"-o", &whole]);
+    done(&[&"bake", &site.folder(), &"-o", &whole, &"--no-cache"]);
     let folder = site.folder().to_str().unwrap().to_owned();
     let refused = |arguments: &[&str]| {
         let mut failures = 0;

@@ -116,9 +116,9 @@ impl Fake {
 fn a_bake_on_slurm_is_that_of_one_machine_and_lost_shards_are_submitted_again() {
     let fake = Fake::new();
     let whole = fake.site.path("whole");
-    done(&[&"bake", &fake.site.folder(), &"-o", &whole]);
+    done(&[&"bake", &fake.site.folder(), &"-o", &whole, &"--no-cache"]);
     std::fs::write(fake.fake("lose-2"), "").unwrap();
-    let baked = fake.baked(&["--json", "--slurm-option=--partition=long", "--slurm-option", "--mem=1G"]);
+    let baked = fake.baked(&["--no-cache", "--json", "--slurm-option=--partition=long", "--slurm-option", "--mem=1G"]);
     assert_eq!(baked.code, 0, "{}", baked.err);
     assert_same_bundle(&fake.site.path("bundle"), &whole);
     let report: serde_json::Value = serde_json::from_str(&baked.out).unwrap();

@@ -4,7 +4,9 @@ use super::Prepared;
 use super::arrays::{Reader, Writer};
 use super::pieces::Piece;
 use crate::cache::CacheError;
+use crate::key::{Digest, told_name};
 use crate::plan::Plan;
+use crate::referenced::referenced_files;
 use crate::scene::{Original, PartRange, Scene};
 use heliodon_bundle::site::{InputKind, Prepare, SITE_FILE_NAME};
 
@@ -37,6 +39,25 @@ pub(super) fn geometry_key(plan: &Plan, settings: &Prepare) -> String {
         run(&parameters.unwrap_or_default());
     }
     format!("{GEOMETRY}{}", &hasher.finalize().to_hex()[..32])
+}
+
+/// Hash of all that decides how one part is read, cleaned, split and first simplified: other parts do not matter to it.
+pub(super) fn part_digest(plan: &Plan, settings: &Prepare, part: usize) -> Digest {
+    let site = &plan.site;
+    let own = plan.files.iter().filter(|file| [InputKind::Geometry(part), InputKind::Albedo(part)].contains(&file.kind));
+    let names: Vec<String> = own
+        .flat_map(|file| {
+            let others = referenced_files(&file.path).into_iter().map(|path| told_name(site.folder(), &path));
+            others.chain([plan.told_name(file)]).collect::<Vec<_>>()
+        })
+        .collect();
+    let inputs: Vec<_> = plan.inputs.iter().filter(|input| names.contains(&input.path)).collect();
+    let mut digest = Digest::default();
+    digest.run(crate::TOOL.as_bytes());
+    digest.json(&inputs);
+    digest.json(&site.parts[part]);
+    digest.json(&(site.site.origin, settings, &site.rooms, &site.display));
+    digest
 }
 
 impl Piece for Prepared {

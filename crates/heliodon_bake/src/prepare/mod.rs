@@ -4,7 +4,8 @@
 //! parts together what no eye in any room can see is dropped (`dropped`). Light is then solved at the vertices that are left, among the
 //! original geometry: what is dropped is not drawn, but still occludes, and a coarse form of it still holds the light that it reflects.
 //!
-//! Each step's result is kept as soon as it is there (`pieces`), and the finished geometry (`kept`), after which the steps' are removed.
+//! Each step's result is kept as soon as it is there (`pieces`), and the finished geometry (`kept`), after which only those steps' stay that
+//! depend on one part alone: where another part changes, they are taken from there.
 
 mod arrays;
 mod doubts;
@@ -26,6 +27,7 @@ pub use views::views;
 
 use crate::cache::Cache;
 use crate::error::BakeError;
+use crate::key::Digest;
 use crate::plan::Plan;
 use crate::report::Reporter;
 use crate::scene::{Original, PartRange, Scene};
@@ -35,10 +37,10 @@ use fit::fit;
 use heliodon_bundle::site::{InputFile, Prepare, Site};
 use heliodon_mesh::Mesh;
 use heliodon_prepare::Views;
-use kept::{FINISHED, geometry_key};
+use kept::{FINISHED, geometry_key, part_digest};
 use looks::Looks;
-use part::{compare, piece_name, prepare_part};
-use pieces::{PIECE, Pieces};
+use part::{compare, lasting_name, prepare_part};
+use pieces::{PART, PIECE, Pieces};
 use std::path::Path;
 
 /// What preparation makes of a site.
@@ -59,6 +61,8 @@ struct Work<'a> {
     views: Views,
     looks: Looks,
     pieces: Pieces<'a>,
+    /// What decides each part's own steps.
+    parts: Vec<Digest>,
     reporter: &'a dyn Reporter,
 }
 
@@ -72,7 +76,7 @@ pub fn prepare(plan: &Plan, settings: &Prepare, looks: Option<&Path>, reporter: 
     let cache = Cache::join(&plan.cache_root(), &geometry_key(plan, settings), &plan.owner())?;
     let pieces = Pieces::new(Some(&cache), looks.is_none(), reporter);
     let (site, files) = (&plan.site, &plan.files);
-    if looks.is_some() && (pieces.has(FINISHED) || pieces.has(&piece_name(0, "whole"))) {
+    if looks.is_some() && pieces.has(FINISHED) {
         reporter.note("coloured meshes need every step: what an earlier run has left is not used");
     }
     let prepared = match take_finished(&pieces, reporter) {
@@ -87,10 +91,15 @@ pub fn prepare(plan: &Plan, settings: &Prepare, looks: Option<&Path>, reporter: 
             match of_another {
                 Some(finished) => finished,
                 None => {
-                    let views = views(site);
-                    let work = Work { plan, site, files, settings, views, looks: Looks::new(site, looks), pieces, reporter };
+                    if !plan.options.no_cache {
+                        cache.adopt_where(|stage| stage.starts_with(PART))?;
+                    }
+                    let parts = (0..site.parts.len()).map(|part| part_digest(plan, settings, part)).collect();
+                    let (views, looks) = (views(site), Looks::new(site, looks));
+                    let work = Work { plan, site, files, settings, views, looks, pieces, parts, reporter };
                     let prepared = make(&work)?;
                     work.pieces.keep(FINISHED, &[], &prepared)?;
+                    cache.remove_unused(PART, &work.pieces.asked());
                     cache.remove_others(GEOMETRY, &plan.owner());
                     prepared
                 }
@@ -98,6 +107,9 @@ pub fn prepare(plan: &Plan, settings: &Prepare, looks: Option<&Path>, reporter: 
         }
     };
     cache.remove_blocks(PIECE);
+    if plan.options.no_cache {
+        cache.remove_blocks(PART);
+    }
     prepared.scene.warnings.iter().for_each(|warning| reporter.warning(warning));
     Ok(prepared)
 }
@@ -121,8 +133,11 @@ impl Work<'_> {
 
 fn make(work: &Work) -> Result<Prepared, BakeError> {
     let count = work.site.parts.len();
-    let begun =
-        if work.looks.wanted() { 0 } else { (0..count).filter(|&part| work.pieces.has(&piece_name(part, "whole"))).count() };
+    let begun = if work.looks.wanted() {
+        0
+    } else {
+        (0..count).filter(|&part| work.pieces.has(&lasting_name(work, part, "whole"))).count()
+    };
     if begun > 0 {
         let purged = if work.pieces.has(&purge_name()) { ", and what nobody sees is known" } else { "" };
         work.reporter.note(&format!("going on: preparation has read {begun} of {count} parts{purged}"));

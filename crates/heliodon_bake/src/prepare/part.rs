@@ -3,7 +3,7 @@
 use super::Work;
 use super::arrays::{Reader, Writer, textures_of};
 use super::fit::GROUND_GIVES;
-use super::pieces::{PIECE, Piece};
+use super::pieces::{PART, PIECE, Piece};
 use super::steps::{Step, Steps};
 use crate::cache::CacheError;
 use crate::error::BakeError;
@@ -78,9 +78,14 @@ pub(super) fn simplify_params(settings: &Prepare) -> SimplifyParams {
 /// another one.
 const MOST_CLEARANCE: f32 = 2.0;
 
-/// What a part's pieces are called; the last of its steps is `mapped` or, where nothing is simplified, `whole`.
+/// What a part's pieces are called that depend on the others, too.
 pub(super) fn piece_name(part: usize, step: &str) -> String {
     format!("{PIECE}part{part}-{step}")
+}
+
+/// What pieces of a part are called that depend on that part alone.
+pub(super) fn lasting_name(work: &Work, part: usize, step: &str) -> String {
+    format!("{PART}{}-{step}", work.parts[part].digits())
 }
 
 /// A part as rays meet it.
@@ -116,7 +121,7 @@ pub(super) fn prepare_part(
     original: &mut Original,
     warnings: &mut Vec<String>,
 ) -> Result<(Mesh, PartReport), BakeError> {
-    let name = |step: &str| piece_name(index, step);
+    let name = |step: &str| lasting_name(work, index, step);
     let whole = work.pieces.kept_or(&name("whole"), &[], || make_whole(work, index))?;
     warnings.extend(whole.warnings);
     push_original(original, &whole.mesh)?;
@@ -151,7 +156,11 @@ pub(super) fn compare(
         return Ok(Part { mesh, stands_for: (0..triangles).collect(), clearance_m: vec![0.0; vertices] });
     }
     let make = || Ok(make_mapped(work, original, &mesh, params));
-    let mut mapped = work.pieces.kept_or(&piece_name(index, "mapped"), &[], make)?;
+    let mut digest = work.parts[index].clone();
+    digest.run(format!("{params:?}").as_bytes());
+    digest.run(bytemuck::cast_slice(&mesh.positions));
+    digest.run(bytemuck::cast_slice(&mesh.triangles));
+    let mut mapped = work.pieces.kept_or(&format!("{PART}{}-mapped", digest.digits()), &[], make)?;
     report.error = Some(mapped.error);
     report.steps.append(&mut mapped.steps);
     if let Some(simplify) = &mut report.simplify {

@@ -5,10 +5,14 @@ use crate::cache::{Cache, CacheError};
 use crate::error::BakeError;
 use crate::report::Reporter;
 use heliodon_mesh::Texture;
-use std::sync::Arc;
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// What the blocks of pieces are called, before their names.
 pub(super) const PIECE: &str = "piece-";
+
+/// What those are called that depend on one part alone: they outlive the preparation, for the next may be of another place of another part.
+pub(super) const PART: &str = "part-";
 
 /// What can be kept.
 pub(super) trait Piece: Sized {
@@ -21,12 +25,19 @@ pub(super) struct Pieces<'a> {
     cache: Option<&'a Cache>,
     takes: bool,
     reporter: &'a dyn Reporter,
+    /// Names that were asked for.
+    asked: Mutex<BTreeSet<String>>,
 }
 
 impl<'a> Pieces<'a> {
     /// Without a cache nothing is kept.
     pub fn new(cache: Option<&'a Cache>, takes: bool, reporter: &'a dyn Reporter) -> Self {
-        Self { cache, takes, reporter }
+        Self { cache, takes, reporter, asked: Mutex::default() }
+    }
+
+    /// The names under which things were made or taken.
+    pub fn asked(self) -> BTreeSet<String> {
+        self.asked.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Whether something is there under a name; it may still turn out to be damaged.
@@ -67,6 +78,7 @@ impl<'a> Pieces<'a> {
         textures: &[Arc<Texture>],
         make: impl FnOnce() -> Result<T, BakeError>,
     ) -> Result<T, BakeError> {
+        self.asked.lock().unwrap_or_else(PoisonError::into_inner).insert(name.to_owned());
         if let Some(taken) = self.take(name, textures) {
             return Ok(taken);
         }
