@@ -184,7 +184,7 @@ fn an_interruption_cancels_the_jobs() {
 #[test]
 fn a_merge_that_nobody_waits_for_leaves_nothing() {
     let fake = Fake::new();
-    let mut child = fake.bake(&[]).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let mut child = fake.bake(&["--no-cache"]).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let begun = Instant::now();
     let wait = |until: &dyn Fn() -> bool| {
         while !until() {
