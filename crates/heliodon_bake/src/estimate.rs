@@ -40,7 +40,7 @@ pub struct Estimate {
     pub seconds: f64,
     /// The most memory at once.
     pub memory_bytes: u64,
-    /// The finished work that is kept on disk until the end.
+    /// The finished work that is kept on disk.
     pub cache_bytes: u64,
     /// The bundle's geometry with its light.
     pub bundle_bytes: u64,
@@ -233,6 +233,9 @@ fn reckon(
     let light_bytes = 4 * (light.mask_words() + lanes) as u64;
     let hit_bytes = (all(timed.hits) * HIT_BYTES) as u64;
     let kept = hit_bytes.min(params.hit_budget_bytes);
+    // what rays met is kept twice as wide, of all looks
+    let looks = (timed.gather_rays / f64::from(params.samples)).max(1.0);
+    let traces = (2.0 * kept as f64 * looks) as u64;
     Estimate {
         vertices,
         triangles,
@@ -247,7 +250,7 @@ fn reckon(
             + timed.patches * 4 * u64::from(1 + sun_steps.div_ceil(32))
             + points * (size_of::<[f32; 6]>() as u64 + 8 + 2 * light_bytes)
             + vertices * light_bytes,
-        cache_bytes: kept + points * (light_bytes + 16) + vertices * light_bytes,
+        cache_bytes: kept + traces + points * (light_bytes + 16) + vertices * light_bytes,
         bundle_bytes: vertices * (BUNDLE_VERTEX_BYTES + light_bytes)
             + triangles * BUNDLE_TRIANGLE_BYTES
             + grid_points * point_bytes(light),

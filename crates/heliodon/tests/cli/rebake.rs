@@ -9,7 +9,7 @@ fn site() -> TestSite {
     let site = TestSite::smallest(&waves(40));
     site.edit("[site]", "[site]\nlatitude_deg = 37.97\nlongitude_deg = 23.7\nutc_offset = \"+03:00\"");
     site.edit("probes = \"grey.hdr\"\nmapping = \"lat-long\"", "model = \"hosek-wilkie\"\ndate = \"2006-06-21\"");
-    site.edit("samples = 64", "samples = 64\nsun_steps = 5\nsky_steps = 6\ngrid_m = 0.1");
+    site.edit("samples = 64", "samples = 64\nsun_steps = 5\nsky_steps = 10\ngrid_m = 0.1");
     let room = "[[room]]\nname = \"above\"\nmin = [0.2, 0.2, -0.8]\nmax = [0.8, 0.5, -0.2]\n";
     let text = std::fs::read_to_string(site.path("site.toml")).unwrap();
     site.write("site.toml", text + room);
