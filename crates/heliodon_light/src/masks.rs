@@ -218,17 +218,18 @@ pub(crate) fn run_masks(
     out: &mut [u32],
 ) -> Rays {
     let width = suns.len().div_ceil(32);
+    let mut rays = Rays::default();
     let runs = origins.chunks(TOGETHER).zip(normals.chunks(TOGETHER)).zip(out.chunks_mut((TOGETHER * width).max(1)));
-    let of_run = |(i, ((origins, normals), out)): (usize, ((&[Vec3], &[Vec3]), &mut [u32]))| {
+    for (i, ((origins, normals), out)) in runs.enumerate() {
         let points = i * TOGETHER..i * TOGETHER + origins.len();
         let before = before.map(|before| Earlier {
             words: &before.words[points.start * width..points.end * width],
             known: &before.known[points],
             ..before
         });
-        unit_masks(surfaces, (origins, normals), suns, before, out)
-    };
-    runs.enumerate().map(of_run).fold(Rays::default(), Rays::plus)
+        rays = rays.plus(unit_masks(surfaces, (origins, normals), suns, before, out));
+    }
+    rays
 }
 
 /// The masks of points that are asked for together; returns the number of rays.
