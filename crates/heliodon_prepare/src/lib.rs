@@ -10,7 +10,9 @@ mod shapes;
 pub mod simplify;
 pub mod solids;
 pub mod split;
+mod tell;
 mod topology;
 mod views;
 
+pub use tell::Tell;
 pub use views::{Screen, ViewCell, Views};

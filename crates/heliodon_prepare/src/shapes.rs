@@ -12,6 +12,19 @@ pub(crate) fn cube(low: Vec3, high: Vec3) -> Mesh {
     Mesh { positions: (0..8).map(corner).collect(), triangles, ..Mesh::default() }
 }
 
+/// A square of one metre over so many quads each way, at the heights that a function of x and z says.
+pub(crate) fn grid(quads: u32, height: impl Fn(f32, f32) -> f32) -> Mesh {
+    let at = |i: u32| i as f32 / quads as f32;
+    let row = |i: u32| (0..=quads).map(move |j| (at(i), at(j)));
+    let positions = (0..=quads).flat_map(row).map(|(x, z)| Vec3::new(x, height(x, z), z)).collect();
+    let quad = |i: u32, j: u32| {
+        let a = i * (quads + 1) + j;
+        [[a, a + 1, a + quads + 2], [a, a + quads + 2, a + quads + 1]]
+    };
+    let triangles = (0..quads).flat_map(|i| (0..quads).flat_map(move |j| quad(i, j))).collect();
+    Mesh { positions, triangles, ..Mesh::default() }
+}
+
 /// Meshes side by side in one.
 pub(crate) fn joined(meshes: &[Mesh]) -> Mesh {
     let mut all = Mesh::default();

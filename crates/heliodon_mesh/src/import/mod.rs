@@ -136,8 +136,22 @@ pub fn read(path: &Path, options: &ImportOptions) -> Result<Mesh, ImportError> {
 /// # Errors
 /// Where the file cannot be read, or holds no triangles that are fit for use.
 pub fn read_reporting(path: &Path, options: &ImportOptions, report: &mut ImportReport) -> Result<Mesh, ImportError> {
-    let (mut source, format) = open(path)?;
-    read_source(&mut source, format, path.parent(), options, report).map(|imported| imported.mesh)
+    read_telling(path, options, report, &|_| ())
+}
+
+/// As [`read_reporting`]; `tell` hears how many bytes of the file are read so far, a few times a second at least. What a glTF file's bytes mean
+/// is looked at once all are there, so its last bytes take the longest.
+///
+/// # Errors
+/// As [`read_reporting`].
+pub fn read_telling(
+    path: &Path,
+    options: &ImportOptions,
+    report: &mut ImportReport,
+    tell: &dyn Fn(u64),
+) -> Result<Mesh, ImportError> {
+    let (source, format) = open(path)?;
+    read_source(&mut source.telling(tell), format, path.parent(), options, report).map(|imported| imported.mesh)
 }
 
 /// A file's bytes, and the format that they or its name show.

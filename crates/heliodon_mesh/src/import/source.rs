@@ -32,6 +32,22 @@ pub(crate) struct Source<'a> {
     joined: Vec<u8>,
 }
 
+/// A reader that tells how much was read of it.
+struct Telling<'a> {
+    reader: Box<dyn Read + 'a>,
+    tell: &'a dyn Fn(u64),
+    read: u64,
+}
+
+impl Read for Telling<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.reader.read(buffer)?;
+        self.read += count as u64;
+        (self.tell)(self.read);
+        Ok(count)
+    }
+}
+
 impl<'a> Source<'a> {
     pub fn open(path: &'a Path) -> Result<Self, ImportError> {
         let failed = |error| ImportError::io(path, "read it", error);
@@ -56,6 +72,14 @@ impl<'a> Source<'a> {
 
     fn new(file: &'a Path, reader: Box<dyn Read + 'a>, length: u64) -> Self {
         Self { file, reader, buffer: Vec::new(), start: 0, end: 0, consumed: 0, length, line: 1, joined: Vec::new() }
+    }
+
+    /// The same, that tells how many bytes it has taken from the file so far.
+    pub fn telling(mut self, tell: &'a dyn Fn(u64)) -> Self {
+        let reader = std::mem::replace(&mut self.reader, Box::new(std::io::empty()));
+        // what was peeked at is told with what comes next
+        self.reader = Box::new(Telling { reader, tell, read: self.end as u64 });
+        self
     }
 
     pub fn file(&self) -> &'a Path {

@@ -16,6 +16,7 @@ pub use paint::{color, paint};
 pub(crate) use report::Measure;
 pub use report::{CleanReport, EdgeFinding, Finding, Mark};
 
+use crate::Tell;
 use crate::topology::{Edges, Patches, places, settle};
 use glam::Vec3;
 use heliodon_mesh::Mesh;
@@ -93,12 +94,32 @@ impl CleanParams {
     }
 }
 
+/// The parts of the time after which a step of cleaning begins.
+mod share {
+    pub(super) const PLACED: f64 = 0.15;
+    pub(super) const FIT: f64 = 0.2;
+    pub(super) const SINGLE: f64 = 0.35;
+    pub(super) const EVEN: f64 = 0.4;
+    pub(super) const JOINED: f64 = 0.5;
+    pub(super) const EDGED: f64 = 0.65;
+    pub(super) const PATCHED: f64 = 0.8;
+    pub(super) const WOUND: f64 = 0.85;
+}
+
 /// Cleans a mesh in place, and tells what it found and did. The mesh is valid ([`Mesh::validate`]) after it if its arrays have the
 /// right lengths and its textures are whole: attributes that are not finite or out of range are mended. Cleaning twice is cleaning once.
 ///
 /// # Panics
 /// Where a triangle names a vertex that does not exist, an array has a wrong length, or there are 2^31 vertices or 700 million triangles.
 pub fn clean(mesh: &mut Mesh, params: &CleanParams) -> CleanReport {
+    clean_telling(mesh, params, Tell::NOBODY)
+}
+
+/// As [`clean`], and tells how far it is.
+///
+/// # Panics
+/// As [`clean`].
+pub fn clean_telling(mesh: &mut Mesh, params: &CleanParams, tell: Tell) -> CleanReport {
     let mut report = CleanReport { marks: vec![Mark::Kept; mesh.triangles.len()], ..CleanReport::default() };
     report.before(mesh);
     report.mended_attributes = attributes::mend(mesh);
@@ -107,21 +128,30 @@ pub fn clean(mesh: &mut Mesh, params: &CleanParams) -> CleanReport {
         places.iter().zip(&mesh.positions).filter(|&(&place, p)| place_differs(mesh, place, *p)).count() as u64;
     settle(&mut mesh.positions, &places);
 
+    tell.done(share::PLACED);
     faces::mark_unfit(mesh, &places, &mut report);
+    tell.done(share::FIT);
     faces::mark_repeated(mesh, &places, params.double_walls, &mut report);
+    tell.done(share::SINGLE);
     faces::peel_flat(mesh, &places, &mut report);
+    tell.done(share::EVEN);
     parts::mark_isolated(mesh, &places, params.isolated_m, &mut report);
 
+    tell.done(share::JOINED);
     let marks = &report.marks;
     let edges = Edges::new(&mesh.triangles, &places, |t| !marks[t].is_removed());
+    tell.done(share::EDGED);
     let patches = Patches::new(&mesh.positions, &mesh.triangles, &edges, |t| !marks[t].is_removed());
+    tell.done(share::PATCHED);
     winding::mend(mesh, &patches, params, &mut report);
     drop(patches);
     rims::mark(mesh, &places, &edges, &mut report);
     drop(edges);
 
+    tell.done(share::WOUND);
     attributes::keep(mesh, &places, params.crease_rad, &report.marks);
     report.after(mesh);
+    tell.done(1.0);
     report
 }
 

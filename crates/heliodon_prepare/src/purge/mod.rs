@@ -35,7 +35,7 @@ mod windows;
 pub use report::{PurgeReport, RoomReport};
 pub use verify::{CheckParams, Verified, WorstFrame, verify};
 
-use crate::Views;
+use crate::{Tell, Views};
 use bits::Bits;
 use clusters::Clusters;
 use facing::Bodies;
@@ -43,6 +43,7 @@ use glam::Vec3;
 use heliodon_math::random::hash2_u32;
 use heliodon_rays::TriangleScene;
 use search::Search;
+use verify::verify_telling;
 use weld::Weld;
 use windows::Outside;
 
@@ -168,6 +169,15 @@ enum Certain {
 /// If `single_sided` is neither empty nor one for each triangle, or a triangle names a vertex that is not there.
 #[must_use]
 pub fn purge(scene: &TriangleScene, surface: &Surface, views: &Views, params: &PurgeParams) -> Purged {
+    purge_telling(scene, surface, views, params, Tell::NOBODY)
+}
+
+/// As [`purge`], and tells how far it is: by what usually is still to come, for how long an eye finds something new nobody knows.
+///
+/// # Panics
+/// As [`purge`].
+#[must_use]
+pub fn purge_telling(scene: &TriangleScene, surface: &Surface, views: &Views, params: &PurgeParams, tell: Tell) -> Purged {
     let count = surface.triangles.len();
     assert!(surface.single_sided.is_empty() || surface.single_sided.len() == count, "one answer for each triangle");
     let weld = Weld::new(surface.positions);
@@ -177,7 +187,9 @@ pub fn purge(scene: &TriangleScene, surface: &Surface, views: &Views, params: &P
     let seen = Bits::new(count);
     let mut rooms = Vec::new();
     for (room, cell) in views.cells.iter().enumerate() {
-        let search = Search { scene, surface, weld: &weld, model: &model, views, params };
+        let share = |room: usize| CERTAIN + (SEARCHED - CERTAIN) * room as f64 / views.cells.len() as f64;
+        let tell = tell.within(share(room), share(room + 1));
+        let search = Search { scene, surface, weld: &weld, model: &model, views, params, tell };
         rooms.push(search.room(cell, hash2_u32(params.seed, room as u32), is_certain, &seen));
     }
     let mut report = PurgeReport { triangles: count as u64, rooms, ..PurgeReport::default() };
@@ -190,7 +202,8 @@ pub fn purge(scene: &TriangleScene, surface: &Surface, views: &Views, params: &P
         keep = with_rings(surface, &weld, &seen, params.ring, is_certain);
         let seed = hash2_u32(params.seed.wrapping_add(check), 0x7665_7269);
         let frames = CheckParams { frames: params.frames, pixels: params.pixels, near_m: params.near_m, seed };
-        let verified = verify(scene, surface.single_sided, &keep, views, &frames);
+        let tell = tell.within(SEARCHED, 1.0).within(1.0 - LATER.powi(check as i32), 1.0 - LATER.powi(check as i32 + 1));
+        let verified = verify_telling(scene, surface.single_sided, &keep, views, &frames, tell);
         report.passed = verified.iter().all(|room| room.wrong_share() <= params.wrong_share);
         report.checks += 1;
         if !report.passed && report.checks < params.max_checks {
@@ -207,8 +220,14 @@ pub fn purge(scene: &TriangleScene, surface: &Surface, views: &Views, params: &P
     report.facing_away = dropped(Certain::FacingAway);
     report.outside_windows = dropped(Certain::OutsideWindows);
     report.occluded = dropped(Certain::No);
+    tell.done(1.0);
     Purged { keep, report }
 }
+
+/// The parts of the time after which it is known what is certain, and after which all rooms have been searched; of the rest, what is left after a check.
+const CERTAIN: f64 = 0.03;
+const SEARCHED: f64 = 0.7;
+const LATER: f64 = 0.3;
 
 /// Which faces are certain to be seen from none of the rooms.
 fn certain(scene: &TriangleScene, surface: &Surface, views: &Views, weld: &Weld) -> Vec<Certain> {

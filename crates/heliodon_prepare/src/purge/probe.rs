@@ -7,7 +7,7 @@
 use crate::ViewCell;
 use crate::purge::Surface;
 use crate::purge::bits::Bits;
-use crate::purge::search::Search;
+use crate::purge::search::{DRAWN, Search};
 use crate::purge::sight::Sight;
 use crate::purge::windows::{Gates, SLACK};
 use glam::Vec3;
@@ -38,7 +38,7 @@ impl Looks<'_> {
 
 /// Aims at all faces that are not `seen` and not `certain` to be unseen, adds what is met to `seen`, and answers how many rays it took.
 pub(super) fn probe(search: &Search, room: &Looks, certain: impl Fn(usize) -> bool, seen: &Bits) -> u64 {
-    let Search { scene, surface, weld, model, params, .. } = *search;
+    let Search { scene, surface, weld, model, params, tell, .. } = *search;
     let sight = Sight { scene, single_sided: surface.single_sided };
     let mut left = vec![0u8; surface.triangles.len()];
     let open = |t: usize| !seen.contains(t) && !certain(t);
@@ -55,6 +55,8 @@ pub(super) fn probe(search: &Search, room: &Looks, certain: impl Fn(usize) -> bo
             break;
         }
         aimed.iter().for_each(|&t| left[t as usize] -= 1);
+        let share = |rounds: u32| f64::from(rounds) / f64::from(rounds + u32::from(params.face_rays.max(1)));
+        let done = tell.within(DRAWN, 1.0).within(share(round), share(round + 1)).count(aimed.len());
         let before = seen.clone();
         let cast = AtomicU64::new(0);
         aimed.par_chunks(RUN).for_each(|run| {
@@ -76,6 +78,7 @@ pub(super) fn probe(search: &Search, room: &Looks, certain: impl Fn(usize) -> bo
             sight.first(&mut rays, &mut hits);
             hits.iter().filter(|hit| hit.is_some()).for_each(|hit| seen.insert(hit.triangle as usize));
             cast.fetch_add(rays.len() as u64, Ordering::Relaxed);
+            done.add(run.len());
         });
         rays += cast.into_inner();
         aimed.iter().filter(|&&t| seen.contains(t as usize)).for_each(|&t| left[t as usize] = 0);

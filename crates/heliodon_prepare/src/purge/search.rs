@@ -10,7 +10,7 @@ use crate::purge::report::RoomReport;
 use crate::purge::weld::Weld;
 use crate::purge::windows::{Gates, SLACK};
 use crate::purge::{PurgeParams, Surface};
-use crate::{ViewCell, Views};
+use crate::{Tell, ViewCell, Views};
 use glam::Vec3;
 use heliodon_math::random::hash2_u32;
 use heliodon_rays::TriangleScene;
@@ -18,6 +18,10 @@ use rayon::prelude::*;
 
 /// Eyes whose item buffers are drawn before it is asked whether they show anything new.
 const BATCH: u32 = 32;
+/// Batches that still come, as it is told; more come where more is new.
+const USUAL_BATCHES: u32 = 3;
+/// The part of a room's time after which its item buffers are drawn.
+pub(super) const DRAWN: f64 = 0.7;
 /// Near planes are at least this far, metres: corners nearer to the eye have no place on a picture.
 const NEAREST_M: f32 = 1e-3;
 
@@ -30,6 +34,8 @@ pub(super) struct Search<'a> {
     pub model: &'a Clusters,
     pub views: &'a Views,
     pub params: &'a PurgeParams,
+    /// Told of the room's search.
+    pub tell: Tell<'a>,
 }
 
 /// Counts of pixels.
@@ -46,12 +52,15 @@ impl Search<'_> {
         let mut eyes: Vec<Vec3> = Vec::new();
         let before = seen.count();
         let (mut asked, mut settled) = (0, 0);
+        let share = |batches: u32| DRAWN * f64::from(batches) / f64::from(batches + USUAL_BATCHES);
         while asked < self.params.max_eyes && settled < 2 {
             let batch = asked..(asked + BATCH).min(self.params.max_eyes);
             asked = batch.end;
             let awake: Vec<Vec3> =
                 batch.into_par_iter().map(|k| eye_point(cell, k, seed)).filter(|&eye| !is_in_stone(self.scene, eye)).collect();
-            let pixels = self.draw(cell, &awake, hash2_u32(seed, asked), seen);
+            let batches = asked.div_ceil(BATCH);
+            let tell = self.tell.within(share(batches - 1), share(batches));
+            let pixels = self.draw(cell, &awake, hash2_u32(seed, asked), seen, tell);
             eyes.extend(awake);
             report.pixels += pixels.met;
             report.fresh_share = pixels.fresh as f64 / pixels.met.max(1) as f64;
@@ -70,10 +79,11 @@ impl Search<'_> {
     }
 
     /// Draws what some eyes see, and adds it to `seen`.
-    fn draw(&self, cell: &ViewCell, eyes: &[Vec3], seed: u32, seen: &Bits) -> Pixels {
+    fn draw(&self, cell: &ViewCell, eyes: &[Vec3], seed: u32, seen: &Bits, tell: Tell) -> Pixels {
         let before = seen.clone();
         let side = self.side_px();
         let looks: Vec<(usize, usize)> = (0..eyes.len()).flat_map(|eye| (0..6).map(move |face| (eye, face))).collect();
+        let drawn = tell.count(looks.len());
         let pixels = looks.into_par_iter().map_init(
             || Picture::new(side),
             |picture, (i, side)| {
@@ -94,6 +104,7 @@ impl Search<'_> {
                         }
                     }
                 }
+                drawn.add(1);
                 pixels
             },
         );

@@ -1,9 +1,9 @@
 //! The judge: frames from random eyes, before and after.
 
-use crate::Views;
 use crate::purge::eyes::is_in_stone;
 use crate::purge::sight::Sight;
 use crate::purge::windows::Gates;
+use crate::{Tell, Views};
 use glam::Vec3;
 use heliodon_math::frame::unit_or;
 use heliodon_math::random::{Pcg32, hash2_u32};
@@ -97,11 +97,29 @@ pub fn verify(
     views: &Views,
     check: &CheckParams,
 ) -> Vec<Verified> {
+    verify_telling(scene, single_sided, keep, views, check, Tell::NOBODY)
+}
+
+/// As [`verify`], and tells how far it is.
+pub(super) fn verify_telling(
+    scene: &TriangleScene,
+    single_sided: &[bool],
+    keep: &[bool],
+    views: &Views,
+    check: &CheckParams,
+    tell: Tell,
+) -> Vec<Verified> {
+    let looked = tell.count(check.frames as usize);
     let sight = Sight { scene, single_sided };
     let rooms = views.cells.len() as u32;
     let of_room = |room: u32| {
         let frames = (0..check.frames).into_par_iter().filter(|frame| frame % rooms == room);
-        let found: Vec<Verified> = frames.map(|frame| look(sight, keep, views, room as usize, frame, check)).collect();
+        let seen = |frame| {
+            let found = look(sight, keep, views, room as usize, frame, check);
+            looked.add(1);
+            found
+        };
+        let found: Vec<Verified> = frames.map(seen).collect();
         found.into_iter().fold(Verified::default(), Verified::add).sorted()
     };
     (0..rooms).map(of_room).collect()

@@ -3,7 +3,7 @@
 use super::SimplifyParams;
 use super::closest::{Closest, Query, Surface, center};
 use super::fineness::Fineness;
-use crate::Views;
+use crate::{Tell, Views};
 use glam::Vec3;
 use heliodon_mesh::Mesh;
 use rayon::prelude::*;
@@ -12,6 +12,10 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Points asked in turn by one thread, each beginning at the triangle that the one before it found.
 const RUN: usize = 4096;
+
+/// The parts of the time after which the simplified surface can be asked, all of the original's vertices have asked it, and the original surface can
+/// be asked.
+const BUILT: [f64; 3] = [0.1, 0.6, 0.85];
 
 /// How far two surfaces are apart, over points of one of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -66,6 +70,15 @@ pub struct Measured {
 /// When a triangle names a vertex that does not exist.
 #[must_use]
 pub fn measure(original: &Mesh, simplified: &Mesh, views: &Views, params: &SimplifyParams) -> Measured {
+    measure_telling(original, simplified, views, params, Tell::NOBODY)
+}
+
+/// As [`measure`], and tells how far it is.
+///
+/// # Panics
+/// As [`measure`].
+#[must_use]
+pub fn measure_telling(original: &Mesh, simplified: &Mesh, views: &Views, params: &SimplifyParams, tell: Tell) -> Measured {
     let fineness = Fineness::new(views, params);
     let mut used = vec![false; original.positions.len()];
     original.triangles.as_flattened().iter().for_each(|&v| used[v as usize] = true);
@@ -79,10 +92,15 @@ pub fn measure(original: &Mesh, simplified: &Mesh, views: &Views, params: &Simpl
             clearance[vertex as usize].fetch_max(closest.distance_squared.sqrt().to_bits(), Ordering::Relaxed);
         }
     };
-    let from_original = distances(&surface, &fineness, points.len(), |i| original.positions[points[i] as usize], note);
+    tell.done(BUILT[0]);
+    let told = tell.within(BUILT[0], BUILT[1]);
+    let from_original = distances(&surface, &fineness, points.len(), |i| original.positions[points[i] as usize], note, told);
     drop((surface, points));
     let surface = Surface::new(original);
-    let from_simplified = distances(&surface, &fineness, simplified.triangles.len(), |i| center(simplified, i), |_| ());
+    tell.done(BUILT[2]);
+    let told = tell.within(BUILT[2], 1.0);
+    let middle = |i| center(simplified, i);
+    let from_simplified = distances(&surface, &fineness, simplified.triangles.len(), middle, |_| (), told);
     let (longest_edge_m, p95_edge_px) = edges(simplified, &fineness);
     Measured {
         clearance_m: clearance.into_iter().map(|bits| f32::from_bits(bits.into_inner())).collect(),
@@ -97,7 +115,9 @@ fn distances(
     count: usize,
     point: impl Fn(usize) -> Vec3 + Sync,
     note: impl Fn(&Closest) + Sync,
+    tell: Tell,
 ) -> Distances {
+    let done = tell.count(count);
     let run = |start: usize| {
         let mut near = None;
         let find = |index| {
@@ -108,7 +128,9 @@ fn distances(
             let distance_m = closest.distance_squared.sqrt();
             Some((distance_m, distance_m / fineness.pixel_m(query.point)))
         };
-        (start..(start + RUN).min(count)).filter_map(find).unzip()
+        let found = (start..(start + RUN).min(count)).filter_map(find).unzip();
+        done.add(RUN.min(count - start));
+        found
     };
     let runs: Vec<(Vec<f32>, Vec<f32>)> = (0..count.div_ceil(RUN)).into_par_iter().map(|i| run(i * RUN)).collect();
     let mut meters = Vec::with_capacity(count);

@@ -35,10 +35,10 @@ mod tile;
 mod tiles;
 mod witnesses;
 
-pub use measure::{Distances, MeasureReport, Measured, measure};
-pub use nearest::{Nearest, nearest_triangles};
+pub use measure::{Distances, MeasureReport, Measured, measure, measure_telling};
+pub use nearest::{Nearest, nearest_triangles, nearest_triangles_telling};
 
-use crate::Views;
+use crate::{Tell, Views};
 use fineness::Fineness;
 use glam::Vec3;
 use heliodon_mesh::{Material, Mesh};
@@ -151,29 +151,47 @@ pub struct Simplified {
 /// When the mesh contradicts itself ([`Mesh::validate`]).
 #[must_use]
 pub fn simplify(mesh: &Mesh, views: &Views, params: &SimplifyParams) -> Simplified {
-    simplify_in_tiles(mesh, views, params, tiles::MOST)
+    simplify_telling(mesh, views, params, Tell::NOBODY)
 }
 
-/// Simplifies further what stands for an original already, so that the places of the original stay within the limits. They are to be within those
-/// that the mesh was simplified with before.
+/// As [`simplify`], and tells how far it is.
+///
+/// # Panics
+/// As [`simplify`].
+#[must_use]
+pub fn simplify_telling(mesh: &Mesh, views: &Views, params: &SimplifyParams, tell: Tell) -> Simplified {
+    simplify_for(mesh, None, views, params, tiles::MOST, tell)
+}
+
+/// Simplifies further what stands for an original already, so that the places of the original stay within the limits, and tells how far it is. They are
+/// to be within those that the mesh was simplified with before.
 ///
 /// # Panics
 /// When the mesh contradicts itself ([`Mesh::validate`]).
 #[must_use]
-pub fn simplify_further(mesh: &Mesh, original: &[Vec3], views: &Views, params: &SimplifyParams) -> Simplified {
-    simplify_for(mesh, Some(original), views, params, tiles::MOST)
+pub fn simplify_further(mesh: &Mesh, original: &[Vec3], views: &Views, params: &SimplifyParams, tell: Tell) -> Simplified {
+    simplify_for(mesh, Some(original), views, params, tiles::MOST, tell)
 }
 
-fn simplify_in_tiles(mesh: &Mesh, views: &Views, params: &SimplifyParams, most: usize) -> Simplified {
-    simplify_for(mesh, None, views, params, most)
-}
-
-fn simplify_for(mesh: &Mesh, original: Option<&[Vec3]>, views: &Views, params: &SimplifyParams, most: usize) -> Simplified {
+fn simplify_for(
+    mesh: &Mesh,
+    original: Option<&[Vec3]>,
+    views: &Views,
+    params: &SimplifyParams,
+    most: usize,
+    tell: Tell,
+) -> Simplified {
     let point_of = passes::points(&mesh.positions);
     let context = Context { mesh, params, looks: &looks(&mesh.materials), point_of: &point_of };
-    let (faces, report) = passes::run(&context, &Fineness::new(views, params), most, original);
-    collect::collect(mesh, &faces, report)
+    let (faces, report) = passes::run(&context, &Fineness::new(views, params), most, original, tell.within(POINTS, PASSES));
+    let simplified = collect::collect(mesh, &faces, report);
+    tell.done(1.0);
+    simplified
 }
+
+/// The parts of the time after which vertices at one position are known, and after which the passes are over.
+const POINTS: f64 = 0.05;
+const PASSES: f64 = 0.96;
 
 /// For each material the first that looks the same.
 fn looks(materials: &[Material]) -> Vec<u16> {

@@ -3,7 +3,7 @@
 use super::SimplifyParams;
 use super::closest::{Query, Surface, center};
 use super::fineness::Fineness;
-use crate::Views;
+use crate::{Tell, Views};
 use glam::Vec3;
 use heliodon_math::frame::unit_or;
 use heliodon_mesh::Mesh;
@@ -11,6 +11,8 @@ use rayon::prelude::*;
 
 /// Triangles asked in turn by one thread.
 const RUN: usize = 4096;
+/// The part of the time after which the simplified surface can be asked.
+const BUILT: f64 = 0.08;
 /// Normals agree when they are less than 60 degrees apart ...
 const AGREES: f32 = 0.5;
 /// ... and at least face the same side when less than 90.
@@ -41,8 +43,26 @@ impl Nearest {
 /// When a triangle names a vertex that does not exist.
 #[must_use]
 pub fn nearest_triangles(original: &Mesh, simplified: &Mesh, views: &Views, params: &SimplifyParams) -> Nearest {
+    nearest_triangles_telling(original, simplified, views, params, Tell::NOBODY)
+}
+
+/// As [`nearest_triangles`], and tells how far it is.
+///
+/// # Panics
+/// As [`nearest_triangles`].
+#[must_use]
+pub fn nearest_triangles_telling(
+    original: &Mesh,
+    simplified: &Mesh,
+    views: &Views,
+    params: &SimplifyParams,
+    tell: Tell,
+) -> Nearest {
     let fineness = Fineness::new(views, params);
     let surface = Surface::new(simplified);
+    let count = original.triangles.len();
+    tell.done(BUILT);
+    let done = tell.within(BUILT, 1.0).count(count);
     let run = |start: usize| {
         let mut near = None;
         let find = |triangle: usize| {
@@ -58,9 +78,10 @@ pub fn nearest_triangles(original: &Mesh, simplified: &Mesh, views: &Views, para
             near = closest.map(|closest| closest.triangle).or(near);
             closest.map_or((Nearest::NONE, f32::INFINITY), |closest| (closest.triangle, closest.distance_squared.sqrt()))
         };
-        (start..(start + RUN).min(original.triangles.len())).map(find).unzip()
+        let found = (start..(start + RUN).min(count)).map(find).unzip();
+        done.add(RUN.min(count - start));
+        found
     };
-    let count = original.triangles.len();
     let runs: Vec<(Vec<u32>, Vec<f32>)> = (0..count.div_ceil(RUN)).into_par_iter().map(|i| run(i * RUN)).collect();
     let mut nearest = Nearest { triangle: Vec::with_capacity(count), distance_m: Vec::with_capacity(count) };
     for (triangles, distances) in runs {

@@ -9,6 +9,7 @@ use super::tile::{Context, Face};
 use super::tiles::Tiles;
 use super::witnesses::{ByFace, NOWHERE, Witnesses, settle};
 use super::{PassReport, SimplifyReport};
+use crate::Tell;
 use glam::Vec3;
 use heliodon_math::frame::unit_or;
 use meshopt::VertexDataAdapter;
@@ -18,8 +19,12 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Where each pass cuts, as shares of the triangles.
 const SHARES: [f32; 4] = [0.5, 0.37, 0.58, 0.44];
+/// The parts of the time after which each pass is over, before the first: the further ones have little left to do.
+const ENDS: [f64; 5] = [0.0, 0.7, 0.87, 0.95, 1.0];
 /// A pass that removes a smaller part of the triangles is the last.
 const WORTHWHILE: f32 = 0.01;
+/// The part of a pass after which its tiles are cut and owned.
+const CUT: f64 = 0.2;
 /// How many rings of vertices around shared ones the next pass frees with them: these had to make do with neighbours that
 /// stayed.
 const RINGS: usize = 2;
@@ -61,6 +66,7 @@ pub(super) fn run(
     fineness: &Fineness,
     most: usize,
     original: Option<&[Vec3]>,
+    tell: Tell,
 ) -> (Vec<Face>, SimplifyReport) {
     let mesh = context.mesh;
     let passes = Passes { context, fineness };
@@ -73,9 +79,9 @@ pub(super) fn run(
     };
     let mut state = State { faces, free: vec![true; mesh.positions.len()], witnesses };
     let mut report = SimplifyReport { triangles_before: mesh.triangles.len(), ..SimplifyReport::default() };
-    for share in SHARES {
+    for (share, ends) in SHARES.into_iter().zip(ENDS.windows(2)) {
         let before = state.faces.len();
-        let pass = passes.pass(&mut state, share, most);
+        let pass = passes.pass(&mut state, share, most, tell.within(ends[0], ends[1]));
         report.passes.push(pass);
         if pass.shared_points == 0 || ((before - pass.triangles) as f32) < WORTHWHILE * before as f32 {
             break;
@@ -94,18 +100,22 @@ pub(super) fn points(positions: &[Vec3]) -> Vec<u32> {
 }
 
 impl Passes<'_> {
-    fn pass(&self, state: &mut State, share: f32, most: usize) -> PassReport {
+    fn pass(&self, state: &mut State, share: f32, most: usize, tell: Tell) -> PassReport {
         let tiles = Tiles::cut(&self.context.mesh.positions, &state.faces, self.fineness, share, most);
         let owners = self.owners(&state.faces, &tiles);
         let owner = |vertex: u32| owners[self.context.point_of[vertex as usize] as usize].load(Ordering::Relaxed);
         let (by_face, before) = (state.witnesses.by_face(state.faces.len()), &*state);
+        tell.done(CUT);
+        let done = tell.within(CUT, 1.0).count(state.faces.len());
         let simplified: Vec<Tile> = tiles
             .ranges
             .par_iter()
             .enumerate()
             .map(|(index, range)| {
                 let free = |v: u32| before.free[self.context.point_of[v as usize] as usize] && owner(v) == index as u32;
-                self.tile(before, &by_face, &tiles.order[range.clone()], free)
+                let tile = self.tile(before, &by_face, &tiles.order[range.clone()], free);
+                done.add(range.len());
+                tile
             })
             .collect();
         let mut report = PassReport { tiles: tiles.ranges.len(), ..PassReport::default() };

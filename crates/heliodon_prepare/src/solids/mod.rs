@@ -14,6 +14,7 @@ mod union;
 
 pub use report::{Fate, GroupReport, Outcome, SolidsReport, color, paint};
 
+use crate::Tell;
 use crate::topology::{Edges, Patches, Sense, places, senses};
 use glam::Vec3;
 use heliodon_mesh::Mesh;
@@ -46,12 +47,23 @@ impl Default for SolidsParams {
     }
 }
 
+/// The part of the time after which it is known which solids meet: exact arrangements take nearly all.
+const GROUPED: f64 = 0.1;
+
 /// Unites the solids of a clean mesh ([`crate::clean`]) in place, and tells what it found and did. A group that cannot be united stays as
 /// it is, with the reason.
 ///
 /// # Panics
 /// Where a triangle names a vertex that does not exist, or an array has a wrong length.
 pub fn unite(mesh: &mut Mesh, params: &SolidsParams) -> SolidsReport {
+    unite_telling(mesh, params, Tell::NOBODY)
+}
+
+/// As [`unite`], and tells how far it is, by the triangles of the groups that are united.
+///
+/// # Panics
+/// As [`unite`].
+pub fn unite_telling(mesh: &mut Mesh, params: &SolidsParams, tell: Tell) -> SolidsReport {
     let mut report = SolidsReport {
         triangles_before: mesh.triangles.len() as u64,
         fates: vec![Fate::Kept; mesh.triangles.len()],
@@ -79,6 +91,8 @@ pub fn unite(mesh: &mut Mesh, params: &SolidsParams) -> SolidsReport {
     }
     let groups = groups::groups(mesh, &patches, &senses);
     let mut made = Vec::new();
+    tell.done(GROUPED);
+    let done = tell.within(GROUPED, 1.0).count(groups.iter().map(|group| group.triangles.len()).sum());
     for group in &groups {
         let (outcome, pieces) = if group.triangles.len() > params.most_triangles {
             (Outcome::TooLarge, None)
@@ -90,6 +104,7 @@ pub fn unite(mesh: &mut Mesh, params: &SolidsParams) -> SolidsReport {
         };
         report.tell(mesh, group, outcome, pieces.as_ref());
         made.extend(pieces.filter(|pieces| pieces.changed));
+        done.add(group.triangles.len());
     }
     stitch::stitch(mesh, &report.fates, &made);
     report.triangles_after = mesh.triangles.len() as u64;

@@ -14,6 +14,7 @@ mod halving;
 mod inside;
 mod vertex;
 
+use crate::Tell;
 use edges::Middles;
 use glam::Vec3;
 use halving::too_long;
@@ -90,6 +91,22 @@ pub fn split(
     longest_m: impl Fn(Vec3, Vec3) -> f32 + Sync,
     most_triangles: usize,
 ) -> Result<SplitReport, SplitError> {
+    split_telling(mesh, longest_m, most_triangles, Tell::NOBODY)
+}
+
+/// As [`split`], and tells how far it is.
+///
+/// # Errors
+/// As [`split`].
+///
+/// # Panics
+/// As [`split`].
+pub fn split_telling(
+    mesh: &mut Mesh,
+    longest_m: impl Fn(Vec3, Vec3) -> f32 + Sync,
+    most_triangles: usize,
+    tell: Tell,
+) -> Result<SplitReport, SplitError> {
     let vertices = mesh.positions.len();
     let mut report = SplitReport {
         vertices_before: vertices as u64,
@@ -104,17 +121,27 @@ pub fn split(
     let first = long.first().and_then(|&t| long_edge(t));
     report.first = first.map(|(place, _)| place.to_array());
     report.split_triangles = long.len() as u64;
+    tell.done(FOUND);
     if let Some((place, along)) = first {
         let error =
             SplitError::TooMany { most: most_triangles as u64, place: place.to_array(), longest_m: longest_m(place, along) };
-        if let Err(TooMany) = split_some(mesh, &long, &longest_m, most_triangles) {
+        if let Err(TooMany) = split_some(mesh, &long, &longest_m, most_triangles, tell.within(FOUND, 1.0)) {
             truncate(mesh, vertices);
             return Err(error);
         }
     }
     (report.vertices_after, report.triangles_after) = (mesh.positions.len() as u64, mesh.triangles.len() as u64);
+    tell.done(1.0);
     Ok(report)
 }
+
+/// The part of the time after which the triangles with an edge too long are found; of what follows, that after which the mesh's edges are halved, and
+/// that after which all triangles are cut.
+const FOUND: f64 = 0.1;
+const HALVED: f64 = 0.35;
+const CUT: f64 = 0.8;
+/// Triangles that are cut in turn by one thread before it tells.
+const RUN: usize = 1024;
 
 /// More triangles or vertices than may be.
 struct TooMany;
@@ -125,13 +152,22 @@ fn split_some(
     long: &[u32],
     longest_m: &(impl Fn(Vec3, Vec3) -> f32 + Sync),
     most: usize,
+    tell: Tell,
 ) -> Result<(), TooMany> {
     // every middle of an edge makes a triangle more, on either side
     let most_vertices = mesh.positions.len().saturating_add(most).min(u32::MAX as usize);
     let middles = Middles::append(mesh, long, longest_m, most_vertices).ok_or(TooMany)?;
     let left = AtomicUsize::new((most + long.len()).checked_sub(mesh.triangles.len()).ok_or(TooMany)?);
     let cutter = Cutter { mesh, middles: &middles, longest_m, left: &left };
-    let pieces: Option<Vec<Pieces>> = long.par_iter().map(|&t| cutter.cut(t)).collect();
+    tell.done(HALVED);
+    let cut = tell.within(HALVED, CUT).count(long.len());
+    let of_run = |run: &[u32]| -> Option<Vec<Pieces>> {
+        let pieces = run.iter().map(|&t| cutter.cut(t)).collect();
+        cut.add(run.len());
+        pieces
+    };
+    let pieces: Option<Vec<Vec<Pieces>>> = long.par_chunks(RUN).map(of_run).collect();
+    let pieces = pieces.map(|runs| runs.into_iter().flatten().collect());
     drop(middles);
     put_in_place(mesh, long, pieces.ok_or(TooMany)?)
 }
