@@ -2,12 +2,15 @@
 
 use crate::chunk::LightLayout;
 use crate::grid::GridInfo;
-use crate::manifest::{Bounds, Counts, PartInfo};
+use crate::lineage::{InputState, Prepared, PreparedPart, compare_inputs};
+use crate::manifest::{Bounds, Counts, Manifest, Parameters, PartInfo};
 use crate::reader::BundleReader;
-use crate::site::{Actor, Albedo, InputKind, Lamp, Role, Site, SiteError};
+use crate::site::{Actor, Albedo, Display, InputKind, Lamp, Role, Site, SiteError, SiteInfo};
 use glam::DVec3;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::fmt;
+use std::path::Path;
 
 /// What is in a bundle.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -48,6 +51,57 @@ pub struct BundleSummary {
     pub geometry_files: Vec<String>,
     /// Size of all files but the manifest.
     pub bytes: u64,
+    /// What it was made of, and how.
+    pub lineage: Lineage,
+}
+
+/// What a bundle was made of, and how.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Lineage {
+    /// The files from which it was made.
+    pub inputs: Vec<InputSummary>,
+    /// What and where the site is.
+    pub site: SiteInfo,
+    /// The effective parameters of sky, bake and preparation.
+    pub parameters: Parameters,
+    /// The display that it was prepared for.
+    pub display: Display,
+    /// Figures of the bake, by name.
+    pub measures: BTreeMap<String, f64>,
+    /// What preparation made of the parts, where there was any and the bundle tells.
+    pub prepared: Option<Prepared>,
+}
+
+/// A file from which a bundle was made.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct InputSummary {
+    /// Its path, relative to the site; of one that lies outside only its name.
+    pub path: String,
+    /// Its size.
+    pub bytes: u64,
+    /// BLAKE3 of its bytes, in hexadecimal.
+    pub blake3: String,
+    /// Whether it is still the same, where a site was looked at.
+    pub state: Option<InputState>,
+}
+
+impl Lineage {
+    fn of(manifest: &Manifest) -> Self {
+        let input = |input: &crate::StoredFile| InputSummary {
+            path: input.path.clone(),
+            bytes: input.bytes,
+            blake3: input.blake3.clone(),
+            state: None,
+        };
+        Self {
+            inputs: manifest.inputs.iter().map(input).collect(),
+            site: manifest.site.clone(),
+            parameters: manifest.parameters.clone(),
+            display: manifest.display.clone(),
+            measures: manifest.measures.clone(),
+            prepared: manifest.prepared.clone(),
+        }
+    }
 }
 
 impl BundleSummary {
@@ -75,7 +129,16 @@ impl BundleSummary {
             grid: manifest.grid.clone(),
             geometry_files: manifest.geometry.clone(),
             bytes: manifest.files.iter().map(|f| f.bytes).sum(),
+            lineage: Lineage::of(manifest),
         }
+    }
+
+    /// The same, with a word on each input: whether the files of a site's folder are still what the bundle was made of.
+    #[must_use]
+    pub fn compared_with(mut self, reader: &BundleReader, site: &Path) -> Self {
+        let states = compare_inputs(&reader.manifest().inputs, site);
+        self.lineage.inputs.iter_mut().zip(states).for_each(|(input, state)| input.state = Some(state));
+        self
     }
 }
 
@@ -217,7 +280,86 @@ impl fmt::Display for BundleSummary {
             )?;
         }
         let (files, textures) = (self.geometry_files.join(", "), counted(self.textures as u64, "texture"));
-        write!(f, "  {:.1} MB in all; geometry in {files}, {textures}", self.bytes as f64 / 1e6)
+        writeln!(f, "  {:.1} MB in all; geometry in {files}, {textures}", self.bytes as f64 / 1e6)?;
+        self.write_lineage(f)
+    }
+}
+
+/// Digits of a hash that tell files apart; the JSON has all of them.
+const HASH_DIGITS: usize = 16;
+
+impl BundleSummary {
+    fn write_lineage(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Lineage { inputs, site, parameters, display, measures, prepared } = &self.lineage;
+        let (program, revision) = self.tool.rsplit_once(' ').unwrap_or((&self.tool, "unknown"));
+        writeln!(f, "made by {program}, revision {revision}, of")?;
+        for InputSummary { path, bytes, blake3, state } in inputs {
+            let state = match state {
+                None => "",
+                Some(InputState::Same) => ", as it is now",
+                Some(InputState::Changed) => ", CHANGED since",
+                Some(InputState::Missing) => ", NOT THERE any more",
+            };
+            let hash = blake3.get(..HASH_DIGITS).unwrap_or(blake3);
+            writeln!(f, "  {path}: {} bytes, blake3 {hash}{state}", thousands(*bytes))?;
+        }
+        if let Some(prepared) = prepared {
+            self.write_prepared(f, prepared)?;
+        } else if parameters.prepare.is_some() {
+            writeln!(f, "prepared, by a program that did not tell yet what became of the parts")?;
+        }
+        write!(f, "with the parameters")?;
+        for (table, values) in [
+            ("site", serde_json::to_value(site)),
+            ("sky", serde_json::to_value(&parameters.sky)),
+            ("bake", serde_json::to_value(&parameters.bake)),
+            ("display", serde_json::to_value(display)),
+            ("prepare", serde_json::to_value(&parameters.prepare)),
+        ] {
+            // plain structs always have a JSON form, and a table that is not there has no keys
+            let values = values.unwrap_or_default();
+            for (key, value) in values.as_object().into_iter().flatten().filter(|(_, value)| !value.is_null()) {
+                write!(f, "\n  {table}.{key} = {value}")?;
+            }
+        }
+        if !measures.is_empty() {
+            write!(f, "\nmeasured")?;
+        }
+        measures.iter().try_for_each(|(name, value)| write!(f, "\n  {name} = {value}"))
+    }
+
+    fn write_prepared(&self, f: &mut fmt::Formatter<'_>, prepared: &Prepared) -> fmt::Result {
+        writeln!(f, "prepared to {:.2} px of error and edges of {:.1} px", prepared.error_px, prepared.edge_px)?;
+        for (part, became) in self.parts.iter().zip(&prepared.parts) {
+            let PreparedPart { triangles_read, triangles_cleaned, triangles_original, .. } = became;
+            writeln!(
+                f,
+                "  part {}: {} triangles read, {} cleaned, {} that rays of light meet, {} drawn, {} that only reflect",
+                part.name,
+                thousands(*triangles_read),
+                thousands(*triangles_cleaned),
+                thousands(*triangles_original),
+                thousands(became.triangles_drawn),
+                thousands(became.triangles_hidden)
+            )?;
+            if !became.found.is_empty() {
+                let found =
+                    became.found.iter().map(|(what, count)| format!("{} {}", thousands(*count), what.replace('_', " ")));
+                writeln!(f, "    found by cleaning: {}", found.collect::<Vec<_>>().join(", "))?;
+            }
+            if let Some(error) = &became.error {
+                writeln!(
+                    f,
+                    "    off the original by {:.2} px in the mean, {:.2} px at the 95th percentile, {:.1} px ({:.4} m) at most",
+                    error.mean_px, error.p95_px, error.max_px, error.max_m
+                )?;
+            }
+        }
+        if let Some(purge) = &prepared.purge {
+            let (wrong, pixels) = (thousands(purge.wrong), thousands(purge.pixels));
+            writeln!(f, "  what nobody sees is not drawn: {wrong} of {pixels} pixels of random frames show another triangle")?;
+        }
+        Ok(())
     }
 }
 

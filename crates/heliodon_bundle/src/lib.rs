@@ -21,6 +21,7 @@ pub mod grid;
 pub mod inspect;
 mod lapse_check;
 pub mod layout;
+pub mod lineage;
 pub mod manifest;
 pub mod moment;
 pub mod npy;

@@ -5,6 +5,7 @@
 use crate::chunk::LightLayout;
 use crate::grid::GridInfo;
 use crate::layout::{FORMAT_VERSION, STILL_FORMAT_VERSION};
+use crate::lineage::Prepared;
 use crate::site::{Actor, Bake, Display, Lamp, Prepare, Role, Room, SiteFile, SiteInfo, Sky};
 use crate::storage::StoredFile;
 use serde::{Deserialize, Serialize};
@@ -42,6 +43,8 @@ pub struct BundleMeta {
     pub inputs: Vec<StoredFile>,
     /// Figures of the bake that depend on nothing but its input, by name.
     pub measures: BTreeMap<String, f64>,
+    /// What preparation made of the parts, where there was any.
+    pub prepared: Option<Prepared>,
 }
 
 impl BundleMeta {
@@ -62,6 +65,7 @@ impl BundleMeta {
             light,
             inputs: Vec::new(),
             measures: BTreeMap::new(),
+            prepared: None,
         }
     }
 }
@@ -130,6 +134,9 @@ pub struct Manifest {
     pub parameters: Parameters,
     /// Figures of the bake, by name.
     pub measures: BTreeMap<String, f64>,
+    /// What preparation made of the parts, where there was any: from version 2 on, but some bundles of version 2 do not tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prepared: Option<Prepared>,
     /// The files from which the bundle was made, relative to the site.
     pub inputs: Vec<StoredFile>,
     /// The glTF files, in bundle order; among `files`.
@@ -228,6 +235,7 @@ impl Manifest {
             display: meta.display.clone(),
             parameters: meta.parameters.clone(),
             measures: meta.measures.clone(),
+            prepared: meta.prepared.clone(),
             inputs: meta.inputs.clone(),
             geometry: Vec::new(),
             files: Vec::new(),
@@ -236,8 +244,11 @@ impl Manifest {
 
     /// The manifest with what was completed in `meta` since [`Manifest::new`].
     pub(crate) fn with_late_meta(self, meta: BundleMeta) -> Self {
-        let later =
-            self.grid.is_some() || !self.actors.is_empty() || !meta.lamps.is_empty() || meta.parameters.prepare.is_some();
+        let later = self.grid.is_some()
+            || !self.actors.is_empty()
+            || !meta.lamps.is_empty()
+            || meta.parameters.prepare.is_some()
+            || meta.prepared.is_some();
         Self {
             version: if later { FORMAT_VERSION } else { STILL_FORMAT_VERSION },
             tool: meta.tool,
@@ -248,6 +259,7 @@ impl Manifest {
             display: meta.display,
             parameters: meta.parameters,
             measures: meta.measures,
+            prepared: meta.prepared,
             inputs: meta.inputs,
             ..self
         }

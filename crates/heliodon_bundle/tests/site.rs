@@ -130,6 +130,9 @@ edge_m = 0.1
 triangles = 1000000
 purge = true
 ring = 2
+
+[budget]
+bake_mib = 4096
 "#;
 
 fn parse(text: &str) -> Result<Site, heliodon_bundle::site::SiteError> {
@@ -185,6 +188,8 @@ fn every_key_of_the_design_is_read() {
     assert_eq!((prepare.clean, prepare.weld_m, prepare.winding, prepare.solids), (true, 0.001, Winding::Report, false));
     assert_eq!((prepare.error_px, prepare.edge_px, prepare.error_m, prepare.ring), (0.5, 4.0, Some(0.01), 2));
     assert_eq!(prepare.triangles, 1_000_000);
+    assert_eq!((site.budget.bake_bytes(), site.budget.viewer_bytes()), (Some(4 << 30), None));
+    assert!(parse(SMALLEST).unwrap().budget.is_empty());
     assert_eq!(parse(SMALLEST).unwrap().prepare, None);
     assert_eq!(parse(&SMALLEST.replacen("[bake]", "[prepare]\n[bake]", 1)).unwrap().prepare, Some(Prepare::default()));
     assert_eq!(site.display, Display { width_px: 1280, height_px: 800, fov_deg: 40.0 });
@@ -299,7 +304,13 @@ fn slips_are_told_with_their_place_and_remedy() {
     refused(SMALLEST, "[site]", "name = \"x\"\n[site]", (1, 1), &["unknown key `name`", "write one of: site, part, sky"]);
     refused(SMALLEST, "[[part]]", "[part]", (3, 1), &["[part] is one table", "write [[part]], with two brackets"]);
     refused(FULL, "[[room]]", "[ room ]", line_of(FULL, "[[room]]", 1), &["write [[room]], with two brackets"]);
-    refused(SMALLEST, "[bake]", "[budget]", (10, 2), &["[budget] is not read by this version"]);
+    refused(SMALLEST, "[bake]", "[matte]", (10, 2), &["[matte] is not read by this version"]);
+    let more = |line: &str| format!("{SMALLEST}[budget]\n{line}\n");
+    assert!(parse(&more("bake_mib = 16\nviewer_mib = 300")).unwrap().budget.viewer_bytes() == Some(300 << 20));
+    for (line, word) in [("bake_mib = 15", "bake_mib"), ("viewer_mib = 99999999", "viewer_mib"), ("bake_gib = 1", "bake_gib")] {
+        let message = parse(&more(line)).unwrap_err().to_string();
+        assert!(message.contains(word), "{message}");
+    }
     refused(SMALLEST, "[bake]", "[[matte]]", (10, 3), &["[matte] is not read by this version"]);
 }
 

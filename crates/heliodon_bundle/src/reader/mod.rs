@@ -291,6 +291,12 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
             return Err(malformed(&path, format!("`{name}` is not among its files")));
         }
     }
+    if manifest.prepared.as_ref().is_some_and(|prepared| prepared.parts.len() != manifest.parts.len()) {
+        return Err(malformed(&path, "it tells of the preparation of more or fewer parts than it has".to_owned()));
+    }
+    if manifest.prepared.is_some() && manifest.version < FORMAT_VERSION {
+        return Err(malformed(&path, format!("version {} tells nothing of preparation", manifest.version)));
+    }
     let moving = manifest.grid.is_some() || !manifest.actors.is_empty() || !manifest.lamps.is_empty();
     if moving && manifest.version < FORMAT_VERSION {
         return Err(malformed(&path, format!("version {} has no light grid, actors or lamps", manifest.version)));

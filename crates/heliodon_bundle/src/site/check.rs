@@ -1,6 +1,7 @@
 //! What makes a `site.toml` that parses a sensible one.
 
 use super::actor::{Actor, CACHE_FRAMES_PER_S_RANGE};
+use super::budget;
 use super::lamp::Lamp;
 use super::prepare::Prepare;
 use super::types::{Albedo, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part, Room, SiteFile, Sky};
@@ -85,6 +86,10 @@ pub(super) fn check(site: &SiteFile) -> Checked {
     }
     for (i, lamp) in site.lamps.iter().enumerate() {
         check_lamp(&["light", &i.to_string()], lamp)?;
+    }
+    for (name, mib) in [("bake_mib", site.budget.bake_mib), ("viewer_mib", site.budget.viewer_mib)] {
+        let (least, most) = (*budget::MIB.start() as f64, *budget::MIB.end() as f64);
+        within(&["budget", name], mib.map_or(least, |mib| mib as f64), least, most)?;
     }
     if let Some(prepare) = &site.prepare {
         check_prepare(prepare)?;

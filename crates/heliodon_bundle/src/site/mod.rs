@@ -4,6 +4,7 @@
 //! that names the line and column to mend.
 
 mod actor;
+mod budget;
 mod check;
 mod error;
 mod files;
@@ -16,6 +17,7 @@ mod types;
 mod values;
 
 pub use actor::{Actor, CACHE_FRAMES_PER_S_RANGE, DEFAULT_WALK_SPEED, Ground, Walk};
+pub use budget::Budget;
 pub(crate) use check::check_lone_actor as check_actor;
 pub(crate) use check::check_lone_lamp as check_lamp;
 pub use error::SiteError;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 /// Tables that the design names for later versions.
-const LATER_TABLES: [&str; 2] = ["budget", "matte"];
+const LATER_TABLES: [&str; 1] = ["matte"];
 
 /// Tables that there may be several of.
 const MANY_TABLES: [&str; 4] = ["part", "room", "actor", "light"];

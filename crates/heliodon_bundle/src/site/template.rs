@@ -1,6 +1,7 @@
 //! A `site.toml` for people to go on from: what is set, and beside it, commented out, what could be.
 
 use super::actor::{Actor, Ground, Walk};
+use super::budget::Budget;
 use super::lamp::{self, Lamp};
 use super::prepare::{Prepare, Winding};
 use super::types::{Albedo, Bake, Display, Part, Room, SiteFile, SiteInfo, Sky};
@@ -94,6 +95,7 @@ pub(super) fn write(site: &SiteFile) -> String {
         None => write_example(&mut w, |w| write_prepare(w, &Prepare::default())),
     }
     write_display(&mut w, &site.display);
+    write_budget(&mut w, &site.budget);
     w.text
 }
 
@@ -253,4 +255,12 @@ fn write_display(w: &mut Writer, display: &Display) {
     w.optional("width_px", &display.width_px, &default.width_px, "");
     w.optional("height_px", &display.height_px, &default.height_px, "");
     w.optional("fov_deg", &display.fov_deg, &default.fov_deg, "vertical");
+}
+
+fn write_budget(w: &mut Writer, budget: &Budget) {
+    w.line(if budget.is_empty() { "\n# [budget]" } else { "\n[budget]" });
+    let bake = "memory that bake and prepare may take, MiB; default: what they need";
+    w.absent("bake_mib", budget.bake_mib.as_ref(), "8192", bake);
+    let viewer = "beyond an empty window's, MiB; check and bake warn where the bundle needs more";
+    w.absent("viewer_mib", budget.viewer_mib.as_ref(), "1024", viewer);
 }

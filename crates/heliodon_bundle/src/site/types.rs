@@ -3,6 +3,7 @@
 //! Every key that is not here is an error, so that a slip of the pen is not taken for a default.
 
 use super::actor::Actor;
+use super::budget::Budget;
 use super::lamp::Lamp;
 use super::prepare::Prepare;
 use super::values::{Date, ProbeTimes, TimeOfDay, UtcOffset};
@@ -48,6 +49,9 @@ pub struct SiteFile {
     /// The display that the site is prepared for.
     #[serde(default)]
     pub display: Display,
+    /// The memory that there is.
+    #[serde(default, skip_serializing_if = "Budget::is_empty")]
+    pub budget: Budget,
 }
 
 /// `[site]`: what and where the site is.
