@@ -88,7 +88,9 @@ impl SrgbImage {
         let mut out = Cursor::new(Vec::new());
         let opaque = self.pixels.iter().all(|p| p[3] == 255);
         let written = if opaque {
-            let rgb: Vec<u8> = self.pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
+            // a vector that is collected grows by doubling, and holds both its sizes meanwhile
+            let mut rgb = Vec::with_capacity(3 * self.pixels.len());
+            rgb.extend(self.pixels.iter().flat_map(|p| [p[0], p[1], p[2]]));
             image::RgbImage::from_raw(self.width, self.height, rgb).map(|i| i.write_to(&mut out, ImageFormat::Png))
         } else {
             let rgba = bytemuck::cast_slice(&self.pixels).to_vec();

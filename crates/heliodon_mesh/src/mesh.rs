@@ -162,13 +162,20 @@ impl Mesh {
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
         let vec = |capacity: usize, size: usize| capacity * size;
-        let mut seen: Vec<*const Texture> = Vec::new();
-        let mut bytes = vec(self.positions.capacity(), size_of::<Vec3>())
+        self.texture_bytes()
+            + vec(self.positions.capacity(), size_of::<Vec3>())
             + vec(self.normals.capacity(), size_of::<Vec3>())
             + vec(self.uvs.capacity(), size_of::<Vec2>())
             + vec(self.colors_linear.capacity(), size_of::<Vec3>())
             + vec(self.triangles.capacity(), size_of::<[u32; 3]>())
-            + vec(self.triangle_material.capacity(), size_of::<u16>());
+            + vec(self.triangle_material.capacity(), size_of::<u16>())
+    }
+
+    /// Bytes that its textures hold in memory, as they were read; one that several materials share counts once.
+    #[must_use]
+    pub fn texture_bytes(&self) -> usize {
+        let mut seen: Vec<*const Texture> = Vec::new();
+        let mut bytes = 0;
         for texture in self.materials.iter().filter_map(|m| m.texture.as_ref()) {
             if !seen.contains(&Arc::as_ptr(texture)) {
                 seen.push(Arc::as_ptr(texture));
