@@ -1,11 +1,13 @@
 //! The bake: from a plan to a bundle, step by step, each of which survives a kill.
 
 use crate::actors::actor_metas;
+use crate::budget::{Means, viewer_bytes, viewer_doubt};
 use crate::cache::{Cache, Taken};
 use crate::chunks::ChunkMaker;
 use crate::darkness::tell_of_darkness;
 use crate::earlier::SceneRecord;
 use crate::error::BakeError;
+use crate::estimate::light_need;
 use crate::grid::GridPlan;
 use crate::ground;
 use crate::key::told_name;
@@ -21,6 +23,7 @@ use heliodon_bundle::grid::AXES;
 use heliodon_bundle::manifest::Counts;
 use heliodon_bundle::site::{Actor, InputKind};
 use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, GridPoints, LightLayout, Manifest, VertexLight, WriteError};
+use heliodon_light::LightParams;
 use heliodon_mesh::Texture;
 use heliodon_rays::TriangleScene;
 use heliodon_sky::lapse::SunBounceBasis;
@@ -91,17 +94,22 @@ pub(crate) fn bake_where(
     }
     cache.adopt(&sky_names(plan)?.all())?;
     clock.lap("reading");
-    let sky = bake_sky(plan, &cache, reporter)?;
-    clock.lap("sky");
-    let sky_steps = sky.lapse.steps.len();
     reporter.stage("rays", 0);
     let rays = scene.take_rays()?;
     reporter.finished();
     clock.lap("rays");
-    let (light, grid, actors, names) = scene_light(plan, (&scene, &digests, &record), rays, &sky.suns(), &cache, reporter)?;
+    let means = within_budget(plan, &scene, &rays, reporter)?;
+    let sky = bake_sky(plan, &cache, reporter)?;
+    clock.lap("sky");
+    let sky_steps = sky.lapse.steps.len();
+    let suns = sky.suns();
+    let (light, grid, actors, names) =
+        means.run(|| scene_light(plan, (&scene, &digests, &record), rays, (&suns, means), &cache, reporter))?;
     clock.lap("light");
     let manifest = write_bundle(plan, &scene, sky, (&light, &grid), actors, &cache, reporter)?;
     clock.lap("writing");
+    let needs = viewer_bytes(manifest.counts, manifest.light, scene.mesh.texture_bytes() as u64);
+    viewer_doubt(plan.site.budget.viewer_bytes(), needs).iter().for_each(|doubt| reporter.warning(doubt));
     let taken = cache.all_taken();
     let kept_bytes = if plan.options.no_cache {
         cache.remove(&plan.owner());
@@ -137,13 +145,15 @@ fn scene_light(
     plan: &Plan,
     (scene, digests, record): (&Scene, &SceneDigests, &SceneRecord),
     rays: TriangleScene,
-    suns: &[Vec3],
+    (suns, means): (&[Vec3], Means),
     cache: &Cache,
     reporter: &dyn Reporter,
 ) -> Result<(BakedLight, GridPlan, Vec<Actor>, LightNames), BakeError> {
     let mesh = &scene.mesh;
     let traceable = Traceable::new(scene, rays);
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
+    // the same bits whatever is kept; what is not is traced again
+    let params = LightParams { hit_budget_bytes: means.kept, ..params };
     let actors = plan.actors(Some(&traceable.rays));
     let of_files = plan.figures.iter().flat_map(|figure| figure.warnings.iter().cloned());
     let doubts = ground::doubts(&plan.site, &actors, &plan.figures, &traceable.rays);
@@ -157,6 +167,24 @@ fn scene_light(
     let light = bake_light(&input, Some(cache), reporter)?;
     tell_of_darkness(&plan.site.parts, scene, &traceable.rays, &light.light.validity, params.offset_m, reporter);
     Ok((light, grid, actors, names))
+}
+
+/// With what the light may be solved within the site's budget: threads, and hits that are kept.
+fn within_budget(plan: &Plan, scene: &Scene, rays: &TriangleScene, reporter: &dyn Reporter) -> Result<Means, BakeError> {
+    let (budget, threads) = (plan.site.budget.bake_bytes(), rayon::current_num_threads());
+    if budget.is_none() {
+        return Ok(Means { threads, kept: LightParams::default().hit_budget_bytes });
+    }
+    let need = light_need(plan, scene, rays, plan.grid(Some(rays))?.cells.len());
+    let means = need.within("the light", budget, threads)?;
+    if means.threads < threads || means.kept < need.kept {
+        let (kept, all) = (means.kept >> 20, need.kept >> 20);
+        reporter.note(&format!(
+            "the light stays within [budget] with {} of {threads} threads and {kept} of {all} MiB for what rays have met; what is not kept is traced again",
+            means.threads
+        ));
+    }
+    Ok(means)
 }
 
 /// Writes everything into the bundle, which appears whole or not at all.
@@ -175,6 +203,7 @@ fn write_bundle(
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
     let mut meta = plan.meta(layout, params.offset_m);
     meta.measures = measures(light, scene);
+    meta.prepared = scene.prepared.clone();
     let mut writer = create_writer(&plan.options.bundle, &meta)?;
 
     let maker = ChunkMaker::new(scene, light, layout);

@@ -1,7 +1,9 @@
 //! Looks at everything that a site names, and bakes nothing.
 
 use crate::actors::read_figures;
+use crate::budget::{viewer_bytes, viewer_doubt};
 use crate::error::BakeError;
+use crate::estimate::USUAL_FUNCTIONS;
 use crate::grid::GridPlan;
 use crate::ground::{as_given, doubts, on_the_ground};
 use crate::plan::refuse_texels;
@@ -9,6 +11,7 @@ use crate::report::Reporter;
 use crate::scene;
 use crate::sky::{lapse_params, place_warnings};
 use heliodon_bundle::LightLayout;
+use heliodon_bundle::manifest::Counts;
 use heliodon_bundle::site::{InputKind, Role, Site};
 use heliodon_light::median_edge_m;
 use heliodon_rays::{BuildParams, TriangleScene};
@@ -128,6 +131,7 @@ pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeEr
     if let (Some(date), 0) = (site.sky.date, built.suns.iter().flatten().count()) {
         warnings.push(format!("the sun does not rise at this place on {date}: no step of the day has one"));
     }
+    warnings.extend(viewer_warning(site, &scene, LightLayout { sun_steps: built.sun_steps, ..layout }));
     for warning in &warnings {
         reporter.warning(warning);
     }
@@ -149,6 +153,28 @@ pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeEr
         },
         warnings,
     })
+}
+
+/// A sentence where the viewer will need more than `[budget]` gives it; where geometry is to be prepared, by the most that is drawn of it.
+fn viewer_warning(site: &Site, scene: &scene::Scene, layout: LightLayout) -> Option<String> {
+    let mesh = &scene.mesh;
+    let read = mesh.triangles.len() as u64;
+    let splits = site.parts.iter().any(|part| part.role != Role::Scan);
+    let triangles = match &site.prepare {
+        Some(prepare) if prepare.triangles > 0 => {
+            if splits {
+                prepare.triangles
+            } else {
+                prepare.triangles.min(read)
+            }
+        }
+        _ => read,
+    };
+    let vertices = (mesh.positions.len() as f64 * triangles as f64 / read.max(1) as f64) as u64;
+    let functions = if site.bake.sun_bounce { USUAL_FUNCTIONS.min(layout.sun_steps) } else { 0 };
+    let counts = Counts { vertices, triangles, ..Counts::default() };
+    let needs = viewer_bytes(counts, LightLayout { sun_bounce_functions: functions, ..layout }, mesh.texture_bytes() as u64);
+    viewer_doubt(site.budget.viewer_bytes(), needs)
 }
 
 fn checked_part(site: &Site, scene: &scene::Scene, index: usize) -> CheckedPart {

@@ -60,6 +60,23 @@ pub enum BakeError {
         /// The file.
         path: PathBuf,
     },
+    /// A step needs more memory than `[budget]` gives.
+    #[error(
+        "{what} would take about {needs} MiB of memory, {least} at the least, and [budget] bake_mib in site.toml gives {budget}; allow more, bake on a machine that has more, or make it smaller: fewer triangles (in the files, or [prepare]), transfer = \"mono\", fewer sun_steps"
+    )]
+    Budget {
+        /// What.
+        what: &'static str,
+        /// MiB that it would take.
+        needs: u64,
+        /// MiB that it takes where it does as little at once as it can and keeps nothing.
+        least: u64,
+        /// MiB that it may take.
+        budget: u64,
+    },
+    /// Fewer threads than there are cannot be started.
+    #[error("the threads cannot be started: {0}")]
+    Threads(String),
     /// A file cannot be read.
     #[error("{}: {source}", path.display())]
     Read {

@@ -1,19 +1,25 @@
-//! What a bake will cost, from its geometry and a few measured blocks of its work.
+//! What a bake will cost, from its geometry and a few measured blocks of its work; where geometry is to be prepared first, from a coarse form of it, and
+//! what preparation itself will cost.
 
-use crate::blocks::GRANULE;
+use crate::blocks::{GRANULE, points_per_block};
+use crate::budget::{Need, viewer_bytes};
 use crate::error::BakeError;
 use crate::plan::Plan;
+use crate::prepare::{PrepareEstimate, estimate_with, is_prepared, textures_of};
 use crate::report::Reporter;
 use crate::scene::{Scene, Traceable};
 use crate::sky::lapse_params;
+use crate::stand_in::StandIn;
 use glam::Vec3;
 use heliodon_bundle::LightLayout;
 use heliodon_bundle::grid::point_bytes;
+use heliodon_bundle::manifest::Counts;
 use heliodon_light::{
     AXES, BouncedSun, GatherBlock, Layout, LightParams, MaskParams, PatchPlan, SunOnSurfaces, Surfaces, bake_sun_masks, gather,
     light_patches,
 };
 use heliodon_math::sphere::fibonacci_sphere;
+use heliodon_mesh::{Mesh, Texture};
 use heliodon_rays::TriangleScene;
 use heliodon_sky::day::{self, LapseParams};
 use serde::Serialize;
@@ -36,14 +42,20 @@ pub struct Estimate {
     pub gather_rays: u64,
     /// Rays to the suns.
     pub mask_rays: u64,
-    /// Seconds of the sky transfer, its bounces and the sun masks, from timed blocks.
+    /// Seconds of the sky transfer, its bounces and the sun masks, from timed blocks; without those of preparation.
     pub seconds: f64,
-    /// The most memory at once.
+    /// The most memory at once, in preparation too.
     pub memory_bytes: u64,
     /// The finished work that is kept on disk.
     pub cache_bytes: u64,
     /// The bundle's geometry with its light.
     pub bundle_bytes: u64,
+    /// What the viewer needs for it beyond what its empty window takes.
+    pub viewer_bytes: u64,
+    /// What preparation costs before, where the site wants it and it is not done and kept: vertices, triangles and points are then what it is
+    /// thought to leave.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub prepare: Option<PrepareEstimate>,
 }
 
 /// Timed runs of points, spread over the scene.
@@ -63,17 +75,36 @@ const BOUNCED_HITS_PER_RAY: f64 = 12.0;
 /// Lanes that bounce together.
 const LANES: usize = 16;
 /// Functions of bounced sunlight to reckon with before the solver has chosen: its most, which open scenes take.
-const USUAL_FUNCTIONS: u32 = 44;
+pub(crate) const USUAL_FUNCTIONS: u32 = 44;
 /// Bytes of a triangle's indices and of a vertex's position, normal, albedo and flag in the bundle.
 const BUNDLE_TRIANGLE_BYTES: u64 = 6;
 const BUNDLE_VERTEX_BYTES: u64 = 36;
 
-/// Reads the geometry, times a few blocks, and reckons.
+/// Bytes that the hierarchy over the original takes for each of its triangles, and what stands beside it for each.
+const RAY_TRIANGLE_BYTES: f64 = 51.0 + 4.0;
+/// Cells that prepared geometry is divided into beside its vertices, at most.
+const CELLS_A_VERTEX: f64 = 0.25;
+/// The pyramid of a texture's halved images takes half of what the texture takes: three channels of two bytes, over a third of its pixels.
+const PYRAMIDS: u64 = 2;
+/// Halves of a texture's bytes that it takes to be written: a copy of three bytes of each four, and the file, which grows by doubling.
+const ENCODED_TIMES: u64 = 3;
+/// Copies of a block while it is written: itself, and its bytes.
+const BLOCK_COPIES: u64 = 2;
+
+/// Reads the geometry, times a few blocks, and reckons. Geometry that is to be prepared is not: what preparation would cost and leave is reckoned, too.
 ///
 /// # Errors
 /// As the bake's own first steps.
 pub fn estimate(plan: &Plan, reporter: &dyn Reporter) -> Result<Estimate, BakeError> {
-    let mut scene = plan.read_scene(reporter)?;
+    let (mut scene, prepare) = match &plan.site.prepare {
+        Some(settings) if !is_prepared(plan, settings) => {
+            let mut stand_in = StandIn::default();
+            let nearest_m = settings.nearest_m as f32;
+            let prepare = estimate_with(plan, settings, reporter, |_, mesh, views| stand_in.push(mesh, views, nearest_m))?;
+            (stand_in.finish(), Some(prepare))
+        }
+        _ => (plan.read_scene(reporter)?, None),
+    };
     reporter.stage("timing", 0);
     let rays = scene.take_rays()?;
     let mesh = &scene.mesh;
@@ -85,7 +116,133 @@ pub fn estimate(plan: &Plan, reporter: &dyn Reporter) -> Result<Estimate, BakeEr
     let timed = Timed::measure(plan, &surfaces, &layout, &suns, &params)?;
     reporter.finished();
     let grid_points = plan.grid(Some(&traceable.rays))?.cells.len() as u64;
-    Ok(reckon(plan, &scene, &traceable.rays, (&layout, grid_points), suns.len() as u32, &params, &timed))
+    let size = match &prepare {
+        None => Size::of(&scene, &traceable.rays, &layout, &timed),
+        Some(prepare) => Size::expected(prepare, &scene, &layout, &timed),
+    };
+    let light = reckon(plan, &Size { grid_points, ..size }, suns.len() as u32, &params, &timed);
+    let memory_bytes = light.memory_bytes.max(prepare.as_ref().map_or(0, |prepare| prepare.memory_bytes));
+    let cache_bytes = light.cache_bytes.max(prepare.as_ref().map_or(0, |prepare| prepare.cache_bytes));
+    Ok(Estimate { memory_bytes, cache_bytes, prepare, ..light })
+}
+
+/// How much there is to solve.
+#[derive(Clone, Debug)]
+struct Size {
+    vertices: u64,
+    triangles: u64,
+    /// Points on surfaces.
+    points: u64,
+    /// Points of the light grid.
+    grid_points: u64,
+    /// Geometry with its textures and what is made of them, and what rays meet.
+    geometry_bytes: u64,
+    texture_bytes: u64,
+    largest_texture_bytes: u64,
+    /// How many times the surfaces of what was timed there are.
+    surfaces: f64,
+    /// How many times as long a ray takes as one that was timed.
+    depth: f64,
+}
+
+impl Size {
+    /// Of a scene itself.
+    fn of(scene: &Scene, rays: &TriangleScene, layout: &Layout, timed: &Timed) -> Self {
+        let (mesh, texture_bytes) = (&scene.mesh, scene.mesh.texture_bytes() as u64);
+        Self {
+            vertices: mesh.positions.len() as u64,
+            triangles: mesh.triangles.len() as u64,
+            points: layout.points().len() as u64 + timed.back_sides as u64,
+            grid_points: 0,
+            geometry_bytes: geometry_bytes(scene) + rays.memory_bytes() as u64,
+            texture_bytes,
+            largest_texture_bytes: largest_texture_bytes(mesh),
+            surfaces: 1.0,
+            depth: 1.0,
+        }
+    }
+
+    /// Of what preparation will leave, where a coarse form of it was timed.
+    fn expected(prepare: &PrepareEstimate, stand_in: &Scene, layout: &Layout, timed: &Timed) -> Self {
+        let mesh = &stand_in.mesh;
+        let ratio = |many: u64, few: usize| many as f64 / few.max(1) as f64;
+        let times = ratio(prepare.vertices, mesh.positions.len());
+        let cells = ratio(layout.points().len() as u64, mesh.positions.len()).clamp(1.0, 1.0 + CELLS_A_VERTEX);
+        let back_sides = (timed.back_sides * times) as u64;
+        let levels = |triangles: f64| triangles.max(2.0).log2();
+        let triangles = prepare.triangles_drawn + prepare.triangles_hidden;
+        let original = prepare.triangles_original as f64;
+        Self {
+            vertices: prepare.vertices,
+            triangles,
+            points: (prepare.vertices as f64 * cells) as u64 + back_sides,
+            grid_points: 0,
+            geometry_bytes: expected_geometry_bytes(prepare),
+            texture_bytes: prepare.texture_bytes,
+            largest_texture_bytes: prepare.largest_texture_bytes,
+            surfaces: ratio(triangles, mesh.triangles.len()),
+            depth: levels(original) / levels(mesh.triangles.len() as f64),
+        }
+    }
+}
+
+/// Bytes of the largest texture of a mesh.
+pub(crate) fn largest_texture_bytes(mesh: &Mesh) -> u64 {
+    let bytes = |texture: &Texture| size_of_val(texture.image.pixels.as_slice()) as u64;
+    textures_of(&mesh.materials).iter().map(|texture| bytes(texture)).max().unwrap_or(0)
+}
+
+/// Bytes of a scene whose rays were taken, with what is made of its textures.
+fn geometry_bytes(scene: &Scene) -> u64 {
+    let detail = scene
+        .original
+        .as_ref()
+        .map_or(0, |original| original.stands_for.len() * size_of::<u32>() + original.clearance_m.len() * size_of::<f32>());
+    (scene.mesh.memory_bytes() + detail) as u64 + scene.mesh.texture_bytes() as u64 / PYRAMIDS
+}
+
+/// What the light of a scene whose rays were taken needs: known before any of it is solved.
+pub(crate) fn light_need(plan: &Plan, scene: &Scene, rays: &TriangleScene, grid_points: usize) -> Need {
+    let (vertices, triangles) = (scene.mesh.positions.len(), scene.mesh.triangles.len());
+    // only large triangles are divided, each into a few dozens
+    let cells = plan.light_params(&scene.mesh.positions, &scene.mesh.triangles).max_sub_cells.min(64 * triangles);
+    let points = (vertices + cells + AXES.len() * grid_points) as u64;
+    need(plan, points, vertices as u64, geometry_bytes(scene) + rays.memory_bytes() as u64)
+}
+
+/// What the light of what preparation will leave needs; points of the light grid not counted, for nobody knows yet where the ground is.
+pub(crate) fn expected_light_need(plan: &Plan, prepare: &PrepareEstimate) -> Need {
+    let points = (prepare.vertices as f64 * (1.0 + CELLS_A_VERTEX)) as u64;
+    need(plan, points, prepare.vertices, expected_geometry_bytes(prepare))
+}
+
+fn need(plan: &Plan, points: u64, vertices: u64, geometry_bytes: u64) -> Need {
+    let bake = &plan.site.bake;
+    // one probe is one sun, however many steps the site names; what is wrong with the sky is told where it is made
+    let sun_steps = lapse_params(&plan.site, &plan.files).map_or(bake.sun_steps, |sky| sky.effective_sun_steps());
+    let functions = if bake.sun_bounce { USUAL_FUNCTIONS.min(sun_steps) } else { 0 };
+    let light = plan.layout(sun_steps, functions);
+    let light_bytes = 4 * (light.mask_words() + light.transfer_floats() + light.bounce_floats()) as u64;
+    let hit_bytes = u64::from(bake.samples) * HIT_BYTES as u64;
+    let block = points_per_block(points as usize, u64::from(bake.samples)) as u64;
+    Need {
+        least: geometry_bytes + bytes_of_points(points, vertices, light_bytes),
+        thread: block.min(points) * (hit_bytes + light_bytes) * BLOCK_COPIES,
+        kept: (points * hit_bytes).min(LightParams::default().hit_budget_bytes),
+    }
+}
+
+/// Bytes of what preparation leaves, with what is made of its textures, and what rays meet.
+fn expected_geometry_bytes(prepare: &PrepareEstimate) -> u64 {
+    prepare.mesh_bytes
+        + prepare.texture_bytes / PYRAMIDS
+        + (RAY_TRIANGLE_BYTES * prepare.triangles_original as f64) as u64
+        + prepare.vertices * size_of::<f32>() as u64
+}
+
+/// Points, and light: of the points twice, gathered and solved, and of the vertices.
+fn bytes_of_points(points: u64, vertices: u64, light_bytes: u64) -> u64 {
+    points * (size_of::<[f32; 6]>() as u64 + 8 + 2 * light_bytes) + vertices * light_bytes
 }
 
 /// The suns to reckon with: that of a single probe, if it has one; else as many as the site has steps, somewhere in the upper half, where
@@ -209,19 +366,10 @@ fn spread_runs(points: usize) -> Vec<Range<usize>> {
         .collect()
 }
 
-fn reckon(
-    plan: &Plan,
-    scene: &Scene,
-    rays: &TriangleScene,
-    (layout, grid_points): (&Layout, u64),
-    sun_steps: u32,
-    params: &LightParams,
-    timed: &Timed,
-) -> Estimate {
-    let (vertices, triangles) = (scene.mesh.positions.len() as u64, scene.mesh.triangles.len() as u64);
-    let of_surfaces = layout.points().len() as u64 + timed.back_sides as u64;
+fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed: &Timed) -> Estimate {
+    let &Size { vertices, triangles, grid_points, .. } = size;
     // a point in space is like one on a surface: it sees half of the sphere, and what fills it
-    let points = of_surfaces + AXES.len() as u64 * grid_points;
+    let points = size.points + AXES.len() as u64 * grid_points;
     let all = |per_point: f64| per_point * points as f64;
     let functions = if timed.bounces_sun { USUAL_FUNCTIONS.min(sun_steps) } else { 0 };
     let light: LightLayout = plan.layout(sun_steps, functions);
@@ -230,30 +378,36 @@ fn reckon(
     let passes = f64::from(params.bounces) * going_on.div_ceil(LANES) as f64;
     let seconds_per_ray = timed.gather_seconds / timed.gather_rays.max(1.0);
     let bounce_seconds = timed.hits * passes * seconds_per_ray / BOUNCED_HITS_PER_RAY;
+    let traced_seconds = size.depth * (timed.gather_seconds + timed.mask_seconds);
     let light_bytes = 4 * (light.mask_words() + lanes) as u64;
     let hit_bytes = (all(timed.hits) * HIT_BYTES) as u64;
     let kept = hit_bytes.min(params.hit_budget_bytes);
     // what rays met is kept twice as wide, of all looks
     let looks = (timed.gather_rays / f64::from(params.samples)).max(1.0);
     let traces = (2.0 * kept as f64 * looks) as u64;
+    let counts = Counts { vertices, triangles, ..Counts::default() };
+    let patches = (size.surfaces * timed.patches as f64) as u64;
+    // geometry, rays, points, hits, and light: of the points twice, gathered and solved, and of the vertices
+    let solving = size.geometry_bytes
+        + kept
+        + patches * 4 * u64::from(1 + sun_steps.div_ceil(32))
+        + bytes_of_points(points, vertices, light_bytes);
+    let encoding = size.geometry_bytes + vertices * light_bytes + ENCODED_TIMES * size.largest_texture_bytes / 2;
     Estimate {
         vertices,
         triangles,
-        points: of_surfaces,
+        points: size.points,
         grid_points,
         gather_rays: all(timed.gather_rays) as u64,
-        mask_rays: all(timed.mask_rays) as u64 + timed.sun_rays,
-        seconds: all(timed.gather_seconds + timed.mask_seconds + bounce_seconds) + timed.sun_seconds,
-        // geometry, rays, points, hits, and light: of the points twice, gathered and solved, and of the vertices
-        memory_bytes: (scene.mesh.memory_bytes() + rays.memory_bytes()) as u64
-            + kept
-            + timed.patches * 4 * u64::from(1 + sun_steps.div_ceil(32))
-            + points * (size_of::<[f32; 6]>() as u64 + 8 + 2 * light_bytes)
-            + vertices * light_bytes,
+        mask_rays: all(timed.mask_rays) as u64 + (size.surfaces * timed.sun_rays as f64) as u64,
+        seconds: all(traced_seconds + bounce_seconds) + size.surfaces * size.depth * timed.sun_seconds,
+        memory_bytes: solving.max(encoding),
         cache_bytes: kept + traces + points * (light_bytes + 16) + vertices * light_bytes,
         bundle_bytes: vertices * (BUNDLE_VERTEX_BYTES + light_bytes)
             + triangles * BUNDLE_TRIANGLE_BYTES
             + grid_points * point_bytes(light),
+        viewer_bytes: viewer_bytes(counts, light, size.texture_bytes),
+        prepare: None,
     }
 }
 

@@ -17,6 +17,7 @@ pub mod actors;
 pub mod albedo;
 pub mod bake;
 pub mod blocks;
+mod budget;
 pub mod cache;
 pub mod check;
 pub mod chunks;
@@ -43,6 +44,7 @@ pub mod scene;
 pub mod shard;
 pub mod sky;
 pub mod stages;
+mod stand_in;
 
 pub use error::BakeError;
 pub use key::TOOL;

@@ -3,13 +3,14 @@
 use crate::CACHE_FOLDER;
 use crate::actors::{Figure, read_figures};
 use crate::error::BakeError;
+use crate::estimate::expected_light_need;
 use crate::grid::GridPlan;
 use crate::ground::{as_given, on_the_ground};
 use crate::inputs::Inputs;
 use crate::key::{TOOL, bake_key, told_name};
 use crate::light::channels;
 use crate::names::SceneDigests;
-use crate::prepare::prepare;
+use crate::prepare::{PrepareEstimate, prepare_where};
 use crate::report::Reporter;
 use crate::scene::{self, Scene};
 use glam::Vec3;
@@ -109,7 +110,14 @@ impl Plan {
                 self.check_unchanged(|kind| matches!(kind, InputKind::Geometry(_) | InputKind::Albedo(_)))?;
                 Ok(scene)
             }
-            Some(settings) => Ok(prepare(self, settings, None, reporter)?.scene),
+            Some(settings) => {
+                let (budget, threads) = (self.site.budget.bake_bytes(), rayon::current_num_threads());
+                // what cannot be lit need not be prepared
+                let light = |expected: &PrepareEstimate| {
+                    expected_light_need(self, expected).within("the light", budget, threads).map(|_| ())
+                };
+                Ok(prepare_where(self, settings, None, reporter, light)?.scene)
+            }
         }
     }
 

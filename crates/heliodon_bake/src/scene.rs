@@ -4,12 +4,15 @@ use crate::albedo::SceneAlbedo;
 use crate::error::BakeError;
 use crate::report::Reporter;
 use glam::Vec3;
+use heliodon_bundle::lineage::Prepared;
 use heliodon_bundle::site::{Albedo, InputFile, InputKind, Part, Site};
 use heliodon_image::SrgbImage;
 use heliodon_light::{Detail, Surfaces, median_edge_m};
-use heliodon_mesh::import::{ImportOptions, ImportReport, NormalSource, read_reporting};
+use heliodon_mesh::import::{ImportOptions, ImportReport, NormalSource, read_telling};
 use heliodon_mesh::{Material, Mesh, Texture, TextureWrap};
 use heliodon_rays::{BuildParams, TriangleScene};
+use std::cell::Cell;
+use std::fs;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -24,6 +27,8 @@ pub struct Scene {
     pub warnings: Vec<String>,
     /// What the mesh is a simplification of; none where nothing was simplified.
     pub original: Option<Original>,
+    /// What preparation made of the parts, for the manifest; none where they are as they were read.
+    pub prepared: Option<Prepared>,
 }
 
 /// The geometry that rays meet where less of it is drawn.
@@ -116,18 +121,15 @@ impl PartRange {
 /// # Errors
 /// Files that cannot be read, and an albedo image without texture coordinates to lay it on.
 pub fn read(site: &Site, files: &[InputFile], reporter: &dyn Reporter) -> Result<Scene, BakeError> {
-    let count = files.iter().filter(|file| matches!(file.kind, InputKind::Geometry(_))).count();
-    reporter.stage("reading", count as u64);
+    reporter.stage("reading", (0..site.parts.len()).map(|part| part_bytes(files, part)).sum());
     reporter.progress(0);
-    let mut scene = Scene { mesh: Mesh::default(), parts: Vec::new(), warnings: Vec::new(), original: None };
+    let mut scene = Scene { mesh: Mesh::default(), parts: Vec::new(), warnings: Vec::new(), original: None, prepared: None };
     let mut report = ImportReport::default();
     let mut done = 0;
     for index in 0..site.parts.len() {
         let (first_vertex, first_triangle) = (scene.mesh.positions.len(), scene.mesh.triangles.len());
-        read_files(site, files, index, &mut scene.mesh, &mut report, &mut || {
-            done += 1;
-            reporter.progress(done);
-        })?;
+        read_files(site, files, index, &mut scene.mesh, &mut report, &|read| reporter.progress(done + read))?;
+        done += part_bytes(files, index);
         scene.parts.push(PartRange {
             vertices: first_vertex..scene.mesh.positions.len(),
             triangles: first_triangle..scene.mesh.triangles.len(),
@@ -146,29 +148,47 @@ pub(crate) fn files_of(files: &[InputFile], part: usize) -> impl Iterator<Item =
     files.iter().filter(move |file| file.kind == InputKind::Geometry(part))
 }
 
-/// Reads the files of one part into a mesh of their own.
+/// The bytes of the geometry files of a part; what cannot be found any more counts for nothing, and fails when it is read.
+pub(crate) fn part_bytes(files: &[InputFile], part: usize) -> u64 {
+    files_of(files, part).map(|file| fs::metadata(&file.path).map_or(0, |data| data.len())).sum()
+}
+
+/// Reads the files of one part into a mesh of their own; `tell` hears how many of their bytes are read.
 ///
 /// # Errors
 /// As [`read`].
-pub(crate) fn read_part(site: &Site, files: &[InputFile], part: usize, report: &mut ImportReport) -> Result<Mesh, BakeError> {
+pub(crate) fn read_part(
+    site: &Site,
+    files: &[InputFile],
+    part: usize,
+    report: &mut ImportReport,
+    tell: &dyn Fn(u64),
+) -> Result<Mesh, BakeError> {
     let mut mesh = Mesh::default();
-    read_files(site, files, part, &mut mesh, report, &mut || ())?;
+    read_files(site, files, part, &mut mesh, report, tell)?;
     Ok(mesh)
 }
 
-/// Adds the files of one part to a mesh; `one_more` is told of each.
+/// Adds the files of one part to a mesh; `tell` hears how many of their bytes are read.
 fn read_files(
     site: &Site,
     files: &[InputFile],
     index: usize,
     into: &mut Mesh,
     report: &mut ImportReport,
-    one_more: &mut dyn FnMut(),
+    tell: &dyn Fn(u64),
 ) -> Result<(), BakeError> {
     let options = import_options(&site.parts[index], site.site.origin);
     let albedo = part_albedo(site, index, files)?;
+    let mut before = 0;
     for file in files_of(files, index) {
-        let mut mesh = read_reporting(&file.path, &options, report)?;
+        let last = Cell::new(0);
+        let of_file = |read| {
+            last.set(read);
+            tell(before + read);
+        };
+        let mut mesh = read_telling(&file.path, &options, report, &of_file)?;
+        before += last.get();
         if let Some(albedo) = &albedo {
             set_albedo(&mut mesh, albedo, site, index, file)?;
         }
@@ -177,7 +197,6 @@ fn read_files(
         } else {
             into.append(&mesh)?;
         }
-        one_more();
     }
     Ok(())
 }

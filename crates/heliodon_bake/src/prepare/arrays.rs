@@ -21,7 +21,7 @@ pub(super) fn index_of(name: &str) -> String {
 }
 
 /// The textures of materials, each once, in the order in which materials name them.
-pub(super) fn textures_of(materials: &[Material]) -> Vec<Arc<Texture>> {
+pub(crate) fn textures_of(materials: &[Material]) -> Vec<Arc<Texture>> {
     let mut textures: Vec<Arc<Texture>> = Vec::new();
     for texture in materials.iter().filter_map(|material| material.texture.as_ref()) {
         if !textures.iter().any(|known| Arc::ptr_eq(known, texture)) {

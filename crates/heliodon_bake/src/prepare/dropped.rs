@@ -3,7 +3,7 @@
 use super::Work;
 use super::arrays::{Reader, Writer, textures_of};
 use super::fit::coarser;
-use super::part::{Part, piece_name};
+use super::part::{Part, count, piece_name};
 use super::pieces::{PIECE, Piece};
 use super::report::PrepareReport;
 use super::steps::{Step, Steps};
@@ -11,9 +11,9 @@ use crate::cache::CacheError;
 use crate::error::BakeError;
 use glam::Vec3;
 use heliodon_mesh::Mesh;
-use heliodon_prepare::Views;
-use heliodon_prepare::purge::{PurgeParams, PurgeReport, Purged, Surface, purge};
-use heliodon_prepare::simplify::{SimplifyParams, measure, nearest_triangles, simplify};
+use heliodon_prepare::purge::{PurgeParams, PurgeReport, Purged, Surface, purge_telling};
+use heliodon_prepare::simplify::{SimplifyParams, measure_telling, nearest_triangles_telling, simplify_telling};
+use heliodon_prepare::{Tell, Views};
 use heliodon_rays::{BuildParams, TriangleScene};
 
 /// A part after the purge.
@@ -32,6 +32,9 @@ pub(super) struct Reduced {
 
 /// What nobody sees is simplified so many times further: it only reflects, and what it reflects is a mean over many square centimetres.
 const COARSER: f32 = 4.0;
+
+/// The parts of the time after which what nobody sees is known, simplified, and mapped.
+const REDUCED: [f64; 3] = [0.1, 0.5, 0.75];
 
 /// What the purge leaves.
 pub(super) struct Seen {
@@ -77,7 +80,10 @@ pub(super) fn reduce(
         let (textures, coarse) = (textures_of(&part.mesh.materials), coarser(&params[index], COARSER));
         let make = || {
             let mut steps = Steps::new(work.reporter);
-            let made = steps.run("simplifying what nobody sees", || reduce_part(part, of_part, &work.views, &coarse));
+            let made = {
+                let total = count(&part.mesh);
+                steps.run("simplifying what nobody sees", total, |tell| reduce_part(part, of_part, &work.views, &coarse, tell))
+            };
             Ok(Reduced { steps: steps.taken, ..made })
         };
         let mut part: Reduced = work.pieces.kept_or(&piece_name(index, "reduced"), &textures, make)?;
@@ -94,9 +100,12 @@ pub(super) fn reduce(
 pub(super) fn look_around(work: &Work, meshes: &[Mesh], params: &PurgeParams) -> Result<Seen, BakeError> {
     let mut steps = Steps::new(work.reporter);
     let (positions, triangles) = all_of(meshes);
-    let rays = steps.run("building", || TriangleScene::build(&positions, &triangles, &BuildParams::default()))?;
+    let rays = steps.run("building", 0, |_| TriangleScene::build(&positions, &triangles, &BuildParams::default()))?;
     let surface = Surface { positions: &positions, triangles: &triangles, single_sided: &[] };
-    let Purged { keep, report } = steps.run("purging", || purge(&rays, &surface, &work.views, params));
+    let Purged { keep, report } = {
+        let total = triangles.len() as u64;
+        steps.run("purging", total, |tell| purge_telling(&rays, &surface, &work.views, params, tell))
+    };
     Ok(Seen { keep, report, steps: steps.taken })
 }
 
@@ -146,7 +155,7 @@ fn all_of(meshes: &[Mesh]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     (positions, triangles)
 }
 
-fn reduce_part(part: Part, keep: &[bool], views: &Views, coarse: &SimplifyParams) -> Reduced {
+fn reduce_part(part: Part, keep: &[bool], views: &Views, coarse: &SimplifyParams, tell: Tell) -> Reduced {
     let Part { mesh, mut stands_for, clearance_m } = part;
     let which = |kept: bool| -> Vec<u32> { (0..keep.len() as u32).filter(|&t| keep[t as usize] == kept).collect() };
     let (kept, dropped) = (which(true), which(false));
@@ -160,12 +169,13 @@ fn reduce_part(part: Part, keep: &[bool], views: &Views, coarse: &SimplifyParams
     let hidden = if dropped.is_empty() {
         unseen
     } else {
-        let simplified = simplify(&unseen, views, coarse);
-        let nearest = nearest_triangles(&unseen, &simplified.mesh, views, coarse);
+        let [parted, simple, mapped] = REDUCED;
+        let simplified = simplify_telling(&unseen, views, coarse, tell.within(parted, simple));
+        let nearest = nearest_triangles_telling(&unseen, &simplified.mesh, views, coarse, tell.within(simple, mapped));
         for (&t, place) in dropped.iter().zip(nearest.triangle) {
             now[t as usize] = kept.len() as u32 + place;
         }
-        clearance.extend(measure(&unseen, &simplified.mesh, views, coarse).clearance_m);
+        clearance.extend(measure_telling(&unseen, &simplified.mesh, views, coarse, tell.within(mapped, 1.0)).clearance_m);
         simplified.mesh
     };
     stands_for.iter_mut().for_each(|t| *t = now[*t as usize]);

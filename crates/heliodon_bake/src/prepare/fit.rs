@@ -3,7 +3,7 @@
 use super::Work;
 use super::arrays::{Reader, Writer, textures_of};
 use super::dropped::look_around;
-use super::part::{piece_name, simplifies, simplify_params};
+use super::part::{count as triangles, piece_name, simplifies, simplify_params};
 use super::pieces::{PIECE, Piece};
 use super::steps::{Step, Steps};
 use crate::cache::CacheError;
@@ -15,11 +15,11 @@ use heliodon_prepare::purge::PurgeParams;
 use heliodon_prepare::simplify::{SimplifyParams, simplify_further};
 
 /// Rounds at most.
-const MOST_ROUNDS: usize = 6;
+pub(super) const MOST_ROUNDS: usize = 6;
 /// What is drawn fits where it is no more than so many times what is asked for.
-const FITS: f64 = 1.05;
+pub(super) const FITS: f64 = 1.05;
 /// Limits grow by at least this much in each round.
-const LEAST_GROWTH: f64 = 1.1;
+pub(super) const LEAST_GROWTH: f64 = 1.1;
 /// Ground gives way before stone does, until its limits are so many times as large. Beneath and around a room without windows it takes more
 /// triangles than all that stands on it, for an eye that looks down is nearer to it than to anything.
 pub(super) const GROUND_GIVES: f64 = 8.0;
@@ -126,8 +126,8 @@ fn count(work: &Work, meshes: &[Mesh]) -> Result<Count, BakeError> {
 
 fn again(work: &Work, mesh: &Mesh, original: &[Vec3], params: &SimplifyParams) -> Again {
     let mut steps = Steps::new(work.reporter);
-    let further = || simplify_further(mesh, original, &work.views, params);
-    let mesh = steps.run("simplifying to the number wanted", further).mesh;
+    let further = |tell: Tell| simplify_further(mesh, original, &work.views, params, tell);
+    let mesh = steps.run("simplifying to the number wanted", triangles(mesh), further).mesh;
     Again { mesh, steps: steps.taken }
 }
 

@@ -1,8 +1,8 @@
 //! Prepared geometry, kept: whoever bakes the same files with the same settings again, or one shard of them, finds it done.
 
-use super::Prepared;
 use super::arrays::{Reader, Writer};
 use super::pieces::Piece;
+use super::{PrepareReport, Prepared};
 use crate::cache::CacheError;
 use crate::key::{Digest, told_name};
 use crate::plan::Plan;
@@ -62,7 +62,7 @@ pub(super) fn part_digest(plan: &Plan, settings: &Prepare, part: usize) -> Diges
 
 impl Piece for Prepared {
     fn write(&self, into: &mut Writer) -> Result<(), CacheError> {
-        let Scene { mesh, parts, warnings, original } = &self.scene;
+        let Scene { mesh, parts, warnings, original, prepared: _ } = &self.scene;
         into.mesh("mesh", mesh)?;
         into.number(u64::from(original.is_some()));
         if let Some(original) = original {
@@ -96,6 +96,8 @@ impl Piece for Prepared {
         let range =
             |[v0, v1, t0, t1, drawn, files]: [usize; 6]| PartRange { vertices: v0..v1, triangles: t0..t1, drawn, files };
         let parts = from.told::<Vec<_>>()?.into_iter().map(range).collect();
-        Some(Self { scene: Scene { mesh, parts, warnings: from.told()?, original }, report: from.told()? })
+        let (warnings, report) = (from.told()?, from.told::<PrepareReport>()?);
+        let prepared = Some(report.lineage());
+        Some(Self { scene: Scene { mesh, parts, warnings, original, prepared }, report })
     }
 }

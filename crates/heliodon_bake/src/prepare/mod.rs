@@ -10,21 +10,27 @@
 mod arrays;
 mod doubts;
 mod dropped;
+mod estimate;
 mod fit;
 mod kept;
 mod looks;
 mod part;
+mod patches;
 mod pieces;
 mod report;
 mod steps;
 mod views;
 
+pub(crate) use arrays::textures_of;
+pub use estimate::{PrepareEstimate, StepEstimate, estimate};
+pub(crate) use estimate::{estimate_with, is_prepared};
 pub(crate) use kept::GEOMETRY;
 pub use part::PartReport;
 pub use report::PrepareReport;
 pub use steps::Step;
 pub use views::views;
 
+use crate::budget::Means;
 use crate::cache::Cache;
 use crate::error::BakeError;
 use crate::key::Digest;
@@ -72,6 +78,17 @@ struct Work<'a> {
 /// # Errors
 /// Files that cannot be read, what cannot be prepared within the limits of the formats, and a cache that cannot be written.
 pub fn prepare(plan: &Plan, settings: &Prepare, looks: Option<&Path>, reporter: &dyn Reporter) -> Result<Prepared, BakeError> {
+    prepare_where(plan, settings, looks, reporter, |_| Ok(()))
+}
+
+/// As [`prepare`], where `may_begin` agrees with what is expected of it; it is asked where the site has a budget and nothing is finished yet.
+pub(crate) fn prepare_where(
+    plan: &Plan,
+    settings: &Prepare,
+    looks: Option<&Path>,
+    reporter: &dyn Reporter,
+    may_begin: impl FnOnce(&PrepareEstimate) -> Result<(), BakeError>,
+) -> Result<Prepared, BakeError> {
     // several runs may have it open, but one at a time makes the geometry, and the others find it; without locks all make the same
     let cache = Cache::join(&plan.cache_root(), &geometry_key(plan, settings), &plan.owner())?;
     let pieces = Pieces::new(Some(&cache), looks.is_none(), reporter);
@@ -94,10 +111,11 @@ pub fn prepare(plan: &Plan, settings: &Prepare, looks: Option<&Path>, reporter: 
                     if !plan.options.no_cache {
                         cache.adopt_where(|stage| stage.starts_with(PART))?;
                     }
+                    let means = within_budget(plan, settings, reporter, may_begin)?;
                     let parts = (0..site.parts.len()).map(|part| part_digest(plan, settings, part)).collect();
                     let (views, looks) = (views(site), Looks::new(site, looks));
                     let work = Work { plan, site, files, settings, views, looks, pieces, parts, reporter };
-                    let prepared = make(&work)?;
+                    let prepared = means.run(|| make(&work))?;
                     work.pieces.keep(FINISHED, &[], &prepared)?;
                     cache.remove_unused(PART, &work.pieces.asked());
                     cache.remove_others(GEOMETRY, &plan.owner());
@@ -122,6 +140,26 @@ fn take_finished(pieces: &Pieces, reporter: &dyn Reporter) -> Option<Prepared> {
     let finished = pieces.take(FINISHED, &[])?;
     reporter.note("going on: the geometry is prepared");
     Some(finished)
+}
+
+/// The threads that preparation may use within the site's budget.
+fn within_budget(
+    plan: &Plan,
+    settings: &Prepare,
+    reporter: &dyn Reporter,
+    may_begin: impl FnOnce(&PrepareEstimate) -> Result<(), BakeError>,
+) -> Result<Means, BakeError> {
+    let (budget, threads) = (plan.site.budget.bake_bytes(), rayon::current_num_threads());
+    if budget.is_none() {
+        return Ok(Means { threads, kept: 0 });
+    }
+    let expected = estimate(plan, settings, reporter)?;
+    let means = estimate::need(&expected).within("preparation", budget, threads)?;
+    may_begin(&expected)?;
+    if means.threads < threads {
+        reporter.note(&format!("preparation stays within [budget] with {} of {threads} threads", means.threads));
+    }
+    Ok(means)
 }
 
 impl Work<'_> {
@@ -182,14 +220,15 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
     if let Some(purge) = &report.purge {
         warnings.extend(room_doubts(&work.site.rooms, purge));
     }
-    let scene = join(reduced, original, work.files, warnings)?;
+    let mut scene = join(reduced, original, work.files, warnings)?;
     report.count(&scene);
+    scene.prepared = Some(report.lineage());
     Ok(Prepared { scene, report })
 }
 
 /// Puts the parts together into one mesh.
 fn join(parts: Vec<Reduced>, mut original: Original, files: &[InputFile], warnings: Vec<String>) -> Result<Scene, BakeError> {
-    let mut scene = Scene { mesh: Mesh::default(), parts: Vec::new(), warnings, original: None };
+    let mut scene = Scene { mesh: Mesh::default(), parts: Vec::new(), warnings, original: None, prepared: None };
     for (index, part) in parts.into_iter().enumerate() {
         let (first_vertex, first_triangle) = (scene.mesh.positions.len(), scene.mesh.triangles.len());
         let drawn = part.drawn.triangles.len();

@@ -12,11 +12,13 @@ use glam::Vec3;
 use heliodon_bundle::site::{InputKind, Prepare, Role, Winding};
 use heliodon_mesh::import::ImportReport;
 use heliodon_mesh::{Mesh, MeshError};
-use heliodon_prepare::Views;
-use heliodon_prepare::clean::{self, CleanParams, CleanReport, clean};
-use heliodon_prepare::simplify::{MeasureReport, SimplifyParams, SimplifyReport, measure, nearest_triangles, simplify};
-use heliodon_prepare::solids::{SolidsParams, SolidsReport, unite};
-use heliodon_prepare::split::{SplitError, SplitReport, split};
+use heliodon_prepare::clean::{self, CleanParams, CleanReport, clean_telling};
+use heliodon_prepare::simplify::{
+    MeasureReport, SimplifyParams, SimplifyReport, measure_telling, nearest_triangles_telling, simplify_telling,
+};
+use heliodon_prepare::solids::{SolidsParams, SolidsReport, unite_telling};
+use heliodon_prepare::split::{SplitError, SplitReport, split_telling};
+use heliodon_prepare::{Tell, Views};
 use serde::{Deserialize, Serialize};
 
 /// A part before the purge.
@@ -169,12 +171,20 @@ pub(super) fn compare(
     Ok(Part { mesh, stands_for: mapped.stands_for, clearance_m: mapped.clearance_m })
 }
 
+/// The triangles of a mesh, as steps count them.
+pub(super) fn count(mesh: &Mesh) -> u64 {
+    mesh.triangles.len() as u64
+}
+
 /// Reads, cleans and splits.
 fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
     let Work { plan, site, files, settings, views, looks, .. } = work;
     let mut steps = Steps::new(work.reporter);
     let mut import = ImportReport::default();
-    let mut mesh = steps.run("reading", || crate::scene::read_part(site, files, index, &mut import))?;
+    let bytes = crate::scene::part_bytes(files, index);
+    let mut mesh = steps.run("reading", bytes, |tell| {
+        crate::scene::read_part(site, files, index, &mut import, &|read| tell.done(read as f64 / bytes.max(1) as f64))
+    })?;
     let of_part = |kind| matches!(kind, InputKind::Geometry(part) | InputKind::Albedo(part) if part == index);
     // it will be kept under the hash that the file had before
     plan.check_unchanged(of_part)?;
@@ -188,7 +198,7 @@ fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
     if settings.clean {
         let params = clean_params(settings, part.role, views);
         let as_read = looks.wanted().then(|| mesh.clone());
-        let found = steps.run("cleaning", || clean(&mut mesh, &params));
+        let found = steps.run("cleaning", count(&mesh), |tell| clean_telling(&mut mesh, &params, tell));
         if let Some(as_read) = as_read {
             looks.found(index, &as_read, &found)?;
         }
@@ -197,13 +207,14 @@ fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
     if settings.solids && matches!(part.role, Role::Filling | Role::Prop) {
         let params = SolidsParams { eyes: eyes(views), ..SolidsParams::default() };
         let before = looks.wanted().then(|| mesh.clone());
-        let found = steps.run("uniting solids", || unite(&mut mesh, &params));
+        let found = steps.run("uniting solids", count(&mesh), |tell| unite_telling(&mut mesh, &params, tell));
         if let Some(before) = before {
             looks.united(index, &before, &found)?;
         }
         report.solids = Some(found);
     }
-    let (split, times) = steps.run("splitting", || split_coarse(&mut mesh, part.role, settings, views))?;
+    let splitting = |tell: Tell| split_coarse(&mut mesh, part.role, settings, views, tell);
+    let (split, times) = steps.run("splitting", report.triangles_read, splitting)?;
     (report.split, report.edge_px) = (split, settings.edge_px * f64::from(times));
     report.triangles_original = mesh.triangles.len() as u64;
     report.steps = steps.taken;
@@ -217,6 +228,7 @@ fn split_coarse(
     role: Role,
     settings: &Prepare,
     views: &Views,
+    tell: Tell,
 ) -> Result<(Option<SplitReport>, f32), SplitError> {
     let params = simplify_params(settings);
     let target_m =
@@ -233,13 +245,13 @@ fn split_coarse(
         let wanted = usize::try_from(settings.triangles).unwrap_or(usize::MAX);
         let most = wanted.saturating_mul(MOST_SPLIT_GROUND).max(2 * mesh.triangles.len()).min(MOST_TRIANGLES);
         while times < GROUND_GIVES as f32 {
-            if let Ok(report) = split(mesh, |place, along| times * longest_m(place, along), most) {
+            if let Ok(report) = split_telling(mesh, |place, along| times * longest_m(place, along), most, tell) {
                 return Ok((Some(report), times));
             }
             times *= std::f32::consts::SQRT_2;
         }
     }
-    split(mesh, |place, along| times * longest_m(place, along), MOST_TRIANGLES).map(|report| (Some(report), times))
+    split_telling(mesh, |place, along| times * longest_m(place, along), MOST_TRIANGLES, tell).map(|report| (Some(report), times))
 }
 
 /// How far simplification may depart from the original, metres.
@@ -249,7 +261,8 @@ fn error_m(work: &Work, params: &SimplifyParams, place: Vec3) -> f32 {
 
 fn make_simple(work: &Work, whole: &Mesh, mut report: PartReport) -> Simple {
     let mut steps = Steps::new(work.reporter);
-    let simplified = steps.run("simplifying", || simplify(whole, &work.views, &simplify_params(work.settings)));
+    let simplified = steps
+        .run("simplifying", count(whole), |tell| simplify_telling(whole, &work.views, &simplify_params(work.settings), tell));
     report.simplify = Some(simplified.report);
     report.steps.append(&mut steps.taken);
     Simple { mesh: simplified.mesh, report }
@@ -257,8 +270,9 @@ fn make_simple(work: &Work, whole: &Mesh, mut report: PartReport) -> Simple {
 
 fn make_mapped(work: &Work, original: &Mesh, simple: &Mesh, params: &SimplifyParams) -> Mapped {
     let mut steps = Steps::new(work.reporter);
-    let measured = steps.run("measuring", || measure(original, simple, &work.views, params));
-    let nearest = steps.run("mapping", || nearest_triangles(original, simple, &work.views, params));
+    let measured = steps.run("measuring", count(original), |tell| measure_telling(original, simple, &work.views, params, tell));
+    let nearest =
+        steps.run("mapping", count(original), |tell| nearest_triangles_telling(original, simple, &work.views, params, tell));
     let most = |place| MOST_CLEARANCE * error_m(work, params, place);
     let clearance_m = simple.positions.iter().zip(measured.clearance_m).map(|(&p, c)| c.min(most(p))).collect();
     Mapped { stands_for: nearest.triangle, clearance_m, error: measured.report, steps: steps.taken }
@@ -305,9 +319,9 @@ impl Piece for Mapped {
 }
 
 /// Edges are split that are longer than simplification lets them become: half as long again as what is asked for.
-const LONGEST_EDGE: f32 = 1.5;
+pub(super) const LONGEST_EDGE: f32 = 1.5;
 /// The least part of its length that an edge is taken to show.
-const LEAST_ACROSS: f32 = 1.0 / 16.0;
+pub(super) const LEAST_ACROSS: f32 = 1.0 / 16.0;
 
 /// Ground is split to so many times the triangles that are wanted of all parts at most: simplification still finds the better ones of them.
 const MOST_SPLIT_GROUND: usize = 4;

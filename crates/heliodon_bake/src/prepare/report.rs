@@ -3,8 +3,12 @@
 use super::{PartReport, Step};
 use crate::memory::peak_resident_bytes;
 use crate::scene::Scene;
-use heliodon_prepare::purge::PurgeReport;
+use heliodon_bundle::lineage::{MeasuredError, Prepared, PreparedPart, PurgeCheck};
+use heliodon_prepare::clean::CleanReport;
+use heliodon_prepare::purge::{PurgeReport, Verified};
+use heliodon_prepare::simplify::MeasureReport;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt;
 
 /// What preparation found and did.
@@ -45,6 +49,68 @@ impl PrepareReport {
         self.vertices = scene.mesh.positions.len() as u64;
         self.peak_memory_bytes = peak_resident_bytes();
     }
+}
+
+impl PrepareReport {
+    /// What a bundle's manifest tells of it.
+    #[must_use]
+    pub fn lineage(&self) -> Prepared {
+        let check = |purge: &PurgeReport| {
+            let sum = |of: fn(&Verified) -> u64| purge.rooms.iter().map(|room| of(&room.verified)).sum();
+            PurgeCheck { pixels: sum(|verified| verified.met), wrong: sum(|verified| verified.wrong) }
+        };
+        Prepared {
+            error_px: self.error_px,
+            edge_px: self.edge_px,
+            parts: self.parts.iter().map(PartReport::lineage).collect(),
+            purge: self.purge.as_ref().map(check),
+        }
+    }
+}
+
+impl PartReport {
+    fn lineage(&self) -> PreparedPart {
+        let cleaned = self.clean.as_ref().map_or(self.triangles_read, |clean| clean.triangles_after);
+        let off = |error: &MeasureReport| {
+            let off = &error.from_original;
+            let [mean_px, p95_px, max_px, mean_m, max_m] =
+                [off.mean_px, off.p95_px, off.max_px, off.mean_m, off.max_m].map(f64::from);
+            MeasuredError { mean_px, p95_px, max_px, mean_m, max_m }
+        };
+        PreparedPart {
+            vertices_read: self.vertices_read,
+            triangles_read: self.triangles_read,
+            triangles_cleaned: self.solids.as_ref().map_or(cleaned, |solids| solids.triangles_after),
+            triangles_original: self.triangles_original,
+            triangles_drawn: self.triangles_drawn,
+            triangles_hidden: self.triangles_hidden,
+            found: self.clean.as_ref().map_or_else(BTreeMap::new, found),
+            error: self.error.as_ref().map(off),
+        }
+    }
+}
+
+/// What cleaning found, by the names of its report; nothing of what it did not find.
+fn found(clean: &CleanReport) -> BTreeMap<String, u64> {
+    let all = [
+        ("mended_attributes", clean.mended_attributes),
+        ("moved_vertices", clean.moved_vertices),
+        ("non_finite_triangles", clean.non_finite.triangles),
+        ("degenerate_triangles", clean.degenerate.triangles),
+        ("flat_triangles", clean.flat.triangles),
+        ("duplicate_triangles", clean.duplicate.triangles),
+        ("double_wall_triangles", clean.double_walls.triangles),
+        ("isolated_triangles", clean.isolated.triangles),
+        ("isolated_bits", clean.isolated_bits),
+        ("inconsistent_triangles", clean.inconsistent.triangles),
+        ("inside_out_triangles", clean.inside_out.triangles),
+        ("one_sided_triangles", clean.one_sided.triangles),
+        ("flipped_triangles", clean.flipped),
+        ("non_manifold_edges", clean.non_manifold.edges),
+        ("open_edges", clean.open.edges),
+        ("rims", clean.rims),
+    ];
+    all.into_iter().filter(|(_, count)| *count > 0).map(|(name, count)| (name.to_owned(), count)).collect()
 }
 
 impl fmt::Display for PrepareReport {
