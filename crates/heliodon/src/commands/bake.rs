@@ -1,5 +1,6 @@
 //! `heliodon bake`: a site's light.
 
+use super::prepare::describe_estimate as describe_preparation;
 use crate::App;
 use crate::output::{bytes, count, counted, duration};
 use crate::slurm::{self, SlurmReport};
@@ -28,7 +29,7 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     #[command(flatten)]
     target: Target,
-    /// Tell what the bake would cost, from a few timed blocks, and bake nothing
+    /// Tell what the bake would cost, and the preparation before it, from a few timed blocks and patches, and do neither
     #[arg(long)]
     estimate: bool,
     /// Do only part I of N of the work; `heliodon merge` makes the bundle of all parts
@@ -191,11 +192,15 @@ fn told_of(taken: &Taken) -> Option<String> {
 }
 
 fn describe_estimate(estimate: &Estimate) -> String {
+    let prepare = estimate.prepare.as_ref().map_or_else(String::new, |prepare| {
+        format!("preparation:\n{}\nthen the light, of what is left:\n", describe_preparation(prepare))
+    });
     format!(
-        "{} triangles, {} vertices, {} points to solve{}\n\
+        "{prepare}{} triangles, {} vertices, {} points to solve{}\n\
          {} rays to the sky and between surfaces, {} to the suns\n\
          about {} for the light on this machine\n\
-         {} of memory, {} of room for finished work, {} for the bundle without sky maps and textures\n",
+         {} of memory, {} of room for finished work, {} for the bundle without sky maps and textures\n\
+         up to {} in the viewer, beyond what its empty window takes\n",
         count(estimate.triangles),
         count(estimate.vertices),
         count(estimate.points),
@@ -208,6 +213,7 @@ fn describe_estimate(estimate: &Estimate) -> String {
         duration(estimate.seconds),
         bytes(estimate.memory_bytes),
         bytes(estimate.cache_bytes),
-        bytes(estimate.bundle_bytes)
+        bytes(estimate.bundle_bytes),
+        bytes(estimate.viewer_bytes)
     )
 }

@@ -5,6 +5,7 @@ use crate::output::{count, counted};
 use anyhow::{Result, bail};
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::inspect::{BundleSummary, SiteSummary};
+use heliodon_bundle::lineage::site_beside;
 use heliodon_bundle::manifest::MANIFEST_FILE_NAME;
 use heliodon_bundle::site::{SITE_FILE_NAME, Site};
 use heliodon_image::{HdrImage, SrgbImage};
@@ -16,7 +17,7 @@ use std::path::{Path, PathBuf};
 /// Tells what is in a mesh, a sky image, a picture, a site or a bundle.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  heliodon inspect scan.ply\n  heliodon inspect sky/0657.hdr --json\n  heliodon inspect mysite/bundle --verify"
+    after_help = "Examples:\n  heliodon inspect scan.ply\n  heliodon inspect sky/0657.hdr --json\n  heliodon inspect mysite/bundle --verify\n  heliodon inspect bundles/temple --site mysite --json"
 )]
 pub struct Args {
     /// A mesh, an image, a site's folder or site.toml, or a bundle's folder
@@ -24,6 +25,9 @@ pub struct Args {
     /// Read a bundle's files whole and compare their hashes
     #[arg(long)]
     verify: bool,
+    /// Compare a bundle's inputs with the files of this site [default: the one in whose folder the bundle stands]
+    #[arg(long, value_name = "DIR")]
+    site: Option<PathBuf>,
 }
 
 #[derive(Serialize)]
@@ -78,7 +82,7 @@ enum Summary {
 
 /// Runs it.
 pub fn run(app: &App, args: &Args) -> Result<()> {
-    let summary = summarise(&args.file, args.verify)?;
+    let summary = summarise(args)?;
     app.output.result(&summary, |summary| match summary {
         Summary::Mesh(mesh) => describe_mesh(mesh),
         Summary::SkyImage(image) => describe_hdr(image),
@@ -91,14 +95,27 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     })
 }
 
-fn summarise(path: &Path, verify: bool) -> Result<Summary> {
+fn summarise(args: &Args) -> Result<Summary> {
+    let path = &args.file;
+    let is_bundle = path.join(MANIFEST_FILE_NAME).exists();
+    if args.site.is_some() && !is_bundle {
+        bail!(
+            "{}: --site compares a bundle with its site, and this is no bundle ({MANIFEST_FILE_NAME} is not in it)",
+            path.display()
+        );
+    }
     if path.is_dir() {
-        if path.join(MANIFEST_FILE_NAME).exists() {
+        if is_bundle {
             let bundle = BundleReader::open(path)?;
-            if verify {
+            if args.verify {
                 bundle.verify()?;
             }
-            return Ok(Summary::Bundle(Box::new(BundleSummary::of(&bundle))));
+            let summary = BundleSummary::of(&bundle);
+            let summary = match args.site.as_deref().map(site_folder).transpose()?.or_else(|| site_beside(path)) {
+                Some(site) => summary.compared_with(&bundle, &site),
+                None => summary,
+            };
+            return Ok(Summary::Bundle(Box::new(summary)));
         }
         if path.join(SITE_FILE_NAME).exists() {
             return Ok(Summary::Site(SiteSummary::of(&Site::read(path)?)?));
@@ -116,6 +133,15 @@ fn summarise(path: &Path, verify: bool) -> Result<Summary> {
         }
         _ => Ok(Summary::Mesh(summarise_mesh(path)?)),
     }
+}
+
+/// A site's folder, given it or its site.toml.
+fn site_folder(path: &Path) -> Result<PathBuf> {
+    let folder = if path.is_dir() { path } else { path.parent().unwrap_or(Path::new("")) };
+    if !folder.join(SITE_FILE_NAME).is_file() {
+        bail!("{}: no site is there ({SITE_FILE_NAME})", path.display());
+    }
+    Ok(folder.to_owned())
 }
 
 fn summarise_hdr(path: &Path) -> Result<HdrSummary> {

@@ -8,7 +8,7 @@ use crate::output::count;
 use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
 use heliodon_bundle::site::{
-    Bake, BelowHorizon, Display, LightStorage, Part, Role, SITE_FILE_NAME, SiteFile, SiteInfo, Sky, Unit, UpAxis,
+    Bake, BelowHorizon, Budget, Display, LightStorage, Part, Role, SITE_FILE_NAME, SiteFile, SiteInfo, Sky, Unit, UpAxis,
 };
 use std::ffi::OsString;
 use std::fs;
@@ -169,6 +169,7 @@ fn athens(name: &str, sky: Sky, bake: Bake) -> SiteFile {
         lamps: Vec::new(),
         prepare: None,
         display: Display::default(),
+        budget: Budget::default(),
     }
 }
 

@@ -6,6 +6,7 @@ mod commands;
 mod figures;
 mod first_site;
 mod looks;
+mod means;
 #[cfg(feature = "viewer")]
 mod pictures;
 mod prepared;
