@@ -329,17 +329,19 @@ impl BundleSummary {
     }
 
     fn write_prepared(&self, f: &mut fmt::Formatter<'_>, prepared: &Prepared) -> fmt::Result {
-        writeln!(f, "prepared to {:.2} px of error and edges of {:.1} px", prepared.error_px, prepared.edge_px)?;
+        writeln!(f, "prepared")?;
         for (part, became) in self.parts.iter().zip(&prepared.parts) {
             let PreparedPart { triangles_read, triangles_cleaned, triangles_original, .. } = became;
             writeln!(
                 f,
-                "  part {}: {} triangles read, {} cleaned, {} that rays of light meet, {} drawn, {} that only reflect",
+                "  part {}: {} triangles read, {} cleaned, {} that rays of light meet, {} drawn (to {:.2} px of error and edges of {:.1} px), {} that only reflect",
                 part.name,
                 thousands(*triangles_read),
                 thousands(*triangles_cleaned),
                 thousands(*triangles_original),
                 thousands(became.triangles_drawn),
+                became.error_px,
+                became.edge_px,
                 thousands(became.triangles_hidden)
             )?;
             if !became.found.is_empty() {

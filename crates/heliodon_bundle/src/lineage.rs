@@ -11,10 +11,6 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Prepared {
-    /// The error that was allowed in the end, pixels of the display: as `[prepare]` says, or more where the number of triangles wanted it.
-    pub error_px: f64,
-    /// The edge that was allowed in the end, in the same pixels.
-    pub edge_px: f64,
     /// The parts, in the order of the manifest's.
     pub parts: Vec<PreparedPart>,
     /// What looking for what nobody sees came to; none where nobody looked.
@@ -26,6 +22,10 @@ pub struct Prepared {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PreparedPart {
+    /// The error that was allowed in the end, pixels of the display: as `[prepare]` says, or more where the number of triangles wanted it.
+    pub error_px: f64,
+    /// The edge that was allowed in the end, in the same pixels.
+    pub edge_px: f64,
     /// Vertices in its files.
     pub vertices_read: u64,
     /// Triangles in its files.

@@ -11,6 +11,7 @@ use crate::error::BakeError;
 use glam::Vec3;
 use heliodon_bundle::site::Role;
 use heliodon_mesh::Mesh;
+use heliodon_prepare::Tell;
 use heliodon_prepare::purge::PurgeParams;
 use heliodon_prepare::simplify::{SimplifyParams, simplify_further};
 

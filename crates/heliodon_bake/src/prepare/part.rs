@@ -251,7 +251,8 @@ fn split_coarse(
             times *= std::f32::consts::SQRT_2;
         }
     }
-    split_telling(mesh, |place, along| times * longest_m(place, along), MOST_TRIANGLES, tell).map(|report| (Some(report), times))
+    split_telling(mesh, |place, along| times * longest_m(place, along), MOST_TRIANGLES, tell)
+        .map(|report| (Some(report), times))
 }
 
 /// How far simplification may depart from the original, metres.

@@ -59,12 +59,7 @@ impl PrepareReport {
             let sum = |of: fn(&Verified) -> u64| purge.rooms.iter().map(|room| of(&room.verified)).sum();
             PurgeCheck { pixels: sum(|verified| verified.met), wrong: sum(|verified| verified.wrong) }
         };
-        Prepared {
-            error_px: self.error_px,
-            edge_px: self.edge_px,
-            parts: self.parts.iter().map(PartReport::lineage).collect(),
-            purge: self.purge.as_ref().map(check),
-        }
+        Prepared { parts: self.parts.iter().map(PartReport::lineage).collect(), purge: self.purge.as_ref().map(check) }
     }
 }
 
@@ -78,6 +73,8 @@ impl PartReport {
             MeasuredError { mean_px, p95_px, max_px, mean_m, max_m }
         };
         PreparedPart {
+            error_px: self.error_px,
+            edge_px: self.edge_px,
             vertices_read: self.vertices_read,
             triangles_read: self.triangles_read,
             triangles_cleaned: self.solids.as_ref().map_or(cleaned, |solids| solids.triangles_after),

@@ -1,10 +1,6 @@
 //! Tests of the whole of simplification; tiles are small, so that most vertices are near a rim.
 
 use super::*;
-
-fn simplify_in_tiles(mesh: &Mesh, views: &Views, params: &SimplifyParams, most: usize, tell: Tell) -> Simplified {
-    simplify_for(mesh, None, views, params, most, tell)
-}
 use crate::{Screen, ViewCell};
 use glam::{Vec2, Vec3};
 use heliodon_image::SrgbImage;
@@ -15,6 +11,10 @@ use proptest::prelude::*;
 use std::collections::HashMap;
 
 const TILE: usize = 3000;
+
+fn simplify_in_tiles(mesh: &Mesh, views: &Views, params: &SimplifyParams, most: usize, tell: Tell) -> Simplified {
+    simplify_for(mesh, None, views, params, most, tell)
+}
 
 fn nowhere() -> Views {
     Views { cells: Vec::new(), screen: Screen { width_px: 1024, height_px: 768, fov_rad: 1.0 } }
