@@ -6,6 +6,7 @@ use heliodon_rays::{BuildParams, TriangleScene};
 use heliodon_testkit::scenes::Scene;
 
 /// `S` of a uniform sky of radiance 1: its constant coefficient.
+#[allow(dead_code, reason = "not every test that shares this has a uniform sky")]
 pub const UNIFORM_SKY: f32 = 3.544_907_7;
 
 /// A scene with the structure that answers rays in it.
