@@ -86,10 +86,10 @@ mod tests {
                 }
             });
         });
-        let heard = heard.0.into_inner().unwrap();
+        assert_eq!(steps.taken.len(), 1);
+        let heard = heard.0.lock().unwrap();
         assert_eq!(heard[..2], [1_000_000, 0]);
         assert!(heard[1..].is_sorted() && heard.len() > 100 && heard.len() <= TOLD as usize + 2, "{}", heard.len());
         assert!(*heard.last().unwrap() > 990_000);
-        assert_eq!(steps.taken.len(), 1);
     }
 }
