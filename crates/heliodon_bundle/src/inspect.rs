@@ -334,16 +334,15 @@ impl BundleSummary {
             let PreparedPart { triangles_read, triangles_cleaned, triangles_original, .. } = became;
             writeln!(
                 f,
-                "  part {}: {} triangles read, {} cleaned, {} that rays of light meet, {} drawn (to {:.2} px of error and edges of {:.1} px), {} that only reflect",
+                "  part {}: {} triangles read, {} cleaned, {} that rays of light meet, {} drawn, {} that only reflect",
                 part.name,
                 thousands(*triangles_read),
                 thousands(*triangles_cleaned),
                 thousands(*triangles_original),
                 thousands(became.triangles_drawn),
-                became.error_px,
-                became.edge_px,
                 thousands(became.triangles_hidden)
             )?;
+            writeln!(f, "    simplified to {:.2} px of error and edges of {:.1} px", became.error_px, became.edge_px)?;
             if !became.found.is_empty() {
                 let found =
                     became.found.iter().map(|(what, count)| format!("{} {}", thousands(*count), what.replace('_', " ")));

@@ -22,10 +22,6 @@ pub struct Prepared {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PreparedPart {
-    /// The error that was allowed in the end, pixels of the display: as `[prepare]` says, or more where the number of triangles wanted it.
-    pub error_px: f64,
-    /// The edge that was allowed in the end, in the same pixels.
-    pub edge_px: f64,
     /// Vertices in its files.
     pub vertices_read: u64,
     /// Triangles in its files.
@@ -38,6 +34,10 @@ pub struct PreparedPart {
     pub triangles_drawn: u64,
     /// Triangles that nobody sees, which only hold the light that they reflect.
     pub triangles_hidden: u64,
+    /// The error that was allowed in the end, pixels of the display: as `[prepare]` says, or more where the number of triangles wanted it.
+    pub error_px: f64,
+    /// The edge that was allowed in the end, in the same pixels.
+    pub edge_px: f64,
     /// How often cleaning found each kind of fault; those that it did not find are left out.
     pub found: BTreeMap<String, u64>,
     /// How far what was simplified is off the original, where it was measured.

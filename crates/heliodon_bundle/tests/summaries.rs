@@ -59,14 +59,14 @@ fn bundles_and_sites_are_summarised() {
 #[test]
 fn what_became_of_the_parts_is_kept_and_told() {
     let part = |read: u64, drawn: u64| PreparedPart {
-        error_px: 1.5,
-        edge_px: 7.5,
         vertices_read: read,
         triangles_read: read,
         triangles_cleaned: read - 2,
         triangles_original: 5 * read,
         triangles_drawn: drawn,
         triangles_hidden: 1,
+        error_px: 1.5,
+        edge_px: 7.5,
         found: [("degenerate".to_owned(), 2), ("open_edges".to_owned(), 1700)].into(),
         error: Some(MeasuredError { mean_px: 0.125, p95_px: 0.5, max_px: 2.0, mean_m: 0.001, max_m: 0.25 }),
     };
@@ -90,7 +90,8 @@ fn what_became_of_the_parts_is_kept_and_told() {
     assert_eq!((reader.manifest().version, reader.manifest().prepared.as_ref()), (2, Some(&prepared)));
     let text = BundleSummary::of(&reader).to_string();
     for words in [
-        "part column: 1,000 triangles read, 998 cleaned, 5,000 that rays of light meet, 22 drawn (to 1.50 px of error and edges of 7.5 px), 1 that",
+        "simplified to 1.50 px of error and edges of 7.5 px",
+        "part column: 1,000 triangles read, 998 cleaned, 5,000 that rays of light meet, 22 drawn, 1 that only reflect",
         "found by cleaning: 2 degenerate, 1,700 open edges",
         "off the original by 0.12 px in the mean, 0.50 px at the 95th percentile, 2.0 px (0.2500 m) at most",
         "2 of 12,264,000 pixels of random frames",

@@ -5,9 +5,9 @@
 //! and in the run that measured simplification: machines differ by the same factor in all of them, nearly.
 
 use super::arrays::index_of;
-use super::fit::{FITS, LEAST_GROWTH, MOST_ROUNDS, coarser};
+use super::fit::{Growth, MOST_ROUNDS, coarser, growth};
 use super::kept::{FINISHED, geometry_key};
-use super::part::{simplifies, simplify_params};
+use super::part::{Grain, simplifies, simplify_params};
 use super::patches::{Looked, look};
 use super::views;
 use crate::budget::Need;
@@ -84,6 +84,8 @@ mod times {
     pub(super) const PURGE_ROOM: f64 = 2.0;
     /// Of a ray of the check, and the item buffers that come with it.
     pub(super) const RAY: f64 = 1.1;
+    /// Of a place of the original that is asked where it lies on what was simplified before, for each triangle of the original.
+    pub(super) const WITNESS: f64 = 0.4;
     /// Of what nobody sees: simplified, mapped and measured once more.
     pub(super) const HIDE: f64 = 2.6;
     /// A patch fits into a processor's own memory and is done in one tile or a few; a triangle of a part took 2.2 (the temple of 10 million) to 3.0 times
@@ -148,8 +150,9 @@ pub(crate) fn estimate_with(
         let file_bytes = scene::part_bytes(files, index);
         done += file_bytes;
         let unites = settings.solids && matches!(part.role, Role::Filling | Role::Prop);
-        let of_part = look(&mesh, &views, &params, part.role != Role::Scan);
-        looked.push(Looked { unites, file_bytes, reading_s, ..of_part });
+        let grain = Grain::new(mesh.triangles.len(), part.role, settings, &views);
+        let is_ground = part.role == Role::Ground;
+        looked.push(Looked { unites, is_ground, file_bytes, reading_s, ..look(&mesh, grain.as_ref()) });
         each(index, &mesh, &views)?;
     }
     reporter.finished();
@@ -185,8 +188,8 @@ struct Reckoning<'a> {
 }
 
 impl Reckoning<'_> {
-    /// Triangles of each part that are left with `params`, and what simplification took for a triangle.
-    fn simplified(&self, params: &SimplifyParams) -> (Vec<f64>, f64) {
+    /// Triangles of each part that are left with its `params`, and what simplification took for a triangle.
+    fn simplified(&self, params: &[SimplifyParams]) -> (Vec<f64>, f64) {
         let begun = Instant::now();
         let patches: Vec<(usize, &heliodon_mesh::Mesh)> = self
             .looked
@@ -196,7 +199,9 @@ impl Reckoning<'_> {
             .collect();
         let made: Vec<(usize, usize, usize)> = patches
             .par_iter()
-            .map(|(part, patch)| (*part, patch.triangles.len(), simplify(patch, self.views, params).mesh.triangles.len()))
+            .map(|(part, patch)| {
+                (*part, patch.triangles.len(), simplify(patch, self.views, &params[*part]).mesh.triangles.len())
+            })
             .collect();
         let triangles: usize = made.iter().map(|(_, before, _)| before).sum();
         let left = |part: usize| {
@@ -232,8 +237,9 @@ impl Reckoning<'_> {
         let looked = self.looked;
         let sum = |of: &dyn Fn(&Looked) -> f64| looked.iter().map(of).sum::<f64>();
         let (read, original) = (sum(&|part| part.triangles), sum(&|part| part.original));
-        let (first, patch_unit) = self.simplified(params);
-        let simplifies = simplifies(params, self.views);
+        let mut params = vec![params.clone(); looked.len()];
+        let (first, patch_unit) = self.simplified(&params);
+        let simplifies = params.first().is_some_and(|params| simplifies(params, self.views));
         let mut left = if simplifies { first } else { looked.iter().map(|part| part.original).collect() };
         let unit = times::LARGE * patch_unit;
         let textures = sum(&|part| part.texture_bytes);
@@ -272,20 +278,28 @@ impl Reckoning<'_> {
         let purges = self.settings.purge && !self.views.cells.is_empty();
         let seen = if purges { SEEN } else { 1.0 };
         let held = bytes::ORIGINAL * original + textures;
-        let mut params = params.clone();
         if simplifies && self.settings.triangles > 0 {
             let (mut rounds, mut again_s, mut purge_s) = (0, 0.0, 0.0);
+            let mut so_far = Growth { stone: 1.0, ground: 1.0 };
             let most: f64 = left.iter().sum();
             for _ in 0..MOST_ROUNDS {
                 let triangles: f64 = left.iter().sum();
                 purge_s += if purges { unit * self.purge_units(triangles, &PurgeParams::preview()) } else { 0.0 };
-                let excess = seen * triangles / self.settings.triangles as f64;
-                if excess <= FITS {
-                    break;
+                let of = |ground: bool| -> f64 {
+                    let parts = looked.iter().zip(&left).filter(|(part, _)| part.is_ground == ground);
+                    seen * parts.map(|(_, left)| left).sum::<f64>()
+                };
+                let Some(growth) = growth(of(false), of(true), self.settings.triangles as f64, so_far) else { break };
+                so_far = Growth { stone: so_far.stone * growth.stone, ground: so_far.ground * growth.ground };
+                for ((part, params), left) in looked.iter().zip(&mut params).zip(&left) {
+                    let times = if part.is_ground { growth.ground } else { growth.stone };
+                    if times != 1.0 {
+                        *params = coarser(params, times as f32);
+                        // every place of the original is asked where it lies on what is left
+                        again_s += unit * (left + times::WITNESS * part.original);
+                    }
                 }
-                params = coarser(&params, excess.sqrt().max(LEAST_GROWTH) as f32);
                 rounds += 1;
-                again_s += unit * triangles;
                 left = self.simplified(&params).0;
                 self.kept += self.meshes(&left);
             }

@@ -18,9 +18,9 @@ use heliodon_prepare::simplify::{SimplifyParams, simplify_further};
 /// Rounds at most.
 pub(super) const MOST_ROUNDS: usize = 6;
 /// What is drawn fits where it is no more than so many times what is asked for.
-pub(super) const FITS: f64 = 1.05;
+const FITS: f64 = 1.05;
 /// Limits grow by at least this much in each round.
-pub(super) const LEAST_GROWTH: f64 = 1.1;
+const LEAST_GROWTH: f64 = 1.1;
 /// Ground gives way before stone does, until its limits are so many times as large. Beneath and around a room without windows it takes more
 /// triangles than all that stands on it, for an eye that looks down is nearer to it than to anything.
 pub(super) const GROUND_GIVES: f64 = 8.0;
@@ -40,9 +40,9 @@ struct Again {
 
 /// By how much limits grow.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Growth {
-    stone: f64,
-    ground: f64,
+pub(super) struct Growth {
+    pub stone: f64,
+    pub ground: f64,
 }
 
 /// Simplifies further until about as many triangles are drawn as the site wants; returns the limits of each part with which they do, and what that
@@ -87,7 +87,7 @@ pub(super) fn fit(
 
 /// By how much limits must grow so that so many triangles of stone and of ground become as many as are wanted; none where they fit. Triangles have
 /// areas, so their number falls with the square.
-fn growth(stone: f64, ground: f64, wanted: f64, so_far: Growth) -> Option<Growth> {
+pub(super) fn growth(stone: f64, ground: f64, wanted: f64, so_far: Growth) -> Option<Growth> {
     if stone + ground <= FITS * wanted {
         return None;
     }

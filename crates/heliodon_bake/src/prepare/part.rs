@@ -221,6 +221,57 @@ fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
     Ok(Whole { mesh, warnings: import.warnings, report })
 }
 
+/// How finely splitting splits a part.
+pub(super) struct Grain<'a> {
+    params: SimplifyParams,
+    views: &'a Views,
+    /// The most triangles that a ground is split into before it is split less finely; none for what is not, and where rooms have windows.
+    most: Option<usize>,
+}
+
+impl<'a> Grain<'a> {
+    /// Of a part of so many triangles; none where nothing is split.
+    pub fn new(triangles: usize, role: Role, settings: &Prepare, views: &'a Views) -> Option<Self> {
+        let params = simplify_params(settings);
+        let grain = Self { params, views, most: None };
+        if grain.target_m(Vec3::ZERO) <= 0.0 {
+            return None;
+        }
+        // what the number of triangles takes away again need not be made; through windows little of it may be seen
+        let around = !views.cells.is_empty() && views.cells.iter().all(|cell| cell.windows.is_empty());
+        let wanted = usize::try_from(settings.triangles).unwrap_or(usize::MAX);
+        let limited = role == Role::Ground && around && wanted > 0;
+        let most = limited.then(|| wanted.saturating_mul(MOST_SPLIT_GROUND).max(2 * triangles).min(MOST_TRIANGLES));
+        Some(Self { most, ..grain })
+    }
+
+    fn target_m(&self, place: Vec3) -> f32 {
+        let Self { params, views, .. } = self;
+        if views.cells.is_empty() { params.edge_m } else { params.edge_px * views.pixel_m(place, params.nearest_m) }
+    }
+
+    /// The longest that an edge at a place may be, along a direction.
+    pub fn longest_m(&self, place: Vec3, along: Vec3) -> f32 {
+        // an edge that runs towards the eye shows little of its length
+        LONGEST_EDGE * self.target_m(place) / self.views.across(place, along).max(LEAST_ACROSS)
+    }
+
+    /// Splits a mesh with `try_split`, which is told how many times longer edges may be and how many triangles may come of it; longer and longer ones
+    /// where too many would. Answers with that number of times.
+    pub fn fit<T>(&self, mut try_split: impl FnMut(f32, usize) -> Result<T, SplitError>) -> Result<(T, f32), SplitError> {
+        let mut times = 1.0;
+        if let Some(most) = self.most {
+            while times < GROUND_GIVES as f32 {
+                if let Ok(split) = try_split(times, most) {
+                    return Ok((split, times));
+                }
+                times *= std::f32::consts::SQRT_2;
+            }
+        }
+        Ok((try_split(times, MOST_TRIANGLES)?, times))
+    }
+}
+
 /// Splits edges that are longer than light is to be grained: modelled walls of two triangles, and scans that were thinned out before, whose long
 /// triangles would carry the light of corners that lie inside of other stones. Tells as well how many times longer than asked for edges may be.
 fn split_coarse(
@@ -230,29 +281,10 @@ fn split_coarse(
     views: &Views,
     tell: Tell,
 ) -> Result<(Option<SplitReport>, f32), SplitError> {
-    let params = simplify_params(settings);
-    let target_m =
-        |place| if views.cells.is_empty() { params.edge_m } else { params.edge_px * views.pixel_m(place, params.nearest_m) };
-    if target_m(Vec3::ZERO) <= 0.0 {
-        return Ok((None, 1.0));
-    }
-    // an edge that runs towards the eye shows little of its length
-    let longest_m = |place, along| LONGEST_EDGE * target_m(place) / views.across(place, along).max(LEAST_ACROSS);
-    // what the number of triangles takes away again need not be made; through windows little of it may be seen
-    let mut times = 1.0;
-    let around = !views.cells.is_empty() && views.cells.iter().all(|cell| cell.windows.is_empty());
-    if role == Role::Ground && around && settings.triangles > 0 {
-        let wanted = usize::try_from(settings.triangles).unwrap_or(usize::MAX);
-        let most = wanted.saturating_mul(MOST_SPLIT_GROUND).max(2 * mesh.triangles.len()).min(MOST_TRIANGLES);
-        while times < GROUND_GIVES as f32 {
-            if let Ok(report) = split_telling(mesh, |place, along| times * longest_m(place, along), most, tell) {
-                return Ok((Some(report), times));
-            }
-            times *= std::f32::consts::SQRT_2;
-        }
-    }
-    split_telling(mesh, |place, along| times * longest_m(place, along), MOST_TRIANGLES, tell)
-        .map(|report| (Some(report), times))
+    let Some(grain) = Grain::new(mesh.triangles.len(), role, settings, views) else { return Ok((None, 1.0)) };
+    let (report, times) =
+        grain.fit(|times, most| split_telling(mesh, |place, along| times * grain.longest_m(place, along), most, tell))?;
+    Ok((Some(report), times))
 }
 
 /// How far simplification may depart from the original, metres.
@@ -320,9 +352,9 @@ impl Piece for Mapped {
 }
 
 /// Edges are split that are longer than simplification lets them become: half as long again as what is asked for.
-pub(super) const LONGEST_EDGE: f32 = 1.5;
+const LONGEST_EDGE: f32 = 1.5;
 /// The least part of its length that an edge is taken to show.
-pub(super) const LEAST_ACROSS: f32 = 1.0 / 16.0;
+const LEAST_ACROSS: f32 = 1.0 / 16.0;
 
 /// Ground is split to so many times the triangles that are wanted of all parts at most: simplification still finds the better ones of them.
 const MOST_SPLIT_GROUND: usize = 4;

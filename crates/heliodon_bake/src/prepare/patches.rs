@@ -1,12 +1,10 @@
 //! Patches of a part that stand for all of it: what is done to them is timed and counted, and all of the part is reckoned from it.
 
-use super::part::{LEAST_ACROSS, LONGEST_EDGE};
+use super::part::Grain;
 use crate::estimate::largest_texture_bytes;
 use glam::Vec3;
 use heliodon_mesh::Mesh;
-use heliodon_prepare::Views;
-use heliodon_prepare::simplify::SimplifyParams;
-use heliodon_prepare::split::split;
+use heliodon_prepare::split::{SplitError, split};
 use rayon::prelude::*;
 
 /// Patches of a part, in balls around triangles that are spread over it by how many pieces splitting makes of them.
@@ -37,6 +35,8 @@ pub(super) struct Looked {
     pub patches: Vec<Mesh>,
     /// Whether solids of it are united.
     pub unites: bool,
+    /// Whether it gives way before others where there are too many triangles.
+    pub is_ground: bool,
     /// Bytes of its files, and what reading them took.
     pub file_bytes: u64,
     pub reading_s: f64,
@@ -49,37 +49,25 @@ impl Looked {
     }
 }
 
-/// Looks at a part that was read. `splits` says whether it is split.
-pub(super) fn look(mesh: &Mesh, views: &Views, params: &SimplifyParams, splits: bool) -> Looked {
-    let target_m = |place| {
-        let edge_m =
-            if views.cells.is_empty() { params.edge_m } else { params.edge_px * views.pixel_m(place, params.nearest_m) };
-        LONGEST_EDGE * edge_m
-    };
-    let longest_m = |place, along| target_m(place) / views.across(place, along).max(LEAST_ACROSS);
-    let splits = splits && target_m(Vec3::ZERO) > 0.0;
+/// Looks at a part that was read; `grain` says how it is split, if it is.
+pub(super) fn look(mesh: &Mesh, grain: Option<&Grain>) -> Looked {
     let all = mesh.triangles.len();
     let sample: Vec<u32> = (0..all as u32).step_by(all.div_ceil(SAMPLE).max(1)).collect();
-    let pieces = |&t: &u32| if splits { pieces(mesh.corners(t as usize), &longest_m) } else { 1.0 };
-    let weights: Vec<f64> = sample.iter().map(pieces).collect();
-    let mut times = 1.0;
-    if splits && !sample.is_empty() {
-        let (mut some, _) = mesh.with_triangles(&sample);
-        // what would be too many is reckoned from lengths
-        let made = split(&mut some, longest_m, MOST_PIECES).map(|report| report.triangles_after as f64);
-        times = made.unwrap_or_else(|_| weights.iter().sum()) / sample.len() as f64;
-    }
+    let split_of = split_of(mesh, &sample, grain);
+    let longest_m = |place, along| match grain {
+        Some(grain) => split_of.times_longer * grain.longest_m(place, along),
+        None => f32::INFINITY,
+    };
+    let weights: Vec<f64> = sample.iter().map(|&t| pieces(mesh.corners(t as usize), &longest_m)).collect();
     let patches = balls(mesh, &sample, &weights).into_iter().map(|triangles| {
         let (mut patch, _) = mesh.with_triangles(&triangles);
-        if splits {
-            // a patch that comes out too large is taken as it is
-            let _ = split(&mut patch, longest_m, MOST_PIECES);
-        }
+        // a patch that comes out too large is taken as it is
+        let _ = split(&mut patch, longest_m, MOST_PIECES);
         patch
     });
     let patches: Vec<Mesh> = patches.collect();
     let per_vertex = |there: bool, bytes: usize| if there { bytes as f64 } else { 0.0 };
-    let original = all as f64 * times;
+    let original = all as f64 * split_of.pieces;
     Looked {
         triangles: all as f64,
         original,
@@ -95,6 +83,33 @@ pub(super) fn look(mesh: &Mesh, views: &Views, params: &SimplifyParams, splits: 
         patches,
         ..Looked::default()
     }
+}
+
+/// What splitting makes of a part.
+struct SplitOf {
+    /// Of each triangle, in the mean.
+    pieces: f64,
+    /// How many times longer than asked for edges may be, so that it is not too many.
+    times_longer: f32,
+}
+
+/// Splits the sample as all of the part would be.
+fn split_of(mesh: &Mesh, sample: &[u32], grain: Option<&Grain>) -> SplitOf {
+    let nothing = SplitOf { pieces: 1.0, times_longer: 1.0 };
+    let Some(grain) = grain.filter(|_| !sample.is_empty()) else { return nothing };
+    let (some, _) = mesh.with_triangles(sample);
+    let share = sample.len() as f64 / mesh.triangles.len() as f64;
+    let made = grain.fit(|times, most| -> Result<f64, SplitError> {
+        let longest_m = |place, along| times * grain.longest_m(place, along);
+        let most = ((most as f64 * share) as usize).min(MOST_PIECES);
+        match split(&mut some.clone(), longest_m, most) {
+            Ok(report) => Ok(report.triangles_after as f64),
+            // splitting itself would not refuse so many: they are reckoned from lengths
+            Err(_) if most == MOST_PIECES => Ok((0..some.triangles.len()).map(|t| pieces(some.corners(t), &longest_m)).sum()),
+            Err(error) => Err(error),
+        }
+    });
+    made.map_or(nothing, |(made, times_longer)| SplitOf { pieces: made / sample.len() as f64, times_longer })
 }
 
 /// About how many pieces are made of a triangle: so many as its two longest edges are too long, each.

@@ -73,14 +73,14 @@ impl PartReport {
             MeasuredError { mean_px, p95_px, max_px, mean_m, max_m }
         };
         PreparedPart {
-            error_px: self.error_px,
-            edge_px: self.edge_px,
             vertices_read: self.vertices_read,
             triangles_read: self.triangles_read,
             triangles_cleaned: self.solids.as_ref().map_or(cleaned, |solids| solids.triangles_after),
             triangles_original: self.triangles_original,
             triangles_drawn: self.triangles_drawn,
             triangles_hidden: self.triangles_hidden,
+            error_px: self.error_px,
+            edge_px: self.edge_px,
             found: self.clean.as_ref().map_or_else(BTreeMap::new, found),
             error: self.error.as_ref().map(off),
         }

@@ -163,8 +163,8 @@ pub fn simplify_telling(mesh: &Mesh, views: &Views, params: &SimplifyParams, tel
     simplify_for(mesh, None, views, params, tiles::MOST, tell)
 }
 
-/// Simplifies further what stands for an original already, so that the places of the original stay within the limits, and tells how far it is. They are
-/// to be within those that the mesh was simplified with before.
+/// Simplifies further what stands for an original already, so that the places of the original stay within the limits. They are to be within those
+/// that the mesh was simplified with before. Tells how far it is.
 ///
 /// # Panics
 /// When the mesh contradicts itself ([`Mesh::validate`]).

@@ -106,7 +106,7 @@ impl Passes<'_> {
         let owner = |vertex: u32| owners[self.context.point_of[vertex as usize] as usize].load(Ordering::Relaxed);
         let (by_face, before) = (state.witnesses.by_face(state.faces.len()), &*state);
         tell.done(CUT);
-        let done = tell.within(CUT, 1.0).count(state.faces.len());
+        let done = tell.within(CUT, 1.0).count(before.faces.len());
         let simplified: Vec<Tile> = tiles
             .ranges
             .par_iter()

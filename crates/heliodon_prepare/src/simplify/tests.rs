@@ -12,8 +12,8 @@ use std::collections::HashMap;
 
 const TILE: usize = 3000;
 
-fn simplify_in_tiles(mesh: &Mesh, views: &Views, params: &SimplifyParams, most: usize, tell: Tell) -> Simplified {
-    simplify_for(mesh, None, views, params, most, tell)
+fn simplify_in_tiles(mesh: &Mesh, views: &Views, params: &SimplifyParams, most: usize) -> Simplified {
+    simplify_for(mesh, None, views, params, most, Tell::NOBODY)
 }
 
 fn nowhere() -> Views {
@@ -106,7 +106,7 @@ fn a_ball_stays_round_within_the_tolerance() {
     let original = ball(7);
     for error_m in [0.1, 0.06] {
         let params = metres(error_m, 2.0);
-        let simplified = simplify_in_tiles(&original, &nowhere(), &params, 20 * TILE, Tell::NOBODY);
+        let simplified = simplify_in_tiles(&original, &nowhere(), &params, 20 * TILE);
         let (before, after) = (original.triangles.len(), simplified.mesh.triangles.len());
         assert!(after * 200 < before, "{after} of {before}");
         let report = measure(&original, &simplified.mesh, &nowhere(), &params).report;
@@ -125,7 +125,7 @@ fn a_ball_stays_round_within_the_tolerance() {
 fn a_plain_wall_keeps_vertices_for_its_light() {
     let original = scattered(Vec2::ONE, 250, 0.3);
     for (error_m, edge_m) in [(0.03, 0.03), (0.01, 0.03), (0.004, 0.05)] {
-        let simplified = simplify_in_tiles(&original, &nowhere(), &metres(error_m, edge_m), TILE * 10, Tell::NOBODY);
+        let simplified = simplify_in_tiles(&original, &nowhere(), &metres(error_m, edge_m), TILE * 10);
         let edges = edges_m(&simplified.mesh);
         let at = |part: f64| edges[((edges.len() - 1) as f64 * part) as usize] / edge_m;
         let [longest, most, half] = [1.0, 0.95, 0.5].map(at);
@@ -141,7 +141,7 @@ fn density_falls_with_the_square_of_the_distance() {
     let wall = |z: f32| {
         let mut wall = scattered(Vec2::splat(4.0), 400, 0.3);
         wall.positions.iter_mut().for_each(|p| *p += Vec3::new(-2.0, -1.5, 0.5 + z));
-        let simplified = simplify_in_tiles(&wall, &views, &SimplifyParams::screen(), 10 * TILE, Tell::NOBODY);
+        let simplified = simplify_in_tiles(&wall, &views, &SimplifyParams::screen(), 10 * TILE);
         simplified.mesh.triangles.len() as f32
     };
     let (near, far) = (wall(10.0), wall(20.0));
@@ -155,12 +155,12 @@ fn a_closed_surface_stays_closed_across_tiles() {
     let moved = |p: &Vec3| *p * (1.0 + 0.003 * (40.0 * p.x).sin() * (50.0 * p.y).cos() + 0.002 * (70.0 * p.z).sin());
     original.positions = original.positions.iter().map(moved).collect();
     assert!(edge_counts(&original).values().all(|&n| n == 0), "closed to begin with");
-    let simplified = simplify_in_tiles(&original, &nowhere(), &metres(0.02, 0.3), TILE, Tell::NOBODY);
+    let simplified = simplify_in_tiles(&original, &nowhere(), &metres(0.02, 0.3), TILE);
     assert!(simplified.report.passes[0].tiles > 8);
     assert!(simplified.mesh.triangles.len() * 8 < original.triangles.len());
     assert!(edge_counts(&simplified.mesh).values().all(|&n| n == 0));
     // Rims are finished by later passes: as dense as if there were none.
-    let whole = simplify_in_tiles(&original, &nowhere(), &metres(0.02, 0.3), usize::MAX, Tell::NOBODY);
+    let whole = simplify_in_tiles(&original, &nowhere(), &metres(0.02, 0.3), usize::MAX);
     let (tiled, whole) = (simplified.mesh.triangles.len(), whole.mesh.triangles.len());
     assert!(tiled < whole * 13 / 10, "{tiled} and {whole}");
 }
@@ -174,7 +174,6 @@ fn vertices_are_those_of_the_original() {
         &nowhere(),
         &SimplifyParams { error_m: 0.02, edge_m: 0.1, ..SimplifyParams::screen() },
         TILE,
-        Tell::NOBODY,
     );
     let report = &simplified.report;
     assert_eq!((report.triangles_before, report.vertices_before), (20_000, 101 * 101));
@@ -197,14 +196,8 @@ fn colours_hold_where_they_change_and_not_where_they_do_not() {
     let mut original = scattered(Vec2::ONE, 200, 0.3);
     let dark = |p: &Vec3| if (p.x - 0.5).hypot(p.y - 0.5) < 0.25 { Vec3::splat(0.1) } else { Vec3::splat(0.8) };
     original.colors_linear = original.positions.iter().map(dark).collect();
-    let plain = simplify_in_tiles(&original, &nowhere(), &metres(0.01, 0.1), 10 * TILE, Tell::NOBODY);
-    let seen = simplify_in_tiles(
-        &original,
-        &nowhere(),
-        &SimplifyParams { color_weight: 2.0, ..metres(0.01, 0.1) },
-        10 * TILE,
-        Tell::NOBODY,
-    );
+    let plain = simplify_in_tiles(&original, &nowhere(), &metres(0.01, 0.1), 10 * TILE);
+    let seen = simplify_in_tiles(&original, &nowhere(), &SimplifyParams { color_weight: 2.0, ..metres(0.01, 0.1) }, 10 * TILE);
     assert!(seen.mesh.triangles.len() < original.triangles.len() / 4);
     // The picture is off where a triangle's colour is not that of its middle.
     let off = |mesh: &Mesh| {
@@ -233,7 +226,7 @@ fn materials_keep_their_places() {
         if (p.x - 0.5).hypot(p.y - 0.5) < 0.3 { 1 + (t % 2) as u16 } else { 0 }
     };
     original.triangle_material = (0..original.triangles.len()).map(disc).collect();
-    let simplified = simplify_in_tiles(&original, &nowhere(), &metres(0.005, 0.05), TILE, Tell::NOBODY).mesh;
+    let simplified = simplify_in_tiles(&original, &nowhere(), &metres(0.005, 0.05), TILE).mesh;
     assert!(simplified.triangles.len() < original.triangles.len() / 5, "{}", simplified.triangles.len());
     simplified.validate().unwrap();
     let inside = area_m2(&simplified, |t| simplified.triangle_material[t] == 1);
@@ -263,7 +256,7 @@ fn texture_seams_hold() {
     original.uvs.extend(right.uvs);
     original.triangles.extend(right.triangles.iter().map(|t| t.map(|v| v + first)));
     original.materials = vec![Material { name: String::new(), base_color_linear: Vec3::ONE, texture: picture("a") }];
-    let simplified = simplify_in_tiles(&original, &nowhere(), &metres(0.005, 0.1), TILE, Tell::NOBODY);
+    let simplified = simplify_in_tiles(&original, &nowhere(), &metres(0.005, 0.1), TILE);
     let mesh = &simplified.mesh;
     assert!(mesh.triangles.len() < original.triangles.len() / 10, "{}", mesh.triangles.len());
     let right = |v: u32| simplified.original_vertex[v as usize] >= first;
@@ -281,7 +274,7 @@ fn threads_change_nothing() {
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let simplified = simplify_in_tiles(&original, &nowhere(), &metres(0.001, 0.1), TILE, Tell::NOBODY);
+            let simplified = simplify_in_tiles(&original, &nowhere(), &metres(0.001, 0.1), TILE);
             let measured = measure(&original, &simplified.mesh, &nowhere(), &metres(0.001, 0.1));
             let nearest = nearest_triangles(&original, &simplified.mesh, &nowhere(), &metres(0.001, 0.1));
             (simplified.mesh.triangles, simplified.original_vertex, simplified.report, measured, nearest)
@@ -297,7 +290,7 @@ fn both_sides_of_a_thin_wall_find_their_own() {
     let split = front.triangles.len();
     let original = mesh(front.and(back));
     let params = metres(0.002, 0.1);
-    let simplified = simplify_in_tiles(&original, &nowhere(), &params, TILE, Tell::NOBODY);
+    let simplified = simplify_in_tiles(&original, &nowhere(), &params, TILE);
     let nearest = nearest_triangles(&original, &simplified.mesh, &nowhere(), &params);
     for (t, &found) in nearest.triangle.iter().enumerate() {
         let [a, b, c] = simplified.mesh.corners(found as usize);
@@ -312,7 +305,7 @@ fn clearance_covers_what_was_flattened() {
     let bump = original.positions.iter().position(|p| p.distance(Vec3::new(0.5, 0.5, 0.0)) < 1e-4).unwrap();
     original.positions[bump].z = 0.003;
     let params = metres(0.05, 0.1);
-    let mut flat = simplify_in_tiles(&scattered(Vec2::ONE, 100, 0.0), &nowhere(), &params, TILE, Tell::NOBODY).mesh;
+    let mut flat = simplify_in_tiles(&scattered(Vec2::ONE, 100, 0.0), &nowhere(), &params, TILE).mesh;
     flat.positions.push(Vec3::splat(7.0));
     let measured = measure(&original, &flat, &nowhere(), &params);
     assert_eq!(measured.clearance_m.len(), flat.positions.len());
@@ -347,7 +340,7 @@ fn no_place_is_farther_off_than_allowed() {
     let original = thorny_wall();
     let params = metres(0.012, 0.1);
     for most in [TILE, usize::MAX] {
-        let simplified = simplify_in_tiles(&original, &nowhere(), &params, most, Tell::NOBODY);
+        let simplified = simplify_in_tiles(&original, &nowhere(), &params, most);
         assert!(simplified.mesh.triangles.len() * 4 < original.triangles.len(), "{:?}", simplified.report);
         assert!(simplified.report.passes[0].again > 0, "held at least once: {:?}", simplified.report);
         let report = measure(&original, &simplified.mesh, &nowhere(), &params).report;
@@ -358,7 +351,7 @@ fn no_place_is_farther_off_than_allowed() {
 #[test]
 fn simplified_again_it_still_keeps_to_the_original() {
     let original = thorny_wall();
-    let once = simplify_in_tiles(&original, &nowhere(), &metres(0.006, 0.05), TILE, Tell::NOBODY).mesh;
+    let once = simplify_in_tiles(&original, &nowhere(), &metres(0.006, 0.05), TILE).mesh;
     let params = metres(0.009, 0.1);
     let twice = simplify_further(&once, &original.positions, &nowhere(), &params, Tell::NOBODY).mesh;
     assert!(twice.triangles.len() * 3 < once.triangles.len() * 2, "{} of {}", twice.triangles.len(), once.triangles.len());
@@ -403,7 +396,7 @@ proptest! {
             materials: vec![material(0.1), material(0.2)],
             positions,
         };
-        let simplified = simplify_in_tiles(&original, &nowhere(), &metres(error_m, 2.0 * error_m), most, Tell::NOBODY);
+        let simplified = simplify_in_tiles(&original, &nowhere(), &metres(error_m, 2.0 * error_m), most);
         prop_assert!(simplified.mesh.validate().is_ok());
         prop_assert!(simplified.mesh.triangles.len() <= original.triangles.len());
         prop_assert!(simplified.original_vertex.iter().all(|&v| v < count));
