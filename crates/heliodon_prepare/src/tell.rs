@@ -1,6 +1,6 @@
 //! How far a step is, for whoever waits for it.
 //!
-//! Steps tell the part of them that is done, by shares of time that were measured of a scan of ten million triangles: not exact, but it never
+//! Steps tell the part of them that is done, by rough shares of its time: not exact, but it never
 //! goes back, and the time left that follows from it is of use. What is told changes no result.
 
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -84,7 +84,7 @@ mod times {
     pub(super) const PURGE_ROOM: f64 = 2.0;
     /// Of a ray of the check, and the item buffers that come with it.
     pub(super) const RAY: f64 = 1.1;
-    /// Of a place of the original that is asked where it lies on what was simplified before, for each triangle of the original.
+    /// Of a place of the original that is asked where it lies on what was simplified before, for each triangle of the original: a guess so far.
     pub(super) const WITNESS: f64 = 0.4;
     /// Of what nobody sees: simplified, mapped and measured once more.
     pub(super) const HIDE: f64 = 2.6;
