@@ -102,7 +102,7 @@ impl Plan {
     /// Reads the geometry, and prepares it where the site wants that.
     ///
     /// # Errors
-    /// As [`scene::read`] and [`prepare`].
+    /// As [`scene::read`] and [`crate::prepare::prepare`].
     pub fn read_scene(&self, reporter: &dyn Reporter) -> Result<Scene, BakeError> {
         match &self.site.prepare {
             None => {
