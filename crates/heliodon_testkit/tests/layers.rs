@@ -7,7 +7,7 @@ use std::process::Command;
 const LAYERS: &[(&str, &[&str])] = &[
     ("base", &["heliodon_math"]),
     ("data", &["heliodon_mesh", "heliodon_image", "heliodon_sky", "heliodon_bundle"]),
-    ("kernel", &["heliodon_rays", "heliodon_gpu"]),
+    ("kernel", &["heliodon_rays", "heliodon_raster", "heliodon_gpu"]),
     ("solve", &["heliodon_light", "heliodon_prepare", "heliodon_lightmap", "heliodon_capture", "heliodon_photo"]),
     ("flow", &["heliodon_bake"]),
     ("runtime", &["heliodon_view"]),

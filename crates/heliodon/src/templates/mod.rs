@@ -29,7 +29,7 @@ impl Template {
     /// The fewest and the most triangles that it can have.
     fn triangles(self) -> (u64, u64) {
         match self {
-            Self::Temple => (50_000, 50_000_000),
+            Self::Temple => (50_000, 100_000_000),
             Self::Sundial | Self::Grey => (1_000, 20_000_000),
         }
     }

@@ -17,7 +17,7 @@ pub(crate) use report::Measure;
 pub use report::{CleanReport, EdgeFinding, Finding, Mark};
 
 use crate::Tell;
-use crate::topology::{Edges, Patches, places, settle};
+use crate::topology::{places, settle};
 use glam::Vec3;
 use heliodon_mesh::Mesh;
 
@@ -138,13 +138,7 @@ pub fn clean_telling(mesh: &mut Mesh, params: &CleanParams, tell: Tell) -> Clean
     parts::mark_isolated(mesh, &places, params.isolated_m, &mut report);
 
     tell.done(share::JOINED);
-    let marks = &report.marks;
-    let edges = Edges::new(&mesh.triangles, &places, |t| !marks[t].is_removed());
-    tell.done(share::EDGED);
-    let patches = Patches::new(&mesh.positions, &mesh.triangles, &edges, |t| !marks[t].is_removed());
-    tell.done(share::PATCHED);
-    winding::mend(mesh, &patches, params, &mut report);
-    drop(patches);
+    let edges = winding::mend(mesh, &places, params, tell, &mut report);
     rims::mark(mesh, &places, &edges, &mut report);
     drop(edges);
 

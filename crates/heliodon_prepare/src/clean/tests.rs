@@ -144,6 +144,18 @@ fn the_lesser_part_turns_and_bodies_look_outwards() {
 }
 
 #[test]
+fn a_vertex_far_away_hides_nothing_that_is_inside_out() {
+    let mut mesh = joined(&[cube(Vec3::ZERO, Vec3::ONE), cube(Vec3::splat(5.0), Vec3::splat(6.0))]);
+    mesh.normals.clear();
+    mesh.triangles[12..].iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    let vertex = mesh.positions.len() as u32;
+    mesh.positions.extend([Vec3::splat(3e37), Vec3::new(-3e37, 3e37, 0.0), Vec3::X]);
+    mesh.triangles.insert(0, [vertex, vertex + 1, vertex + 2]);
+    let (_, report) = cleaned(mesh, &CleanParams::default());
+    assert_eq!((report.closed_patches, report.flipped, report.inside_out.triangles), (2, 12, 12));
+}
+
+#[test]
 fn normals_turn_only_where_they_look_away() {
     let mut mesh = cube(Vec3::ZERO, Vec3::ONE);
     mesh.triangles.iter_mut().for_each(|t| t.swap(0, 1));

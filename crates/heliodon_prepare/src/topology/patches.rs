@@ -19,6 +19,8 @@ pub(crate) struct Patch {
     pub closed: bool,
     /// Whether no winding of its triangles makes all agree (as on a Moebius strip).
     pub one_sided: bool,
+    /// Whether it has edges where more than two triangles meet.
+    pub shares_edges: bool,
     /// The volume that it encloses where it is closed, were all wound as the first; negative where that is inside out.
     pub volume_m3: f64,
 }
@@ -49,9 +51,8 @@ impl Patches {
         for triangle in one_sided {
             list[of[triangle as usize] as usize >> 1].one_sided = true;
         }
-        let origin =
-            triangles.iter().flatten().map(|&v| positions[v as usize]).find(|p| p.is_finite()).unwrap_or(Vec3::ZERO).as_dvec3();
-        for (t, triangle) in triangles.iter().enumerate() {
+        let own_volume = |t: usize, first: u32| volume(positions, triangles, t, first as usize);
+        for t in 0..triangles.len() {
             let patch = &mut list[of[t] as usize >> 1];
             if !kept(t) {
                 // left out, so nothing was united with it
@@ -64,18 +65,18 @@ impl Patches {
             }
             patch.triangles += 1;
             patch.turned += of[t] & 1;
-            let volume = volume(triangle.map(|v| positions[v as usize].as_dvec3() - origin));
+            let volume = own_volume(t, patch.first);
             patch.volume_m3 += if of[t] & 1 == 1 { -volume } else { volume };
         }
         let mut patches = Self { of, list };
         patches.mark_open(edges);
-        patches.join_shells(positions, triangles, edges, origin);
+        patches.join_shells(edges, own_volume);
         patches
     }
 
     /// Bodies that share a wall or an edge fall into patches there, none of which is closed. Where patches that edges of more than two
     /// triangles join are closed together, as they are wound, they are one.
-    fn join_shells(&mut self, positions: &[Vec3], triangles: &[[u32; 3]], edges: &Edges, origin: DVec3) {
+    fn join_shells(&mut self, edges: &Edges, own_volume: impl Fn(usize, u32) -> f64) {
         let mut shells = UnionFind::new(self.list.len());
         let mut balanced = vec![true; self.list.len()];
         edges.for_each(|_, sides| {
@@ -83,10 +84,10 @@ impl Patches {
             for side in sides {
                 let Some((patch, _)) = self.of(side.triangle as usize) else { continue };
                 passed += if side.down { -1 } else { 1 };
-                if let Some(last) = last.replace(patch)
-                    && several
-                {
-                    shells.unite(last as u32, patch as u32, false);
+                let before = last.replace(patch);
+                if several {
+                    self.list[patch].shares_edges = true;
+                    shells.unite(before.unwrap_or(patch) as u32, patch as u32, false);
                 }
             }
             if passed != 0
@@ -111,15 +112,16 @@ impl Patches {
             if let Some(first) = joined_to(patch) {
                 let joined = std::mem::take(&mut self.list[patch]);
                 if patch == first {
-                    self.list[first] = Patch { first: joined.first, closed: true, ..Patch::default() };
+                    self.list[first] = Patch { first: joined.first, closed: true, shares_edges: true, ..Patch::default() };
                 }
             }
         }
-        for (t, triangle) in triangles.iter().enumerate() {
+        for t in 0..self.of.len() {
             if let Some(first) = self.of(t).and_then(|(patch, _)| joined_to(patch)) {
                 self.of[t] = (first as u32) << 1;
-                self.list[first].triangles += 1;
-                self.list[first].volume_m3 += volume(triangle.map(|v| positions[v as usize].as_dvec3() - origin));
+                let shell = &mut self.list[first];
+                shell.triangles += 1;
+                shell.volume_m3 += own_volume(t, shell.first);
             }
         }
     }
@@ -176,7 +178,11 @@ impl Patches {
     }
 }
 
-/// The volume between a triangle and the origin, positive where the origin is behind it.
-fn volume([a, b, c]: [DVec3; 3]) -> f64 {
+/// The volume between a triangle and a corner of the first one of its patch, positive where that is behind it. From a corner of its own: from
+/// one far away, which a scan may have, nothing would be left of it but rounding.
+fn volume(positions: &[Vec3], triangles: &[[u32; 3]], t: usize, first: usize) -> f64 {
+    let at = |v: u32| positions[v as usize].as_dvec3();
+    let origin = at(triangles[first][0]);
+    let [a, b, c] = triangles[t].map(|v| at(v) - origin);
     a.dot(b.cross(c)) / 6.0
 }
