@@ -1,13 +1,14 @@
 //! The picture.
 
+use crate::corners::{Corner, Corners, FRACTION, HALF, cross};
+use crate::lanes::{Fill, LANES, Portable};
 use crate::perspective::{GUARD, Perspective, Place};
+use crate::weights::Weights;
 use glam::Vec3;
 use std::ops::Range;
 
-/// Parts of a pixel that corners are rounded to: 2 to this power.
-const FRACTION: u32 = 8;
-/// Half a pixel in those.
-const HALF: i32 = 1 << (FRACTION - 1);
+/// Triangles that reach less far, in parts of a pixel, have areas that 32 bits hold.
+const SMALL: i32 = 64 << FRACTION;
 /// Pixels of a tile's side: 2 to this power.
 const TILE: u32 = 4;
 /// Pixels of a tile's side.
@@ -15,13 +16,15 @@ pub const TILE_PX: usize = 1 << TILE;
 /// No triangle.
 pub const NOTHING: u32 = u32::MAX;
 /// The most pixels of a picture's side.
-pub const MAX_SIDE: usize = 1 << 14;
+pub const MAX_SIDE: usize = 1 << 13;
 
 /// A picture, or some rows of one.
 #[derive(Clone, Debug)]
 pub struct ItemBuffer {
     width: usize,
     height: usize,
+    /// Pixels of a row, with some to the right that nobody asks for.
+    stride: usize,
     /// Those that it holds, from the lowest; whole tiles but at the top.
     rows: Range<usize>,
     /// 1 / distance along forward; 0 where nothing is.
@@ -33,16 +36,16 @@ pub struct ItemBuffer {
     least: Vec<f32>,
     stale: Vec<bool>,
     polygons: [Vec<Place>; 2],
+    corners: Corners,
 }
 
-/// A corner on the picture.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Corner {
-    x: i32,
-    y: i32,
-    nearness: f32,
-    /// Of [`Perspective::beyond`]: what keeps it from having a place.
-    beyond: u32,
+/// Triangles and the vertices that they share, of which there are at most 256.
+#[derive(Clone, Copy, Debug)]
+pub struct Group<'a> {
+    /// The vertices' coordinates, one axis after the other, of equal lengths.
+    pub points: [&'a [f32]; 3],
+    /// The numbers of each triangle's vertices, counterclockwise where its front is seen.
+    pub triangles: &'a [[u8; 3]],
 }
 
 /// What a box covers of a picture.
@@ -78,8 +81,7 @@ impl Extent {
         }
         // A pixel more each way than the rounding of corners takes.
         let tiles = |axis: usize, side: usize| {
-            let tile =
-                |x: f32, by: f32| ((x + 1.0) * 0.5 * side as f32 + by).clamp(0.0, side as f32 - 1.0) as u32 >> TILE;
+            let tile = |x: f32, by: f32| ((x + 1.0) * 0.5 * side as f32 + by).clamp(0.0, side as f32 - 1.0) as u32 >> TILE;
             [tile(least[axis], -1.0), tile(most[axis], 1.0)]
         };
         // and a bit nearer than the rounding of nearness
@@ -115,11 +117,13 @@ impl ItemBuffer {
         assert!(rows.start < rows.end && rows.end <= height && whole(rows.start), "rows {rows:?} of {height}");
         assert!(rows.end == height || whole(rows.end), "rows {rows:?} of {height}");
         let tiles = width.div_ceil(TILE_PX);
-        let pixels = width * rows.len();
+        let stride = width + LANES;
+        let pixels = stride * rows.len();
         let all_tiles = tiles * rows.len().div_ceil(TILE_PX);
         Self {
             width,
             height,
+            stride,
             rows,
             nearness: vec![0.0; pixels],
             ids: vec![NOTHING; pixels],
@@ -127,6 +131,7 @@ impl ItemBuffer {
             least: vec![0.0; all_tiles],
             stale: vec![false; all_tiles],
             polygons: [Vec::new(), Vec::new()],
+            corners: Corners::default(),
         }
     }
 
@@ -138,12 +143,19 @@ impl ItemBuffer {
 
     /// The nearest triangle at each pixel, or [`NOTHING`], row after row from the lowest that it holds.
     pub fn rows(&self) -> impl DoubleEndedIterator<Item = &[u32]> + ExactSizeIterator {
-        self.ids.chunks_exact(self.width)
+        self.ids.chunks_exact(self.stride).map(|row| &row[..self.width])
+    }
+
+    /// One of [`Self::rows`].
+    #[inline(always)]
+    #[must_use]
+    pub fn row(&self, number: usize) -> &[u32] {
+        &self.ids[number * self.stride..][..self.width]
     }
 
     /// 1 / distance along forward at each pixel, or 0, in the order of [`Self::rows`].
     pub fn nearness(&self) -> impl DoubleEndedIterator<Item = &[f32]> + ExactSizeIterator {
-        self.nearness.chunks_exact(self.width)
+        self.nearness.chunks_exact(self.stride).map(|row| &row[..self.width])
     }
 
     /// Takes everything away.
@@ -172,7 +184,7 @@ impl ItemBuffer {
             let (right, top) = ((left + TILE_PX).min(self.width), (bottom + TILE_PX).min(self.rows.len()));
             let mut least = f32::INFINITY;
             for row in bottom..top {
-                let pixels = &self.nearness[row * self.width + left..row * self.width + right];
+                let pixels = &self.nearness[row * self.stride + left..row * self.stride + right];
                 least = pixels.iter().fold(least, |least, &x| if x < least { x } else { least });
                 if least == 0.0 {
                     break;
@@ -183,39 +195,45 @@ impl ItemBuffer {
         self.least[at]
     }
 
-    /// A corner's place on the picture.
-    #[inline(always)]
-    #[must_use]
-    pub fn corner(&self, perspective: &Perspective, at: Place) -> Corner {
-        let beyond = perspective.beyond(at, GUARD);
-        if beyond != 0 {
-            return Corner { beyond, ..Corner::default() };
-        }
-        let [x, y, w] = at;
-        let nearness = 1.0 / w;
-        // Rounded down from above zero: the guard's width is added first, and taken off again.
-        let place = |x: f32, side: usize| {
-            let parts = (side << FRACTION) as f32;
-            ((x * nearness + GUARD + 1.0) * 0.5 * parts + 0.5) as i32 - (GUARD * 0.5 * parts) as i32
-        };
-        Corner { x: place(x, self.width), y: place(y, self.height), nearness, beyond }
-    }
-
-    /// Draws a triangle, counterclockwise where its front is seen; one whose back is only if it is not `single_sided`. `places` are its corners', for one
-    /// that reaches behind the eye or far beyond the picture.
-    #[inline(always)]
+    /// Draws a group of triangles, which have these ids; backs are seen of those that are not `single_sided`.
+    ///
+    /// # Panics
+    /// With a vertex that is not there.
     pub fn draw(
         &mut self,
         perspective: &Perspective,
-        corners: [Corner; 3],
-        places: impl FnOnce() -> [Place; 3],
-        id: u32,
-        single_sided: bool,
+        group: Group,
+        id: impl Fn(usize) -> u32,
+        single_sided: impl Fn(usize) -> bool,
     ) {
-        if corners.iter().fold(0, |any, c| any | c.beyond) == 0 {
-            self.draw_whole(corners, id, single_sided);
-        } else if corners.iter().fold(u32::MAX, |all, c| all & c.beyond) == 0 {
-            self.draw_cut(perspective, places(), id, single_sided);
+        #[cfg(target_arch = "x86_64")]
+        if let Some(wide) = pulp::x86::V3::try_new() {
+            return wide.vectorize(Wide { picture: self, perspective, group, id, single_sided, fill: wide });
+        }
+        self.draw_with(perspective, group, id, single_sided, Portable);
+    }
+
+    #[inline(always)]
+    fn draw_with(
+        &mut self,
+        perspective: &Perspective,
+        group: Group,
+        id: impl Fn(usize) -> u32,
+        single_sided: impl Fn(usize) -> bool,
+        fill: impl Fill,
+    ) {
+        self.corners.place(perspective, [self.width, self.height], group.points);
+        let known = group.points[0].len();
+        for (number, triangle) in group.triangles.iter().enumerate() {
+            let (a, b, c) = (self.corners.at(triangle[0]), self.corners.at(triangle[1]), self.corners.at(triangle[2]));
+            if a.beyond | b.beyond | c.beyond == 0 {
+                self.draw_whole([a, b, c], id(number), single_sided(number), fill);
+            } else if a.beyond & b.beyond & c.beyond == 0 {
+                let numbers = triangle.map(usize::from);
+                assert!(numbers.iter().all(|&vertex| vertex < known), "a vertex that is not there");
+                let places = numbers.map(|vertex| perspective.place(Vec3::from_array(group.points.map(|axis| axis[vertex]))));
+                self.draw_cut(perspective, places, id(number), single_sided(number));
+            }
         }
     }
 
@@ -228,29 +246,28 @@ impl ItemBuffer {
         perspective.cut(&mut polygon, &mut spare, 0.999 * GUARD);
         // The near plane's new corners are as near as it, up to rounding.
         let lenient = Perspective { near_m: 0.9 * perspective.near_m, ..*perspective };
-        let corner = |p: &Place| Some(self.corner(&lenient, *p)).filter(|c| c.beyond == 0);
+        let size = [self.width, self.height];
+        let corner = |p: &Place| Some(Corner::new(&lenient, size, *p)).filter(|c| c.beyond == 0);
         let corners: Option<Vec<Corner>> = polygon.iter().map(corner).collect();
         if let Some([a, rest @ ..]) = corners.as_deref() {
             for bc in rest.windows(2) {
-                self.draw_whole([*a, bc[0], bc[1]], id, single_sided);
+                self.draw_whole([*a, bc[0], bc[1]], id, single_sided, Portable);
             }
         }
         self.polygons = [polygon, spare];
     }
 
-    #[inline]
-    fn draw_whole(&mut self, [a, mut b, mut c]: [Corner; 3], id: u32, single_sided: bool) {
+    #[inline(always)]
+    fn draw_whole(&mut self, [a, mut b, mut c]: [Corner; 3], id: u32, single_sided: bool, fill: impl Fill) {
         // Pixels whose middles lie in the bounds.
         let first = |x: i32, least: usize| ((x - HALF + (1 << FRACTION) - 1) >> FRACTION).max(least as i32);
         let last = |x: i32, end: usize| ((x - HALF) >> FRACTION).min(end as i32 - 1);
-        let (x0, x1) = (first(a.x.min(b.x).min(c.x), 0), last(a.x.max(b.x).max(c.x), self.width));
-        let (y0, y1) = (first(a.y.min(b.y).min(c.y), self.rows.start), last(a.y.max(b.y).max(c.y), self.rows.end));
+        let [low, high] = [[a.x.min(b.x).min(c.x), a.y.min(b.y).min(c.y)], [a.x.max(b.x).max(c.x), a.y.max(b.y).max(c.y)]];
+        let (y0, y1) = (first(low[1], self.rows.start), last(high[1], self.rows.end));
+        let (x0, x1) = (first(low[0], 0), last(high[0], self.width));
         if x0 > x1 || y0 > y1 {
             return;
         }
-        let cross = |p: Corner, q: Corner, x: i32, y: i32| {
-            i64::from(q.x - p.x) * i64::from(y - p.y) - i64::from(q.y - p.y) * i64::from(x - p.x)
-        };
         let mut doubled = cross(a, b, c.x, c.y);
         if doubled == 0 || (doubled < 0 && single_sided) {
             return;
@@ -258,36 +275,117 @@ impl ItemBuffer {
         if doubled < 0 {
             (b, c, doubled) = (c, b, -doubled);
         }
-        let (x, y) = ((x0 << FRACTION) + HALF, (y0 << FRACTION) + HALF);
+        let start = [(x0 << FRACTION) + HALF, (y0 << FRACTION) + HALF];
+        let share = 1.0 / doubled as f32;
+        let slope = [(b.nearness - a.nearness) * share, (c.nearness - a.nearness) * share];
+        let [left, right] = [x0, x1].map(|x| x as usize);
+        let [bottom, top] = [y0, y1].map(|y| y as usize - self.rows.start);
+        let bounds = [left, right, bottom, top];
+        let any = if (high[0] - low[0]).max(high[1] - low[1]) < SMALL {
+            self.fill_small([a, b, c], start, slope, bounds, (id, fill))
+        } else {
+            self.fill([a, b, c], start, slope, bounds, id)
+        };
+        if any {
+            for y in bottom >> TILE..=top >> TILE {
+                self.stale[y * self.tiles + (left >> TILE)..=y * self.tiles + (right >> TILE)].fill(true);
+            }
+        }
+    }
+
+    /// Fills the pixels of a small triangle, some in a row at once.
+    #[inline(always)]
+    fn fill_small(
+        &mut self,
+        [a, b, c]: [Corner; 3],
+        [x, y]: [i32; 2],
+        slope: [f32; 2],
+        [left, right, bottom, top]: [usize; 4],
+        (id, fill): (u32, impl Fill),
+    ) -> bool {
+        let first = |p: Corner, q: Corner| (q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x);
+        let across = [(b.y - c.y) << FRACTION, (c.y - a.y) << FRACTION, (a.y - b.y) << FRACTION];
+        let up = [(c.x - b.x) << FRACTION, (a.x - c.x) << FRACTION, (b.x - a.x) << FRACTION];
+        let mut row = [fill.ramp(first(b, c), across[0]), fill.ramp(first(c, a), across[1]), fill.ramp(first(a, b), across[2])];
+        let next = |edges: [_; 3], by: [i32; 3]| {
+            [fill.stepped(edges[0], by[0]), fill.stepped(edges[1], by[1]), fill.stepped(edges[2], by[2])]
+        };
+        let right_by = [across[0] * LANES as i32, across[1] * LANES as i32, across[2] * LANES as i32];
+        let mut any = false;
+        for y in bottom..=top {
+            let mut edges = row;
+            for x in (left..=right).step_by(LANES) {
+                let at = y * self.stride + x;
+                // rows have as many pixels more
+                if let (Some(nearest), Some(shown)) = (self.nearness[at..].first_chunk_mut(), self.ids[at..].first_chunk_mut())
+                {
+                    any |= fill.fill(edges, a.nearness, slope, id, (nearest, shown));
+                }
+                edges = next(edges, right_by);
+            }
+            row = next(row, up);
+        }
+        any
+    }
+
+    /// Fills the pixels of any triangle.
+    #[inline(always)]
+    fn fill(
+        &mut self,
+        [a, b, c]: [Corner; 3],
+        [x, y]: [i32; 2],
+        slope: [f32; 2],
+        [left, right, bottom, top]: [usize; 4],
+        id: u32,
+    ) -> bool {
         let mut row = [cross(b, c, x, y), cross(c, a, x, y), cross(a, b, x, y)];
         let step = |p: Corner, q: Corner| [i64::from(p.y - q.y) << FRACTION, i64::from(q.x - p.x) << FRACTION];
         let steps = [step(b, c), step(c, a), step(a, b)];
-        let share = 1.0 / doubled as f32;
-        let (to_b, to_c) = ((b.nearness - a.nearness) * share, (c.nearness - a.nearness) * share);
         let mut any = false;
-        let [left, right] = [x0, x1].map(|x| x as usize);
-        let [bottom, top] = [y0, y1].map(|y| y as usize - self.rows.start);
         for y in bottom..=top {
-            let pixels = y * self.width + left..=y * self.width + right;
+            let pixels = y * self.stride + left..=y * self.stride + right;
             let mut edge = row;
             for (nearest, shown) in self.nearness[pixels.clone()].iter_mut().zip(&mut self.ids[pixels]) {
                 if edge[0] | edge[1] | edge[2] >= 0 {
-                    let nearness = a.nearness + (edge[1] as f32 * to_b + edge[2] as f32 * to_c);
+                    let nearness = a.nearness + (edge[1] as f32 * slope[0] + edge[2] as f32 * slope[1]);
                     if nearness > *nearest {
                         *nearest = nearness;
                         *shown = id;
                         any = true;
                     }
                 }
-                edge = core::array::from_fn(|i| edge[i] + steps[i][0]);
+                edge = core::array::from_fn(|k| edge[k] + steps[k][0]);
             }
-            row = core::array::from_fn(|i| row[i] + steps[i][1]);
+            row = core::array::from_fn(|k| row[k] + steps[k][1]);
         }
-        if any {
-            for y in bottom >> TILE..=top >> TILE {
-                self.stale[y * self.tiles + (left >> TILE)..=y * self.tiles + (right >> TILE)].fill(true);
-            }
-        }
+        any
+    }
+
+    /// The weights of a triangle's corners over its pixels.
+    #[must_use]
+    pub fn weights(&self, perspective: &Perspective, points: [Vec3; 3]) -> Weights {
+        Weights::new(perspective, [self.width, self.height], points)
+    }
+}
+
+/// A call of [`ItemBuffer::draw_with`].
+#[cfg(target_arch = "x86_64")]
+struct Wide<'a, F, G, H> {
+    picture: &'a mut ItemBuffer,
+    perspective: &'a Perspective,
+    group: Group<'a>,
+    id: F,
+    single_sided: G,
+    fill: H,
+}
+
+#[cfg(target_arch = "x86_64")]
+impl<F: Fn(usize) -> u32, G: Fn(usize) -> bool, H: Fill> pulp::NullaryFnOnce for Wide<'_, F, G, H> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.picture.draw_with(self.perspective, self.group, self.id, self.single_sided, self.fill);
     }
 }
 
@@ -312,9 +410,16 @@ mod tests {
 
     fn draw(picture: &mut ItemBuffer, eye: &Perspective, scene: &Scene, single_sided: bool) {
         picture.clear();
-        for (id, triangle) in scene.triangles.iter().enumerate() {
-            let places = triangle.map(|vertex| eye.place(scene.positions[vertex as usize]));
-            picture.draw(eye, places.map(|place| picture.corner(eye, place)), || places, id as u32, single_sided);
+        add(picture, eye, scene, 0, single_sided);
+    }
+
+    fn add(picture: &mut ItemBuffer, eye: &Perspective, scene: &Scene, first: u32, single_sided: bool) {
+        for (number, triangles) in scene.triangles.chunks(50).enumerate() {
+            let points: Vec<Vec3> = triangles.iter().flatten().map(|&vertex| scene.positions[vertex as usize]).collect();
+            let axes: [Vec<f32>; 3] = core::array::from_fn(|axis| points.iter().map(|point| point[axis]).collect());
+            let triangles: Vec<[u8; 3]> = (0..triangles.len() as u8).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+            let group = Group { points: axes.each_ref().map(|axis| &axis[..]), triangles: &triangles };
+            picture.draw(eye, group, |i| first + (50 * number + i) as u32, |_| single_sided);
         }
     }
 
@@ -354,7 +459,9 @@ mod tests {
                     rays.closest(&asked, &mut hits);
                     other += row.iter().zip(&hits).filter(|(id, hit)| **id != hit.triangle).count();
                     met += hits.iter().filter(|hit| hit.is_some()).count();
-                    for ((id, nearness), hit) in row.iter().zip(nearness).zip(&hits).filter(|((id, _), hit)| **id == hit.triangle) {
+                    for ((id, nearness), hit) in
+                        row.iter().zip(nearness).zip(&hits).filter(|((id, _), hit)| **id == hit.triangle)
+                    {
                         let wanted = if hit.is_some() { 1.0 / hit.t } else { 0.0 };
                         assert!((nearness - wanted).abs() <= 2e-3 * wanted, "{id}: {nearness} for {wanted}");
                     }
@@ -382,7 +489,7 @@ mod tests {
 
     #[test]
     fn what_is_hidden_would_change_nothing() {
-        let wall = cuboid(Vec3::new(-2.0, -2.0, -6.0), Vec3::new(2.0, 1.5, -5.0), 3);
+        let wall = cuboid(Vec3::new(-2.0, -2.0, -6.0), Vec3::new(2.0, 4.0, -5.0), 3);
         let [face, ..] = cube(Vec3::ZERO);
         let size = [120, 90];
         let mut bands = [0..48, 48..90].map(|rows| ItemBuffer::band(size, rows));
@@ -397,11 +504,7 @@ mod tests {
                     continue;
                 }
                 let before = band.clone();
-                let small = cuboid(low, high, 1);
-                for triangle in &small.triangles {
-                    let places = triangle.map(|vertex| face.place(small.positions[vertex as usize]));
-                    band.draw(&face, places.map(|place| band.corner(&face, place)), || places, 77_777, false);
-                }
+                add(band, &face, &cuboid(low, high, 1), 77_777, false);
                 *hidden += 1;
                 assert!(band.rows().eq(before.rows()), "box {i}");
             }
@@ -440,8 +543,8 @@ mod tests {
     fn what_is_no_number_is_not_drawn() {
         let [face, ..] = cube(Vec3::ZERO);
         let mut picture = ItemBuffer::new(32, 32);
-        let places = [[f32::NAN, 0.0, 1.0], [1.0, -1.0, 1.0], [0.0, 1.0, 1.0]];
-        picture.draw(&face, places.map(|place| picture.corner(&face, place)), || places, 1, false);
+        let points: [&[f32]; 3] = [&[f32::NAN, 1.0, 0.0], &[0.0, -1.0, 1.0], &[-1.0, -1.0, -1.0]];
+        picture.draw(&face, Group { points, triangles: &[[0, 1, 2]] }, |_| 1, |_| false);
         assert_eq!(drawn(&picture), 0);
         assert_eq!(Extent::new(&face, (Vec3::splat(f32::NAN), Vec3::ONE), [32, 32]), None);
     }

@@ -36,7 +36,8 @@ pub(super) fn mend(mesh: &mut Mesh, places: &[u32], params: &CleanParams, tell: 
     };
     // what was turned twice is as it was
     flipped.sort_unstable();
-    let flipped: Vec<u32> = flipped.chunk_by(|a, b| a == b).filter(|times| times.len() % 2 == 1).map(|times| times[0]).collect();
+    let flipped: Vec<u32> =
+        flipped.chunk_by(|a, b| a == b).filter(|times| times.len() % 2 == 1).map(|times| times[0]).collect();
     for &t in &flipped {
         report.marks[t as usize] = Mark::Flipped;
     }

@@ -2,6 +2,7 @@
 
 use crate::purge::Surface;
 use glam::Vec3;
+use heliodon_raster::Group;
 use heliodon_rays::{MAX_COORDINATE, morton_order};
 
 /// Triangles of a group. Fewer are culled more tightly, more share more vertices.
@@ -19,10 +20,10 @@ pub(super) struct Cluster {
 /// A model in groups of neighbours.
 pub(super) struct Clusters {
     pub clusters: Vec<Cluster>,
-    /// Vertices, group after group; one that several groups need lies in each.
-    pub vertices: Vec<Vec3>,
+    /// Coordinates of vertices, one axis after the other, group after group; a vertex that several groups need lies in each.
+    points: [Vec<f32>; 3],
     /// Corners of triangles as indices into their group's vertices.
-    pub corners: Vec<[u8; 3]>,
+    corners: Vec<[u8; 3]>,
     /// The triangles' own indices, in the order along a space-filling curve.
     pub ids: Vec<u32>,
 }
@@ -39,28 +40,40 @@ impl Clusters {
         };
         let ids: Vec<u32> = morton_order(&middles).into_iter().filter(|&t| usable(t)).collect();
         drop(middles);
-        let mut all =
-            Self { clusters: Vec::new(), vertices: Vec::new(), corners: Vec::with_capacity(ids.len()), ids: Vec::new() };
+        let mut all = Self {
+            clusters: Vec::new(),
+            points: [const { Vec::new() }; 3],
+            corners: Vec::with_capacity(ids.len()),
+            ids: Vec::new(),
+        };
         // Where a vertex lies, if the group that noted it is this one.
         let mut noted = vec![(u32::MAX, 0u8); positions.len()];
         for (group, ids) in ids.chunks(TRIANGLES).enumerate() {
-            let first = [all.vertices.len() as u32, all.corners.len() as u32];
+            let first = [all.points[0].len() as u32, all.corners.len() as u32];
+            let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
             for &id in ids {
                 all.corners.push(triangles[id as usize].map(|i| {
                     let note = &mut noted[i as usize];
                     if note.0 != group as u32 {
-                        *note = (group as u32, (all.vertices.len() - first[0] as usize) as u8);
-                        all.vertices.push(positions[i as usize]);
+                        *note = (group as u32, (all.points[0].len() - first[0] as usize) as u8);
+                        let point = positions[i as usize];
+                        (low, high) = (low.min(point), high.max(point));
+                        all.points.iter_mut().zip(point.to_array()).for_each(|(axis, at)| axis.push(at));
                     }
                     note.1
                 }));
             }
-            let own = &all.vertices[first[0] as usize..];
-            let (low, high) = own.iter().fold((own[0], own[0]), |(l, h), &p| (l.min(p), h.max(p)));
-            let [vertices, triangles] = [[first[0], all.vertices.len() as u32], [first[1], all.corners.len() as u32]];
+            let [vertices, triangles] = [[first[0], all.points[0].len() as u32], [first[1], all.corners.len() as u32]];
             all.clusters.push(Cluster { low, high, vertices, triangles });
         }
         all.ids = ids;
         all
+    }
+
+    /// A group's triangles, as they are drawn.
+    pub fn group(&self, cluster: &Cluster) -> Group<'_> {
+        let [first, last] = cluster.vertices.map(|i| i as usize);
+        let [from, to] = cluster.triangles.map(|i| i as usize);
+        Group { points: self.points.each_ref().map(|axis| &axis[first..last]), triangles: &self.corners[from..to] }
     }
 }

@@ -7,7 +7,7 @@
 use crate::purge::clusters::{Cluster, Clusters};
 use crate::purge::windows::Gates;
 use glam::Vec3;
-use heliodon_raster::{Corner, Extent, ItemBuffer, Perspective};
+use heliodon_raster::{Extent, ItemBuffer, Perspective};
 
 /// A square picture.
 pub(super) struct Picture {
@@ -15,14 +15,13 @@ pub(super) struct Picture {
     items: ItemBuffer,
     /// Groups that may show, and how far they are at least.
     queue: Vec<(u32, u32)>,
-    corners: Vec<Corner>,
 }
 
 impl Picture {
     /// `side` in pixels, up to 4096.
     pub fn new(side: usize) -> Self {
         let side = side.clamp(1, 4096);
-        Self { side, items: ItemBuffer::new(side, side), queue: Vec::new(), corners: Vec::new() }
+        Self { side, items: ItemBuffer::new(side, side), queue: Vec::new() }
     }
 
     /// The nearest triangle at each pixel, or [`heliodon_raster::NOTHING`], row after row from the lowest.
@@ -46,23 +45,11 @@ impl Picture {
             let cluster = &model.clusters[i as usize];
             let extent = Extent::new(face, (cluster.low, cluster.high), [self.side; 2]);
             if !extent.is_some_and(|extent| self.items.hides(&extent)) {
-                self.draw_cluster(face, model, cluster, &single_sided);
+                let ids = &model.ids[cluster.triangles[0] as usize..cluster.triangles[1] as usize];
+                self.items.draw(face, model.group(cluster), |i| ids[i], |i| single_sided(ids[i]));
             }
         }
         self.queue = queue;
-    }
-
-    fn draw_cluster(&mut self, face: &Perspective, model: &Clusters, cluster: &Cluster, single_sided: impl Fn(u32) -> bool) {
-        let [first, last] = cluster.vertices.map(|i| i as usize);
-        let vertices = &model.vertices[first..last];
-        self.corners.clear();
-        self.corners.extend(vertices.iter().map(|&p| self.items.corner(face, face.place(p))));
-        let [from, to] = cluster.triangles.map(|i| i as usize);
-        for (t, &id) in model.corners[from..to].iter().zip(&model.ids[from..to]) {
-            let corners = t.map(|i| self.corners[i as usize]);
-            let places = || t.map(|i| face.place(vertices[i as usize]));
-            self.items.draw(face, corners, places, id, single_sided(id));
-        }
     }
 }
 

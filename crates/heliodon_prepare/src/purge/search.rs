@@ -97,7 +97,9 @@ impl Search<'_> {
                 for (y, row) in picture.rows().enumerate() {
                     let middle = |i: usize| (2 * i + 1) as f32 / row.len() as f32 - 1.0;
                     for (x, &id) in row.iter().enumerate() {
-                        if id != heliodon_raster::NOTHING && (gates.is_open() || gates.passes(forward + middle(x) * right + middle(y) * up)) {
+                        if id != heliodon_raster::NOTHING
+                            && (gates.is_open() || gates.passes(forward + middle(x) * right + middle(y) * up))
+                        {
                             pixels.met += 1;
                             pixels.fresh += u64::from(!before.contains(id as usize));
                             seen.insert(id as usize);

@@ -15,9 +15,12 @@ pub mod layout;
 pub mod moment;
 mod occlusion;
 pub mod pages;
+pub mod parts;
 pub(crate) mod pass;
-pub mod pipelines;
+pub(crate) mod pipelines;
+mod pixels;
 pub(crate) mod prepare;
+mod raster;
 mod relight;
 pub(crate) mod seen;
 #[cfg(test)]
@@ -92,15 +95,14 @@ impl Plugin for DaylightPlugin {
     }
 }
 
-/// The depth of a camera that finds out what is hidden is copied (occlusion.rs), that of an eye at rest back into it (relight.rs), and into its
-/// picture what was drawn in codes (encoded.rs).
+/// The depth of a camera that finds out what is hidden is copied (occlusion.rs), and into its picture what was drawn in codes (encoded.rs).
 fn let_textures_be_copied(
     info: Option<Res<RenderAdapterInfo>>,
     mut cameras: Query<(&mut Camera3d, &mut CameraMainTextureUsages), Added<DaylightCamera>>,
 ) {
     if info.is_some_and(|info| info.device_type == DeviceType::Cpu) {
         for (mut camera, mut usages) in &mut cameras {
-            camera.depth_texture_usages.0 |= (TextureUsages::COPY_SRC | TextureUsages::COPY_DST).bits();
+            camera.depth_texture_usages.0 |= TextureUsages::COPY_SRC.bits();
             usages.0 |= TextureUsages::COPY_DST;
         }
     }

@@ -5,6 +5,7 @@
 
 use super::chunk::{KeptChunk, PreparedChunk};
 use super::layout::{BLOCK, GROUP, TEXEL_WORDS, VertexLayout};
+use super::parts::Parts;
 use crate::stage::texture::LevelledTexture;
 use bevy::render::render_resource::{
     BindGroup, BindGroupEntries, BindGroupLayout, Buffer, BufferDescriptor, BufferUsages, Extent3d, Origin3d,
@@ -12,7 +13,7 @@ use bevy::render::render_resource::{
     TextureViewDescriptor,
 };
 use bevy::render::renderer::{RenderDevice, RenderQueue};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Rows of a page's texture: what every WebGPU device has.
 const MAX_ROWS: u32 = 8192;
@@ -109,12 +110,21 @@ pub struct GpuChunk {
     pub first_index: u32,
     /// Clusters and bounds.
     pub kept: Arc<KeptChunk>,
+    /// Its parts, once they are drawn by the processor.
+    pub parts: OnceLock<Parts>,
     /// Index of the bundle's texture.
     pub texture: Option<u32>,
     /// Whether it is part of closed bodies only: their backs are not drawn.
     pub closed: bool,
     /// The moments, by their serial numbers, whose light the groups of vertices have.
     pub lit_at: Vec<u64>,
+}
+
+impl GpuChunk {
+    /// Its parts, which the first call makes.
+    pub fn parts(&self) -> &Parts {
+        self.parts.get_or_init(|| Parts::new(&self.kept))
+    }
 }
 
 /// A base colour image.
@@ -260,6 +270,7 @@ pub fn upload(
         base_vertex,
         first_index,
         kept: Arc::clone(kept),
+        parts: OnceLock::new(),
         texture: chunk.texture,
         closed: false,
         lit_at: vec![0; kept.positions.len().div_ceil(GROUP as usize)],

@@ -123,33 +123,22 @@ pub fn draw_stage(
     }
 
     let encoder = context.command_encoder();
-    let relight = (canvas.shaded.is_none() && !moving).then_some(stage_view.relight.as_mut()).flatten();
     let relight_pipeline = stage_view.relight_pipeline.and_then(|id| cache.get_render_pipeline(id));
     if let Some(question) = stage_view.sight.question() {
         let pipelines = stage_view.sight_pipelines.map_or([None; 2], |ids| ids.map(|id| cache.get_render_pipeline(id)));
         canvas.numbers(encoder, &gpu, &stage_view.drawn, &question.view, pipelines);
         question.read(encoder);
     }
-    let mut pass = match (relight, relight_pipeline) {
-        (Some((relight, bind_group)), Some(pipeline)) if relight.is_ready() => {
-            relight.begin(encoder, depth, &gpu.pages);
+    let mut pass = match stage_view.pixels.as_ref().zip(relight_pipeline) {
+        Some((pixels, pipeline)) => {
+            pixels.light(encoder, &gpu.pages);
             let mut pass = canvas.stone_pass(encoder);
             pass.set_pipeline(pipeline);
-            pass.set_bind_group(1, &**bind_group, &[]);
+            pass.set_bind_group(1, &*pixels.bind_group, &[]);
             pass.draw(0..3, 0..1);
             pass
         }
-        (relight, _) => {
-            let pass = canvas.stone(encoder, &gpu, later.as_ref().unwrap_or(&stage_view.drawn), most);
-            match relight {
-                None => pass,
-                Some((relight, _)) => {
-                    drop(pass);
-                    relight.take_depth(encoder, depth);
-                    canvas.stone_pass(encoder)
-                }
-            }
-        }
+        None => canvas.stone(encoder, &gpu, later.as_ref().unwrap_or(&stage_view.drawn), most),
     };
     actors.draw(&mut pass, plain_actors, shaded_actors, lamps);
     if let (Some(pipeline), Some(maps)) = (sky, &stage_view.sky) {

@@ -221,7 +221,11 @@ impl Default for StagePipelines {
                 "relight",
                 &BindGroupLayoutEntries::sequential(
                     ShaderStages::FRAGMENT,
-                    (texture_2d(TextureSampleType::Uint), texture_2d(TextureSampleType::Float { filterable: false })),
+                    (
+                        texture_2d(TextureSampleType::Uint),
+                        texture_2d(TextureSampleType::Float { filterable: false }),
+                        texture_2d(TextureSampleType::Float { filterable: false }),
+                    ),
                 ),
             ),
             made: HashMap::new(),
@@ -339,7 +343,7 @@ impl StagePipelines {
         id
     }
 
-    /// The pipeline that lights an eye at rest.
+    /// The pipeline that lights stone pixel by pixel.
     pub fn relight(&mut self, cache: &mut PipelineCache, curve: ToneCurve, format: TextureFormat) -> CachedRenderPipelineId {
         let key = DisplayKey { curve, format };
         if let Some(&id) = self.relight_made.get(&key) {
@@ -350,12 +354,7 @@ impl StagePipelines {
             label: Some("relight".into()),
             layout: vec![self.view_layout.clone(), self.relight_layout.clone()],
             vertex: VertexState { shader: shader.clone(), entry_point: Some("vertex".into()), ..default() },
-            // the depth is there already
-            depth_stencil: Some(DepthStencilState {
-                depth_write_enabled: Some(false),
-                depth_compare: Some(CompareFunction::Always),
-                ..depth_test(false)
-            }),
+            depth_stencil: Some(depth_test(true)),
             fragment: Some(FragmentState {
                 shader,
                 entry_point: Some("fragment".into()),

@@ -6,7 +6,8 @@ use super::moment::MomentUniform;
 use super::occlusion::{DepthReadback, LEAST_TRIANGLES};
 use super::pages::{GpuChunk, GpuTexture, Page, PageNormals, Remaining, upload};
 use super::pipelines::{Near, PipelineKey, SUBJECTS, StagePipelines};
-use super::relight::Relight;
+use super::pixels::{Pixels, Wanted};
+use super::raster::{Lens, Raster};
 use super::seen::{LightGroup, Run, Seen};
 use super::sight::{Change, Sight, SightKey};
 use super::view::{ClusterRef, Eye, ViewUniform, cull};
@@ -159,8 +160,8 @@ pub struct StageView {
     pub encoded: Option<Encoded>,
     /// The bundle that it sees.
     stage: u64,
-    /// What an eye at rest is lit with, and how it is bound.
-    pub relight: Option<(Relight, BindGroup)>,
+    /// What is known of its pixels, where stone is lit pixel by pixel.
+    pub pixels: Option<Pixels>,
     /// The pipeline for that.
     pub relight_pipeline: Option<CachedRenderPipelineId>,
     /// Pipelines for all subjects.
@@ -174,6 +175,50 @@ pub struct StageView {
 }
 
 impl StageView {
+    /// Triangles of the stone that were drawn, or that are seen.
+    #[must_use]
+    pub fn triangle_count(&self) -> u64 {
+        self.pixels.as_ref().map_or_else(|| self.drawn.seen.triangle_count(), |pixels| pixels.raster.triangle_count())
+    }
+
+    /// What it draws in a frame. `may_ask` is the size of its picture if it may ask what that shows; what is hidden from a moving eye is found if it `may_occlude`.
+    fn look(
+        &mut self,
+        gpu: &mut StageGpu,
+        device: &RenderDevice,
+        key: SightKey,
+        (may_ask, may_occlude): (Option<UVec2>, bool),
+        eye: Eye,
+    ) {
+        // A frame that was not drawn has decided nothing.
+        let undecided = self.undecided.is_some();
+        match self.sight.next(device, key, may_ask.filter(|_| !undecided)) {
+            Change::None if !undecided => {}
+            Change::None | Change::Moved => {
+                let clusters = cull(&gpu.chunks, &key.clip_from_world, eye);
+                let occludes = may_occlude && gpu.triangles(&clusters) >= LEAST_TRIANGLES;
+                // What was seen a frame ago, or everything.
+                if !(occludes && self.stage == gpu.serial && self.drawn.seen.single.is_some()) {
+                    self.drawn = Drawn::new(device, &gpu.chunks, Seen::clusters(&gpu.chunks, &clusters));
+                }
+                self.undecided = occludes.then_some(clusters);
+                self.stage = gpu.serial;
+            }
+            Change::Shown(shown) => {
+                self.depth = None;
+                gpu.settled_frames = 0;
+                allocator::keep_freed_memory(false);
+                let seen = self.drawn.seen.only(&gpu.chunks, &shown);
+                self.drawn = Drawn::new(device, &gpu.chunks, seen);
+            }
+        }
+    }
+
+    /// Frees what was known of what is seen.
+    fn forget_sight(&mut self) {
+        (self.sight, self.undecided, self.depth, self.drawn) = default();
+    }
+
     /// The camera's bind group.
     #[must_use]
     pub fn bind_group(&self) -> Option<&BindGroup> {
@@ -374,41 +419,23 @@ pub fn prepare_views(
             && TextureUsages::from(camera_3d.depth_texture_usages).contains(TextureUsages::COPY_SRC);
         let stage_view = &mut *stage_view;
         stage_view.clip_from_world = clip_from_world;
-        // A frame that was not drawn has decided nothing.
-        let undecided = stage_view.undecided.is_some();
-        match stage_view.sight.next(&device, key, may_ask.filter(|_| !undecided)) {
-            Change::None if !undecided => {}
-            Change::None | Change::Moved => {
-                stage_view.relight = None;
-                let clusters = cull(&gpu.chunks, &clip_from_world, eye);
-                let occludes = may_occlude && gpu.triangles(&clusters) >= LEAST_TRIANGLES;
-                // What was seen a frame ago, or everything.
-                if !(occludes && stage_view.stage == gpu.serial && stage_view.drawn.seen.single.is_some()) {
-                    stage_view.drawn = Drawn::new(&device, &gpu.chunks, Seen::clusters(&gpu.chunks, &clusters));
-                }
-                stage_view.undecided = occludes.then_some(clusters);
-                stage_view.stage = gpu.serial;
-            }
-            Change::Shown(shown) => {
-                stage_view.depth = None;
-                gpu.settled_frames = 0;
-                allocator::keep_freed_memory(false);
-                let seen = &stage_view.drawn.seen;
-                let relight = stage_view.codes.filter(|_| !exact.contains(entity)).and_then(|_| {
-                    let (stone, picture) = ((&gpu.pages[..], &gpu.chunks[..]), (&shown.numbers[..], shown.size));
-                    Relight::new((&device, &queue), stone, (seen, &clip_from_world), picture)
-                });
-                stage_view.relight = relight.map(|relight| {
-                    let layout = cache.get_bind_group_layout(&pipelines.relight_layout);
-                    let entries = BindGroupEntries::sequential((&relight.pixels, &relight.light));
-                    let bind_group = device.create_bind_group("relight", &layout, &entries);
-                    (relight, bind_group)
-                });
-                let seen = seen.only(&gpu.chunks, &shown.triangles);
-                stage_view.drawn = Drawn::new(&device, &gpu.chunks, seen);
-            }
+        // Stone that nothing else lights or shades is lit pixel by pixel.
+        let by_pixel = may_ask.filter(|&size| Raster::can_be(size) && !exact.contains(entity) && actors.shade().is_none());
+        let wanted = by_pixel
+            .filter(|_| stage_view.relight_pipeline.is_some_and(|id| cache.get_render_pipeline(id).is_some()))
+            .and_then(|size| Some(Wanted { key, size, lens: Lens::new(&clip_from_world)?, eye }));
+        let before = stage_view.pixels.take();
+        stage_view.pixels = wanted.and_then(|wanted| {
+            let layout = cache.get_bind_group_layout(&pipelines.relight_layout);
+            Pixels::next(before, &wanted, (&gpu.pages, &gpu.chunks), (&device, &queue), &layout)
+        });
+        if let Some(pixels) = &stage_view.pixels {
+            gpu.needed.extend_from_slice(&pixels.raster.groups);
+            stage_view.forget_sight();
+        } else {
+            stage_view.look(&mut gpu, &device, key, (may_ask, may_occlude), eye);
+            gpu.needed.extend_from_slice(&stage_view.drawn.seen.groups);
         }
-        gpu.needed.extend_from_slice(&stage_view.drawn.seen.groups);
 
         let height = camera.physical_viewport_size.map_or(1, |size| size.y.max(1));
         let world_from_view = Mat4::from_quat(view.world_from_view.rotation());

@@ -69,13 +69,12 @@ impl Question {
     }
 
     /// The answer.
-    fn shown(&self) -> Shown {
+    fn shown(&self) -> Triangles {
         let mapped = self.readback.mapped();
-        let mut shown = Shown { triangles: Triangles::default(), numbers: Vec::new(), size: self.readback.size() };
+        let mut shown = Triangles::default();
         for row in self.readback.rows(&mapped) {
             let numbers: &[u32] = bytemuck::cast_slice(row);
-            shown.triangles.extend(numbers.iter().filter_map(|number| number.checked_sub(1)));
-            shown.numbers.extend_from_slice(numbers);
+            shown.extend(numbers.iter().filter_map(|number| number.checked_sub(1)));
         }
         shown
     }
@@ -95,17 +94,6 @@ enum Rest {
     Settled,
 }
 
-/// What a picture shows.
-#[derive(Debug, PartialEq, Eq)]
-pub struct Shown {
-    /// The triangles, by their number in the order of drawing.
-    pub triangles: Triangles,
-    /// For each pixel, [`NUMBER_FORMAT`].
-    pub numbers: Vec<u32>,
-    /// Pixels of the picture.
-    pub size: UVec2,
-}
-
 /// What a frame changes of what is drawn.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Change {
@@ -113,8 +101,8 @@ pub enum Change {
     None,
     /// The camera or the stage is another: all that it may see must be found anew.
     Moved,
-    /// Of what was drawn so far, only these triangles are seen.
-    Shown(Shown),
+    /// Of what was drawn so far, only these triangles are seen, by their number in the order of drawing.
+    Shown(Triangles),
 }
 
 /// What a camera knows of what it sees.

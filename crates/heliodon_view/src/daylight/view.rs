@@ -105,7 +105,7 @@ pub(super) mod tests {
     use crate::daylight::chunk::KeptChunk;
     use crate::daylight::cluster::cluster;
     use crate::daylight::seen::{Draw, Seen};
-    use std::sync::Arc;
+    use std::sync::{Arc, OnceLock};
 
     /// A square of two metres and two triangles.
     pub fn quad_at(center: Vec3, first_index: u32) -> GpuChunk {
@@ -123,6 +123,7 @@ pub(super) mod tests {
                 clusters: made.clusters,
                 albedo: vec![u32::MAX; 4],
             }),
+            parts: OnceLock::new(),
             texture: None,
             closed: false,
             lit_at: vec![0],

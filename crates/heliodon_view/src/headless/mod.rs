@@ -239,7 +239,7 @@ impl Renderer {
     /// what is seen.
     pub fn triangles_drawn(&mut self) -> u64 {
         let world = self.app.sub_app_mut(RenderApp).world_mut();
-        world.query::<&StageView>().iter(world).map(|view| view.drawn.seen.triangle_count()).sum()
+        world.query::<&StageView>().iter(world).map(StageView::triangle_count).sum()
     }
 
     /// The shot of a visitor who just came, at a local time in seconds after midnight, as the lapse exposes it.
