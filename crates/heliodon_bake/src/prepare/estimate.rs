@@ -79,6 +79,7 @@ mod times {
     pub(super) const SPLIT: f64 = 1.4;
     pub(super) const MEASURE: f64 = 0.9;
     pub(super) const MAP: f64 = 0.68;
+    pub(super) const AVERAGE: f64 = 0.4;
     /// Of the hierarchy and what does not depend on the number of rooms; of each room.
     pub(super) const PURGE: f64 = 2.0;
     pub(super) const PURGE_ROOM: f64 = 2.0;
@@ -106,6 +107,11 @@ mod bytes {
     pub(super) const SURFACE: f64 = 60.0;
     /// Of the original, which rays of light meet: two triangles share a vertex.
     pub(super) const ORIGINAL: f64 = 18.0;
+    /// Of the original, whose vertices' colours and normals are kept until they are averaged, and of what is left, of which each has its sums.
+    pub(super) const LOOK: f64 = 6.0;
+    pub(super) const SUMS: f64 = 96.0;
+    /// Of each vertex that is left.
+    pub(super) const AVERAGES: f64 = 24.0;
     /// Of a triangle of a tile that is simplified, and of a whole one of 131,072; and of how many at once the figures above hold.
     pub(super) const TILED: u64 = 200;
     pub(super) const TILE: u64 = TILED << 17;
@@ -228,7 +234,7 @@ impl Reckoning<'_> {
         let (mut held, mut most) = (0.0, 0.0_f64);
         for (looked, &left) in self.looked.iter().zip(left) {
             most = most.max(held + of_part(looked, left));
-            held += bytes::ORIGINAL * looked.original + looked.mesh_bytes(left) + looked.texture_bytes;
+            held += (bytes::ORIGINAL + bytes::LOOK) * looked.original + looked.mesh_bytes(left) + looked.texture_bytes;
         }
         most
     }
@@ -277,7 +283,8 @@ impl Reckoning<'_> {
         }
         let purges = self.settings.purge && !self.views.cells.is_empty();
         let seen = if purges { SEEN } else { 1.0 };
-        let held = bytes::ORIGINAL * original + textures;
+        let looks = if simplifies { bytes::LOOK } else { 0.0 };
+        let held = (bytes::ORIGINAL + looks) * original + textures;
         if simplifies && self.settings.triangles > 0 {
             let (mut rounds, mut again_s, mut purge_s) = (0, 0.0, 0.0);
             let mut so_far = Growth { stone: 1.0, ground: 1.0 };
@@ -324,6 +331,9 @@ impl Reckoning<'_> {
             let memory = held + simple + (bytes::ORIGINAL + bytes::SURFACE) * largest;
             self.step("measuring", 1, unit * times::MEASURE * original, memory, 0.0);
             self.step("mapping", 1, unit * times::MAP * original, memory, 4.0 * original);
+            let sums = held + simple + bytes::ORIGINAL * largest + bytes::SUMS * triangles;
+            let kept = bytes::AVERAGES * VERTICES_A_TRIANGLE * triangles;
+            self.step("averaging", 1, unit * times::AVERAGE * original, sums, kept);
         }
         let finished = held + 4.0 * original + simple * (drawn + hidden) / triangles.max(1.0);
         if purges {

@@ -19,6 +19,7 @@ mod patches;
 mod pieces;
 mod report;
 mod steps;
+mod surfacing;
 mod views;
 
 pub(crate) use arrays::textures_of;
@@ -182,9 +183,9 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
     }
     let (mut original, mut warnings) = (Original::default(), Vec::new());
     let (mut meshes, mut ends) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    let mut report = PrepareReport::default();
+    let (mut report, mut looks) = (PrepareReport::default(), Vec::with_capacity(count));
     for index in 0..count {
-        let (mesh, of_part) = prepare_part(work, index, &mut original, &mut warnings)?;
+        let (mesh, of_part) = prepare_part(work, index, &mut original, &mut looks, &mut warnings)?;
         meshes.push(mesh);
         ends.push((original.positions.len(), original.triangles.len()));
         report.parts.push(of_part);
@@ -213,7 +214,7 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
             triangles: original.triangles[begin.1..end.1].iter().map(|t| t.map(|v| v - begin.0 as u32)).collect(),
             ..Mesh::default()
         };
-        parts.push(compare(work, index, &as_scanned, mesh, &params[index], of_part)?);
+        parts.push(compare(work, index, (&as_scanned, &looks[index]), mesh, &params[index], of_part)?);
         begin = end;
     }
     let reduced = reduce(work, parts, &keep, &params, &mut report)?;

@@ -5,6 +5,7 @@ use super::arrays::{Reader, Writer, textures_of};
 use super::fit::GROUND_GIVES;
 use super::pieces::{PART, PIECE, Piece};
 use super::steps::{Step, Steps};
+use super::surfacing::Surfacing;
 use crate::cache::CacheError;
 use crate::error::BakeError;
 use crate::scene::Original;
@@ -14,7 +15,8 @@ use heliodon_mesh::import::ImportReport;
 use heliodon_mesh::{Mesh, MeshError};
 use heliodon_prepare::clean::{self, CleanParams, CleanReport, clean_telling};
 use heliodon_prepare::simplify::{
-    MeasureReport, SimplifyParams, SimplifyReport, measure_telling, nearest_triangles_telling, simplify_telling,
+    Averages, MeasureReport, SimplifyParams, SimplifyReport, averages, measure_telling, nearest_triangles_telling,
+    simplify_telling,
 };
 use heliodon_prepare::solids::{SolidsParams, SolidsReport, unite_telling};
 use heliodon_prepare::split::{SplitError, SplitReport, split_telling};
@@ -108,12 +110,13 @@ struct Simple {
 struct Mapped {
     stands_for: Vec<u32>,
     clearance_m: Vec<f32>,
+    averages: Averages,
     error: MeasureReport,
     steps: Vec<Step>,
 }
 
-/// Reads, cleans, splits and simplifies a part; what rays will meet of it is added to `original`, what is odd in its files to `warnings`. Returns
-/// what is left of it.
+/// Reads, cleans, splits and simplifies a part; what rays will meet of it is added to `original`, what it looks like to `looks`, what is odd in its files
+/// to `warnings`. Returns what is left of it.
 ///
 /// # Errors
 /// Files that cannot be read, more vertices over all parts than an index counts, or more triangles than splitting may make.
@@ -121,6 +124,7 @@ pub(super) fn prepare_part(
     work: &Work,
     index: usize,
     original: &mut Original,
+    looks: &mut Vec<Surfacing>,
     warnings: &mut Vec<String>,
 ) -> Result<(Mesh, PartReport), BakeError> {
     let name = |step: &str| lasting_name(work, index, step);
@@ -128,8 +132,10 @@ pub(super) fn prepare_part(
     warnings.extend(whole.warnings);
     push_original(original, &whole.mesh)?;
     if !simplifies(&simplify_params(work.settings), &work.views) {
+        looks.push(Surfacing::default());
         return Ok((whole.mesh, whole.report));
     }
+    looks.push(Surfacing::new(&whole.mesh));
     let textures = textures_of(&whole.mesh.materials);
     let make = || Ok(make_simple(work, &whole.mesh, whole.report));
     let Simple { mesh, report } = work.pieces.kept_or(&name("simple"), &textures, make)?;
@@ -148,8 +154,8 @@ pub(super) fn simplifies(params: &SimplifyParams, views: &Views) -> bool {
 pub(super) fn compare(
     work: &Work,
     index: usize,
-    original: &Mesh,
-    mesh: Mesh,
+    (original, looks): (&Mesh, &Surfacing),
+    mut mesh: Mesh,
     params: &SimplifyParams,
     report: &mut PartReport,
 ) -> Result<Part, BakeError> {
@@ -157,7 +163,7 @@ pub(super) fn compare(
         let (vertices, triangles) = (mesh.positions.len(), mesh.triangles.len() as u32);
         return Ok(Part { mesh, stands_for: (0..triangles).collect(), clearance_m: vec![0.0; vertices] });
     }
-    let make = || Ok(make_mapped(work, original, &mesh, params));
+    let make = || Ok(make_mapped(work, (original, looks), &mesh, params));
     let mut digest = work.parts[index].clone();
     digest.run(format!("{params:?}").as_bytes());
     digest.run(bytemuck::cast_slice(&mesh.positions));
@@ -168,6 +174,7 @@ pub(super) fn compare(
     if let Some(simplify) = &mut report.simplify {
         (simplify.triangles_after, simplify.vertices_after) = (mesh.triangles.len(), mesh.positions.len());
     }
+    (mesh.colors_linear, mesh.normals) = (mapped.averages.colors_linear, mapped.averages.normals);
     Ok(Part { mesh, stands_for: mapped.stands_for, clearance_m: mapped.clearance_m })
 }
 
@@ -301,14 +308,16 @@ fn make_simple(work: &Work, whole: &Mesh, mut report: PartReport) -> Simple {
     Simple { mesh: simplified.mesh, report }
 }
 
-fn make_mapped(work: &Work, original: &Mesh, simple: &Mesh, params: &SimplifyParams) -> Mapped {
+fn make_mapped(work: &Work, (original, looks): (&Mesh, &Surfacing), simple: &Mesh, params: &SimplifyParams) -> Mapped {
     let mut steps = Steps::new(work.reporter);
     let measured = steps.run("measuring", count(original), |tell| measure_telling(original, simple, &work.views, params, tell));
     let nearest =
         steps.run("mapping", count(original), |tell| nearest_triangles_telling(original, simple, &work.views, params, tell));
     let most = |place| MOST_CLEARANCE * error_m(work, params, place);
     let clearance_m = simple.positions.iter().zip(measured.clearance_m).map(|(&p, c)| c.min(most(p))).collect();
-    Mapped { stands_for: nearest.triangle, clearance_m, error: measured.report, steps: steps.taken }
+    let averages =
+        steps.run("averaging", count(original), |_| averages(original, |vertex| looks.of(vertex), simple, &nearest.triangle));
+    Mapped { stands_for: nearest.triangle, clearance_m, averages, error: measured.report, steps: steps.taken }
 }
 
 impl Piece for Whole {
@@ -340,6 +349,8 @@ impl Piece for Mapped {
     fn write(&self, into: &mut Writer) -> Result<(), CacheError> {
         into.array("stands-for", &self.stands_for)?;
         into.array("clearance", &self.clearance_m)?;
+        into.array("colors", &self.averages.colors_linear)?;
+        into.array("normals", &self.averages.normals)?;
         into.told(&self.error);
         into.told(&self.steps);
         Ok(())
@@ -347,7 +358,8 @@ impl Piece for Mapped {
 
     fn read(from: &mut Reader) -> Option<Self> {
         let (stands_for, clearance_m) = (from.array("stands-for")?, from.array("clearance")?);
-        Some(Self { stands_for, clearance_m, error: from.told()?, steps: from.told()? })
+        let averages = Averages { colors_linear: from.array("colors")?, normals: from.array("normals")? };
+        Some(Self { stands_for, clearance_m, averages, error: from.told()?, steps: from.told()? })
     }
 }
 

@@ -190,6 +190,22 @@ pub(super) fn center(mesh: &Mesh, triangle: usize) -> Vec3 {
     (a + b + c) * (1.0 / 3.0)
 }
 
+/// The weights of the corners at the point of a triangle that is closest to another point; a third each where it has no area.
+pub(super) fn weights_of_closest(corners: [Vec3; 3], point: Vec3) -> Vec3 {
+    let [a, b, c] = corners.map(|corner| corner - point);
+    let closest = closest_to_origin([a, b, c]);
+    let (ab, ac) = (b - a, c - a);
+    let across = ab.cross(ac);
+    let square = across.length_squared();
+    if !(square > 0.0 && square.is_finite()) {
+        return Vec3::splat(1.0 / 3.0);
+    }
+    let to = closest - a;
+    let [to_b, to_c] = [to.cross(ac).dot(across) / square, ab.cross(to).dot(across) / square];
+    let weights = Vec3::new(1.0 - to_b - to_c, to_b, to_c).clamp(Vec3::ZERO, Vec3::ONE);
+    weights / weights.element_sum()
+}
+
 /// The point of a triangle that is closest to the origin. Ericson: "Real-Time Collision Detection", 2005, 5.1.5. For triangles
 /// without area it is one of their points, not always the closest.
 fn closest_to_origin([a, b, c]: [Vec3; 3]) -> Vec3 {

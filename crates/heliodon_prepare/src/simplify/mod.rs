@@ -16,12 +16,13 @@
 //! - No vertex of the original is farther from the surface than the tolerance at its place, so a small closed shape stays as well.
 //! - The result is the same to the bit for any number of threads.
 //!
-//! [`measure`] then says how far the surface really moved, both ways, and [`nearest_triangles`] which triangle stands for which
-//! of the original.
+//! [`measure`] then says how far the surface really moved, both ways, [`nearest_triangles`] which triangle stands for which
+//! of the original, and [`averages`] what colours and normals make it look most like the original.
 //!
 //! Why tiles and not one call for all: one tolerance serves a whole call, which also runs on one core and holds quadrics of all
 //! vertices at once.
 
+mod averages;
 mod closest;
 mod collect;
 mod evenness;
@@ -35,6 +36,7 @@ mod tile;
 mod tiles;
 mod witnesses;
 
+pub use averages::{Averages, Look, averages, look_of};
 pub use measure::{Distances, MeasureReport, Measured, measure, measure_telling};
 pub use nearest::{Nearest, nearest_triangles, nearest_triangles_telling};
 

@@ -1,8 +1,10 @@
 //! Maps of depth from the sun and from lamps.
 
+use super::flat::flat_texture;
+use bevy::math::UVec2;
 use bevy::render::render_resource::{
-    CommandEncoder, Extent3d, LoadOp, Operations, RenderPassDepthStencilAttachment, RenderPassDescriptor, StoreOp,
-    TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureView, TextureViewDescriptor,
+    CommandEncoder, LoadOp, Operations, RenderPassDepthStencilAttachment, RenderPassDescriptor, StoreOp, Texture,
+    TextureFormat, TextureUsages, TextureView, TextureViewDescriptor,
 };
 use bevy::render::renderer::RenderDevice;
 use wgpu::RenderPass;
@@ -12,16 +14,8 @@ pub const FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
 /// A map of so many texels.
 pub fn depth_map(device: &RenderDevice, label: &str, width: u32, height: u32) -> TextureView {
-    let texture = device.create_texture(&TextureDescriptor {
-        label: Some(label),
-        size: Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: TextureDimension::D2,
-        format: FORMAT,
-        usage: TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT,
-        view_formats: &[],
-    });
+    let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT;
+    let texture: Texture = flat_texture(device, label, UVec2::new(width, height), FORMAT, usage).into();
     texture.create_view(&TextureViewDescriptor::default())
 }
 

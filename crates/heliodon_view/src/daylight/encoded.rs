@@ -4,14 +4,15 @@
 //! instructions a block, whatever the shader does. Of a target without transfer function it only stores bytes. There the shaders
 //! encode, as they do for all targets that do not, and the bytes are copied into Bevy's main texture, for the rest of the frame is Bevy's.
 
+use super::flat::flat_texture;
 use bevy::math::UVec2;
 use bevy::render::camera::ExtractedCamera;
 use bevy::render::renderer::RenderDevice;
 use bevy::render::view::ViewTarget;
 use heliodon_math::color::srgb_from_linear;
 use wgpu::{
-    Color, CommandEncoder, Extent3d, LoadOp, Operations, RenderPassColorAttachment, StoreOp, Texture, TextureDescriptor,
-    TextureDimension, TextureFormat, TextureUsages, TextureView, TextureViewDescriptor,
+    Color, CommandEncoder, Extent3d, LoadOp, Operations, RenderPassColorAttachment, StoreOp, Texture, TextureFormat,
+    TextureUsages, TextureView, TextureViewDescriptor,
 };
 
 /// The format of the codes of a main texture of `format`, if it can be drawn in codes: between the two textures are copied.
@@ -32,16 +33,8 @@ impl Encoded {
     /// A picture of this size and format.
     #[must_use]
     pub fn new(device: &RenderDevice, size: UVec2, format: TextureFormat) -> Self {
-        let texture = device.wgpu_device().create_texture(&TextureDescriptor {
-            label: Some("stone_codes"),
-            size: Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: TextureDimension::D2,
-            format,
-            usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC | TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
+        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
+        let texture = flat_texture(device, "stone_codes", size, format, usage);
         let view = texture.create_view(&TextureViewDescriptor::default());
         Self { texture, view }
     }

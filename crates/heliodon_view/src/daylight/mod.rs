@@ -11,6 +11,7 @@ pub mod closed;
 pub mod cluster;
 pub(crate) mod depth_map;
 mod encoded;
+mod flat;
 pub mod layout;
 pub mod moment;
 mod occlusion;

@@ -4,13 +4,14 @@
 //! page costs a dispatch and a few bindings a frame. A chunk begins at a whole block of vertices.
 
 use super::chunk::{KeptChunk, PreparedChunk};
+use super::flat::flat_texture;
 use super::layout::{BLOCK, GROUP, TEXEL_WORDS, VertexLayout};
 use super::parts::Parts;
 use crate::stage::texture::LevelledTexture;
+use bevy::math::UVec2;
 use bevy::render::render_resource::{
     BindGroup, BindGroupEntries, BindGroupLayout, Buffer, BufferDescriptor, BufferUsages, Extent3d, Origin3d,
-    TexelCopyBufferLayout, TexelCopyTextureInfo, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
-    TextureViewDescriptor,
+    TexelCopyBufferLayout, TexelCopyTextureInfo, Texture, TextureFormat, TextureUsages, TextureViewDescriptor,
 };
 use bevy::render::renderer::{RenderDevice, RenderQueue};
 use std::sync::{Arc, OnceLock};
@@ -154,16 +155,9 @@ impl Page {
             })
         };
         let count = u64::from(vertices);
-        let baked = device.create_texture(&TextureDescriptor {
-            label: Some("stone_baked"),
-            size: Extent3d { width: BLOCK, height: vertices / BLOCK * layout.texels(), depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: TextureDimension::D2,
-            format: TextureFormat::Rgba32Uint,
-            usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
+        let size = UVec2::new(BLOCK, vertices / BLOCK * layout.texels());
+        let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
+        let baked: Texture = flat_texture(device, "stone_baked", size, TextureFormat::Rgba32Uint, usage).into();
         let baked_view = baked.create_view(&TextureViewDescriptor::default());
         let light = buffer("stone_light", count * 8, BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::COPY_SRC);
         let work = buffer("stone_light_work", count / u64::from(GROUP) * 4, BufferUsages::STORAGE);

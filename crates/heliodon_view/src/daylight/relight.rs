@@ -4,14 +4,15 @@
 //! vertices' light of the moment from a texture, whatever the number of triangles. It is the picture that drawing them gives, to a
 //! code of 255: weights have 16 bits, the albedo's roots ten.
 
+use super::flat::flat_texture;
 use super::layout::BLOCK;
 use super::pages::{GpuChunk, Page};
 use super::raster::{NUMBER_BITS, Raster};
 use bevy::prelude::*;
 use bevy::render::renderer::{RenderDevice, RenderQueue};
 use wgpu::{
-    CommandEncoder, Extent3d, TexelCopyBufferInfo, TexelCopyBufferLayout, TexelCopyTextureInfo, Texture, TextureDescriptor,
-    TextureDimension, TextureFormat, TextureUsages, TextureView, TextureViewDescriptor,
+    CommandEncoder, Extent3d, TexelCopyBufferInfo, TexelCopyBufferLayout, TexelCopyTextureInfo, Texture, TextureFormat,
+    TextureUsages, TextureView, TextureViewDescriptor,
 };
 
 /// Bytes of a vertex's light.
@@ -51,22 +52,12 @@ impl Relight {
         if light_rows == 0 || light_rows > most_rows || chunks.iter().any(|chunk| chunk.texture.is_some()) {
             return None;
         }
-        let texture = |label, width, height, format| {
-            device.wgpu_device().create_texture(&TextureDescriptor {
-                label: Some(label),
-                size: Extent3d { width, height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: TextureDimension::D2,
-                format,
-                usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
-                view_formats: &[],
-            })
-        };
+        let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
+        let texture = |label, size, format| flat_texture(device, label, size, format, usage);
         let textures = [
-            texture("relight_pixels", size.x, size.y, TextureFormat::Rgba32Uint),
-            texture("relight_depth", size.x, size.y, TextureFormat::R32Float),
-            texture("relight_light", BLOCK, light_rows, TextureFormat::Rgba16Float),
+            texture("relight_pixels", size, TextureFormat::Rgba32Uint),
+            texture("relight_depth", size, TextureFormat::R32Float),
+            texture("relight_light", UVec2::new(BLOCK, light_rows), TextureFormat::Rgba16Float),
         ];
         let [pixels, depth, light] = textures.each_ref().map(|texture| texture.create_view(&TextureViewDescriptor::default()));
         Some(Self { pixels, depth, light, textures, page_rows })

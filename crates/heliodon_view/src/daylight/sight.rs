@@ -6,16 +6,14 @@
 //! it are the same to the last bit, until the camera or the stage changes. Nobody waits for the answer: until it is there,
 //! everything is drawn.
 
+use super::flat::flat_texture;
 use super::seen::Triangles;
 use crate::readback::TextureReadback;
 use bevy::prelude::{Mat4, UVec2, UVec4};
 use bevy::render::renderer::RenderDevice;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
-use wgpu::{
-    CommandEncoder, Extent3d, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureView,
-    TextureViewDescriptor,
-};
+use wgpu::{CommandEncoder, Texture, TextureFormat, TextureUsages, TextureView, TextureViewDescriptor};
 
 /// What a pixel of the question is: 0 where it shows no stone, else the triangle's number in the order of drawing plus 1.
 pub const NUMBER_FORMAT: TextureFormat = TextureFormat::R32Uint;
@@ -47,16 +45,8 @@ pub struct Question {
 
 impl Question {
     fn new(device: &RenderDevice, size: UVec2) -> Self {
-        let numbers = device.wgpu_device().create_texture(&TextureDescriptor {
-            label: Some("stone_sight"),
-            size: Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: TextureDimension::D2,
-            format: NUMBER_FORMAT,
-            usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
+        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
+        let numbers = flat_texture(device, "stone_sight", size, NUMBER_FORMAT, usage);
         let readback = TextureReadback::new(device, "stone_sight_read", size, NUMBER_BYTES);
         let view = numbers.create_view(&TextureViewDescriptor::default());
         Self { numbers, view, readback, asked: AtomicBool::new(false) }
