@@ -157,9 +157,8 @@ pub struct MasksBefore<'a> {
 }
 
 impl MasksBefore<'_> {
-    fn of(&self, points: Range<usize>, width: usize) -> Option<Earlier<'_>> {
-        let known = self.known.get(points.clone())?;
-        Some(Earlier { change: self.change, words: self.words.get(points.start * width..points.end * width)?, known })
+    fn all(&self) -> Earlier<'_> {
+        Earlier { change: self.change, words: &self.words, known: &self.known }
     }
 }
 
@@ -169,6 +168,14 @@ pub(crate) struct Earlier<'a> {
     pub change: &'a Change,
     pub words: &'a [u32],
     pub known: &'a [bool],
+}
+
+impl Earlier<'_> {
+    /// Of some of them, whose masks have `width` words each.
+    fn of(self, points: Range<usize>, width: usize) -> Option<Self> {
+        let words = self.words.get(points.start * width..points.end * width)?;
+        Some(Self { words, known: self.known.get(points)?, ..self })
+    }
 }
 
 /// As [`bake_sun_masks`], which traces only rays of which nothing is known from `before` or that the change may reach; with the masks, how many
@@ -201,7 +208,8 @@ pub fn bake_sun_masks_knowing(
         .map(|(i, words)| {
             let first = range.start + i * at_once;
             let count = words.len() / words_per_point;
-            let before = before.and_then(|before| before.of(first - range.start..first - range.start + count, words_per_point));
+            let at = first - range.start;
+            let before = before.and_then(|before| before.all().of(at..at + count, words_per_point));
             unit_masks(surfaces, points.run(first..first + count), suns, before, words)
         })
         .reduce(Rays::default, Rays::plus);
@@ -222,11 +230,7 @@ pub(crate) fn run_masks(
     let runs = origins.chunks(TOGETHER).zip(normals.chunks(TOGETHER)).zip(out.chunks_mut((TOGETHER * width).max(1)));
     for (i, ((origins, normals), out)) in runs.enumerate() {
         let points = i * TOGETHER..i * TOGETHER + origins.len();
-        let before = before.map(|before| Earlier {
-            words: &before.words[points.start * width..points.end * width],
-            known: &before.known[points],
-            ..before
-        });
+        let before = before.and_then(|before| before.of(points, width));
         rays = rays.plus(unit_masks(surfaces, (origins, normals), suns, before, out));
     }
     rays

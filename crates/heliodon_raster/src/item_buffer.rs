@@ -68,8 +68,7 @@ impl Extent {
         for i in 0..8 {
             let pick = |axis: usize| if i >> axis & 1 == 1 { high[axis] } else { low[axis] };
             let [x, y, w] = perspective.place(Vec3::new(pick(0), pick(1), pick(2)));
-            // Asked so that what is not a number is before it.
-            if !(w >= perspective.near_m) {
+            if w < perspective.near_m || w.is_nan() {
                 return None;
             }
             let at = [x / w, y / w];
