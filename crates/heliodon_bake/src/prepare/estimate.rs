@@ -8,7 +8,7 @@ use super::arrays::index_of;
 use super::fit::{Growth, MOST_ROUNDS, coarser, growth};
 use super::kept::{FINISHED, geometry_key};
 use super::part::{Grain, simplifies, simplify_params};
-use super::patches::{Looked, look};
+use super::patches::{Looked, inner_triangles, look};
 use super::views;
 use crate::budget::Need;
 use crate::cache::has_block;
@@ -17,6 +17,7 @@ use crate::plan::Plan;
 use crate::report::Reporter;
 use crate::scene;
 use heliodon_bundle::site::{Prepare, Role};
+use heliodon_mesh::Mesh;
 use heliodon_mesh::import::ImportReport;
 use heliodon_prepare::Views;
 use heliodon_prepare::purge::PurgeParams;
@@ -89,9 +90,6 @@ mod times {
     pub(super) const WITNESS: f64 = 0.4;
     /// Of what nobody sees: simplified, mapped and measured once more.
     pub(super) const HIDE: f64 = 2.6;
-    /// A patch fits into a processor's own memory and is done in one tile or a few; a triangle of a part took 2.2 (the temple of 10 million) to 3.0 times
-    /// (300,000, on a busy machine) as long.
-    pub(super) const LARGE: f64 = 2.3;
 }
 
 /// Bytes that steps take at once for each triangle, beside meshes.
@@ -141,7 +139,7 @@ pub(crate) fn estimate_with(
     plan: &Plan,
     settings: &Prepare,
     reporter: &dyn Reporter,
-    mut each: impl FnMut(usize, &heliodon_mesh::Mesh, &Views) -> Result<(), BakeError>,
+    mut each: impl FnMut(usize, &Mesh, &Views) -> Result<(), BakeError>,
 ) -> Result<PrepareEstimate, BakeError> {
     let (site, files, views) = (&plan.site, &plan.files, views(&plan.site));
     let params = simplify_params(settings);
@@ -163,7 +161,8 @@ pub(crate) fn estimate_with(
     }
     reporter.finished();
     reporter.stage("timing", 0);
-    let estimate = Reckoning { settings, views: &views, looked: &looked, steps: Vec::new(), kept: 0.0 }.reckon(&params);
+    let estimate =
+        Reckoning { settings, views: &views, looked: &looked, least: Vec::new(), steps: Vec::new(), kept: 0.0 }.reckon(&params);
     reporter.finished();
     Ok(estimate)
 }
@@ -188,6 +187,8 @@ struct Reckoning<'a> {
     settings: &'a Prepare,
     views: &'a Views,
     looked: &'a [Looked],
+    /// The fewest inner triangles that were left of each patch.
+    least: Vec<f64>,
     steps: Vec<StepEstimate>,
     /// Bytes on disk so far.
     kept: f64,
@@ -195,27 +196,30 @@ struct Reckoning<'a> {
 
 impl Reckoning<'_> {
     /// Triangles of each part that are left with its `params`, and what simplification took for a triangle.
-    fn simplified(&self, params: &[SimplifyParams]) -> (Vec<f64>, f64) {
+    fn simplified(&mut self, params: &[SimplifyParams]) -> (Vec<f64>, f64) {
         let begun = Instant::now();
-        let patches: Vec<(usize, &heliodon_mesh::Mesh)> = self
+        let patches: Vec<(usize, &Mesh)> = self
             .looked
             .iter()
             .enumerate()
             .flat_map(|(part, looked)| looked.patches.iter().map(move |patch| (part, patch)))
             .collect();
-        let made: Vec<(usize, usize, usize)> = patches
+        let made: Vec<f64> = patches
             .par_iter()
-            .map(|(part, patch)| {
-                (*part, patch.triangles.len(), simplify(patch, self.views, &params[*part]).mesh.triangles.len())
-            })
+            .map(|(part, patch)| inner_triangles(&simplify(patch, self.views, &params[*part]).mesh))
             .collect();
-        let triangles: usize = made.iter().map(|(_, before, _)| before).sum();
+        let seconds = begun.elapsed().as_secs_f64();
+        let triangles: usize = patches.iter().map(|(_, patch)| patch.triangles.len()).sum();
+        // A patch of which nothing would be left is left whole: coarser limits leave no more than finer ones did.
+        self.least.resize(made.len(), f64::INFINITY);
+        self.least.iter_mut().zip(made).for_each(|(least, made)| *least = least.min(made));
         let left = |part: usize| {
-            let of_part = made.iter().filter(|(of, _, _)| *of == part);
-            let (before, after) = of_part.fold((0, 0), |sum, (_, before, after)| (sum.0 + before, sum.1 + after));
-            self.looked[part].original * after as f64 / before.max(1) as f64
+            let before: f64 = self.looked[part].patches.iter().map(inner_triangles).sum();
+            let of_part = patches.iter().zip(&self.least).filter(|((of, _), _)| *of == part);
+            let after: f64 = of_part.map(|(_, least)| least).sum();
+            if before > 0.0 { self.looked[part].original * (after / before).min(1.0) } else { 0.0 }
         };
-        ((0..self.looked.len()).map(left).collect(), begun.elapsed().as_secs_f64() / triangles.max(1) as f64)
+        ((0..self.looked.len()).map(left).collect(), seconds / triangles.max(1) as f64)
     }
 
     fn step(&mut self, name: &str, times: u32, seconds: f64, memory: f64, kept: f64) {
@@ -244,10 +248,9 @@ impl Reckoning<'_> {
         let sum = |of: &dyn Fn(&Looked) -> f64| looked.iter().map(of).sum::<f64>();
         let (read, original) = (sum(&|part| part.triangles), sum(&|part| part.original));
         let mut params = vec![params.clone(); looked.len()];
-        let (first, patch_unit) = self.simplified(&params);
+        let (first, unit) = self.simplified(&params);
         let simplifies = params.first().is_some_and(|params| simplifies(params, self.views));
         let mut left = if simplifies { first } else { looked.iter().map(|part| part.original).collect() };
-        let unit = times::LARGE * patch_unit;
         let textures = sum(&|part| part.texture_bytes);
         let whole = |part: &Looked| part.mesh_bytes(part.original) + part.texture_bytes;
 

@@ -6,6 +6,7 @@ use glam::Vec3;
 use heliodon_mesh::Mesh;
 use heliodon_prepare::split::{SplitError, split};
 use rayon::prelude::*;
+use std::collections::HashMap;
 
 /// Patches of a part, in balls around triangles that are spread over it by how many pieces splitting makes of them.
 const PATCHES: usize = 8;
@@ -13,6 +14,8 @@ const PATCHES: usize = 8;
 const PATCH_TRIANGLES: f64 = 12_000.0;
 /// Triangles of a part, evenly spread over its files, that tell where its others are and what splitting makes of them.
 const SAMPLE: usize = 16_384;
+/// The least part of a patch that is taken to lie within.
+const LEAST_INNER: f64 = 0.02;
 /// The most triangles that splitting may make of these.
 const MOST_PIECES: usize = 4_000_000;
 
@@ -47,6 +50,30 @@ impl Looked {
     pub fn mesh_bytes(&self, triangles: f64) -> f64 {
         triangles * (self.triangle_bytes + self.vertex_bytes * self.vertices / self.original.max(1.0))
     }
+}
+
+/// Triangles of a patch but for those that its rim needs: a rim of so many edges takes as many triangles whatever lies within (Euler), and all of a part
+/// has hardly any.
+pub(super) fn inner_triangles(patch: &Mesh) -> f64 {
+    let mut points: HashMap<[u32; 3], u32> = HashMap::new();
+    let of: Vec<u32> = patch
+        .positions
+        .iter()
+        .map(|p| {
+            let next = points.len() as u32;
+            *points.entry(p.to_array().map(f32::to_bits)).or_insert(next)
+        })
+        .collect();
+    let mut edges: HashMap<(u32, u32), u32> = HashMap::new();
+    for triangle in &patch.triangles {
+        let [a, b, c] = triangle.map(|vertex| of[vertex as usize]);
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            *edges.entry((from.min(to), from.max(to))).or_default() += 1;
+        }
+    }
+    let rim = edges.values().filter(|&&sides| sides == 1).count() as f64;
+    let all = patch.triangles.len() as f64;
+    (all - rim).max(LEAST_INNER * all)
 }
 
 /// Looks at a part that was read; `grain` says how it is split, if it is.
@@ -156,4 +183,25 @@ fn balls(mesh: &Mesh, sample: &[u32], weights: &[f64]) -> Vec<Vec<u32>> {
             .collect()
     };
     seeds.into_iter().map(ball).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rim_s_triangles_are_not_a_part_s() {
+        let plate = |side: u32| {
+            let at = |i: u32| Vec3::new((i % (side + 1)) as f32, (i / (side + 1)) as f32, 0.0);
+            let squares = (0..side * side).map(|i| i / side * (side + 1) + i % side);
+            Mesh {
+                positions: (0..(side + 1) * (side + 1)).map(at).collect(),
+                triangles: squares.flat_map(|v| [[v, v + 1, v + side + 2], [v, v + side + 2, v + side + 1]]).collect(),
+                ..Mesh::default()
+            }
+        };
+        assert_eq!(inner_triangles(&plate(10)), 200.0 - 40.0);
+        assert_eq!(inner_triangles(&plate(1)), LEAST_INNER * 2.0);
+        assert_eq!(inner_triangles(&Mesh::default()), 0.0);
+    }
 }
