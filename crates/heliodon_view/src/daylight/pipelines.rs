@@ -118,7 +118,7 @@ pub fn sight_wgsl() -> String {
     format!("enable primitive_index;\n{VIEW_WGSL}\n{}", include_str!("sight.wgsl"))
 }
 
-/// The whole text of the shader that lights an eye at rest.
+/// The whole text of the shader that lights stone pixel by pixel.
 #[must_use]
 pub(crate) fn relight_wgsl(display: DisplayKey) -> String {
     format!("{}const BLOCK: u32 = {BLOCK}u;\n{}", display.wgsl(), include_str!("relight.wgsl"))
@@ -159,7 +159,7 @@ pub struct StagePipelines {
     pub caster_layout: BindGroupLayoutDescriptor,
     /// What is baked of a page, and where its normals go.
     pub normals_layout: BindGroupLayoutDescriptor,
-    /// What the pixels of an eye at rest are lit with.
+    /// What pixels are lit from, where stone is lit pixel by pixel.
     pub relight_layout: BindGroupLayoutDescriptor,
     made: HashMap<PipelineKey, CachedRenderPipelineId>,
     relight_made: HashMap<DisplayKey, CachedRenderPipelineId>,

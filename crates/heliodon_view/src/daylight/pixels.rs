@@ -48,7 +48,7 @@ impl Pixels {
             Some(before) if before.key == key => return Some(before),
             Some(before) if before.relight.is(size, pages) => Self { key, ..before },
             before => {
-                let relight = Relight::new(device, pages, chunks, size)?;
+                let relight = Relight::new(device, pages, size)?;
                 let entries = BindGroupEntries::sequential((&relight.pixels, &relight.depth, &relight.light));
                 let bind_group = device.create_bind_group("relight", layout, &entries);
                 Self { key, raster: before.map(|before| before.raster).unwrap_or_default(), relight, bind_group }

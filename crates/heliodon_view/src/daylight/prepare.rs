@@ -54,7 +54,7 @@ pub struct StageGpu {
     moment_buffer: Option<(Buffer, BindGroup)>,
     /// The light that some camera needs.
     needed: Vec<LightGroup>,
-    /// Whether a processor draws: then cameras at rest find out what they see, and textures are read with fewer samples.
+    /// Whether a processor draws: then it is found what cameras see, and textures are read with fewer samples.
     pub software: bool,
     /// Whether it is known which chunks are closed.
     closed_known: bool,

@@ -6,7 +6,7 @@
 
 use super::flat::flat_texture;
 use super::layout::BLOCK;
-use super::pages::{GpuChunk, Page};
+use super::pages::Page;
 use super::raster::{NUMBER_BITS, Raster};
 use bevy::prelude::*;
 use bevy::render::renderer::{RenderDevice, RenderQueue};
@@ -29,6 +29,11 @@ fn rows(pages: &[Page]) -> (Vec<u32>, u32) {
     (begins, end)
 }
 
+/// Whether no stone has a texture: another bundle may have one in pages of the same size.
+fn are_plain(pages: &[Page]) -> bool {
+    pages.iter().all(|page| page.uvs.is_none())
+}
+
 /// What a picture is lit from, on the GPU.
 #[derive(Debug)]
 pub struct Relight {
@@ -46,10 +51,10 @@ pub struct Relight {
 impl Relight {
     /// For pictures of this size. None where stone has textures, whose albedo is not known here, or where there are more vertices than a texture holds.
     #[must_use]
-    pub fn new(device: &RenderDevice, pages: &[Page], chunks: &[GpuChunk], size: UVec2) -> Option<Self> {
+    pub fn new(device: &RenderDevice, pages: &[Page], size: UVec2) -> Option<Self> {
         let (page_rows, light_rows) = rows(pages);
         let most_rows = device.limits().max_texture_dimension_2d.min((1 << NUMBER_BITS) / BLOCK);
-        if light_rows == 0 || light_rows > most_rows || chunks.iter().any(|chunk| chunk.texture.is_some()) {
+        if light_rows == 0 || light_rows > most_rows || !are_plain(pages) {
             return None;
         }
         let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
@@ -68,7 +73,8 @@ impl Relight {
     pub fn is(&self, size: UVec2, pages: &[Page]) -> bool {
         let [pixels, _, light] = &self.textures;
         let (page_rows, light_rows) = rows(pages);
-        UVec2::new(pixels.width(), pixels.height()) == size && page_rows == self.page_rows && light.height() == light_rows
+        let same = page_rows == self.page_rows && light.height() == light_rows && are_plain(pages);
+        same && UVec2::new(pixels.width(), pixels.height()) == size
     }
 
     /// Takes what the pixels show.
