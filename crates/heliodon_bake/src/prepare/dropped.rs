@@ -2,7 +2,7 @@
 
 use super::Work;
 use super::arrays::{Reader, Writer, textures_of};
-use super::fit::coarser;
+use super::limits::coarser;
 use super::part::{Part, count, piece_name};
 use super::pieces::{PIECE, Piece};
 use super::report::PrepareReport;

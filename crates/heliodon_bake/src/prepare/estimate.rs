@@ -5,8 +5,9 @@
 //! and in the run that measured simplification: machines differ by the same factor in all of them, nearly.
 
 use super::arrays::index_of;
-use super::fit::{Growth, MOST_ROUNDS, coarser, growth};
+use super::fit::MOST_ROUNDS;
 use super::kept::{FINISHED, geometry_key};
+use super::limits::{Grained, Limits};
 use super::part::{Grain, simplifies, simplify_params};
 use super::patches::{Looked, inner_triangles, look};
 use super::views;
@@ -161,8 +162,7 @@ pub(crate) fn estimate_with(
     }
     reporter.finished();
     reporter.stage("timing", 0);
-    let estimate =
-        Reckoning { settings, views: &views, looked: &looked, least: Vec::new(), steps: Vec::new(), kept: 0.0 }.reckon(&params);
+    let estimate = Reckoning { settings, views: &views, looked: &looked, steps: Vec::new(), kept: 0.0 }.reckon(&params);
     reporter.finished();
     Ok(estimate)
 }
@@ -187,8 +187,6 @@ struct Reckoning<'a> {
     settings: &'a Prepare,
     views: &'a Views,
     looked: &'a [Looked],
-    /// The fewest inner triangles that were left of each patch.
-    least: Vec<f64>,
     steps: Vec<StepEstimate>,
     /// Bytes on disk so far.
     kept: f64,
@@ -196,7 +194,7 @@ struct Reckoning<'a> {
 
 impl Reckoning<'_> {
     /// Triangles of each part that are left with its `params`, and what simplification took for a triangle.
-    fn simplified(&mut self, params: &[SimplifyParams]) -> (Vec<f64>, f64) {
+    fn simplified(&self, params: &[SimplifyParams]) -> (Vec<f64>, f64) {
         let begun = Instant::now();
         let patches: Vec<(usize, &Mesh)> = self
             .looked
@@ -210,13 +208,10 @@ impl Reckoning<'_> {
             .collect();
         let seconds = begun.elapsed().as_secs_f64();
         let triangles: usize = patches.iter().map(|(_, patch)| patch.triangles.len()).sum();
-        // A patch of which nothing would be left is left whole: coarser limits leave no more than finer ones did.
-        self.least.resize(made.len(), f64::INFINITY);
-        self.least.iter_mut().zip(made).for_each(|(least, made)| *least = least.min(made));
         let left = |part: usize| {
             let before: f64 = self.looked[part].patches.iter().map(inner_triangles).sum();
-            let of_part = patches.iter().zip(&self.least).filter(|((of, _), _)| *of == part);
-            let after: f64 = of_part.map(|(_, least)| least).sum();
+            let of_part = patches.iter().zip(&made).filter(|((of, _), _)| *of == part);
+            let after: f64 = of_part.map(|(_, made)| made).sum();
             if before > 0.0 { self.looked[part].original * (after / before).min(1.0) } else { 0.0 }
         };
         ((0..self.looked.len()).map(left).collect(), seconds / triangles.max(1) as f64)
@@ -247,9 +242,8 @@ impl Reckoning<'_> {
         let looked = self.looked;
         let sum = |of: &dyn Fn(&Looked) -> f64| looked.iter().map(of).sum::<f64>();
         let (read, original) = (sum(&|part| part.triangles), sum(&|part| part.original));
-        let mut params = vec![params.clone(); looked.len()];
-        let (first, unit) = self.simplified(&params);
-        let simplifies = params.first().is_some_and(|params| simplifies(params, self.views));
+        let (first, unit) = self.simplified(&vec![params.clone(); looked.len()]);
+        let simplifies = simplifies(params, self.views);
         let mut left = if simplifies { first } else { looked.iter().map(|part| part.original).collect() };
         let textures = sum(&|part| part.texture_bytes);
         let whole = |part: &Looked| part.mesh_bytes(part.original) + part.texture_bytes;
@@ -290,27 +284,18 @@ impl Reckoning<'_> {
         let held = (bytes::ORIGINAL + looks) * original + textures;
         if simplifies && self.settings.triangles > 0 {
             let (mut rounds, mut again_s, mut purge_s) = (0, 0.0, 0.0);
-            let mut so_far = Growth { stone: 1.0, ground: 1.0 };
+            let grained = looked.iter().map(|part| Grained { is_ground: part.is_ground, times_split: part.times_split });
+            let mut limits = Limits::new(params, grained.collect());
             let most: f64 = left.iter().sum();
             for _ in 0..MOST_ROUNDS {
                 let triangles: f64 = left.iter().sum();
                 purge_s += if purges { unit * self.purge_units(triangles, &PurgeParams::preview()) } else { 0.0 };
-                let of = |ground: bool| -> f64 {
-                    let parts = looked.iter().zip(&left).filter(|(part, _)| part.is_ground == ground);
-                    seen * parts.map(|(_, left)| left).sum::<f64>()
-                };
-                let Some(growth) = growth(of(false), of(true), self.settings.triangles as f64, so_far) else { break };
-                so_far = Growth { stone: so_far.stone * growth.stone, ground: so_far.ground * growth.ground };
-                for ((part, params), left) in looked.iter().zip(&mut params).zip(&left) {
-                    let times = if part.is_ground { growth.ground } else { growth.stone };
-                    if times != 1.0 {
-                        *params = coarser(params, times as f32);
-                        // every place of the original is asked where it lies on what is left
-                        again_s += unit * (left + times::WITNESS * part.original);
-                    }
-                }
+                let drawn: Vec<f64> = left.iter().map(|left| seen * left).collect();
+                let Some(grown) = limits.grow(&drawn, self.settings.triangles as f64) else { break };
+                // every place of the original is asked where it lies on what is left
+                again_s += grown.iter().map(|&part| unit * (left[part] + times::WITNESS * looked[part].original)).sum::<f64>();
                 rounds += 1;
-                left = self.simplified(&params).0;
+                left = self.simplified(&limits.params).0;
                 self.kept += self.meshes(&left);
             }
             if purges {

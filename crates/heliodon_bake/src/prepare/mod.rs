@@ -13,6 +13,7 @@ mod dropped;
 mod estimate;
 mod fit;
 mod kept;
+mod limits;
 mod looks;
 mod part;
 mod patches;
@@ -41,10 +42,11 @@ use crate::scene::{Original, PartRange, Scene};
 use doubts::{empty_parts, room_doubts, small_parts};
 use dropped::{Reduced, purge_name, reduce, seen};
 use fit::fit;
-use heliodon_bundle::site::{InputFile, Prepare, Site};
+use heliodon_bundle::site::{InputFile, Prepare, Role, Site};
 use heliodon_mesh::Mesh;
 use heliodon_prepare::Views;
 use kept::{FINISHED, geometry_key, part_digest};
+use limits::Grained;
 use looks::Looks;
 use part::{compare, lasting_name, prepare_part};
 use pieces::{PART, PIECE, Pieces};
@@ -193,7 +195,13 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
     warnings.extend(empty_parts(work, &report)?);
     warnings.extend(small_parts(work, &meshes));
     let vertex_ends: Vec<usize> = ends.iter().map(|end| end.0).collect();
-    let (params, steps) = fit(work, &mut meshes, &original.positions, &vertex_ends)?;
+    let times_split = |part: &PartReport| if work.settings.edge_px > 0.0 { part.edge_px / work.settings.edge_px } else { 1.0 };
+    let grained = report
+        .parts
+        .iter()
+        .zip(&work.site.parts)
+        .map(|(of_part, part)| Grained { is_ground: part.role == Role::Ground, times_split: times_split(of_part).max(1.0) });
+    let (params, steps) = fit(work, &mut meshes, grained.collect(), &original.positions, &vertex_ends)?;
     report.steps = steps;
     for (of_part, params) in report.parts.iter_mut().zip(&params) {
         of_part.error_px = f64::from(params.error_px);

@@ -2,7 +2,7 @@
 
 use super::Work;
 use super::arrays::{Reader, Writer, textures_of};
-use super::fit::GROUND_GIVES;
+use super::limits::GROUND_GIVES;
 use super::pieces::{PART, PIECE, Piece};
 use super::steps::{Step, Steps};
 use super::surfacing::Surfacing;

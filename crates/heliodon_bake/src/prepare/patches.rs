@@ -26,6 +26,8 @@ pub(super) struct Looked {
     pub triangles: f64,
     /// Triangles after splitting.
     pub original: f64,
+    /// How many times longer than asked for splitting lets its edges be.
+    pub times_split: f64,
     /// Vertices after splitting.
     pub vertices: f64,
     /// Bytes of a vertex with all its attributes, and of a triangle.
@@ -98,6 +100,7 @@ pub(super) fn look(mesh: &Mesh, grain: Option<&Grain>) -> Looked {
     Looked {
         triangles: all as f64,
         original,
+        times_split: f64::from(split_of.times_longer),
         // pieces share their corners as a grid's triangles do
         vertices: mesh.positions.len() as f64 + 0.5 * (original - all as f64),
         vertex_bytes: size_of::<Vec3>() as f64

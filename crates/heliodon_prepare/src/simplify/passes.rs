@@ -32,6 +32,9 @@ const RINGS: usize = 2;
 const LEAST_SHOWN: f32 = 1.0 / 16.0;
 /// How often a tile is simplified at most; each time more of it is held. What is not within its limits then stays as it was.
 const MOST_ROUNDS: usize = 12;
+/// In the first of these rounds, of places lost side by side one is held for all: what is left of a small stone that vanished need not be all of
+/// it. Then all that are lost are, so that it comes to an end.
+const SPARSE_ROUNDS: usize = 6;
 /// No tile uses the point.
 const NOBODY: u32 = u32::MAX;
 /// Several tiles use the point.
@@ -177,9 +180,17 @@ impl Passes<'_> {
             let attempt = bench.simplify(|v| free(v) && !held.contains(&point(v)));
             let places = asked.iter().map(|&(witness, _)| state.witnesses.places[witness as usize]);
             let found = settle(&attempt.surface(), self.fineness, places);
-            let lost = asked.iter().zip(&found).filter(|(_, found)| **found == NOWHERE);
+            let lost = asked.iter().zip(&found).filter(|(_, found)| **found == NOWHERE).map(|(asked, _)| asked);
             let before = held.len();
-            lost.for_each(|((_, face), _)| held.extend(open[*face as usize].corners.map(point)));
+            let mut near = Near::new(if rounds <= SPARSE_ROUNDS { allowed.error_m } else { 0.0 });
+            for &(witness, face) in lost {
+                let corners = open[face as usize].corners.map(point);
+                if corners.iter().any(|corner| !held.contains(corner))
+                    && near.is_first(state.witnesses.places[witness as usize])
+                {
+                    held.extend(corners);
+                }
+            }
             if held.len() == before {
                 // who was off before, and is still, keeps no face
                 let settled = asked.iter().zip(found).map(|(&(witness, _), face)| (witness, face));
@@ -224,5 +235,22 @@ impl Passes<'_> {
             }
         });
         owners
+    }
+}
+
+/// Takes the first of places that lie near to each other.
+struct Near {
+    cell_m: f64,
+    taken: HashSet<[i64; 3]>,
+}
+
+impl Near {
+    /// Near are places in one cell of this size; with 0 none are.
+    fn new(cell_m: f32) -> Self {
+        Self { cell_m: f64::from(cell_m), taken: HashSet::new() }
+    }
+
+    fn is_first(&mut self, place: Vec3) -> bool {
+        self.cell_m <= 0.0 || self.taken.insert(place.to_array().map(|x| (f64::from(x) / self.cell_m).floor() as i64))
     }
 }

@@ -360,6 +360,23 @@ fn simplified_again_it_still_keeps_to_the_original() {
 }
 
 #[test]
+fn what_would_vanish_is_left_as_little_and_not_whole() {
+    let sizes = |of: &Mesh| {
+        [0.3, 0.6, 1.2, 2.4].map(|error_m| {
+            let params = metres(error_m, 10.0 * error_m);
+            let left = simplify_in_tiles(of, &nowhere(), &params, 10 * TILE).mesh;
+            let surface = closest::Surface::new(&left);
+            for &p in &of.positions {
+                assert!(surface.any_within(p, error_m, None).is_some(), "{p} at {error_m}");
+            }
+            left.triangles.len()
+        })
+    };
+    let (stone, wall) = (sizes(&ball(5)), sizes(&scattered(Vec2::new(2.0, 1.0), 60, 0.3)));
+    assert!(stone.iter().chain(&wall).all(|&left| left < 60), "{stone:?} {wall:?}");
+}
+
+#[test]
 fn hostile_meshes_do_no_harm() {
     for hostile in heliodon_testkit::hostile::meshes() {
         let original = mesh(hostile.scene);
