@@ -25,7 +25,7 @@ use heliodon_math::random::{hash3_u32, unit_f32};
 use heliodon_math::sphere::direction_from_azimuth_elevation;
 use heliodon_sky::lapse::{Fitted, Lapse, LapseStep, Sun, SunBounceBasis};
 use heliodon_view::headless::{RenderOptions, Renderer, Shot, ShotExposure};
-use heliodon_view::{DaylightCamera, ExactAtRest, Pose, ToneCurve};
+use heliodon_view::{DaylightCamera, ExactAtRest, Pose, Stage, ToneCurve};
 use std::path::Path;
 
 /// Quads along each side of the wall; it spans -1 to 1 in x and y at z = 0.
@@ -360,6 +360,31 @@ fn stone_that_is_lit_pixel_by_pixel_looks_as_it_is_drawn() {
     assert!(rounded * 25 < codes && other * 1000 < codes, "{rounded} and {other} of {codes}");
     let device = by_pixel.app_mut().sub_app(RenderApp).world().resource::<RenderAdapterInfo>().device_type;
     assert_eq!(rounded > 0, device == wgpu::DeviceType::Cpu, "some codes are rounded the other way where anything is lit so");
+}
+
+#[test]
+fn another_bundle_is_drawn_with_its_own_textures() {
+    let folder = tempfile::tempdir().unwrap();
+    let [plain, textured] = ["plain", "textured"].map(|name| folder.path().join(name));
+    let pixels = (0..64 * 64_u32).map(|i| [(i % 64 * 4) as u8, (i / 64 * 4) as u8, 90, 255]).collect();
+    textured_wall(&textured, &SrgbImage { width: 64, height: 64, pixels });
+    write(&plain, LightLayout { sun_steps: 5, coefficients: 4, channels: 1, sun_bounce_functions: 0 });
+    let [mut one_after_the_other, mut fresh] =
+        [&plain, &textured].map(|bundle| Renderer::new(bundle, SIZE, SIZE, RenderOptions { samples: 1 }).unwrap());
+    light_by_pixel(&mut one_after_the_other);
+    let shot = Shot { pose: Pose::looking(Vec3::new(0.0, 0.0, 1.25), Vec3::ZERO), ..fresh.home_shot(6.0 * 3600.0) };
+    let before = one_after_the_other.render(&shot).unwrap();
+    one_after_the_other.app_mut().world_mut().resource_mut::<Stage>().open(&textured).unwrap();
+    while !one_after_the_other.stage().is_complete() {
+        one_after_the_other.render(&shot).unwrap();
+    }
+    let after = one_after_the_other.render(&shot).unwrap();
+    let off = |a: &SrgbImage, b: &SrgbImage| {
+        a.pixels.as_flattened().iter().zip(b.pixels.as_flattened()).map(|(a, b)| a.abs_diff(*b)).max().unwrap()
+    };
+    let wanted = fresh.render(&shot).unwrap();
+    assert!(off(&before, &wanted) > 50);
+    assert!(off(&after, &wanted) <= 1, "{}", off(&after, &wanted));
 }
 
 /// Lets stone be lit pixel by pixel, as in a window.
