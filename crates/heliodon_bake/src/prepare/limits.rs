@@ -6,9 +6,10 @@ use heliodon_prepare::simplify::SimplifyParams;
 const FITS: f64 = 1.05;
 /// Limits grow by at least this much in each round.
 const LEAST_GROWTH: f64 = 1.1;
-/// Ground gives way before stone does, until its limits are so many times as large. Beneath and around a room without windows it takes more
-/// triangles than all that stands on it, for an eye that looks down is nearer to it than to anything.
-pub(super) const GROUND_GIVES: f64 = 8.0;
+/// Ground gives way before stone does, until its limits are so many times as large, where with the same limits both would have as many triangles.
+/// Beneath and around a room without windows it takes more than all that stands on it, for an eye that looks down is nearer to it than to anything;
+/// then it gives more, by the fourth root: for a number of triangles of two kinds the sum of the squares of their limits is least so.
+const GROUND_GIVES: f64 = 8.0;
 
 /// A part, as far as its limits are concerned.
 #[derive(Clone, Copy, Debug)]
@@ -71,7 +72,8 @@ fn growth(stone: f64, ground: f64, wanted: f64, so_far: Growth) -> Option<Growth
     if stone + ground <= FITS * wanted {
         return None;
     }
-    let gives = GROUND_GIVES * so_far.stone / so_far.ground;
+    let ground_of_stone = ground * so_far.ground.powi(2) / (stone * so_far.stone.powi(2)).max(1.0);
+    let gives = GROUND_GIVES * ground_of_stone.max(1.0).powf(0.25) * so_far.stone / so_far.ground;
     let asked = (ground / (wanted - stone).max(1.0)).sqrt().max(LEAST_GROWTH);
     let alone = if ground > 0.0 { asked.min(gives).max(1.0) } else { 1.0 };
     let left = (stone + ground / (alone * alone)) / wanted;
@@ -102,14 +104,17 @@ mod tests {
         // a quarter of the ground is enough
         assert_eq!(growth(300.0, 2800.0, 1000.0, BEGIN), Some(Growth { stone: 1.0, ground: 2.0 }));
         // all that it gives is not: the rest is taken from both
-        let both = growth(1175.0, 1600.0, 600.0, BEGIN).unwrap();
+        let both = growth(1200.0, 1200.0, 1200.0 * (1.0 + 1.0 / 64.0) / 2.0, BEGIN).unwrap();
         assert!(
             (both.stone - 2.0_f64.sqrt()).abs() < 1e-9 && (both.ground - GROUND_GIVES * both.stone).abs() < 1e-9,
             "{both:?}"
         );
         // what it has given it does not give again
-        let more = growth(900.0, 300.0, 600.0, Growth { stone: 1.5, ground: 1.5 * GROUND_GIVES }).unwrap();
-        assert!((more.stone - 2.0_f64.sqrt()).abs() < 1e-9 && more.ground == more.stone, "{more:?}");
+        let more = growth(900.0, 12.0, 600.0, Growth { stone: 1.5, ground: 1.5 * GROUND_GIVES }).unwrap();
+        assert!((more.stone - (912.0_f64 / 600.0).sqrt()).abs() < 1e-9 && more.ground == more.stone, "{more:?}");
+        // for a little stone that would not help ground gives more
+        let vast = growth(10.0, 1e6, 1010.0, BEGIN).unwrap();
+        assert!(vast.stone == 1.0 && (vast.ground - 1e3_f64.sqrt()).abs() < 1e-9, "{vast:?}");
     }
 
     #[test]
@@ -129,8 +134,8 @@ mod tests {
         // a quarter is wanted: twice what it was split to
         assert_eq!(limits.grow(&[100.0, 3600.0], 1000.0), Some(vec![1]));
         assert_eq!([limits.params[0].edge_px, limits.params[1].edge_px], [5.0, 40.0]);
-        // all that ground gives before stone does is given
-        assert_eq!(limits.grow(&[500.0, 3500.0], 1000.0), Some(vec![0, 1]));
-        assert_eq!([limits.params[0].edge_px, limits.params[1].edge_px], [10.0, 80.0]);
+        // what splitting gave does not count again
+        assert_eq!(limits.grow(&[100.0, 3600.0], 1000.0), Some(vec![1]));
+        assert_eq!([limits.params[0].edge_px, limits.params[1].edge_px], [5.0, 80.0]);
     }
 }

@@ -2,7 +2,6 @@
 
 use super::Work;
 use super::arrays::{Reader, Writer, textures_of};
-use super::limits::GROUND_GIVES;
 use super::pieces::{PART, PIECE, Piece};
 use super::steps::{Step, Steps};
 use super::surfacing::Surfacing;
@@ -268,7 +267,7 @@ impl<'a> Grain<'a> {
     pub fn fit<T>(&self, mut try_split: impl FnMut(f32, usize) -> Result<T, SplitError>) -> Result<(T, f32), SplitError> {
         let mut times = 1.0;
         if let Some(most) = self.most {
-            while times < GROUND_GIVES as f32 {
+            while times < LONGEST_GROUND {
                 if let Ok(split) = try_split(times, most) {
                     return Ok((split, times));
                 }
@@ -368,6 +367,8 @@ const LONGEST_EDGE: f32 = 1.5;
 /// The least part of its length that an edge is taken to show.
 const LEAST_ACROSS: f32 = 1.0 / 16.0;
 
+/// No edge of ground may be longer than this many times what is asked for, whatever its triangles come to.
+const LONGEST_GROUND: f32 = 100.0;
 /// Ground is split to so many times the triangles that are wanted of all parts at most: simplification still finds the better ones of them.
 const MOST_SPLIT_GROUND: usize = 4;
 /// The most triangles that splitting may make of a part.
