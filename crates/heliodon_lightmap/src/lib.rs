@@ -1,0 +1,1 @@
+//! Light in texels, for what is modelled with few polygons: charts, packing, lights and the texel solve.
