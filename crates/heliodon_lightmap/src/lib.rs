@@ -1,1 +1,5 @@
 //! Light in texels, for what is modelled with few polygons: charts, packing, lights and the texel solve.
+
+pub mod charts;
+pub mod packing;
+pub mod unwrap;
