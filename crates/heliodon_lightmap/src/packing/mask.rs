@@ -157,11 +157,10 @@ pub(super) fn next(row: &[u64], x: usize, is_set: bool) -> Option<usize> {
 
 /// Sets the bits from `begin` on and before `end`.
 pub(super) fn set(row: &mut [u64], begin: usize, end: usize) {
-    for word in begin / 64..end.div_ceil(64) {
-        let low = begin.saturating_sub(word * 64).min(64);
-        let high = (end - word * 64).min(64);
-        let below = |bit: usize| if bit == 64 { u64::MAX } else { (1 << bit) - 1 };
-        row[word] |= below(high) & !below(low);
+    let below = |bit: usize| if bit == 64 { u64::MAX } else { (1 << bit) - 1 };
+    let words = begin / 64..end.div_ceil(64);
+    for (bits, first) in row[words.clone()].iter_mut().zip(words.map(|word| word * 64)) {
+        *bits |= below((end - first).min(64)) & !below(begin.saturating_sub(first).min(64));
     }
 }
 

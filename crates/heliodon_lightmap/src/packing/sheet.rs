@@ -14,6 +14,11 @@ pub(super) struct Sheet {
     longest: Vec<u16>,
     /// For each size of rectangles, by width and height, a row below which none of them has room: what contains one has none there either.
     rectangle_rows: Vec<u32>,
+    /// Texels that are not taken.
+    free: u64,
+    /// What is in the way of a mask in one row, and what is taken there: kept, so that they need not be made anew.
+    blocked: Vec<u64>,
+    smeared: Vec<u64>,
 }
 
 /// How many sizes there are.
@@ -23,8 +28,6 @@ fn sizes() -> usize {
 
 /// In so many rows for its height a mask is tried.
 const STEPS: u32 = 32;
-/// Words of the longest row.
-const MOST_WORDS: usize = LARGEST as usize / 64 + 1;
 /// So many rows are asked for their longest run before any place is.
 const ASKED_FIRST: usize = 8;
 /// Rectangles whose sides differ by less than this are of one size.
@@ -49,7 +52,15 @@ impl Sheet {
             taken: vec![0; words * height as usize],
             longest: vec![width as u16; height as usize],
             rectangle_rows: vec![0; sizes() * sizes()],
+            free: u64::from(width) * u64::from(height),
+            blocked: vec![0; words],
+            smeared: vec![0; words],
         }
+    }
+
+    /// Texels that are not taken.
+    pub fn free(&self) -> u64 {
+        self.free
     }
 
     fn row(&self, y: u32) -> &[u64] {
@@ -71,7 +82,7 @@ impl Sheet {
         row
     }
 
-    fn find_from(&self, mask: &Mask, from: u32) -> Option<[u32; 2]> {
+    fn find_from(&mut self, mask: &Mask, from: u32) -> Option<[u32; 2]> {
         if mask.width > self.width || mask.height > self.height {
             return None;
         }
@@ -96,30 +107,32 @@ impl Sheet {
         Some([x, y])
     }
 
-    fn find_in_row(&self, mask: &Mask, y: u32) -> Option<u32> {
+    fn find_in_row(&mut self, mask: &Mask, y: u32) -> Option<u32> {
         let longest = |row: &u16| self.longest[(y + u32::from(*row)) as usize];
         let fits = |row: &u16| mask.row(u32::from(*row)).iter().all(|run| i32::from(run.length) <= i32::from(longest(row)));
         if !mask.order.iter().take(ASKED_FIRST).all(fits) {
             return None;
         }
         // bit x says that something is in the way of the mask at x
-        let mut buffers = [[0_u64; MOST_WORDS]; 2];
-        let [blocked, taken] = buffers.each_mut().map(|buffer| &mut buffer[..self.words]);
-        set(blocked, (self.width - mask.width) as usize + 1, self.words * 64);
+        let Self { words, taken, blocked, smeared, .. } = self;
+        let row_of = |y: u32| &taken[y as usize * *words..][..*words];
+        blocked.fill(0);
+        set(blocked, (self.width - mask.width) as usize + 1, *words * 64);
         if mask.is_full() {
+            smeared.fill(0);
             for row in y..y + mask.height {
-                taken.iter_mut().zip(self.row(row)).for_each(|(taken, row)| *taken |= row);
+                smeared.iter_mut().zip(row_of(row)).for_each(|(smeared, row)| *smeared |= row);
             }
-            smear(taken, mask.width);
-            blocked.iter_mut().zip(taken.iter()).for_each(|(blocked, taken)| *blocked |= taken);
+            smear(smeared, mask.width);
+            blocked.iter_mut().zip(smeared.iter()).for_each(|(blocked, smeared)| *blocked |= smeared);
         } else {
             for &row in &mask.order {
                 for run in mask.row(u32::from(row)) {
-                    taken.copy_from_slice(self.row(y + u32::from(row)));
-                    smear(taken, u32::from(run.length));
+                    smeared.copy_from_slice(row_of(y + u32::from(row)));
+                    smear(smeared, u32::from(run.length));
                     let (words, bits) = (usize::from(run.begin) / 64, u32::from(run.begin) % 64);
                     for (place, blocked) in blocked.iter_mut().enumerate() {
-                        let word = |i: usize| taken.get(i).copied().unwrap_or(0);
+                        let word = |i: usize| smeared.get(i).copied().unwrap_or(0);
                         *blocked |= funnel(word(place + words), word(place + words + 1), bits);
                     }
                 }
@@ -135,6 +148,7 @@ impl Sheet {
     pub fn put(&mut self, mask: &Mask, [x, y]: [u32; 2], margin: u32) {
         let rows = y.saturating_sub(margin)..(y + mask.height + margin).min(self.height);
         for row in rows {
+            let (_, before) = longest_free(self.row(row), self.width);
             let near = row.saturating_sub(y + margin)..(row + margin + 1).saturating_sub(y).min(mask.height);
             for run in near.flat_map(|of_mask| mask.row(of_mask)) {
                 let begin = x + u32::from(run.begin);
@@ -145,7 +159,9 @@ impl Sheet {
                     end as usize,
                 );
             }
-            self.longest[row as usize] = longest_free(self.row(row), self.width);
+            let (longest, free) = longest_free(self.row(row), self.width);
+            self.longest[row as usize] = longest;
+            self.free = self.free + free - before;
         }
     }
 }
@@ -175,14 +191,16 @@ fn smear(row: &mut [u64], length: u32) {
     }
 }
 
-fn longest_free(row: &[u64], width: u32) -> u16 {
-    let (mut x, mut longest) = (0, 0);
+/// The longest run of free texels, and how many are free.
+fn longest_free(row: &[u64], width: u32) -> (u16, u64) {
+    let (mut x, mut longest, mut free) = (0, 0, 0);
     while let Some(begin) = next(row, x, false).filter(|begin| *begin < width as usize) {
         let end = next(row, begin, true).unwrap_or(width as usize).min(width as usize);
         longest = longest.max(end - begin);
+        free += end - begin;
         x = end;
     }
-    longest as u16
+    (longest as u16, free as u64)
 }
 
 #[cfg(test)]
