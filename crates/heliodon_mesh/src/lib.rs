@@ -13,6 +13,7 @@ pub mod motion;
 pub mod normals;
 pub mod place;
 pub mod temple;
+pub mod topology;
 mod weld;
 
 pub use heliodon_image::TextureWrap;

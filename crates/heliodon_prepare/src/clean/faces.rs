@@ -1,9 +1,9 @@
 //! Triangles that are none, and triangles that are there twice.
 
 use super::{CleanReport, DoubleWalls, Mark};
-use crate::topology::{Buckets, Edges, NOWHERE};
 use glam::Vec3;
 use heliodon_mesh::Mesh;
+use heliodon_mesh::topology::{Buckets, Edges, NOWHERE};
 use std::collections::HashMap;
 
 /// A triangle whose height over its longest edge is below this part of the edge has no area. Positions are rounded to 6e-8 of their

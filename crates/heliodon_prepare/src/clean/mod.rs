@@ -17,9 +17,9 @@ pub(crate) use report::Measure;
 pub use report::{CleanReport, EdgeFinding, Finding, Mark};
 
 use crate::Tell;
-use crate::topology::{places, settle};
 use glam::Vec3;
 use heliodon_mesh::Mesh;
+use heliodon_mesh::topology::{places, settle};
 
 /// What becomes of two triangles at the same three places that look opposite ways: both sides of a sheet, or the wall between two bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,9 +1,9 @@
 //! Pieces of a mesh that hang together, and bits of dust among them.
 
 use super::{CleanReport, Mark};
-use crate::topology::UnionFind;
 use glam::Vec3;
 use heliodon_mesh::Mesh;
+use heliodon_mesh::topology::UnionFind;
 
 /// The extent of a piece.
 #[derive(Clone, Copy)]

@@ -1,8 +1,8 @@
 //! Edges without a neighbour, edges with too many, and the rims that open edges make.
 
 use super::{CleanReport, Mark};
-use crate::topology::{Edges, UnionFind};
 use heliodon_mesh::Mesh;
+use heliodon_mesh::topology::{Edges, UnionFind};
 
 /// Marks the triangles at such edges, and measures the rims.
 pub(super) fn mark(mesh: &Mesh, places: &[u32], edges: &Edges, report: &mut CleanReport) {

@@ -2,8 +2,9 @@
 
 use super::{CleanParams, CleanReport, Mark, Winding, double_area, share};
 use crate::Tell;
-use crate::topology::{Edges, Patches, Sense, senses, turned_mostly};
+use crate::topology::{Patches, Sense, senses, turned_mostly};
 use heliodon_mesh::Mesh;
+use heliodon_mesh::topology::Edges;
 
 /// How often triangles are turned: what that joins to a closed surface may be inside out as a whole.
 const ROUNDS: usize = 4;

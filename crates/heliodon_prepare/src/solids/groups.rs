@@ -1,8 +1,9 @@
 //! Solids whose boxes meet.
 
-use crate::topology::{Patches, Sense, UnionFind};
+use crate::topology::{Patches, Sense};
 use glam::DVec3;
 use heliodon_mesh::Mesh;
+use heliodon_mesh::topology::UnionFind;
 
 /// Solids that may overlap or touch, each within the same group as any whose box meets its own.
 pub(super) struct Group {

@@ -15,9 +15,10 @@ mod union;
 pub use report::{Fate, GroupReport, Outcome, SolidsReport, color, paint};
 
 use crate::Tell;
-use crate::topology::{Edges, Patches, Sense, places, senses};
+use crate::topology::{Patches, Sense, senses};
 use glam::Vec3;
 use heliodon_mesh::Mesh;
+use heliodon_mesh::topology::{Edges, places};
 
 /// What becomes of triangles of open surfaces that lie in solids whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use super::edges::edge;
 use super::*;
 use crate::shapes::{cube, joined, moebius};
-use crate::topology::{Edges, places};
+use heliodon_mesh::topology::{Edges, places};
 use heliodon_testkit::hostile;
 use proptest::prelude::*;
 use std::collections::BTreeSet;

@@ -1,7 +1,7 @@
 //! Patches: triangles that hang together by edges where exactly two meet, or are closed together, and how they are wound.
 
-use super::{Edges, UnionFind};
 use glam::{DVec3, Vec3};
+use heliodon_mesh::topology::{Edges, UnionFind};
 
 /// No patch: the triangle was left out.
 const NONE: u32 = u32::MAX;

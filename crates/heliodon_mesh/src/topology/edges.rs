@@ -4,7 +4,7 @@ use super::Buckets;
 
 /// One side of a triangle, as it runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct HalfEdge {
+pub struct HalfEdge {
     /// Which triangle.
     pub triangle: u32,
     /// It begins at the triangle's corner 0, 1 or 2.
@@ -14,7 +14,7 @@ pub(crate) struct HalfEdge {
 }
 
 /// All edges of triangles by position, 8 bytes for each side of a triangle and 4 for each place.
-pub(crate) struct Edges(Buckets<u64>);
+pub struct Edges(Buckets<u64>);
 
 impl Edges {
     /// The edges of those triangles that `kept` names; their corners must be at three different places.

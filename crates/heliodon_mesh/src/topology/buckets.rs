@@ -6,7 +6,7 @@ use rayon::prelude::*;
 const BLOCK: usize = 1 << 14;
 
 /// Items in buckets, sorted within each: in linear time, 4 bytes a bucket beyond the items.
-pub(crate) struct Buckets<T> {
+pub struct Buckets<T> {
     starts: Vec<u32>,
     items: Vec<T>,
 }

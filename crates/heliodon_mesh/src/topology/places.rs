@@ -4,11 +4,11 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 /// The place of a vertex with a coordinate that is not finite.
-pub(crate) const NOWHERE: u32 = u32::MAX;
+pub const NOWHERE: u32 = u32::MAX;
 
 /// For every vertex the first vertex at the same place: at the same position (0 and -0 are the same), or, with `weld_m` above zero,
 /// within `weld_m` of a first one. First ones are further apart than `weld_m`. 8 to 16 bytes a vertex while it works.
-pub(crate) fn places(positions: &[Vec3], weld_m: f32) -> Vec<u32> {
+pub fn places(positions: &[Vec3], weld_m: f32) -> Vec<u32> {
     let same = Table::new(positions.len()).fold(positions, same_place_hash, |first, p| positions[first as usize] == p);
     if weld_m > 0.0 { within(positions, same, weld_m) } else { same }
 }
@@ -113,7 +113,7 @@ fn mix([x, y, z]: [u64; 3]) -> u64 {
 }
 
 /// Moves every vertex to its place, and -0 to 0, so that those at one place have the same bits.
-pub(crate) fn settle(positions: &mut [Vec3], places: &[u32]) {
+pub fn settle(positions: &mut [Vec3], places: &[u32]) {
     // a first vertex stays where it is, so it does not matter who moves when
     let moved: Vec<(u32, Vec3)> = places
         .par_iter()

@@ -4,7 +4,7 @@
 const TURNED: u32 = 1 << 31;
 
 /// Disjoint sets over `0..n`, 4 bytes a member. The least member stands for its set, so that nothing depends on the order of unions.
-pub(crate) struct UnionFind(Vec<u32>);
+pub struct UnionFind(Vec<u32>);
 
 impl UnionFind {
     /// As many sets as members.

@@ -1,0 +1,6 @@
+//! Light in texels, for what is modelled with few polygons: charts, packing, lights and the texel solve.
+
+pub mod charts;
+pub mod lights;
+pub mod packing;
+pub mod unwrap;

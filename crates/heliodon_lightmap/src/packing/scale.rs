@@ -1,0 +1,98 @@
+//! The largest scale at which all charts fit.
+
+use super::lay::{Laid, Shape, lay};
+use super::sheet::LARGEST;
+use super::{PackParams, Placement};
+use rayon::prelude::*;
+
+/// Scales that are tried at once, whatever the number of threads, so that it does not matter.
+const AT_ONCE: usize = 2;
+/// Rounds of such: each leaves a third of what was between.
+const ROUNDS: usize = 4;
+/// How full, margins counted, the first ones would make the textures: jagged charts fill 0.75 of them, rectangles 0.95.
+const FIRST: [f64; 2] = [0.72, 0.97];
+/// Where the lowest one fails, the next one is so many times as large.
+const LOWER: f32 = 0.9;
+/// What was likely to fit and does not is tried again so many times as large.
+const BACK: f32 = 0.995;
+
+/// The largest scale that was found, texels a metre, and where charts lie at it.
+pub(super) fn largest(shapes: &[Shape], params: &PackParams) -> (f32, Vec<Placement>) {
+    let area: f64 = shapes.iter().map(|shape| shape.area).sum();
+    let whole = |scale: f32| match lay(shapes, scale, params, None) {
+        Laid::All(placements) => Some((scale, placements)),
+        Laid::Likely | Laid::No => None,
+    };
+    if area <= 0.0 {
+        return whole(0.0).unwrap_or_default();
+    }
+    let texels = f64::from(params.width) * f64::from(params.height) * f64::from(params.sheets.max(1));
+    let demand = Demand::of(shapes, texels, params);
+    let scale_of = |fullness: f64| demand.scale(fullness * texels).min(params.most_per_m);
+    let [mut from, mut high] = FIRST.map(scale_of);
+    let mut low: Option<(f32, Laid)> = None;
+    for _ in 0..ROUNDS {
+        let first = if low.is_some() { 1.0 } else { 0.0 };
+        let step = |i: usize| from + (high - from) * (i as f32 + first) / (AT_ONCE as f32 + first);
+        let attempt = |scale: f32| (scale, lay(shapes, scale, params, Some(&demand.of_each(scale))));
+        let tried: Vec<(f32, Laid)> = (0..AT_ONCE).into_par_iter().map(step).map(attempt).collect();
+        for (scale, laid) in tried {
+            if let Laid::No = laid {
+                high = scale;
+                from = from.min(LOWER * high);
+                break;
+            }
+            (from, low) = (scale, Some((scale, laid)));
+        }
+    }
+    let mut scale = match low {
+        Some((scale, Laid::All(placements))) => return (scale, placements),
+        Some((scale, _)) => scale,
+        None => LOWER * high,
+    };
+    // the smallest scale at which each takes its one texel has room for all: it was asked for before
+    loop {
+        if let Some(found) = whole(scale) {
+            return found;
+        }
+        scale *= if scale > 0.9 * from { BACK } else { 0.5 };
+    }
+}
+
+/// How many texels charts take with half of their margins, for two share one: for each a s^2 + b s + c at the scale s, for it has its area, its rim and its
+/// corners.
+struct Demand {
+    each: Vec<[f64; 3]>,
+}
+
+impl Demand {
+    /// Seen at two scales, at which the charts alone would take so many texels and a quarter of these.
+    fn of(shapes: &[Shape], texels: f64, params: &PackParams) -> Self {
+        let scale = (texels / shapes.iter().map(|shape| shape.area).sum::<f64>()).sqrt();
+        let of_shape = |shape: &Shape| {
+            let rest = |scale: f64| {
+                // who is larger than the largest texture is not asked
+                let mask = shape.mask(scale as f32, 0, LARGEST).map(|(mask, _)| mask);
+                let taken = mask.map_or(0, |mask| mask.texels + u64::from(params.margin) * mask.rim() / 2);
+                taken as f64 - shape.area * scale * scale
+            };
+            let (all, half) = (rest(scale), rest(0.5 * scale));
+            [shape.area, 2.0 * (all - half) / scale, 2.0 * half - all]
+        };
+        Self { each: shapes.par_iter().map(of_shape).collect() }
+    }
+
+    /// What each takes at a scale.
+    fn of_each(&self, scale: f32) -> Vec<f64> {
+        let s = f64::from(scale);
+        self.each.iter().map(|[a, b, c]| ((a * s + b) * s + c).max(1.0)).collect()
+    }
+
+    /// At which scale they take so many together; 0 where they always take more.
+    fn scale(&self, texels: f64) -> f32 {
+        let sum = |i: usize| self.each.iter().map(|each| each[i]).sum::<f64>();
+        let [a, b, c] = [sum(0), sum(1), sum(2)];
+        let root = (b * b - 4.0 * a * (c - texels)).max(0.0).sqrt();
+        ((root - b) / (2.0 * a)).max(0.0) as f32
+    }
+}
