@@ -7,6 +7,7 @@
 //! crate, PNG and JPEG through `image`.
 
 mod contact_sheet;
+pub mod detail;
 mod error;
 mod hdr_image;
 mod openexr;

@@ -5,6 +5,7 @@ pub mod bake;
 pub mod bench;
 pub mod check;
 pub mod demo;
+pub mod detail;
 pub mod export;
 pub mod figures;
 pub mod inspect;

@@ -3,6 +3,7 @@
 
 mod bad_input;
 mod commands;
+mod detail;
 mod figures;
 mod first_site;
 mod looks;
