@@ -1,6 +1,8 @@
 //! Light in texels, for what is modelled with few polygons: charts, packing, lights and the texel solve.
 
 pub mod charts;
+mod cover;
 pub mod lights;
 pub mod packing;
+pub mod texels;
 pub mod unwrap;
