@@ -11,9 +11,11 @@ mod measure;
 mod mesh;
 pub mod motion;
 pub mod normals;
+pub mod part;
 pub mod place;
 pub mod temple;
 mod weld;
+pub mod workshop;
 
 pub use heliodon_image::TextureWrap;
 pub use mesh::{Material, Mesh, MeshError, Texture};
