@@ -176,7 +176,7 @@ fn body() -> Vec<Shape> {
 
 /// The robe: over the legs, rolled about the hips, over the left shoulder, and down from the left arm.
 fn robe() -> Vec<Shape> {
-    let knees = sweep(
+    let knees = pleated(
         &[
             ([0.72, 3.34, -0.4], 0.8, 0.8),
             ([0.86, 3.36, 1.2], 0.76, 0.74),
@@ -187,7 +187,8 @@ fn robe() -> Vec<Shape> {
         ],
         Vec3::X,
         12,
-        14,
+        26,
+        folds(8.0, 0.012, 0.045),
     );
     let [left, right] = both(knees);
     vec![
