@@ -4,7 +4,7 @@
 //! light, sun through high windows, lamps. Every piece is a closed solid; pieces reach a few millimetres into what carries
 //! them, and no two faces coincide.
 //!
-//! It is modelled with about 38,500 triangles. Light at vertices wants more than the shapes do, so longer edges are halved where
+//! It is modelled with about 39,000 triangles. Light at vertices wants more than the shapes do, so longer edges are halved where
 //! [`WorkshopParams::triangles`] asks for it; light in texels does not need that.
 //!
 //! +Y up, the long axis along X, the door in the east (+X); height zero is the floor.
