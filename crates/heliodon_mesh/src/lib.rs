@@ -11,10 +11,12 @@ mod measure;
 mod mesh;
 pub mod motion;
 pub mod normals;
+pub mod part;
 pub mod place;
 pub mod temple;
 pub mod topology;
 mod weld;
+pub mod workshop;
 
 pub use heliodon_image::TextureWrap;
 pub use mesh::{Material, Mesh, MeshError, Texture};

@@ -19,7 +19,7 @@ pub struct Args {
     /// About how many triangles [default: the template's own]
     #[arg(long, value_name = "N")]
     triangles: Option<u64>,
-    /// Seed of erosion, stains and rocks
+    /// Seed of erosion, stains and rocks, or of shades and what lies about
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
 }

@@ -2,6 +2,7 @@
 
 mod sundial;
 mod temple;
+mod workshop;
 
 use crate::failure::wrong_arguments;
 use crate::output::count;
@@ -10,6 +11,8 @@ use clap::ValueEnum;
 use heliodon_bundle::site::{
     Bake, BelowHorizon, Budget, Display, LightStorage, Part, Role, SITE_FILE_NAME, SiteFile, SiteInfo, Sky, Unit, UpAxis,
 };
+use heliodon_mesh::export::write_ply;
+use heliodon_mesh::part::{PartRole, SitePart};
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,6 +22,8 @@ use std::path::{Path, PathBuf};
 pub enum Template {
     /// A Doric temple with the Parthenon's measures, in ruins, under the clear sky of Athens
     Temple,
+    /// A sculptor's workshop with the measures of the one at Olympia: an interior of few large polygons
+    Workshop,
     /// A sundial's pillar on a plate under a clear sky
     Sundial,
     /// The same pillar under one grey sky image: the smallest site
@@ -30,6 +35,7 @@ impl Template {
     fn triangles(self) -> (u64, u64) {
         match self {
             Self::Temple => (50_000, 100_000_000),
+            Self::Workshop => (workshop::LEAST_TRIANGLES, 2_000_000),
             Self::Sundial | Self::Grey => (1_000, 20_000_000),
         }
     }
@@ -82,6 +88,7 @@ pub fn make(folder: &Path, params: &TemplateParams, finish: impl FnOnce(&Path, &
     }
     let made = match params.template {
         Template::Temple => temple::make(&begun, params),
+        Template::Workshop => workshop::make(&begun, params),
         Template::Sundial => sundial::make(&begun, params, sundial::Light::ClearSky),
         Template::Grey => sundial::make(&begun, params, sundial::Light::GreyImage),
     };
@@ -147,6 +154,30 @@ fn part(file: &str, name: &str, role: Role) -> Part {
         crease_deg: None,
         light: LightStorage::Auto,
     }
+}
+
+/// Writes meshes as PLY files and adds them to the site; answers the files' names.
+fn write_parts(folder: &Path, parts: &[SitePart], site: &mut SiteFile) -> Result<Vec<String>> {
+    let mut files = Vec::new();
+    for made in parts {
+        let file = format!("{}.ply", made.name);
+        let path = folder.join(&file);
+        write_ply(&path, &made.mesh, None).with_context(|| format!("cannot write {}", path.display()))?;
+        let role = match made.role {
+            PartRole::Scan => Role::Scan,
+            PartRole::Ground => Role::Ground,
+            PartRole::Filling => Role::Filling,
+            PartRole::Prop => Role::Prop,
+        };
+        site.parts.push(part(&file, made.name, role));
+        files.push(file);
+    }
+    Ok(files)
+}
+
+/// The seed of a procedural monument; none where its own is to be kept.
+fn short_seed(params: &TemplateParams) -> Option<u32> {
+    (params.seed != 0).then_some((params.seed ^ (params.seed >> 32)) as u32)
 }
 
 /// A site in Athens without parts.

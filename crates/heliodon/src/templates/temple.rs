@@ -1,10 +1,9 @@
 //! The procedural temple as a site.
 
-use super::{NewSite, TemplateParams, athens, clear_sky, part, write_site};
-use anyhow::{Context, Result};
-use heliodon_bundle::site::{Bake, Role, Room, SITE_FILE_NAME, Transfer};
-use heliodon_mesh::export::write_ply;
-use heliodon_mesh::temple::{PartRole, TempleParams, build};
+use super::{NewSite, TemplateParams, athens, clear_sky, short_seed, write_parts, write_site};
+use anyhow::Result;
+use heliodon_bundle::site::{Bake, Room, SITE_FILE_NAME, Transfer};
+use heliodon_mesh::temple::{TempleParams, build};
 use std::path::Path;
 
 /// The compass bearing of the model's -Z: the temple's east front, which the model has along +X, looks to 77 degrees
@@ -20,27 +19,15 @@ pub fn make(folder: &Path, params: &TemplateParams) -> Result<NewSite> {
     if let Some(triangles) = params.triangles {
         temple_params.triangles = triangles as usize;
     }
-    if params.seed != 0 {
-        temple_params.seed = (params.seed ^ (params.seed >> 32)) as u32;
+    if let Some(seed) = short_seed(params) {
+        temple_params.seed = seed;
     }
     let temple = build(&temple_params);
     let bake = Bake { samples: SAMPLES, transfer: Transfer::Rgb, ..Bake::default() };
     let mut site = athens("A temple with the Parthenon's measures", clear_sky(DATE)?, bake);
     site.site.north_deg = NORTH_DEG;
     let triangles = temple.triangle_count() as u64;
-    let mut files = Vec::new();
-    for temple_part in &temple.parts {
-        let file = format!("{}.ply", temple_part.name);
-        let path = folder.join(&file);
-        write_ply(&path, &temple_part.mesh, None).with_context(|| format!("cannot write {}", path.display()))?;
-        let role = match temple_part.role {
-            PartRole::Scan => Role::Scan,
-            PartRole::Ground => Role::Ground,
-            PartRole::Filling => Role::Filling,
-        };
-        site.parts.push(part(&file, temple_part.name, role));
-        files.push(file);
-    }
+    let mut files = write_parts(folder, &temple.parts, &mut site)?;
     let corner = |corner: glam::Vec3| corner.to_array().map(f64::from);
     site.rooms.push(Room {
         name: "north-west of the temple".to_owned(),

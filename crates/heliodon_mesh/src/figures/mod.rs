@@ -2,7 +2,7 @@
 //! wind, a mason's yard at work. Made by rule, the same bits on every machine and for any number of threads.
 
 pub mod cloth;
-mod shape;
+pub(crate) mod shape;
 pub mod stoneyard;
 #[cfg(test)]
 mod tests;

@@ -25,6 +25,11 @@ pub fn smoothstep(x: f32) -> f32 {
 /// two at the least, sides three.
 /// `side` is the way of the first radius, as far as it is square to the line.
 pub fn sweep(stations: &[Station], side: Vec3, rings: usize, sides: usize) -> Shape {
+    pleated(stations, side, rings, sides, |_, _| 1.0)
+}
+
+/// A sweep whose sections are not quite elliptic: `swell` multiplies the radii at a place along the piece, in [0, 1], and an angle in radians.
+pub fn pleated(stations: &[Station], side: Vec3, rings: usize, sides: usize, swell: impl Fn(f32, f32) -> f32) -> Shape {
     let line: Vec<(Vec3, f32, f32)> = (0..rings).map(|i| on_line(stations, i as f32 / (rings - 1) as f32)).collect();
     let mut shape = Shape::default();
     let tangent = |i: usize| unit_or(line[(i + 1).min(rings - 1)].0 - line[i.saturating_sub(1)].0, Vec3::Y);
@@ -35,8 +40,9 @@ pub fn sweep(stations: &[Station], side: Vec3, rings: usize, sides: usize) -> Sh
         let u = unit_or(side - t * side.dot(t), t.any_orthonormal_vector());
         let v = t.cross(u);
         for k in 0..sides {
-            let (sin, cos) = libm::sincosf(TAU * k as f32 / sides as f32);
-            shape.push(centre + u * (wide * cos) + v * (thick * sin), i as f32 / (rings - 1) as f32);
+            let (angle, along) = (TAU * k as f32 / sides as f32, i as f32 / (rings - 1) as f32);
+            let ((sin, cos), swell) = (libm::sincosf(angle), swell(along, angle));
+            shape.push(centre + u * (wide * cos * swell) + v * (thick * sin * swell), along);
         }
     }
     shape.push(cap(rings - 1, 1.0), 1.0);

@@ -11,7 +11,7 @@
 //!
 //! +Y up, the long axis along X, west is -X; height zero is the top of the euthynteria, the lowest levelled course.
 
-use crate::Mesh;
+pub use crate::part::{PartRole, SitePart};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -36,7 +36,7 @@ pub mod projected;
 mod relief;
 mod roof;
 pub mod sizing;
-mod solid;
+pub(crate) mod solid;
 #[cfg(test)]
 mod tests;
 mod tube;
@@ -46,7 +46,7 @@ mod yard;
 use ground::Ground;
 use ground_cut::GroundCut;
 use sizing::{Grain, View};
-use solid::SolidMesh;
+use solid::{SolidMesh, join};
 use yard::{Element, Yard};
 
 /// How much of the temple there is.
@@ -84,44 +84,11 @@ impl Default for TempleParams {
     }
 }
 
-/// What a part of the site is, as the site file names it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PartRole {
-    /// The monument.
-    Scan,
-    /// What it stands on.
-    Ground,
-    /// What lies about.
-    Filling,
-}
-
-impl PartRole {
-    /// The word in `site.toml`.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Scan => "scan",
-            Self::Ground => "ground",
-            Self::Filling => "filling",
-        }
-    }
-}
-
-/// One mesh of the site.
-#[derive(Clone, Debug)]
-pub struct TemplePart {
-    /// A short name, fit for a file.
-    pub name: &'static str,
-    /// What it is.
-    pub role: PartRole,
-    /// Positions, normals, linear vertex colours and triangles; closed solids, counter-clockwise seen from outside.
-    pub mesh: Mesh,
-}
-
 /// A built site.
 #[derive(Clone, Debug)]
 pub struct Temple {
     /// Its meshes: krepis, peristyle, entablature, cella, blocks, ground.
-    pub parts: Vec<TemplePart>,
+    pub parts: Vec<SitePart>,
     /// The box of the visitor's eyes, its least and greatest corner.
     pub room: (Vec3, Vec3),
     /// What a visitor looks at from there.
@@ -277,38 +244,16 @@ pub fn build(params: &TempleParams) -> Temple {
     let site = Site::plan(params);
     let (px, _) = site.fit(params.triangles);
     let grain = site.grain(px);
-    let mut parts: Vec<TemplePart> = site
+    let mut parts: Vec<SitePart> = site
         .stones
         .iter()
         .map(|(name, role, elements)| {
             let solids: Vec<SolidMesh> = elements.par_iter().map(|element| element.mesh(&grain)).collect();
-            TemplePart { name, role: *role, mesh: join(solids) }
+            SitePart { name, role: *role, mesh: join(solids) }
         })
         .collect();
     let ground = site.cut.mesh(&site.ground, &grain);
-    parts.push(TemplePart { name: "ground", role: PartRole::Ground, mesh: join(vec![ground]) });
+    parts.push(SitePart { name: "ground", role: PartRole::Ground, mesh: join(vec![ground]) });
     finish::finish(&mut parts.iter_mut().map(|part| &mut part.mesh).collect::<Vec<_>>(), &site.view, site.look_at, px);
     Temple { parts, room: site.room, look_at: site.look_at }
-}
-
-/// One mesh of many solids, in their order.
-fn join(solids: Vec<SolidMesh>) -> Mesh {
-    let vertices = solids.iter().map(|s| s.positions.len()).sum();
-    let triangles = solids.iter().map(|s| s.triangles.len()).sum();
-    let mut all = SolidMesh {
-        positions: Vec::with_capacity(vertices),
-        normals: Vec::with_capacity(vertices),
-        colors_linear: Vec::with_capacity(vertices),
-        triangles: Vec::with_capacity(triangles),
-    };
-    for solid in solids {
-        all.append(&solid);
-    }
-    Mesh {
-        positions: all.positions,
-        normals: all.normals,
-        colors_linear: all.colors_linear,
-        triangles: all.triangles,
-        ..Mesh::default()
-    }
 }

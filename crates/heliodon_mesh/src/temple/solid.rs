@@ -1,6 +1,7 @@
 //! The mesh of one stone, and the seams that join rows of unlike counts without a crack.
 
 use super::marble::Look;
+use crate::Mesh;
 use glam::Vec3;
 use heliodon_math::frame::unit_or;
 use std::ops::Range;
@@ -73,6 +74,28 @@ impl SolidMesh {
         self.normals.extend_from_slice(&other.normals);
         self.colors_linear.extend_from_slice(&other.colors_linear);
         self.triangles.extend(other.triangles.iter().map(|t| t.map(|i| i + base)));
+    }
+}
+
+/// One mesh of many solids, in their order.
+pub fn join(solids: Vec<SolidMesh>) -> Mesh {
+    let vertices = solids.iter().map(|s| s.positions.len()).sum();
+    let triangles = solids.iter().map(|s| s.triangles.len()).sum();
+    let mut all = SolidMesh {
+        positions: Vec::with_capacity(vertices),
+        normals: Vec::with_capacity(vertices),
+        colors_linear: Vec::with_capacity(vertices),
+        triangles: Vec::with_capacity(triangles),
+    };
+    for solid in solids {
+        all.append(&solid);
+    }
+    Mesh {
+        positions: all.positions,
+        normals: all.normals,
+        colors_linear: all.colors_linear,
+        triangles: all.triangles,
+        ..Mesh::default()
     }
 }
 

@@ -6,6 +6,7 @@ use super::peristyle::{outer_column, outer_columns};
 use super::projected::{PictureCamera, visible_triangles};
 use super::yard::{Element, Yard};
 use super::*;
+use crate::Mesh;
 use heliodon_math::frame::orthonormal_basis;
 use heliodon_rays::{BuildParams, Hit, Ray, TriangleScene};
 use std::collections::HashMap;
