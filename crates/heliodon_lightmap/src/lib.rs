@@ -4,5 +4,6 @@ pub mod charts;
 mod cover;
 pub mod lights;
 pub mod packing;
+pub mod seams;
 pub mod texels;
 pub mod unwrap;

@@ -1,0 +1,275 @@
+//! Seams: where a smooth surface goes on in another chart, both sides are to show the same.
+//!
+//! Along every border both charts are filtered on grids of their own. Values of texels are changed, each as little as may be, until at four places on a texel's length both
+//! filtered values are equal (S. Kaczmarz: "Angenäherte Auflösung von Systemen linearer Gleichungen", 1937: begun at the values that were found, it comes to those
+//! nearest to them that fit). Texels that only filtering asks for change more easily than those that lie on the surface. At creases light changes, and nothing
+//! is matched.
+
+use crate::texels::Texel;
+use crate::unwrap::Unwrapped;
+use glam::{Vec2, Vec3};
+use heliodon_mesh::topology::{Edges, HalfEdge, places};
+use rayon::prelude::*;
+
+/// Places that are matched for a texel's length.
+const A_TEXEL: f32 = 4.0;
+/// How much more easily a texel changes that does not lie on the surface.
+const EASY: f32 = 2.0;
+/// Normals with a lesser cosine between them are a crease.
+const SMOOTH: f32 = 0.999;
+/// Rounds over all seams at most.
+const MOST_ROUNDS: usize = 400;
+
+/// One place on a border: what it takes from the texels around it on one side is to be what it takes on the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Match {
+    texels: [u32; 8],
+    /// Positive on one side, negative on the other; each side's are 1 together.
+    weights: [f32; 8],
+}
+
+/// All borders at which a surface goes on smoothly.
+#[derive(Clone, Debug, Default)]
+pub struct Seams {
+    matches: Vec<Match>,
+    /// How easily each texel changes.
+    ease: Vec<f32>,
+}
+
+impl Seams {
+    /// Of an unwrapped surface: `positions`, `normals` and `triangles` as they were before, `texels` as of [`crate::texels::texels`] with these sides. Without
+    /// normals, those of the triangles tell creases.
+    ///
+    /// # Panics
+    /// When the arrays contradict one another.
+    #[must_use]
+    pub fn new(unwrapped: &Unwrapped, surface: (&[Vec3], &[Vec3], &[[u32; 3]]), texels: &[Texel], sides: [u32; 2]) -> Self {
+        Self::with_places(unwrapped, surface, texels, sides, A_TEXEL)
+    }
+
+    /// As [`Seams::new`], with so many places for a texel's length.
+    fn with_places(
+        unwrapped: &Unwrapped,
+        (positions, normals, triangles): (&[Vec3], &[Vec3], &[[u32; 3]]),
+        texels: &[Texel],
+        [width, height]: [u32; 2],
+        a_texel: f32,
+    ) -> Self {
+        let mut texel_at = vec![NOBODY; width as usize * height as usize * unwrapped.packing.sheets as usize];
+        let place = |sheet: u16, x: u32, y: u32| ((u32::from(sheet) * height + y) * width + x) as usize;
+        for (index, texel) in texels.iter().enumerate() {
+            texel_at[place(texel.sheet, u32::from(texel.x), u32::from(texel.y))] = index as u32;
+        }
+        let surface = Surface {
+            unwrapped,
+            positions,
+            normals,
+            triangles,
+            size: Vec2::new(width as f32, height as f32),
+            a_texel,
+            filter: &|sheet, at| filter(at, |x, y| texel_at[place(sheet, x.min(width - 1), y.min(height - 1))]),
+        };
+        let at_place = places(positions, 0.0);
+        let mut matches = Vec::new();
+        let with_places = |t: usize| {
+            let [a, b, c] = triangles[t].map(|v| at_place[v as usize]);
+            a != b && b != c && c != a
+        };
+        Edges::new(triangles, &at_place, with_places).for_each(|_, sides| {
+            if let (2, Some(a), Some(b)) = (sides.len(), sides.next(), sides.next())
+                && a.down != b.down
+            {
+                surface.match_sides(a, b, &mut matches);
+            }
+        });
+        let ease = texels.iter().map(|texel| if texel.is_covered { 1.0 } else { EASY }).collect();
+        Self { matches, ease }
+    }
+
+    /// How many places are matched.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.matches.len()
+    }
+
+    /// Whether there is nothing to match.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.matches.is_empty()
+    }
+
+    /// Changes one value of each texel until no two sides differ by more than `tolerance`, or it does not get better; returns by how much they still do at most.
+    ///
+    /// # Panics
+    /// When there are not as many values as texels.
+    pub fn close(&self, values: &mut [f32], tolerance: f32) -> f32 {
+        assert_eq!(values.len(), self.ease.len(), "a value for each texel");
+        for _ in 0..MOST_ROUNDS {
+            let mut most = 0.0_f32;
+            for matched in &self.matches {
+                let off = matched.off(values);
+                most = most.max(off.abs());
+                let ease = |i: usize| self.ease[matched.texels[i] as usize];
+                let sum: f32 = (0..8).map(|i| ease(i) * matched.weights[i] * matched.weights[i]).sum();
+                if sum > 0.0 {
+                    (0..8).for_each(|i| values[matched.texels[i] as usize] -= off * ease(i) * matched.weights[i] / sum);
+                }
+            }
+            if most <= tolerance {
+                break;
+            }
+        }
+        self.widest(values)
+    }
+
+    /// As [`Seams::close`], for several values of each texel, one after the other in `values`.
+    pub fn close_all(&self, values: &mut [f32], tolerance: f32) -> f32 {
+        let count = self.ease.len();
+        if count == 0 {
+            return 0.0;
+        }
+        values.par_chunks_mut(count).map(|values| self.close(values, tolerance)).reduce(|| 0.0, f32::max)
+    }
+
+    /// By how much both sides differ at most.
+    #[must_use]
+    pub fn widest(&self, values: &[f32]) -> f32 {
+        self.matches.iter().map(|matched| matched.off(values).abs()).fold(0.0, f32::max)
+    }
+}
+
+impl Match {
+    fn off(&self, values: &[f32]) -> f32 {
+        (0..8).map(|i| self.weights[i] * values[self.texels[i] as usize]).sum()
+    }
+}
+
+const NOBODY: u32 = u32::MAX;
+
+/// The four texels that a place is filtered from, and their weights; texels that nobody has, by the other ones.
+fn filter(at: Vec2, texel: impl Fn(u32, u32) -> u32) -> Option<[(u32, f32); 4]> {
+    let from = (at - 0.5).floor().max(Vec2::ZERO);
+    let share = (at - 0.5 - from).clamp(Vec2::ZERO, Vec2::ONE);
+    let one = |dx: u32, dy: u32| {
+        let along = |share: f32, d: u32| if d == 1 { share } else { 1.0 - share };
+        (texel(from.x as u32 + dx, from.y as u32 + dy), along(share.x, dx) * along(share.y, dy))
+    };
+    let mut four = [one(0, 0), one(1, 0), one(0, 1), one(1, 1)];
+    let known = four.iter().find(|(texel, _)| *texel != NOBODY)?.0;
+    // only what rounding asks for has no texel: its weight is nothing
+    four.iter_mut().filter(|(texel, _)| *texel == NOBODY).for_each(|one| *one = (known, 0.0));
+    Some(four)
+}
+
+struct Surface<'a, F> {
+    unwrapped: &'a Unwrapped,
+    positions: &'a [Vec3],
+    normals: &'a [Vec3],
+    triangles: &'a [[u32; 3]],
+    size: Vec2,
+    a_texel: f32,
+    filter: &'a F,
+}
+
+impl<F: Fn(u16, Vec2) -> Option<[(u32, f32); 4]>> Surface<'_, F> {
+    /// Adds the places along an edge whose two triangles run along it in opposite ways.
+    fn match_sides(&self, a: HalfEdge, b: HalfEdge, matches: &mut Vec<Match>) {
+        let (one, other) = (a.triangle as usize, b.triangle as usize);
+        if self.unwrapped.chart[one] == self.unwrapped.chart[other] || !self.is_smooth(a, b) {
+            return;
+        }
+        let ends = |side: HalfEdge| {
+            let corners = self.unwrapped.triangles[side.triangle as usize];
+            let corner = usize::from(side.corner);
+            [corners[corner], corners[(corner + 1) % 3]].map(|v| self.unwrapped.uvs[v as usize] * self.size)
+        };
+        let (of_one, [last, first]) = (ends(a), ends(b));
+        let of_other = [first, last];
+        let length = of_one[0].distance(of_one[1]).max(of_other[0].distance(of_other[1]));
+        let steps = (self.a_texel * length).ceil().clamp(1.0, 65_536.0) as u32;
+        for step in 0..=steps {
+            let at = |ends: [Vec2; 2]| ends[0].lerp(ends[1], step as f32 / steps as f32);
+            let sheet = |t: usize| self.unwrapped.sheet[t];
+            let sides = ((self.filter)(sheet(one), at(of_one)), (self.filter)(sheet(other), at(of_other)));
+            if let (Some(one), Some(other)) = sides {
+                let mut matched = Match { texels: [0; 8], weights: [0.0; 8] };
+                for (place, (texel, weight)) in one.into_iter().chain(other).enumerate() {
+                    matched.texels[place] = texel;
+                    matched.weights[place] = if place < 4 { weight } else { -weight };
+                }
+                matches.push(matched);
+            }
+        }
+    }
+
+    fn is_smooth(&self, a: HalfEdge, b: HalfEdge) -> bool {
+        let normals = |side: HalfEdge| {
+            let corners = self.triangles[side.triangle as usize];
+            let corner = usize::from(side.corner);
+            if self.normals.is_empty() {
+                let [a, b, c] = corners.map(|v| self.positions[v as usize]);
+                [(b - a).cross(c - a); 2]
+            } else {
+                [corners[corner], corners[(corner + 1) % 3]].map(|v| self.normals[v as usize])
+            }
+        };
+        let ([first, last], [last_beside, first_beside]) = (normals(a), normals(b));
+        let alike = |a: Vec3, b: Vec3| a.dot(b) >= SMOOTH * a.length() * b.length();
+        alike(first, first_beside) && alike(last, last_beside)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::packing::PackParams;
+    use crate::texels::texels;
+    use crate::unwrap::{UnwrapParams, unwrap};
+    use heliodon_testkit::scenes::ball;
+
+    const SIDES: [u32; 2] = [300, 200];
+
+    fn params() -> UnwrapParams {
+        let [width, height] = SIDES;
+        UnwrapParams { pack: PackParams { width, height, ..PackParams::default() }, ..UnwrapParams::default() }
+    }
+
+    #[test]
+    fn both_sides_of_a_ball_s_seams_show_the_same() {
+        let ball = ball(1.0, 24);
+        let unwrapped = unwrap(&ball.positions, &ball.triangles, &[], &params()).unwrap();
+        let texels = texels(&unwrapped, SIDES[0], SIDES[1]);
+        let seams = Seams::new(&unwrapped, (&ball.positions, &ball.normals, &ball.triangles), &texels, SIDES);
+        assert!(seams.len() > 1000, "{}", seams.len());
+        let dense = Seams::with_places(&unwrapped, (&ball.positions, &ball.normals, &ball.triangles), &texels, SIDES, 19.7);
+        let place = |texel: &Texel| texel.mix(ball.triangles[texel.triangle as usize].map(|v| ball.positions[v as usize]));
+        let smooth = |p: Vec3| 0.5 + 0.3 * p.y + 0.2 * p.x * p.z;
+        let with_shadow = |p: Vec3| smooth(p) + if p.x + 0.3 * p.z > 0.1 { 0.3 } else { 0.0 };
+        let lights: [(&dyn Fn(Vec3) -> f32, f32); 2] = [(&smooth, 0.5 / 255.0), (&with_shadow, 3.0 / 255.0)];
+        for (light, most) in lights {
+            let before: Vec<f32> = texels.iter().map(|texel| light(place(texel))).collect();
+            assert!(dense.widest(&before) > 1.5 * most, "{}", dense.widest(&before));
+            let mut values = before.clone();
+            let left = seams.close(&mut values, 0.1 / 255.0);
+            // between the places that were matched as well
+            assert!(left <= most && dense.widest(&values) <= most, "{left} and {}", dense.widest(&values));
+            let covered = texels.iter().zip(before.iter().zip(&values)).filter(|(texel, _)| texel.is_covered);
+            let moved: Vec<f32> = covered.map(|(_, (before, after))| (before - after).abs()).collect();
+            let mean = moved.iter().sum::<f32>() / moved.len() as f32;
+            assert!(mean < 0.004, "{mean}");
+            let mut two = [before.clone(), before].concat();
+            seams.close_all(&mut two, 0.1 / 255.0);
+            assert!(two[..values.len()] == values && two[values.len()..] == values);
+        }
+    }
+
+    #[test]
+    fn creases_stay() {
+        let positions = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
+        let triangles = [[0, 1, 2], [1, 0, 3]];
+        let unwrapped = unwrap(&positions, &triangles, &[], &params()).unwrap();
+        assert_eq!(unwrapped.charts.len(), 2);
+        let texels = texels(&unwrapped, SIDES[0], SIDES[1]);
+        assert!(Seams::new(&unwrapped, (&positions, &[], &triangles), &texels, SIDES).is_empty());
+    }
+}
