@@ -15,8 +15,9 @@ pub(super) struct Run {
 pub(super) struct Inner {
     pub width: u32,
     pub height: u32,
-    /// Its first row.
+    /// Its first row and column.
     pub row: u32,
+    pub column: u32,
 }
 
 /// The texels of a chart at one scale, row by row.
@@ -72,7 +73,7 @@ impl Mask {
             rows: (0..=height).collect(),
             order: (0..height as u16).collect(),
             texels: u64::from(width) * u64::from(height),
-            inner: Inner { width, height, row: 0 },
+            inner: Inner { width, height, row: 0, column: 0 },
         }
     }
 
@@ -122,7 +123,7 @@ impl Mask {
                     begin = from;
                     let of = (x - from) as u32;
                     if above * of > largest.width * largest.height {
-                        largest = Inner { width: of, height: above, row: y + 1 - above };
+                        largest = Inner { width: of, height: above, row: y + 1 - above, column: from as u32 };
                     }
                 }
                 if height > 0 {
@@ -210,7 +211,7 @@ mod tests {
     fn a_rectangle_takes_one_texel_more_a_side() {
         let mask = Mask::new(&rectangle(Vec2::new(7.0, 3.0)), 100).unwrap();
         assert_eq!((mask.width, mask.height, mask.texels), (8, 4, 32));
-        assert_eq!(mask.inner, Inner { width: 8, height: 4, row: 0 });
+        assert_eq!(mask.inner, Inner { width: 8, height: 4, row: 0, column: 0 });
         let point = Mask::new(&[[Vec2::splat(INSET); 3]], 100).unwrap();
         assert_eq!((point.width, point.height, point.texels), (1, 1, 1));
         assert!(Mask::new(&rectangle(Vec2::new(7.0, 300.0)), 100).is_none());
@@ -227,11 +228,11 @@ mod tests {
         // a T: its bar has 21 by 3 texels, its foot 5 by 20
         let shape = [quad(0.0, 0.0, 20.0, 2.0), quad(7.0, 0.0, 4.0, 19.0)].concat();
         let mask = Mask::new(&shape, 100).unwrap();
-        assert_eq!(mask.inner, Inner { width: 5, height: 20, row: 0 });
+        assert_eq!(mask.inner, Inner { width: 5, height: 20, row: 0, column: 7 });
         let upside_down: Vec<_> = shape.iter().map(|t| t.map(|p| Vec2::new(p.x, 20.0 - p.y))).collect();
-        assert_eq!(Mask::new(&upside_down, 100).unwrap().inner, Inner { width: 5, height: 20, row: 0 });
+        assert_eq!(Mask::new(&upside_down, 100).unwrap().inner, Inner { width: 5, height: 20, row: 0, column: 7 });
         let wide = [quad(0.0, 0.0, 40.0, 2.0), quad(7.0, 0.0, 4.0, 19.0)].concat();
-        assert_eq!(Mask::new(&wide, 100).unwrap().inner, Inner { width: 41, height: 3, row: 0 });
+        assert_eq!(Mask::new(&wide, 100).unwrap().inner, Inner { width: 41, height: 3, row: 0, column: 0 });
     }
 
     #[test]

@@ -7,10 +7,12 @@ use rayon::prelude::*;
 
 /// Scales that are tried at once, whatever the number of threads, so that it does not matter.
 const AT_ONCE: usize = 2;
-/// Rounds of such: each leaves a third of what was between.
-const ROUNDS: usize = 4;
+/// The scale that is found is no more than this part below one that did not fit: each round leaves a third of what was between.
+const PRECISION: f32 = 0.006;
 /// How full, margins counted, the first ones would make the textures: jagged charts fill 0.75 of them, rectangles 0.95.
-const FIRST: [f64; 2] = [0.72, 0.97];
+const FIRST: [f64; 2] = [0.83, 0.98];
+/// Rounds at most in which none fits: what is reckoned of very small textures is not true.
+const MOST_FAILED: u32 = 8;
 /// Where the lowest one fails, the next one is so many times as large.
 const LOWER: f32 = 0.9;
 /// What was likely to fit and does not is tried again so many times as large.
@@ -31,7 +33,8 @@ pub(super) fn largest(shapes: &[Shape], params: &PackParams) -> (f32, Vec<Placem
     let scale_of = |fullness: f64| demand.scale(fullness * texels).min(params.most_per_m);
     let [mut from, mut high] = FIRST.map(scale_of);
     let mut low: Option<(f32, Laid)> = None;
-    for _ in 0..ROUNDS {
+    let mut failed = 0;
+    while failed < MOST_FAILED && (low.is_none() || high - from > PRECISION * high) {
         let first = if low.is_some() { 1.0 } else { 0.0 };
         let step = |i: usize| from + (high - from) * (i as f32 + first) / (AT_ONCE as f32 + first);
         let attempt = |scale: f32| (scale, lay(shapes, scale, params, Some(&demand.of_each(scale))));
@@ -44,18 +47,23 @@ pub(super) fn largest(shapes: &[Shape], params: &PackParams) -> (f32, Vec<Placem
             }
             (from, low) = (scale, Some((scale, laid)));
         }
+        failed += u32::from(low.is_none());
+        // what is as large as may be need not be tried again
+        if from >= high {
+            break;
+        }
     }
-    let mut scale = match low {
+    let (mut scale, back) = match low {
         Some((scale, Laid::All(placements))) => return (scale, placements),
-        Some((scale, _)) => scale,
-        None => LOWER * high,
+        Some((scale, _)) => (scale, BACK),
+        None => (high, LOWER),
     };
-    // the smallest scale at which each takes its one texel has room for all: it was asked for before
+    // in the end each takes one texel, and there is room for that: it was asked for before
     loop {
         if let Some(found) = whole(scale) {
             return found;
         }
-        scale *= if scale > 0.9 * from { BACK } else { 0.5 };
+        scale *= back;
     }
 }
 

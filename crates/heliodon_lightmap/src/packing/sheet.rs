@@ -18,6 +18,8 @@ pub(super) struct Sheet {
     free: u64,
     /// What is in the way of a mask in one row, and what is taken there: kept, so that they need not be made anew.
     blocked: Vec<u64>,
+    together: Vec<u64>,
+    /// Twice as long as a row, so that what lies behind it is nothing.
     smeared: Vec<u64>,
 }
 
@@ -54,7 +56,8 @@ impl Sheet {
             rectangle_rows: vec![0; sizes() * sizes()],
             free: u64::from(width) * u64::from(height),
             blocked: vec![0; words],
-            smeared: vec![0; words],
+            together: vec![0; words],
+            smeared: vec![0; 2 * words + 1],
         }
     }
 
@@ -69,11 +72,14 @@ impl Sheet {
 
     /// The first place where there is room for all of it, the lowest row first.
     pub fn find(&mut self, mask: &Mask) -> Option<[u32; 2]> {
-        let from = self.lowest_rectangle(&mask.inner)?.saturating_sub(mask.inner.row);
-        self.find_from(mask, from)
+        pulp::Arch::new().dispatch(|| {
+            let from = self.lowest_rectangle(&mask.inner)?.saturating_sub(mask.inner.row);
+            self.find_from(mask, from)
+        })
     }
 
     /// A row below which no rectangle of a size has room; none where it has none at all. Rooms only become fewer, so it is looked for from where it was.
+    #[inline(always)]
     fn lowest_rectangle(&mut self, inner: &Inner) -> Option<u32> {
         let ((across, width), (along, height)) = (size_of(inner.width), size_of(inner.height));
         let size = across * sizes() + along;
@@ -82,6 +88,7 @@ impl Sheet {
         row
     }
 
+    #[inline(always)]
     fn find_from(&mut self, mask: &Mask, from: u32) -> Option<[u32; 2]> {
         if mask.width > self.width || mask.height > self.height {
             return None;
@@ -107,41 +114,52 @@ impl Sheet {
         Some([x, y])
     }
 
+    #[inline(always)]
     fn find_in_row(&mut self, mask: &Mask, y: u32) -> Option<u32> {
         let longest = |row: &u16| self.longest[(y + u32::from(*row)) as usize];
         let fits = |row: &u16| mask.row(u32::from(*row)).iter().all(|run| i32::from(run.length) <= i32::from(longest(row)));
         if !mask.order.iter().take(ASKED_FIRST).all(fits) {
             return None;
         }
-        // bit x says that something is in the way of the mask at x
-        let Self { words, taken, blocked, smeared, .. } = self;
-        let row_of = |y: u32| &taken[y as usize * *words..][..*words];
+        let mut blocked = std::mem::take(&mut self.blocked);
         blocked.fill(0);
-        set(blocked, (self.width - mask.width) as usize + 1, *words * 64);
-        if mask.is_full() {
-            smeared.fill(0);
-            for row in y..y + mask.height {
-                smeared.iter_mut().zip(row_of(row)).for_each(|(smeared, row)| *smeared |= row);
-            }
-            smear(smeared, mask.width);
-            blocked.iter_mut().zip(smeared.iter()).for_each(|(blocked, smeared)| *blocked |= smeared);
-        } else {
-            for &row in &mask.order {
-                for run in mask.row(u32::from(row)) {
-                    smeared.copy_from_slice(row_of(y + u32::from(row)));
-                    smear(smeared, u32::from(run.length));
-                    let (words, bits) = (usize::from(run.begin) / 64, u32::from(run.begin) % 64);
-                    for (place, blocked) in blocked.iter_mut().enumerate() {
-                        let word = |i: usize| smeared.get(i).copied().unwrap_or(0);
-                        *blocked |= funnel(word(place + words), word(place + words + 1), bits);
-                    }
-                }
-                if blocked.iter().all(|word| *word == u64::MAX) {
-                    return None;
+        set(&mut blocked, (self.width - mask.width) as usize + 1, self.words * 64);
+        let found = self.is_room(mask, y, &mut blocked).then(|| next(&blocked, 0, false)).flatten();
+        self.blocked = blocked;
+        found.map(|x| x as u32)
+    }
+
+    /// Finds out where something is in the way of the mask in a row: bit x says so for it at x. Whether there is a place where nothing is.
+    #[inline(always)]
+    fn is_room(&mut self, mask: &Mask, y: u32, blocked: &mut [u64]) -> bool {
+        let Self { words, taken, together, smeared, .. } = self;
+        let row_of = |y: u32| &taken[y as usize * *words..][..*words];
+        // its largest rectangle first: all its rows at once, a few that lie far apart before the others
+        let Inner { width, height, row, column } = mask.inner;
+        together.fill(0);
+        let mut asked = 0;
+        for place in apart(height) {
+            together.iter_mut().zip(row_of(y + row + place)).for_each(|(together, row)| *together |= row);
+            asked += 1;
+            if asked == height || asked >= 4 && asked.is_power_of_two() && asked.ilog2().is_multiple_of(2) {
+                smeared[..*words].copy_from_slice(together);
+                if !block(blocked, smeared, width, column) {
+                    return false;
                 }
             }
         }
-        next(blocked, 0, false).map(|x| x as u32)
+        if mask.is_full() {
+            return true;
+        }
+        for &row in &mask.order {
+            for run in mask.row(u32::from(row)) {
+                smeared[..*words].copy_from_slice(row_of(y + u32::from(row)));
+                if !block(blocked, smeared, u32::from(run.length), u32::from(run.begin)) {
+                    return false;
+                }
+            }
+        }
+        true
     }
 
     /// Takes the mask's texels, laid at a place, and those within `margin` of them.
@@ -167,28 +185,48 @@ impl Sheet {
 }
 
 /// The 64 bits that begin with bit `by` of the first word.
-#[inline]
+#[inline(always)]
 fn funnel(word: u64, next: u64, by: u32) -> u64 {
     // twice, for a shift by 64 is none
     word >> by | next << 1 << (63 - by)
 }
 
-/// Bit x becomes whether any of the `length` bits from x on was set; 0 has none.
-#[inline]
-fn smear(row: &mut [u64], length: u32) {
+/// Adds where a run of `length` texels, which begins `begin` texels behind a place, meets what the first half of `row` has; that half is used up. Whether any place
+/// is left.
+#[inline(always)]
+fn block(blocked: &mut [u64], row: &mut [u64], length: u32, begin: u32) -> bool {
+    let count = blocked.len();
+    // bit x becomes whether any of the bits from x on was set
     let mut done = 1;
     while done < length {
         let by = done.min(length - done);
-        let (words, bits) = ((by / 64) as usize, by % 64);
-        let count = row.len();
-        for place in 0..count.saturating_sub(words + 1) {
-            row[place] |= funnel(row[place + words], row[place + words + 1], bits);
-        }
-        if let Some(place) = count.checked_sub(words + 1) {
-            row[place] |= row[count - 1] >> bits;
-        }
+        or_shifted(row, count, by);
         done += by;
     }
+    let (words, bits) = ((begin / 64) as usize, begin % 64);
+    let later = row[words..].iter().zip(&row[words + 1..]);
+    let mut all = u64::MAX;
+    for (blocked, (word, next)) in blocked.iter_mut().zip(later) {
+        *blocked |= funnel(*word, *next, bits);
+        all &= *blocked;
+    }
+    all != u64::MAX
+}
+
+/// Adds to each of the first bits the one so many further on.
+#[inline(always)]
+fn or_shifted(row: &mut [u64], count: usize, by: u32) {
+    let (words, bits) = ((by / 64) as usize, by % 64);
+    for place in 0..count {
+        row[place] |= funnel(row[place + words], row[place + words + 1], bits);
+    }
+}
+
+/// All numbers below `count`, each far from those before it.
+#[inline(always)]
+fn apart(count: u32) -> impl Iterator<Item = u32> {
+    let bits = count.next_power_of_two().ilog2();
+    (0..1_u32 << bits).map(move |i| if bits == 0 { 0 } else { i.reverse_bits() >> (32 - bits) }).filter(move |i| *i < count)
 }
 
 /// The longest run of free texels, and how many are free.
