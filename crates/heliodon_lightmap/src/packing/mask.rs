@@ -58,7 +58,7 @@ impl Mask {
             mask.push_row(row);
         }
         mask.inner = mask.largest_rectangle();
-        mask.order = mask.apart();
+        mask.order = mask.rows_apart();
         mask.texels = mask.runs.iter().map(|run| u64::from(run.length)).sum();
         Some(mask)
     }
@@ -92,12 +92,10 @@ impl Mask {
         &self.runs[self.rows[y as usize] as usize..self.rows[y as usize + 1] as usize]
     }
 
-    fn apart(&self) -> Vec<u16> {
+    fn rows_apart(&self) -> Vec<u16> {
         let longest = |y: &u32| self.row(*y).iter().map(|run| run.length).max();
         let hardest = (0..self.height).rev().max_by_key(longest).unwrap_or(0);
-        let bits = self.height.next_power_of_two().ilog2();
-        let reversed = (0..1_u32 << bits).map(|i| i.reverse_bits() >> (32 - bits).min(31));
-        let others = reversed.filter(|y| *y < self.height && *y != hardest);
+        let others = apart(self.height).filter(|y| *y != hardest);
         std::iter::once(hardest).chain(others).map(|y| y as u16).collect()
     }
 
@@ -143,6 +141,13 @@ impl Mask {
         }
         self.rows.push(self.runs.len() as u32);
     }
+}
+
+/// All numbers below `count`, each far from those before it.
+#[inline(always)]
+pub(super) fn apart(count: u32) -> impl Iterator<Item = u32> {
+    let bits = count.next_power_of_two().ilog2();
+    (0..1_u32 << bits).map(move |i| if bits == 0 { 0 } else { i.reverse_bits() >> (32 - bits) }).filter(move |i| *i < count)
 }
 
 /// The first bit from `x` on that is set, or not.

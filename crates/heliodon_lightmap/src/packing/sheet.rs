@@ -1,6 +1,6 @@
 //! A texture that charts are laid onto, each where there is room first.
 
-use super::mask::{Inner, Mask, next, set};
+use super::mask::{Inner, Mask, apart, next, set};
 
 /// Which texels are taken, a bit each: all of a large sheet stays near to the processor.
 #[derive(Clone, Debug)]
@@ -220,13 +220,6 @@ fn or_shifted(row: &mut [u64], count: usize, by: u32) {
     for place in 0..count {
         row[place] |= funnel(row[place + words], row[place + words + 1], bits);
     }
-}
-
-/// All numbers below `count`, each far from those before it.
-#[inline(always)]
-fn apart(count: u32) -> impl Iterator<Item = u32> {
-    let bits = count.next_power_of_two().ilog2();
-    (0..1_u32 << bits).map(move |i| if bits == 0 { 0 } else { i.reverse_bits() >> (32 - bits) }).filter(move |i| *i < count)
 }
 
 /// The longest run of free texels, and how many are free.

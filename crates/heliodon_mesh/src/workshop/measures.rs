@@ -1,8 +1,8 @@
 //! Measures of the workshop in metres. +Y up, the long axis along X, the door in the east (+X), height zero is the floor.
 //!
-//! Outside, the building has the plan of the workshop of Pheidias at Olympia, 32.18 x 14.57 m (A. Mallwitz, W. Schiering: "Die
-//! Werkstatt des Pheidias in Olympia", Olympische Forschungen 5, 1964), whose hall was as large as the cella of the temple of
-//! Zeus for which the statue was made there. Height, windows and roof are a guess, as every reconstruction's are.
+//! Outside, the building has about the plan that is told of the workshop of Pheidias at Olympia, 32.18 x 14.57 m, whose hall was as large as the cella of the
+//! temple of Zeus for which the statue was made there. These numbers were not checked against the excavation's publication. Height, windows and roof are a
+//! guess, as every reconstruction's are.
 
 /// Half the length over the socle.
 pub const HALF_LENGTH: f32 = 16.09;
