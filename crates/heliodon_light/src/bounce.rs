@@ -6,28 +6,24 @@
 //! hit is read once for up to sixteen of them. Followed paths add what they bring from sky and sun once they have made their k bounces,
 //! and, where they end in a cell, its light of k bounces before.
 
-use crate::cells::{BACK, Layout, NONE};
-use crate::follow::{Arrival, MAX_FOLLOWED};
-use crate::gather::{GatherBlock, Lattice, UnitHits, bits, trace_hits, unit_ranges};
+use crate::cells::{Layout, NONE};
+use crate::follow::MAX_FOLLOWED;
+use crate::from_cells::{Arrived, Seen, UnitOf, arrivals};
+use crate::gather::{GatherBlock, Lattice, unit_ranges};
 use crate::inside::BACK_LIMIT;
 use crate::surfaces::reflected;
-use crate::{Channels, Followed, LightParams, Surfaces, Validity};
+use crate::{Channels, LightParams, Surfaces, Validity};
 use glam::Vec3;
-use heliodon_math::color::linear_from_rgb9e5;
 use rayon::prelude::*;
-use std::borrow::Cow;
 use std::collections::VecDeque;
-use std::ops::Range;
 
 /// Lanes that bounce together.
-const LANES: usize = 16;
+pub(crate) const LANES: usize = 16;
 
 /// Everything that bounces share.
 pub(crate) struct Transport<'a> {
-    pub surfaces: &'a Surfaces<'a>,
-    pub layout: &'a Layout,
-    pub blocks: &'a [GatherBlock],
-    pub lattice: &'a Lattice,
+    seen: Seen<'a>,
+    blocks: &'a [GatherBlock],
     /// Albedo of every front cell, then of every cell whose back is lit.
     albedo: Vec<Vec3>,
     /// The points that light a cell, `NONE` where it has fewer than three.
@@ -60,20 +56,13 @@ impl Lanes {
     }
 
     /// Those that go on after the first bounce.
-    fn going_on(&self) -> usize {
+    pub fn going_on(&self) -> usize {
         self.sky() + self.going_on * self.channels.count()
     }
 
     pub fn count(&self) -> usize {
         self.sky() + self.sun()
     }
-}
-
-/// A run of points that is gathered together, and where its hits are.
-pub(crate) struct UnitOf<'a> {
-    pub block: &'a GatherBlock,
-    pub index: usize,
-    pub range: Range<usize>,
 }
 
 impl<'a> Transport<'a> {
@@ -109,17 +98,7 @@ impl<'a> Transport<'a> {
                 (albedo_of(cell), points)
             })
             .unzip();
-        Self { surfaces, layout, blocks, lattice, albedo, lit_by }
-    }
-
-    /// The number of a cell that a hit names, or `None` for a back that nothing lights.
-    #[inline]
-    fn cell_index(&self, cell: u32) -> Option<usize> {
-        if cell & BACK == 0 {
-            return Some(cell as usize);
-        }
-        let back = self.layout.back_cells().binary_search(&(cell & !BACK)).ok()?;
-        Some(self.layout.front_cell_count() + back)
+        Self { seen: Seen { surfaces, layout, lattice }, blocks, albedo, lit_by }
     }
 
     /// The points that light a cell, and its albedo in the channels solved.
@@ -134,17 +113,11 @@ impl<'a> Transport<'a> {
         self.blocks.iter().flat_map(of_block).collect()
     }
 
-    fn hits_of(&self, unit: &UnitOf<'a>) -> Cow<'a, UnitHits> {
-        match &unit.block.hits[unit.index] {
-            Some(hits) => Cow::Borrowed(hits),
-            None => Cow::Owned(trace_hits(self.surfaces, self.layout, unit.range.clone(), self.lattice)),
-        }
-    }
-
-    /// Light that has bounced up to `bounces` times, a number for each lane of each point.
-    pub fn bounced(&self, lanes: Lanes, bounces: u32) -> Vec<f32> {
+    /// Light that has bounced up to `bounces` times, a number for each lane of each point; where it is asked for, also what the cells last reflected, for
+    /// points that come later.
+    pub fn bounced(&self, lanes: Lanes, bounces: u32, mut keep: Option<&mut CellLight>) -> Vec<f32> {
         let (count, going_on) = (lanes.count(), lanes.going_on());
-        let mut all = vec![0.0; self.layout.points().len() * count];
+        let mut all = vec![0.0; self.seen.layout.points().len() * count];
         for first in (0..going_on).step_by(LANES) {
             let width = (going_on - first).min(LANES);
             let mut put = |light: &[f32], padded: usize| {
@@ -152,11 +125,12 @@ impl<'a> Transport<'a> {
                     to[first..first + width].copy_from_slice(&from[..width]);
                 }
             };
-            match width {
-                0..=4 => put(self.bounced_lanes::<4>(lanes, first, bounces).as_flattened(), 4),
-                5..=8 => put(self.bounced_lanes::<8>(lanes, first, bounces).as_flattened(), 8),
-                9..=12 => put(self.bounced_lanes::<12>(lanes, first, bounces).as_flattened(), 12),
-                _ => put(self.bounced_lanes::<16>(lanes, first, bounces).as_flattened(), 16),
+            let keep = keep.as_deref_mut();
+            match width.next_multiple_of(4) {
+                4 => put(self.bounced_lanes::<4>(lanes, first, bounces, keep).as_flattened(), 4),
+                8 => put(self.bounced_lanes::<8>(lanes, first, bounces, keep).as_flattened(), 8),
+                12 => put(self.bounced_lanes::<12>(lanes, first, bounces, keep).as_flattened(), 12),
+                _ => put(self.bounced_lanes::<LANES>(lanes, first, bounces, keep).as_flattened(), LANES),
             }
         }
         if going_on < count && bounces > 0 {
@@ -168,8 +142,14 @@ impl<'a> Transport<'a> {
         all
     }
 
-    fn bounced_lanes<const W: usize>(&self, lanes: Lanes, first: usize, bounces: u32) -> Vec<[f32; W]> {
-        let points = self.layout.points().len();
+    fn bounced_lanes<const W: usize>(
+        &self,
+        lanes: Lanes,
+        first: usize,
+        bounces: u32,
+        keep: Option<&mut CellLight>,
+    ) -> Vec<[f32; W]> {
+        let points = self.seen.layout.points().len();
         let channels = lanes.channels.count();
         // reckoned once: a division for each lane of each cell took as long as the sums
         let channel_of: [usize; W] = std::array::from_fn(|l| (first + l) % channels);
@@ -178,7 +158,7 @@ impl<'a> Transport<'a> {
         let mut bounced = vec![[0.0_f32; W]; points];
         let units = self.units();
         let arrivals: Vec<Vec<Arrived<W>>> = units.par_iter().map(|unit| arrivals(unit, lanes, first)).collect();
-        let paths_end = units.iter().any(|unit| !unit.followed().ends.is_empty());
+        let paths_end = keep.is_some() || units.iter().any(|unit| !unit.followed().ends.is_empty());
         // what the cells reflect, the latest first
         let mut reflected: VecDeque<Vec<[f32; W]>> = VecDeque::new();
         for bounce in 0..bounces as usize {
@@ -210,122 +190,45 @@ impl<'a> Transport<'a> {
                 *out = std::array::from_fn(|l| sum[l] * (mean * albedo[channel_of[l]]));
             });
             reflected.push_front(cells);
+            let ages: Vec<&[[f32; W]]> = reflected.iter().map(Vec::as_slice).collect();
             let gathered: Vec<Vec<[f32; W]>> = units
                 .par_iter()
                 .zip(&arrivals)
                 .map(|(unit, arrivals)| {
                     // sorted by bounce
                     let arrived = arrivals.partition_point(|a| a.bounce <= bounce + 1);
-                    self.gathered(unit, &reflected, &arrivals[..arrived], lanes, first)
+                    self.seen.gathered(unit, &ages, &arrivals[..arrived], lanes, first)
                 })
                 .collect();
             for (unit, light) in units.iter().zip(gathered) {
                 bounced[unit.range.clone()].copy_from_slice(&light);
             }
         }
+        if let Some(keep) = keep {
+            keep.groups.push(CellGroup { width: W, ages: reflected.into_iter().map(Vec::into_flattened).collect() });
+        }
         bounced
     }
-
-    /// One unit's light in the lanes from `first` on: the sun's first bounce, from the cells that it sees and from followed paths;
-    /// cosine-weighted means.
-    fn gathered<const W: usize>(
-        &self,
-        unit: &UnitOf<'a>,
-        reflected: &VecDeque<Vec<[f32; W]>>,
-        arrived: &[Arrived<W>],
-        lanes: Lanes,
-        first: usize,
-    ) -> Vec<[f32; W]> {
-        let (channels, sky_lanes, sun_lanes) = (lanes.channels.count(), lanes.sky(), lanes.sun());
-        let channel_of: [usize; W] = std::array::from_fn(|l| (first + l) % channels);
-        let normals = &self.layout.points().normals[unit.range.clone()];
-        let hits = self.hits_of(unit);
-        let first_bounce = |point: usize| {
-            let sun = &unit.block.sun[(unit.offset() + point) * sun_lanes..(unit.offset() + point + 1) * sun_lanes];
-            std::array::from_fn(|l| (first + l).checked_sub(sky_lanes).and_then(|lane| sun.get(lane)).copied().unwrap_or(0.0))
-        };
-        let mut sums: Vec<[f32; W]> = (0..normals.len()).map(first_bounce).collect();
-        let mut next = hits.cells.iter();
-        for (met, &direction) in hits.met.chunks_exact(normals.len().div_ceil(64)).zip(&self.lattice.directions) {
-            for (point, &cell) in bits(met).zip(&mut next) {
-                let Some(cell) = self.cell_index(cell) else { continue };
-                let cos = normals[point].dot(direction);
-                for (sum, x) in sums[point].iter_mut().zip(&reflected[0][cell]) {
-                    *sum += cos * x;
-                }
-            }
-        }
-        for arrived in arrived {
-            for (sum, x) in sums[arrived.point].iter_mut().zip(&arrived.light) {
-                *sum += x;
-            }
-        }
-        for &[key, share, cell] in &unit.followed().ends {
-            let Arrival { point, bounce } = Arrival::of(key);
-            let (Some(cells), Some(cell)) = (reflected.get(bounce), self.cell_index(cell)) else { continue };
-            let share = linear_from_rgb9e5(share);
-            for ((sum, x), &channel) in sums[point].iter_mut().zip(&cells[cell]).zip(&channel_of) {
-                *sum += share[channel] * x;
-            }
-        }
-        for (sum, scale) in sums.iter_mut().zip(&unit.block.scale[unit.offset()..]) {
-            for x in sum {
-                *x *= scale;
-            }
-        }
-        sums
-    }
 }
 
-impl<'a> UnitOf<'a> {
-    fn followed(&self) -> &'a Followed {
-        &self.block.followed[self.index]
-    }
-
-    /// Adds, in the lanes that do not go on, the sun's first bounce and what followed paths bring to the numbers of the unit's points.
-    fn add_first_bounce(&self, lanes: Lanes, bounces: usize, points: &mut [f32]) {
-        let (count, sky_lanes, sun_lanes) = (lanes.count(), lanes.sky(), lanes.sun());
-        let mut add = |point: usize, sun: &[f32]| {
-            let scale = self.block.scale[self.offset() + point];
-            let sums =
-                points[point * count..(point + 1) * count].iter_mut().zip(std::iter::repeat_n(&0.0, sky_lanes).chain(sun));
-            sums.skip(lanes.going_on()).for_each(|(sum, x)| *sum += x * scale);
-        };
-        for point in 0..self.range.len() {
-            add(point, &self.block.sun[(self.offset() + point) * sun_lanes..(self.offset() + point + 1) * sun_lanes]);
-        }
-        let followed = self.followed();
-        for (&key, light) in followed.keys.iter().zip(followed.light.chunks_exact(count)) {
-            let Arrival { point, bounce } = Arrival::of(key);
-            if bounce <= bounces {
-                add(point, &light[sky_lanes..]);
-            }
-        }
-    }
-
-    /// Its first point in its block.
-    fn offset(&self) -> usize {
-        self.range.start - self.block.range.start
-    }
+/// What cells reflected at the last bounces, from which points that come later take their light ([`crate::receive`]).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CellLight {
+    /// Lanes that bounced together, in order.
+    pub(crate) groups: Vec<CellGroup>,
+    /// How often light has bounced.
+    pub(crate) bounces: u32,
+    /// Functions of the day.
+    pub(crate) functions: usize,
 }
 
-/// Sky and sun that followed paths bring to a point after so many bounces.
-struct Arrived<const W: usize> {
-    point: usize,
-    bounce: usize,
-    light: [f32; W],
-}
-
-/// What arrives at the points of a unit in the lanes from `first` on, sorted by bounce.
-fn arrivals<const W: usize>(unit: &UnitOf, lanes: Lanes, first: usize) -> Vec<Arrived<W>> {
-    let followed = unit.followed();
-    let arrived = |(&key, light): (&u32, &[f32])| {
-        let Arrival { point, bounce } = Arrival::of(key);
-        Arrived { point, bounce, light: std::array::from_fn(|l| light.get(first + l).copied().unwrap_or(0.0)) }
-    };
-    let mut arrived: Vec<_> = followed.keys.iter().zip(followed.light.chunks_exact(lanes.count())).map(arrived).collect();
-    arrived.sort_by_key(|a| a.bounce);
-    arrived
+/// Lanes of all cells that bounced together.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct CellGroup {
+    /// Lanes of a cell, padded.
+    pub width: usize,
+    /// For each bounce from the last on the lanes of one cell after the other.
+    pub ages: Vec<Vec<f32>>,
 }
 
 /// The points of a triangle's valid vertices; of those they borrow from where none is valid.

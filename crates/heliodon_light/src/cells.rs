@@ -10,7 +10,7 @@
 use crate::gather::{counted, sees_only_backs};
 use crate::points::{Place, inward_shifts};
 use crate::refine::{cells_by_sight, sight};
-use crate::{GatherBlock, LightError, LightParams, PointSet, Surfaces, median_edge_m};
+use crate::{GatherBlock, LightError, LightParams, PointSet, SurfacePlace, Surfaces, median_edge_m};
 use glam::Vec3;
 use heliodon_rays::Hit;
 use std::borrow::Cow;
@@ -275,6 +275,24 @@ impl Layout {
         }
         self.points.append(more);
         first..self.points.len()
+    }
+
+    /// The same cells, seen from other points: places on the surfaces, whose sites count from 0. They receive light and reflect none.
+    pub(crate) fn with_receivers(&self, surfaces: &Surfaces, places: &[SurfacePlace], offset_m: f32) -> Self {
+        let inward = inward_shifts(surfaces);
+        let mut layout = Self { points: PointSet::default(), free_points: Vec::new(), ..self.clone() };
+        let place = |(site, &SurfacePlace { triangle, u, v }): (usize, &SurfacePlace)| {
+            let [a, b, c] = surfaces.triangles[triangle as usize].map(|vertex| inward[vertex as usize]);
+            Place {
+                position: surfaces.position_at(triangle, u, v),
+                normal: surfaces.normal_at(triangle, u, v),
+                inward: a * (1.0 - u - v) + b * u + c * v,
+                lift_m: offset_m + surfaces.clearance_m(triangle),
+                site: site as u32,
+            }
+        };
+        layout.append_free(places.iter().enumerate().map(place));
+        layout
     }
 
     /// What tells a point's random numbers from others': of one in free space, its place among its like, however many points come before.

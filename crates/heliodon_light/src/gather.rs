@@ -198,10 +198,27 @@ pub(crate) struct Unit {
     back_cells: Vec<[u32; 2]>,
     hits: UnitHits,
     followed: Followed,
+    /// Harmonic means of the distances of all that points see, metres; infinite of what sees nothing but the sky.
+    pub reach_m: Vec<f32>,
     pub rays: Rays,
 }
 
 impl Unit {
+    /// As a block of its own.
+    pub fn into_block(self, range: Range<usize>) -> GatherBlock {
+        GatherBlock {
+            range,
+            sky: self.sky,
+            sun: self.sun,
+            scale: self.scale,
+            back: self.back,
+            back_cells: self.back_cells,
+            hits: vec![Some(self.hits)],
+            followed: vec![self.followed],
+            rays: self.rays.all,
+        }
+    }
+
     /// The sun's first bounce, that of followed hits with it: `sun_lanes` numbers a point.
     pub fn first_bounce(&self, sky_lanes: usize, sun_lanes: usize) -> Vec<f32> {
         let mut sums = self.sun.clone();
@@ -246,6 +263,7 @@ pub(crate) fn gather_unit(
 
     let y0 = basis9(Vec3::Y)[0];
     let over = |sum: f32, x: f32| if sum > 0.0 { x / sum } else { 0.0 };
+    let reach_m = look.nearness.iter().enumerate().map(|(point, &near)| look.all(point) / y0 / near).collect();
     let scale: Vec<f32> = (0..count).map(|point| over(look.all(point), y0)).collect();
     let counted = |point: usize| (1.0 - look.sunk[point] * scale[point]).max(LEAST_COUNTED);
     let (back, back_rays) = match known.and_then(|known| known.back.as_ref()) {
@@ -298,6 +316,7 @@ pub(crate) fn gather_unit(
         back_cells: Vec::new(),
         hits,
         followed: Followed::default(),
+        reach_m,
         rays: look.rays,
     };
     for point in 0..count {

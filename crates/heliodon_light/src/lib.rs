@@ -21,6 +21,9 @@
 //! with their light too, from which [`LatticeLight`] makes that of a lattice. What such a point sees does not depend on how many points
 //! come before it, so it may be gathered before the back sides are known ([`GatherBlock::moved_to`]).
 //!
+//! Texels and whatever else lies on the surfaces without lighting others are [`Receivers`]: they take their light from the solved cells, after 6, and nothing
+//! that their rays meet is kept.
+//!
 //! Everything is the same bit for bit for any number of threads and any division into ranges. Rayon's current pool is used.
 
 mod block_bytes;
@@ -32,6 +35,7 @@ mod directions;
 mod error;
 mod follow;
 mod free;
+mod from_cells;
 mod gather;
 mod inside;
 mod lattice;
@@ -40,6 +44,7 @@ mod masks;
 mod params;
 mod patches;
 mod points;
+mod receive;
 pub mod reference;
 mod refine;
 mod solve;
@@ -48,6 +53,7 @@ mod surfaces;
 mod traces;
 mod validity;
 
+pub use bounce::CellLight;
 pub use bounced_sun::{BouncedSun, CurveRuns, SunOnSurfaces};
 pub use cells::{Layout, default_cell_size_m};
 pub use change::{Before, Bounds, Change, KnownTraces};
@@ -62,6 +68,7 @@ pub use masks::{MaskParams, MasksBefore, SunMasks, bake_sun_masks, bake_sun_mask
 pub use params::{Channels, LightParams, MAX_SUN_STEPS};
 pub use patches::{PatchPlan, PatchesBefore, SunlitPatches, light_patches, light_patches_knowing};
 pub use points::PointSet;
+pub use receive::{Received, Receivers, SurfacePlace};
 pub use solve::{Baked, SunBounce, VertexLight, bake, solve, solve_all, vertex_masks};
 pub use sun_basis::{DayFunctions, day_functions};
 pub use surfaces::{ConstantAlbedo, Detail, SurfaceAlbedo, Surfaces, default_offset_m, median_edge_m};

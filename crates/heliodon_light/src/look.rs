@@ -33,6 +33,8 @@ pub(crate) struct Look {
     pub back: Vec<f32>,
     /// of those that escape below the horizon.
     pub sunk: Vec<f32>,
+    /// Sums of the cosines of directions that meet something over its distance in metres.
+    pub nearness: Vec<f32>,
     /// What is met from near, where it is asked for.
     pub near: Vec<Near>,
     /// Rays of the look.
@@ -65,6 +67,7 @@ impl Look {
                     continue;
                 }
                 look.back[point] += if hit.back { cos } else { 0.0 };
+                look.nearness[point] += cos / hit.t.max(f32::MIN_POSITIVE);
                 if let Some(sun) = sun {
                     let curves = &mut look.curves[(2 * point + half) * len..(2 * point + half + 1) * len];
                     sun.patches.add_reflected(surfaces, hit, Vec3::splat(cos), curves);
@@ -113,6 +116,7 @@ impl Look {
             curves: vec![0.0; 2 * count * curve_len],
             back: vec![0.0; count],
             sunk: vec![0.0; count],
+            nearness: vec![0.0; count],
             near: Vec::new(),
             rays: Rays::default(),
         }

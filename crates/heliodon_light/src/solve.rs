@@ -1,6 +1,6 @@
 //! From gathered blocks to the light of vertices.
 
-use crate::bounce::{Lanes, Transport, find_validity};
+use crate::bounce::{CellLight, Lanes, Transport, find_validity};
 use crate::free::free_light;
 use crate::gather::Lattice;
 use crate::{
@@ -50,10 +50,10 @@ pub fn solve(
     sun: Option<&BouncedSun>,
     params: &LightParams,
 ) -> Result<VertexLight, LightError> {
-    solve_all(surfaces, layout, blocks, sun, params).map(|(of_vertices, _)| of_vertices)
+    solve_all(surfaces, layout, blocks, sun, params, None).map(|(of_vertices, _)| of_vertices)
 }
 
-/// As [`solve`], with the light of the layout's points in free space.
+/// As [`solve`], with the light of the layout's points in free space; where it is asked for, what the cells reflect is kept for [`crate::receive`].
 ///
 /// # Errors
 /// As [`solve`].
@@ -63,6 +63,7 @@ pub fn solve_all(
     blocks: &[GatherBlock],
     sun: Option<&BouncedSun>,
     params: &LightParams,
+    mut keep: Option<&mut CellLight>,
 ) -> Result<(VertexLight, FreeLight), LightError> {
     params.validate()?;
     let functions = sun.map_or(0, BouncedSun::function_count);
@@ -75,7 +76,10 @@ pub fn solve_all(
     let sky = point_sky(layout, blocks, params.coefficients);
     let lanes = Lanes::new(params, functions);
     let sky_lanes = lanes.sky();
-    let bounced = transport.bounced(lanes, params.bounces);
+    if let Some(keep) = &mut keep {
+        **keep = CellLight { groups: Vec::new(), bounces: params.bounces, functions };
+    }
+    let bounced = transport.bounced(lanes, params.bounces, keep);
 
     let lanes = lanes.count();
     let free = free_light(layout, blocks, &sky, (&bounced, lanes, sky_lanes), params);

@@ -1,0 +1,145 @@
+//! From the light of cells to that of the points which see them: the last step of every bounce, and all that receivers need.
+
+use crate::bounce::Lanes;
+use crate::cells::{BACK, Layout};
+use crate::follow::Arrival;
+use crate::gather::{GatherBlock, Lattice, UnitHits, bits, trace_hits};
+use crate::{Followed, Surfaces};
+use heliodon_math::color::linear_from_rgb9e5;
+use std::borrow::Cow;
+use std::ops::Range;
+
+/// What the points of a layout see.
+#[derive(Clone, Copy)]
+pub(crate) struct Seen<'a> {
+    pub surfaces: &'a Surfaces<'a>,
+    pub layout: &'a Layout,
+    pub lattice: &'a Lattice,
+}
+
+impl Seen<'_> {
+    /// The number of a cell that a hit names, or `None` for a back that nothing lights.
+    #[inline]
+    pub fn cell_index(&self, cell: u32) -> Option<usize> {
+        if cell & BACK == 0 {
+            return Some(cell as usize);
+        }
+        let back = self.layout.back_cells().binary_search(&(cell & !BACK)).ok()?;
+        Some(self.layout.front_cell_count() + back)
+    }
+
+    fn hits_of<'b>(&self, unit: &UnitOf<'b>) -> Cow<'b, UnitHits> {
+        match &unit.block.hits[unit.index] {
+            Some(hits) => Cow::Borrowed(hits),
+            None => Cow::Owned(trace_hits(self.surfaces, self.layout, unit.range.clone(), self.lattice)),
+        }
+    }
+
+    /// One unit's light in the lanes from `first` on: the sun's first bounce, from the cells that it sees and from followed paths;
+    /// cosine-weighted means.
+    pub fn gathered<const W: usize>(
+        &self,
+        unit: &UnitOf<'_>,
+        reflected: &[&[[f32; W]]],
+        arrived: &[Arrived<W>],
+        lanes: Lanes,
+        first: usize,
+    ) -> Vec<[f32; W]> {
+        let (channels, sky_lanes, sun_lanes) = (lanes.channels.count(), lanes.sky(), lanes.sun());
+        let channel_of: [usize; W] = std::array::from_fn(|l| (first + l) % channels);
+        let normals = &self.layout.points().normals[unit.range.clone()];
+        let hits = self.hits_of(unit);
+        let first_bounce = |point: usize| {
+            let sun = &unit.block.sun[(unit.offset() + point) * sun_lanes..(unit.offset() + point + 1) * sun_lanes];
+            std::array::from_fn(|l| (first + l).checked_sub(sky_lanes).and_then(|lane| sun.get(lane)).copied().unwrap_or(0.0))
+        };
+        let mut sums: Vec<[f32; W]> = (0..normals.len()).map(first_bounce).collect();
+        let mut next = hits.cells.iter();
+        for (met, &direction) in hits.met.chunks_exact(normals.len().div_ceil(64)).zip(&self.lattice.directions) {
+            for (point, &cell) in bits(met).zip(&mut next) {
+                let Some(cell) = self.cell_index(cell) else { continue };
+                let cos = normals[point].dot(direction);
+                for (sum, x) in sums[point].iter_mut().zip(&reflected[0][cell]) {
+                    *sum += cos * x;
+                }
+            }
+        }
+        for arrived in arrived {
+            for (sum, x) in sums[arrived.point].iter_mut().zip(&arrived.light) {
+                *sum += x;
+            }
+        }
+        for &[key, share, cell] in &unit.followed().ends {
+            let Arrival { point, bounce } = Arrival::of(key);
+            let (Some(cells), Some(cell)) = (reflected.get(bounce), self.cell_index(cell)) else { continue };
+            let share = linear_from_rgb9e5(share);
+            for ((sum, x), &channel) in sums[point].iter_mut().zip(&cells[cell]).zip(&channel_of) {
+                *sum += share[channel] * x;
+            }
+        }
+        for (sum, scale) in sums.iter_mut().zip(&unit.block.scale[unit.offset()..]) {
+            for x in sum {
+                *x *= scale;
+            }
+        }
+        sums
+    }
+}
+
+/// A run of points that is gathered together, and where its hits are.
+pub(crate) struct UnitOf<'a> {
+    pub block: &'a GatherBlock,
+    pub index: usize,
+    pub range: Range<usize>,
+}
+
+impl<'a> UnitOf<'a> {
+    pub fn followed(&self) -> &'a Followed {
+        &self.block.followed[self.index]
+    }
+
+    /// Adds, in the lanes that do not go on, the sun's first bounce and what followed paths bring to the numbers of the unit's points.
+    pub fn add_first_bounce(&self, lanes: Lanes, bounces: usize, points: &mut [f32]) {
+        let (count, sky_lanes, sun_lanes) = (lanes.count(), lanes.sky(), lanes.sun());
+        let mut add = |point: usize, sun: &[f32]| {
+            let scale = self.block.scale[self.offset() + point];
+            let sums =
+                points[point * count..(point + 1) * count].iter_mut().zip(std::iter::repeat_n(&0.0, sky_lanes).chain(sun));
+            sums.skip(lanes.going_on()).for_each(|(sum, x)| *sum += x * scale);
+        };
+        for point in 0..self.range.len() {
+            add(point, &self.block.sun[(self.offset() + point) * sun_lanes..(self.offset() + point + 1) * sun_lanes]);
+        }
+        let followed = self.followed();
+        for (&key, light) in followed.keys.iter().zip(followed.light.chunks_exact(count)) {
+            let Arrival { point, bounce } = Arrival::of(key);
+            if bounce <= bounces {
+                add(point, &light[sky_lanes..]);
+            }
+        }
+    }
+
+    /// Its first point in its block.
+    pub fn offset(&self) -> usize {
+        self.range.start - self.block.range.start
+    }
+}
+
+/// Sky and sun that followed paths bring to a point after so many bounces.
+pub(crate) struct Arrived<const W: usize> {
+    point: usize,
+    pub bounce: usize,
+    light: [f32; W],
+}
+
+/// What arrives at the points of a unit in the lanes from `first` on, sorted by bounce.
+pub(crate) fn arrivals<const W: usize>(unit: &UnitOf, lanes: Lanes, first: usize) -> Vec<Arrived<W>> {
+    let followed = unit.followed();
+    let arrived = |(&key, light): (&u32, &[f32])| {
+        let Arrival { point, bounce } = Arrival::of(key);
+        Arrived { point, bounce, light: std::array::from_fn(|l| light.get(first + l).copied().unwrap_or(0.0)) }
+    };
+    let mut arrived: Vec<_> = followed.keys.iter().zip(followed.light.chunks_exact(lanes.count())).map(arrived).collect();
+    arrived.sort_by_key(|a| a.bounce);
+    arrived
+}

@@ -1,0 +1,134 @@
+//! Receivers against the vertices in whose places they lie.
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+mod common;
+
+use common::{Lit, params};
+use glam::Vec3;
+use heliodon_light::{
+    BouncedSun, CellLight, Layout, LightParams, Received, Receivers, SurfacePlace, VertexLight, gather, solve_all,
+};
+use heliodon_testkit::scenes::{cuboid, ground};
+
+/// A block on the ground, lit by a low sun and a high one.
+fn lit() -> Lit {
+    Lit::new(ground(6.0, 24).and(cuboid(Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 2.0, 1.0), 6)), 0.5)
+}
+
+struct Solved {
+    light: VertexLight,
+    cells: CellLight,
+    layout: Layout,
+    sun: Option<BouncedSun>,
+}
+
+fn solve(lit: &Lit, suns: &[Vec3], params: &LightParams) -> Solved {
+    let surfaces = lit.surfaces();
+    let mut layout = Layout::new(&surfaces, params).unwrap();
+    let sun = BouncedSun::new(&surfaces, &layout, suns, params).unwrap();
+    let mut blocks = vec![gather(&surfaces, &layout, sun.as_ref(), 0..layout.points().len(), params).unwrap()];
+    let backs = layout.add_back_sides(&surfaces, &blocks, params);
+    blocks.push(gather(&surfaces, &layout, sun.as_ref(), backs, params).unwrap());
+    let mut cells = CellLight::default();
+    let (light, _) = solve_all(&surfaces, &layout, &blocks, sun.as_ref(), params, Some(&mut cells)).unwrap();
+    Solved { light, cells, layout, sun }
+}
+
+/// A triangle's corner for each vertex that a triangle uses.
+fn corners(lit: &Lit) -> Vec<(usize, SurfacePlace)> {
+    let surfaces = lit.surfaces();
+    let mut corners: Vec<Option<SurfacePlace>> = vec![None; surfaces.positions.len()];
+    for (t, vertices) in surfaces.triangles.iter().enumerate() {
+        for (vertex, (u, v)) in vertices.iter().zip([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]) {
+            corners[*vertex as usize].get_or_insert(SurfacePlace { triangle: t as u32, u, v });
+        }
+    }
+    corners.into_iter().enumerate().filter_map(|(vertex, place)| Some((vertex, place?))).collect()
+}
+
+const SUNS: [Vec3; 3] = [Vec3::Y, Vec3::new(0.8, 0.6, 0.0), Vec3::new(0.0, 0.6, -0.8)];
+
+#[test]
+fn receivers_are_lit_as_the_vertices_in_whose_places_they_lie() {
+    let lit = lit();
+    let params = LightParams { offset_m: 1e-3, ..params(512, 4) };
+    let solved = solve(&lit, &SUNS, &params);
+    let surfaces = lit.surfaces();
+    let (vertices, places): (Vec<usize>, Vec<SurfacePlace>) = corners(&lit).into_iter().unzip();
+    let receivers = Receivers::new(&surfaces, &solved.layout, &places, &params);
+    let all = 0..receivers.points().len();
+    let received = receivers.receive(&surfaces, &solved.cells, solved.sun.as_ref(), all.clone(), &params).unwrap();
+    let functions = solved.light.sun_bounce.as_ref().unwrap().functions.len();
+    received.validate(places.len(), functions, &params).unwrap();
+    let transfer = receivers.in_order_of_places(&received.sky_transfer, 4);
+    let bounce = receivers.in_order_of_places(&received.sun_bounce, functions);
+    let valid = receivers.in_order_of_places(&received.valid, 1);
+    let (mut compared, mut squares, mut sum) = (0, 0.0_f64, 0.0_f64);
+    for (place, &vertex) in vertices.iter().enumerate() {
+        assert_eq!(valid[place], solved.light.validity.valid[vertex], "vertex {vertex}");
+        if valid[place] == 0 {
+            continue;
+        }
+        compared += 1;
+        let own = &solved.light.sky_transfer[vertex * 4..(vertex + 1) * 4];
+        for (a, b) in transfer[place * 4..(place + 1) * 4].iter().zip(own) {
+            // paths are random: of others' numbers
+            assert!((a - b).abs() < 0.02, "vertex {vertex}: {a} and {b}");
+        }
+        let own = &solved.light.sun_bounce.as_ref().unwrap().coefficients[vertex * functions..(vertex + 1) * functions];
+        for (a, b) in bounce[place * functions..(place + 1) * functions].iter().zip(own) {
+            squares += f64::from(a - b).powi(2);
+            sum += f64::from(*b).powi(2);
+        }
+    }
+    assert!(compared > 500, "{compared}");
+    assert!((squares / sum).sqrt() < 0.03, "{}", (squares / sum).sqrt());
+
+    // the sky alone, and in parts
+    let parts: Vec<Received> = [0..100, 100..1024, 1024..1025, 1025..all.end.max(1025)]
+        .into_iter()
+        .filter(|range| range.end <= all.end)
+        .map(|range| receivers.receive(&surfaces, &solved.cells, solved.sun.as_ref(), range, &params).unwrap())
+        .collect();
+    let mut together = Received::default();
+    parts.into_iter().for_each(|part| together.append(part));
+    assert_eq!(together.sky_transfer, received.sky_transfer[..together.sky_transfer.len()]);
+    let sky = receivers.receive(&surfaces, &solved.cells, None, all, &params).unwrap();
+    sky.validate(places.len(), 0, &params).unwrap();
+    for (a, b) in sky.sky_transfer.iter().zip(&received.sky_transfer) {
+        assert!((a - b).abs() < 0.02, "{a} and {b}");
+    }
+}
+
+#[test]
+fn between_vertices_receivers_find_the_shadow_that_vertices_miss() {
+    // two triangles, in whose middle a block stands
+    let lit = Lit::new(ground(6.0, 1).and(cuboid(Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 2.0, 1.0), 1)), 0.0);
+    let params = LightParams { offset_m: 1e-3, ..params(2048, 1) };
+    let solved = solve(&lit, &SUNS, &params);
+    let surfaces = lit.surfaces();
+    // from the ground's edge to its middle
+    let is_middle = |&(u, v): &(f32, f32)| surfaces.position_at(0, u, v).length() < 1e-3;
+    let (u, v) = [(0.5, 0.5), (0.5, 0.0), (0.0, 0.5)].into_iter().find(is_middle).unwrap();
+    let along = |i: u8| SurfacePlace { triangle: 0, u: u * f32::from(i) / 40.0, v: v * f32::from(i) / 40.0 };
+    let places: Vec<SurfacePlace> = (1..40).map(along).collect();
+    let receivers = Receivers::new(&surfaces, &solved.layout, &places, &params);
+    let received = receivers.receive(&surfaces, &solved.cells, None, 0..places.len(), &params).unwrap();
+    let transfer = receivers.in_order_of_places(&received.sky_transfer, 4);
+    let valid = receivers.in_order_of_places(&received.valid, 1);
+    let reach = receivers.in_order_of_places(&received.reach_m, 1);
+    let uniform = common::UNIFORM_SKY;
+    for (i, place) in places.iter().enumerate() {
+        let at = surfaces.position_at(place.triangle, place.u, place.v);
+        let beneath = at.x.abs() < 1.0 && at.z.abs() < 1.0;
+        assert_eq!(valid[i] == 0, beneath, "{at}");
+        if !beneath {
+            let sky = transfer[i * 4] * uniform;
+            assert!(sky > 0.4 && sky <= 1.001 && reach[i] > 0.1, "{at}: {sky}, {}", reach[i]);
+            // two of the block's sides are seen from here, as from nowhere at a vertex of the ground
+            let near = at.x.abs() < 1.3;
+            assert!(if near { sky < 0.85 } else { sky > 0.8 }, "{at}: {sky}");
+        }
+    }
+    assert!(valid.contains(&0) && valid.contains(&1));
+}
