@@ -136,6 +136,8 @@ pub struct LitChunk {
     pub normals: Vec<Vec3>,
     /// N texture coordinates, origin at the image's top left; empty where there is no texture.
     pub uvs: Vec<Vec2>,
+    /// N places in the atlas of [`crate::texels`], from its first texel's outer corner on; empty where the vertices' light is shown.
+    pub texel_uvs: Vec<Vec2>,
     /// N linear albedos in [0, 1]; with a texture, factors for its colour.
     pub albedo: Vec<Vec3>,
     /// Vertex indices, counter-clockwise seen from the front.
@@ -225,6 +227,7 @@ impl LitChunk {
             ("albedo", self.albedo.len(), n),
             ("valid", self.valid.len(), n),
             ("uvs", self.uvs.len(), if self.texture.is_some() { n } else { 0 }),
+            ("texel_uvs", self.texel_uvs.len(), if self.texel_uvs.is_empty() { 0 } else { n }),
             ("sun_mask", self.light.sun_mask.len(), n * layout.mask_words()),
             ("sky_transfer", self.light.sky_transfer.len(), n * layout.transfer_floats()),
             ("sun_bounce", self.light.sun_bounce.len(), n * layout.bounce_floats()),
@@ -249,6 +252,8 @@ impl LitChunk {
         let not_unit = |v: &Vec3| !(1.0 - UNIT_TOLERANCE..=1.0 + UNIT_TOLERANCE).contains(&v.length());
         rule("normal", "is not of unit length", self.normals.iter().position(not_unit), 1)?;
         rule("texture coordinate", finite, self.uvs.iter().position(|uv| !uv.is_finite()), 1)?;
+        let not_in_atlas = |uv: &Vec2| !(uv.cmpge(Vec2::ZERO).all() && uv.cmple(Vec2::ONE).all());
+        rule("place in the atlas", "is not in [0, 1]", self.texel_uvs.iter().position(not_in_atlas), 1)?;
         let not_albedo = |a: &Vec3| !(a.cmpge(Vec3::ZERO).all() && a.cmple(Vec3::ONE).all());
         rule("albedo", "is not in [0, 1]", self.albedo.iter().position(not_albedo), 1)?;
         rule("valid", "is neither 0 nor 1", self.valid.iter().position(|&v| v > 1), 1)?;

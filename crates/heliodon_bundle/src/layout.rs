@@ -11,6 +11,7 @@
 //! | `NORMAL` | VEC3 FLOAT | unit length |
 //! | `COLOR_0` | VEC4 UNSIGNED_SHORT, normalised | linear albedo, alpha 1; absent from a textured chunk whose factor is 1 throughout |
 //! | `TEXCOORD_0` | VEC2 FLOAT | for the base colour texture, where there is one |
+//! | `_TEXEL_UV` | VEC2 FLOAT | where light in texels ([`crate::texels`]) is shown, places in its atlas |
 //! | `_SUN_MASK_n` | VEC4 UNSIGNED_SHORT | 64 bits each: bit t is bit t mod 16 of component (t mod 64) / 16 of `_SUN_MASK_{t/64}` |
 //! | `_SKY_TRANSFER_n` | VEC4 FLOAT | consecutive floats, coefficient-major, then channel, zero-padded |
 //! | `_SUN_BOUNCE_n` | VEC4 FLOAT | likewise, function-major; `lapse.json` holds the functions |
@@ -27,8 +28,10 @@ use std::ops::Range;
 
 /// Version of the glTF profile.
 pub const PROFILE_VERSION: u32 = 1;
-/// The latest version of the bundle's manifest, which bundles with a light grid or actors have.
-pub const FORMAT_VERSION: u32 = 2;
+/// The latest version of the bundle's manifest, which bundles with light in texels have.
+pub const FORMAT_VERSION: u32 = 3;
+/// The version of those without, but with a light grid, actors, lamps or prepared geometry.
+pub const MOVING_FORMAT_VERSION: u32 = 2;
 /// The version of bundles without: they are what they were before there were any, and programs of that time read them.
 pub const STILL_FORMAT_VERSION: u32 = 1;
 
@@ -64,6 +67,9 @@ pub(crate) const MASK_U16: AttributeType =
 pub(crate) const FLAG_U8: AttributeType =
     AttributeType { component: component::UNSIGNED_BYTE, kind: "SCALAR", normalized: false, stride: 4, spaced: true };
 
+/// The attribute of places in the atlas of light in texels.
+pub(crate) const TEXEL_UV: &str = "_TEXEL_UV";
+
 /// Names of the attributes that hold the light, in the order in which they are stored.
 pub(crate) struct LightAttributes {
     pub(crate) masks: Vec<String>,
@@ -98,6 +104,9 @@ pub(crate) fn encode(chunk: &LitChunk) -> Vec<(String, AttributeType, Vec<u8>)> 
     }
     if chunk.texture.is_none() || chunk.albedo.iter().any(|&a| a != Vec3::ONE) {
         out.push(("COLOR_0".to_owned(), COLOR_U16, color_bytes(&chunk.albedo)));
+    }
+    if !chunk.texel_uvs.is_empty() {
+        out.push((TEXEL_UV.to_owned(), VEC2_F32, vec2_bytes(&chunk.texel_uvs)));
     }
     out.extend(encode_light(&chunk.light, 0..chunk.vertex_count()));
     if chunk.valid.contains(&0) {

@@ -4,7 +4,7 @@
 //! - [`BundleWriter`] streams a bundle to disk beside its final place and renames it in; [`BundleReader`] reads it back chunk
 //!   by chunk and trusts nothing in it.
 //! - [`moment`] and [`shade`]: the light of a vertex at an hour of the day; the reference that every viewer mirrors.
-//! - [`grid`]: the light of space, for what moves in it.
+//! - [`grid`]: the light of space, for what moves in it; [`texels`]: that of surfaces whose triangles are large.
 //! - [`arrays`], [`export`], [`inspect`]: bundles for numpy, for stock viewers, for people.
 //!
 //! The layout of the glTF profile is described in [`layout`].
@@ -30,6 +30,7 @@ pub mod shade;
 pub mod site;
 mod staging;
 mod storage;
+pub mod texels;
 mod writer;
 
 pub use actors::{ACTORS_FOLDER, ActorFile, ActorMeta};
@@ -40,4 +41,5 @@ pub use lapse_check::check_lapse;
 pub use manifest::{BundleMeta, Manifest, Parameters, PartMeta};
 pub use reader::{BundleReader, ChunkInfo, ReadError};
 pub use storage::{StoredFile, WriteFault};
+pub use texels::{TexelInfo, TexelLight};
 pub use writer::{BundleWriter, WriteError, WriterOptions};

@@ -4,10 +4,11 @@
 
 use crate::chunk::LightLayout;
 use crate::grid::GridInfo;
-use crate::layout::{FORMAT_VERSION, STILL_FORMAT_VERSION};
+use crate::layout::{FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION};
 use crate::lineage::Prepared;
 use crate::site::{Actor, Bake, Display, Lamp, Prepare, Role, Room, SiteFile, SiteInfo, Sky};
 use crate::storage::StoredFile;
+use crate::texels::TexelInfo;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -119,6 +120,9 @@ pub struct Manifest {
     /// The light grid, where there is one: from version 2 on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub grid: Option<GridInfo>,
+    /// Light in texels, where there is any: from version 3 on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub texels: Option<TexelInfo>,
     /// The actors, as the site has them, but: each has its name; files are paths within the bundle; place and path are in the bundle's
     /// space, the site's origin subtracted. From version 2 on.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -229,6 +233,7 @@ impl Manifest {
                 .collect(),
             textures: Vec::new(),
             grid: None,
+            texels: None,
             actors: Vec::new(),
             lamps: meta.lamps.clone(),
             rooms: meta.rooms.clone(),
@@ -244,13 +249,17 @@ impl Manifest {
 
     /// The manifest with what was completed in `meta` since [`Manifest::new`].
     pub(crate) fn with_late_meta(self, meta: BundleMeta) -> Self {
-        let later = self.grid.is_some()
+        let moving = self.grid.is_some()
             || !self.actors.is_empty()
             || !meta.lamps.is_empty()
             || meta.parameters.prepare.is_some()
             || meta.prepared.is_some();
         Self {
-            version: if later { FORMAT_VERSION } else { STILL_FORMAT_VERSION },
+            version: match (self.texels.is_some(), moving) {
+                (true, _) => FORMAT_VERSION,
+                (false, true) => MOVING_FORMAT_VERSION,
+                (false, false) => STILL_FORMAT_VERSION,
+            },
             tool: meta.tool,
             site: meta.site,
             offset_m: meta.offset_m,

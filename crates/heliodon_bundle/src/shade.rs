@@ -61,7 +61,7 @@ pub fn sun_reached(moment: &Moment, light: &VertexLight, vertex: usize) -> f32 {
 }
 
 /// `sum_i values_i * weights_i`, per channel; grey values count for all three.
-fn weighted(values: &[f32], channels: usize, weights: impl Iterator<Item = Vec3>) -> Vec3 {
+pub(crate) fn weighted(values: &[f32], channels: usize, weights: impl Iterator<Item = Vec3>) -> Vec3 {
     let mut sum = Vec3::ZERO;
     for (value, weight) in values.chunks_exact(channels).zip(weights) {
         sum += weight * if channels == 3 { Vec3::new(value[0], value[1], value[2]) } else { Vec3::splat(value[0]) };

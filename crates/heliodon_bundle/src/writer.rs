@@ -10,6 +10,7 @@ use crate::layout::PROFILE_VERSION;
 use crate::manifest::{BundleMeta, Counts, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, TextureInfo};
 use crate::staging::{Staging, sync_folder};
 use crate::storage::{StoredFile, WriteFault, io_fault, store};
+use crate::texels::{BOUNCE_FILE, SKY_FILE, SUN_FILE, TEXELS_FOLDER, TexelInfo, TexelLight};
 use glam::Vec3;
 use heliodon_image::TextureWrap;
 use heliodon_sky::lapse::Lapse;
@@ -203,6 +204,26 @@ impl BundleWriter {
         Ok(())
     }
 
+    /// Adds light in texels, of the bundle's layout, before any chunk that shows it; at most once.
+    ///
+    /// # Errors
+    /// If it does not fit the bundle, is there already, or cannot be written.
+    pub fn add_texels(&mut self, light: &TexelLight, info: TexelInfo) -> Result<(), WriteError> {
+        if self.manifest.texels.is_some() {
+            return Err(WriteError::Unfit("the bundle has light in texels already".to_owned()));
+        }
+        light.validate(self.manifest.light, &info).map_err(|fault| WriteError::Unfit(fault.to_string()))?;
+        let folder = self.staging.folder().join(TEXELS_FOLDER);
+        std::fs::create_dir_all(&folder).map_err(io_fault(&folder))?;
+        let textures = [(SUN_FILE, Some(&light.sun)), (SKY_FILE, Some(&light.sky)), (BOUNCE_FILE, light.bounce.as_ref())];
+        for (name, texture) in textures.into_iter().filter_map(|(name, texture)| Some((name, texture?))) {
+            let bytes = texture.to_bytes(name).map_err(|e| WriteError::Unfit(e.to_string()))?;
+            self.manifest.files.push(store(self.staging.folder(), name, &bytes)?);
+        }
+        self.manifest.texels = Some(info);
+        Ok(())
+    }
+
     /// Adds an actor, and copies its files into the bundle.
     ///
     /// # Errors
@@ -239,6 +260,9 @@ impl BundleWriter {
         if chunk.texture.is_some_and(|t| t as usize >= self.textures.len()) {
             return unfit(format!("it names texture {:?} of {}", chunk.texture, self.textures.len()));
         }
+        if !chunk.texel_uvs.is_empty() && self.manifest.texels.is_none() {
+            return unfit("it is lit by texels, of which none were added".to_owned());
+        }
         self.make_room(chunk)?;
         let glb = match &mut self.glb {
             Some(glb) => glb,
@@ -262,7 +286,7 @@ impl BundleWriter {
     fn make_room(&mut self, chunk: &LitChunk) -> Result<(), WriteError> {
         let Some(glb) = &self.glb else { return Ok(()) };
         let layout = chunk.light.layout();
-        let floats = 8 + layout.transfer_floats() + layout.bounce_floats() + 16;
+        let floats = 10 + layout.transfer_floats() + layout.bounce_floats() + 16;
         let vertex_bytes = 4 * (floats + layout.mask_words() + 1) as u64 + 8;
         let texture_bytes = match chunk.texture.filter(|t| !glb.materials.contains_key(&Some(*t))) {
             Some(t) => self.manifest.textures[t as usize].bytes,

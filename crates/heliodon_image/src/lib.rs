@@ -4,12 +4,13 @@
 //!
 //! What the `image` crate does not do for Radiance pictures is done here, in the module `radiance`: XYZE, `EXPOSURE` and `COLORCORR`,
 //! the seven other orientations, files that begin with `#?RGBE`, and writing with run lengths. OpenEXR goes through the `exr`
-//! crate, PNG and JPEG through `image`.
+//! crate, PNG and JPEG through `image`. [`ktx2`] holds textures of numbers.
 
 mod contact_sheet;
 pub mod detail;
 mod error;
 mod hdr_image;
+pub mod ktx2;
 mod openexr;
 mod primaries;
 mod radiance;

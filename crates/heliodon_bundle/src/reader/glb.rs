@@ -49,6 +49,7 @@ pub(super) struct ChunkPlace {
     positions: Span,
     normals: Span,
     uvs: Option<Span>,
+    texel_uvs: Option<Span>,
     colors: Option<Span>,
     light: LightPlace,
     valid: Option<Span>,
@@ -154,6 +155,7 @@ impl GlbFile {
             positions: layout::read_vec3(&self.read_span(place.positions)?),
             normals: layout::read_vec3(&self.read_span(place.normals)?),
             uvs: place.uvs.map_or(Ok(Vec::new()), |span| Ok(layout::read_vec2(&self.read_span(span)?)))?,
+            texel_uvs: place.texel_uvs.map_or(Ok(Vec::new()), |span| Ok(layout::read_vec2(&self.read_span(span)?)))?,
             albedo: match place.colors {
                 Some(span) => layout::read_colors(&self.read_span(span)?),
                 None => vec![Vec3::ONE; n],
@@ -316,6 +318,10 @@ impl Document<'_> {
         if colors.is_none() && texture.is_none() {
             return Err(self.wrong("a primitive has neither COLOR_0 nor a texture"));
         }
+        let texel_uvs = optional(layout::TEXEL_UV, VEC2_F32)?;
+        if texel_uvs.is_some() && manifest.texels.is_none() {
+            return Err(self.wrong("a primitive is lit by texels that the bundle has not"));
+        }
         Ok(ChunkPlace {
             file,
             info: ChunkInfo {
@@ -328,6 +334,7 @@ impl Document<'_> {
             positions: span("POSITION", VEC3_F32)?,
             normals: span("NORMAL", VEC3_F32)?,
             uvs: texture.map(|_| span("TEXCOORD_0", VEC2_F32)).transpose()?,
+            texel_uvs,
             colors,
             light: light_place(manifest.light, span)?,
             valid: optional("_VALID", FLAG_U8)?,

@@ -12,12 +12,14 @@ pub use error::ReadError;
 use crate::chunk::LitChunk;
 use crate::grid::{Grid, MAX_GRID_POINTS};
 use crate::lapse_check::check_lapse;
-use crate::layout::{FORMAT_VERSION, STILL_FORMAT_VERSION};
+use crate::layout::{FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION};
 use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, Preamble};
 use crate::site::{Actor, Albedo, Lamp, check_actor, check_lamp};
 use crate::storage::StoredFile;
+use crate::texels::{BOUNCE_FILE, SKY_FILE, SUN_FILE, TexelLight};
 use error::{io_error, malformed};
 use glb::{ChunkPlace, EmbeddedImage, GlbFile, GridPlace};
+use heliodon_image::ktx2::Ktx2;
 use heliodon_image::{SrgbImage, TextureWrap};
 use heliodon_sky::lapse::Lapse;
 use std::fs::File;
@@ -207,6 +209,25 @@ impl BundleReader {
         Grid::new(points).map(Some).map_err(|fault| malformed(file.path(), fault.to_string()))
     }
 
+    /// Reads light in texels; `None` where the bundle has none.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is malformed.
+    pub fn read_texels(&self) -> Result<Option<TexelLight>, ReadError> {
+        let Some(info) = &self.manifest.texels else { return Ok(None) };
+        let read = |name: &str| -> Result<Ktx2, ReadError> {
+            let path = self.folder.join(name);
+            let bytes = std::fs::read(&path).map_err(io_error(&path))?;
+            Ktx2::from_bytes(&bytes, name).map_err(|e| malformed(&path, e.to_string()))
+        };
+        let bounces = self.manifest.light.bounce_floats() > 0;
+        let bounce = if bounces { Some(read(BOUNCE_FILE)?) } else { None };
+        let light = TexelLight { sun: read(SUN_FILE)?, sky: read(SKY_FILE)?, bounce };
+        let wrong = |fault: crate::texels::TexelFault| malformed(&self.folder.join(SUN_FILE), fault.to_string());
+        light.validate(self.manifest.light, info).map_err(wrong)?;
+        Ok(Some(light))
+    }
+
     /// The bytes of a base colour image, a PNG or JPEG file; empty for one that no chunk shows.
     ///
     /// # Errors
@@ -294,11 +315,14 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
     if manifest.prepared.as_ref().is_some_and(|prepared| prepared.parts.len() != manifest.parts.len()) {
         return Err(malformed(&path, "it tells of the preparation of more or fewer parts than it has".to_owned()));
     }
-    if manifest.prepared.is_some() && manifest.version < FORMAT_VERSION {
+    if manifest.prepared.is_some() && manifest.version < MOVING_FORMAT_VERSION {
         return Err(malformed(&path, format!("version {} tells nothing of preparation", manifest.version)));
     }
     let moving = manifest.grid.is_some() || !manifest.actors.is_empty() || !manifest.lamps.is_empty();
-    if moving && manifest.version < FORMAT_VERSION {
+    if manifest.texels.is_some() && manifest.version < FORMAT_VERSION {
+        return Err(malformed(&path, format!("version {} has no light in texels", manifest.version)));
+    }
+    if moving && manifest.version < MOVING_FORMAT_VERSION {
         return Err(malformed(&path, format!("version {} has no light grid, actors or lamps", manifest.version)));
     }
     let is_there = |name: &String| manifest.files.iter().any(|f| f.path == *name);

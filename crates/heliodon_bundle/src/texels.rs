@@ -1,0 +1,281 @@
+//! Daylight in texels: what lights parts whose triangles are too large for light at their vertices.
+//!
+//! Chunks of such parts have `_TEXEL_UV`, places in one atlas in which no two places of the surfaces share a texel. The atlas is three KTX 2 textures, whose
+//! numbers are those that vertices have:
+//!
+//! | file | texels | holds |
+//! | --- | --- | --- |
+//! | `texels/sun.ktx2` | W words of the sun mask, four a layer (one or two where there are no more) | bit t is bit t mod 32 of word t / 32 |
+//! | `texels/sky.ktx2` | the sky transfer's numbers as 16-bit floats, four a layer, zero-padded | coefficient-major, then channel |
+//! | `texels/bounce.ktx2` | the sun bounce likewise, a texel for every 4 x 4 of the others | function-major, then channel |
+//!
+//! Charts lie in whole squares of 4 x 4 texels, so that sun and sky have three mip levels in which no chart takes from another; a mask's coarser levels hold
+//! what most of four texels have. Sky and bounce are filtered linearly. Of the sun the moment's bits are taken, and what they say is filtered: the part of the
+//! sun that reaches a place. Normals are the mesh's own.
+
+use crate::chunk::LightLayout;
+use crate::moment::Moment;
+use crate::shade::{Light, weighted};
+use glam::{UVec2, Vec2, Vec3};
+use half::f16;
+use heliodon_image::ImageError;
+use heliodon_image::ktx2::{Ktx2, TexelFormat};
+use serde::{Deserialize, Serialize};
+use std::f32::consts::FRAC_1_PI;
+use thiserror::Error;
+
+/// Texels of sun and sky along a side of one of the bounce.
+pub const BOUNCE_BLOCK: u32 = 4;
+/// Levels of sun and sky.
+pub const TEXEL_LEVELS: u32 = 3;
+/// The largest side of an atlas: sides are multiples of [`BOUNCE_BLOCK`].
+pub const MAX_TEXEL_SIDE: u32 = 16_384;
+/// The folder of the textures.
+pub const TEXELS_FOLDER: &str = "texels";
+pub(crate) const SUN_FILE: &str = "texels/sun.ktx2";
+pub(crate) const SKY_FILE: &str = "texels/sky.ktx2";
+pub(crate) const BOUNCE_FILE: &str = "texels/bounce.ktx2";
+
+/// What a manifest says of light in texels.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TexelInfo {
+    /// Texels along u, a multiple of 4.
+    pub width: u32,
+    /// And along v.
+    pub height: u32,
+    /// Texels for a metre of the densest surface.
+    pub per_m: f32,
+    /// The part of the atlas that triangles cover.
+    pub utilisation: f32,
+    /// Texels that filtering may ask for.
+    pub texels: u64,
+}
+
+/// What is wrong with light in texels.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("light in texels: {0}")]
+pub struct TexelFault(String);
+
+/// The atlas.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TexelLight {
+    /// Sun masks.
+    pub sun: Ktx2,
+    /// Sky transfer.
+    pub sky: Ktx2,
+    /// Sun bounce, where there is one.
+    pub bounce: Option<Ktx2>,
+}
+
+/// The format of the sun masks of a layout.
+#[must_use]
+pub fn sun_format(layout: LightLayout) -> TexelFormat {
+    match layout.mask_words() {
+        0 | 1 => TexelFormat::R32Uint,
+        2 => TexelFormat::Rg32Uint,
+        _ => TexelFormat::Rgba32Uint,
+    }
+}
+
+/// Texels of a level along a side, at least one.
+fn side(texels: u32, level: u32) -> u32 {
+    (texels >> level).max(1)
+}
+
+impl TexelLight {
+    /// Whether the textures are those of an atlas of this size and of light of this layout.
+    ///
+    /// # Errors
+    /// What is not.
+    pub fn validate(&self, layout: LightLayout, info: &TexelInfo) -> Result<(), TexelFault> {
+        let (width, height) = (info.width, info.height);
+        let fault = |what: String| Err(TexelFault(what));
+        let sides = [width, height].iter().all(|side| (4..=MAX_TEXEL_SIDE).contains(side) && side.is_multiple_of(BOUNCE_BLOCK));
+        if !sides {
+            return fault(format!("an atlas of {width} x {height}; sides are multiples of 4 up to 16,384"));
+        }
+        let fours = |numbers: usize| numbers.div_ceil(4) as u32;
+        let sun = sun_format(layout);
+        let sun_layers = (layout.mask_words() as u32).div_ceil(sun.channels());
+        let bounced = fours(layout.bounce_floats());
+        let block = [width / BOUNCE_BLOCK, height / BOUNCE_BLOCK];
+        let wanted = [
+            ("sun", Some(&self.sun), (sun, [width, height], sun_layers, TEXEL_LEVELS)),
+            (
+                "sky",
+                Some(&self.sky),
+                (TexelFormat::Rgba16Float, [width, height], fours(layout.transfer_floats()), TEXEL_LEVELS),
+            ),
+            ("bounce", self.bounce.as_ref(), (TexelFormat::Rgba16Float, block, bounced.max(1), 1)),
+        ];
+        if self.bounce.is_some() != (bounced > 0) {
+            return fault("a bounce that the vertices have not, or the other way round".to_owned());
+        }
+        for (name, texture, wanted) in wanted.into_iter().filter_map(|(name, texture, wanted)| Some((name, texture?, wanted))) {
+            let found = (texture.format, [texture.width, texture.height], texture.layers, texture.levels.len() as u32);
+            if found != wanted {
+                return fault(format!("{name} is {found:?}, not {wanted:?}"));
+            }
+        }
+        let floats = self.sky.levels.iter().chain(self.bounce.iter().flat_map(|bounce| &bounce.levels));
+        let is_finite = |two: &[u8; 2]| f16::from_le_bytes(*two).is_finite();
+        if !floats.into_iter().all(|bytes| bytes.as_chunks().0.iter().all(is_finite)) {
+            return fault("numbers that are not finite".to_owned());
+        }
+        Ok(())
+    }
+
+    /// Bytes in the memory of a viewer.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        let of = |texture: &Ktx2| texture.levels.iter().map(|level| level.len() as u64).sum::<u64>();
+        of(&self.sun) + of(&self.sky) + self.bounce.as_ref().map_or(0, of)
+    }
+
+    /// The light at a place of the atlas, of a surface of unit normal `normal` there, on the finest level: the reference of shaders.
+    ///
+    /// # Panics
+    /// If the light has not the mask bits that the moment names.
+    #[must_use]
+    pub fn light(&self, layout: LightLayout, moment: &Moment, uv: Vec2, normal: Vec3) -> Light {
+        let reached = filtered(&self.sun, uv, |texel| {
+            let reaches = |bit: u32| f32::from(u8::from(self.mask_word(texel, bit / 32) >> (bit % 32) & 1 == 1));
+            moment.mask_weights[0] * reaches(moment.mask_bits[0]) + moment.mask_weights[1] * reaches(moment.mask_bits[1])
+        });
+        let channels = layout.channels as usize;
+        let numbers = |texture: &Ktx2, count: usize| -> Vec<f32> {
+            (0..count).map(|number| filtered(texture, uv, |texel| float_of(texture, texel, number))).collect()
+        };
+        let transfer = numbers(&self.sky, layout.transfer_floats());
+        let bounced = self.bounce.as_ref().map_or_else(Vec::new, |bounce| numbers(bounce, layout.bounce_floats()));
+        let functions = moment.bounce.iter().map(|&f| Vec3::splat(f));
+        Light {
+            sun: moment.shading.sun_irradiance * (reached * normal.dot(moment.sun_direction).max(0.0) * FRAC_1_PI),
+            sky: weighted(&transfer, channels, moment.shading.sky.iter().copied()).max(Vec3::ZERO),
+            bounce: moment.shading.sun_irradiance * weighted(&bounced, channels, functions).max(Vec3::ZERO),
+        }
+    }
+
+    fn mask_word(&self, texel: UVec2, word: u32) -> u32 {
+        let channels = self.sun.format.channels();
+        let at = (place(&self.sun, texel, word / channels) * channels as usize + (word % channels) as usize) * 4;
+        self.sun.levels[0][at..].first_chunk().map_or(0, |&four| u32::from_le_bytes(four))
+    }
+}
+
+/// The number of a texel of the first level, counted through the layers.
+fn place(texture: &Ktx2, texel: UVec2, layer: u32) -> usize {
+    ((layer as usize * texture.height as usize) + texel.y as usize) * texture.width as usize + texel.x as usize
+}
+
+fn float_of(texture: &Ktx2, texel: UVec2, number: usize) -> f32 {
+    let at = (place(texture, texel, (number / 4) as u32) * 4 + number % 4) * 2;
+    texture.levels[0][at..].first_chunk().map_or(0.0, |&two| f16::from_le_bytes(two).to_f32())
+}
+
+/// What texels have, mixed linearly at a place; at its edges the texture goes on as it ends.
+fn filtered(texture: &Ktx2, uv: Vec2, of: impl Fn(UVec2) -> f32) -> f32 {
+    let size = UVec2::new(texture.width, texture.height);
+    let at = uv * size.as_vec2() - 0.5;
+    let (low, part) = (at.floor(), at - at.floor());
+    let corners = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE];
+    let mix = |corner: Vec2| {
+        let texel = (low + corner).max(Vec2::ZERO).as_uvec2().min(size - 1);
+        (Vec2::ONE - (part - corner).abs()).element_product() * of(texel)
+    };
+    corners.into_iter().map(mix).sum()
+}
+
+/// A texture of 16-bit floats from levels of numbers, `per_texel` for each texel; what is too large for them becomes their largest.
+#[must_use]
+pub fn float_texture([width, height]: [u32; 2], per_texel: usize, levels: &[Vec<f32>]) -> Ktx2 {
+    let layers = per_texel.div_ceil(4).max(1);
+    let level = |(level, numbers): (u32, &Vec<f32>)| {
+        let texels = (side(width, level) * side(height, level)) as usize;
+        let mut bytes = vec![0_u8; texels * layers * 8];
+        for (texel, own) in numbers.chunks_exact(per_texel.max(1)).take(texels).enumerate() {
+            for (number, value) in own.iter().enumerate() {
+                let half = f16::from_f32(value.clamp(f16::MIN.to_f32(), f16::MAX.to_f32()));
+                let at = ((number / 4 * texels + texel) * 4 + number % 4) * 2;
+                bytes[at..at + 2].copy_from_slice(&half.to_le_bytes());
+            }
+        }
+        bytes
+    };
+    let levels = (0..).zip(levels).map(level).collect();
+    Ktx2 { format: TexelFormat::Rgba16Float, width, height, layers: layers as u32, levels }
+}
+
+/// The texture of sun masks from levels of their words, W for each texel.
+#[must_use]
+pub fn sun_texture(layout: LightLayout, [width, height]: [u32; 2], levels: &[Vec<u32>]) -> Ktx2 {
+    let (format, words) = (sun_format(layout), layout.mask_words());
+    let channels = format.channels() as usize;
+    let layers = words.div_ceil(channels);
+    let level = |(level, masks): (u32, &Vec<u32>)| {
+        let texels = (side(width, level) * side(height, level)) as usize;
+        let mut bytes = vec![0_u8; texels * layers * channels * 4];
+        for (texel, own) in masks.chunks_exact(words.max(1)).take(texels).enumerate() {
+            for (word, value) in own.iter().enumerate() {
+                let at = ((word / channels * texels + texel) * channels + word % channels) * 4;
+                bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+            }
+        }
+        bytes
+    };
+    let levels = (0..).zip(levels).map(level).collect();
+    Ktx2 { format, width, height, layers: layers as u32, levels }
+}
+
+impl From<ImageError> for TexelFault {
+    fn from(error: ImageError) -> Self {
+        Self(error.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAYOUT: LightLayout = LightLayout { sun_steps: 40, coefficients: 4, channels: 1, sun_bounce_functions: 5 };
+    const INFO: TexelInfo = TexelInfo { width: 8, height: 4, per_m: 1.0, utilisation: 1.0, texels: 32 };
+
+    fn light() -> TexelLight {
+        let sizes = [32, 8, 2];
+        let masks: Vec<Vec<u32>> = sizes.map(|n| (0..2 * n).map(|i| if i % 2 == 0 { i << 3 } else { 1 }).collect()).into();
+        let floats: Vec<Vec<f32>> = sizes.map(|n| (0..4 * n).map(|i| i as f32 / 8.0).collect()).into();
+        let bounced: Vec<f32> = (0..2 * 5).map(|i| i as f32).collect();
+        TexelLight {
+            sun: sun_texture(LAYOUT, [8, 4], &masks),
+            sky: float_texture([8, 4], 4, &floats),
+            bounce: Some(float_texture([2, 1], 5, &[bounced])),
+        }
+    }
+
+    #[test]
+    fn numbers_are_found_where_they_were_put() {
+        let light = light();
+        light.validate(LAYOUT, &INFO).unwrap();
+        assert_eq!((light.mask_word(UVec2::new(3, 2), 0), light.mask_word(UVec2::new(3, 2), 1)), (38 << 3, 1));
+        assert_eq!(float_of(&light.sky, UVec2::new(3, 2), 2), (4.0 * 19.0 + 2.0) / 8.0);
+        let bounce = light.bounce.as_ref().unwrap();
+        assert_eq!((bounce.layers, float_of(bounce, UVec2::new(1, 0), 4)), (2, 9.0));
+        let between = filtered(bounce, Vec2::new(0.5, 0.3), |texel| float_of(bounce, texel, 0));
+        assert_eq!(between, 2.5);
+        assert_eq!(filtered(bounce, Vec2::new(0.0, 1.0), |texel| float_of(bounce, texel, 1)), 1.0);
+    }
+
+    #[test]
+    fn textures_of_another_light_are_refused() {
+        let other = |layout, info: TexelInfo| light().validate(layout, &info).unwrap_err().to_string();
+        assert!(other(LightLayout { sun_steps: 92, ..LAYOUT }, INFO).contains("sun is"));
+        assert!(other(LightLayout { sun_bounce_functions: 0, ..LAYOUT }, INFO).contains("bounce"));
+        assert!(other(LAYOUT, TexelInfo { width: 12, ..INFO }).contains("not"));
+        assert!(other(LAYOUT, TexelInfo { width: 10, ..INFO }).contains("multiples of 4"));
+        let mut broken = light();
+        broken.sky.levels[1][1] = 0x7C;
+        broken.sky.levels[1][0] = 0;
+        assert!(broken.validate(LAYOUT, &INFO).unwrap_err().to_string().contains("finite"));
+    }
+}

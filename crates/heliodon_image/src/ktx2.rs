@@ -1,0 +1,272 @@
+//! KTX 2: textures of numbers as they are, with layers and mip levels, packed by zlib (Khronos: "KTX File Format Specification", version 2.0).
+//!
+//! Only what Heliodon stores in it: two-dimensional, uncompressed formats of whole bytes. Whatever else a file may be is refused in words.
+
+use crate::ImageError;
+use crate::error::COPY_AGAIN;
+use flate2::Compression;
+use flate2::read::ZlibDecoder;
+use flate2::write::ZlibEncoder;
+use std::io::{Read, Write};
+
+/// The first bytes of every KTX 2 file.
+const MAGIC: [u8; 12] = [0xAB, b'K', b'T', b'X', b' ', b'2', b'0', 0xBB, 0x0D, 0x0A, 0x1A, 0x0A];
+/// Bytes before the index of levels.
+const HEADER_BYTES: usize = 80;
+/// Bytes of a level in the index.
+const LEVEL_BYTES: usize = 24;
+/// Levels packed by zlib.
+const ZLIB: u32 = 3;
+/// The largest side.
+const MOST_TEXELS: u32 = 16_384;
+/// The most layers.
+const MOST_LAYERS: u32 = 2048;
+/// zlib packs no more than about this many bytes to one.
+const MOST_EXPANSION: u64 = 1032;
+
+/// How the numbers of a texel are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TexelFormat {
+    /// One unsigned integer of 32 bits.
+    R32Uint,
+    /// Two of them.
+    Rg32Uint,
+    /// Four of them.
+    Rgba32Uint,
+    /// One float of 16 bits.
+    R16Float,
+    /// Four of them.
+    Rgba16Float,
+}
+
+impl TexelFormat {
+    const ALL: [Self; 5] = [Self::R32Uint, Self::Rg32Uint, Self::Rgba32Uint, Self::R16Float, Self::Rgba16Float];
+
+    /// Numbers of a texel.
+    #[must_use]
+    pub fn channels(self) -> u32 {
+        match self {
+            Self::R32Uint | Self::R16Float => 1,
+            Self::Rg32Uint => 2,
+            Self::Rgba32Uint | Self::Rgba16Float => 4,
+        }
+    }
+
+    /// Bytes of each of them.
+    #[must_use]
+    pub fn channel_bytes(self) -> u32 {
+        if self.is_float() { 2 } else { 4 }
+    }
+
+    /// Bytes of a texel.
+    #[must_use]
+    pub fn texel_bytes(self) -> u32 {
+        self.channels() * self.channel_bytes()
+    }
+
+    fn is_float(self) -> bool {
+        matches!(self, Self::R16Float | Self::Rgba16Float)
+    }
+
+    /// Vulkan's number.
+    fn vk(self) -> u32 {
+        match self {
+            Self::R16Float => 76,
+            Self::Rgba16Float => 97,
+            Self::R32Uint => 98,
+            Self::Rg32Uint => 101,
+            Self::Rgba32Uint => 107,
+        }
+    }
+}
+
+/// A texture: layers and levels of texels.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ktx2 {
+    /// How texels are stored.
+    pub format: TexelFormat,
+    /// Texels along u of the first level.
+    pub width: u32,
+    /// And along v.
+    pub height: u32,
+    /// Layers, at least 1.
+    pub layers: u32,
+    /// The bytes of each level from the largest on, little-endian, layer by layer, row by row.
+    pub levels: Vec<Vec<u8>>,
+}
+
+impl Ktx2 {
+    /// Bytes of a level, unpacked.
+    #[must_use]
+    pub fn level_bytes(&self, level: usize) -> u64 {
+        let side = |texels: u32| u64::from((texels >> level).max(1));
+        side(self.width) * side(self.height) * u64::from(self.layers) * u64::from(self.format.texel_bytes())
+    }
+
+    /// The file's bytes.
+    ///
+    /// # Errors
+    /// Sizes that the file cannot have, levels that have not their bytes.
+    pub fn to_bytes(&self, name: &str) -> Result<Vec<u8>, ImageError> {
+        self.check(name)?;
+        if let Some(level) = (0..self.levels.len()).find(|&level| self.levels[level].len() as u64 != self.level_bytes(level)) {
+            let problem = format!("level {level} has {} bytes, not {}", self.levels[level].len(), self.level_bytes(level));
+            return Err(ImageError::Write { name: name.to_owned(), problem });
+        }
+        let described = self.descriptor();
+        let descriptor_at = HEADER_BYTES + LEVEL_BYTES * self.levels.len();
+        let mut packed = vec![Vec::new(); self.levels.len()];
+        for (level, packed) in self.levels.iter().zip(&mut packed) {
+            let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
+            let failed = |e: std::io::Error| ImageError::Write { name: name.to_owned(), problem: e.to_string() };
+            encoder.write_all(level).map_err(failed)?;
+            *packed = encoder.finish().map_err(failed)?;
+        }
+        let mut bytes = MAGIC.to_vec();
+        let layers = if self.layers == 1 { 0 } else { self.layers };
+        let numbers = [self.format.vk(), self.format.channel_bytes(), self.width, self.height, 0, layers, 1];
+        numbers.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
+        for number in [self.levels.len() as u32, ZLIB, descriptor_at as u32, described.len() as u32, 0, 0] {
+            bytes.extend(number.to_le_bytes());
+        }
+        bytes.extend([0_u8; 16]);
+        // the smallest level lies first
+        let mut at = descriptor_at + described.len();
+        let mut places = vec![0; packed.len()];
+        for level in (0..packed.len()).rev() {
+            places[level] = at;
+            at += packed[level].len();
+        }
+        for (level, packed) in packed.iter().enumerate() {
+            for number in [places[level] as u64, packed.len() as u64, self.level_bytes(level)] {
+                bytes.extend(number.to_le_bytes());
+            }
+        }
+        bytes.extend(described);
+        packed.iter().rev().for_each(|level| bytes.extend(level));
+        Ok(bytes)
+    }
+
+    /// A texture from the bytes of a file.
+    ///
+    /// # Errors
+    /// Files that are broken or hold something else; `name` is theirs in the message.
+    pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Self, ImageError> {
+        let bad = |place: &str, problem: String| ImageError::malformed(name, place, problem, COPY_AGAIN);
+        if !bytes.starts_with(&MAGIC) {
+            return Err(ImageError::UnknownFormat { name: name.to_owned() });
+        }
+        let number = |at: usize| bytes[at..].first_chunk().map(|&four| u32::from_le_bytes(four));
+        let header: Option<Vec<u32>> = (0..9).map(|i| bytes.get(12 + 4 * i..).and_then(|_| number(12 + 4 * i))).collect();
+        let Some([vk, _, width, height, depth, layers, faces, levels, packing]) = header.as_deref() else {
+            return Err(bad("its header", "it ends within it".to_owned()));
+        };
+        let Some(format) = TexelFormat::ALL.into_iter().find(|format| format.vk() == *vk) else {
+            return Err(bad("its header", format!("its format {vk} is none that is read here")));
+        };
+        if *depth != 0 || *faces != 1 || *packing != ZLIB || !(1..=16).contains(levels) {
+            return Err(bad("its header", "it is not a two-dimensional texture packed by zlib".to_owned()));
+        }
+        let mut texture = Self { format, width: *width, height: *height, layers: (*layers).max(1), levels: Vec::new() };
+        texture.check(name)?;
+        for level in 0..*levels as usize {
+            let place = format!("level {level}");
+            let index = bytes.get(HEADER_BYTES + LEVEL_BYTES * level..).and_then(<[u8]>::first_chunk::<LEVEL_BYTES>);
+            let index = index.ok_or_else(|| bad(&place, "the file ends before it".to_owned()))?;
+            let [at, len, whole] = [0, 8, 16].map(|i| index[i..].first_chunk().map_or(0, |&eight| u64::from_le_bytes(eight)));
+            let packed = usize::try_from(at).ok().zip(usize::try_from(len).ok());
+            let packed = packed.and_then(|(at, len)| bytes.get(at..at.checked_add(len)?));
+            let packed = packed.ok_or_else(|| bad(&place, "it lies beyond the file".to_owned()))?;
+            let wanted = texture.level_bytes(level);
+            if whole != wanted || wanted > (len + 1) * MOST_EXPANSION {
+                return Err(bad(&place, format!("it says {whole} bytes from {len}, its size asks for {wanted}")));
+            }
+            let mut unpacked = Vec::with_capacity(wanted as usize);
+            ZlibDecoder::new(packed).take(wanted + 1).read_to_end(&mut unpacked).map_err(|e| bad(&place, e.to_string()))?;
+            if unpacked.len() as u64 != wanted {
+                return Err(bad(&place, format!("it has not {wanted} bytes")));
+            }
+            texture.levels.push(unpacked);
+        }
+        Ok(texture)
+    }
+
+    fn check(&self, name: &str) -> Result<(), ImageError> {
+        let sides = [self.width, self.height].iter().all(|side| (1..=MOST_TEXELS).contains(side));
+        if sides && (1..=MOST_LAYERS).contains(&self.layers) {
+            return Ok(());
+        }
+        let problem = format!("{} x {} texels in {} layers", self.width, self.height, self.layers);
+        Err(ImageError::malformed(name, "its size", problem, "sides are 1 to 16,384 texels, layers 1 to 2,048"))
+    }
+
+    /// The data format descriptor: what each channel is, for programs that do not know Vulkan's numbers.
+    fn descriptor(&self) -> Vec<u8> {
+        const BLOCK_BYTES: u32 = 24;
+        const SAMPLE_BYTES: u32 = 16;
+        /// RGBSDA, BT.709, linear.
+        const MODEL: [u8; 4] = [1, 1, 1, 0];
+        const VERSION: u32 = 2;
+        const ALPHA: u32 = 15;
+        let (format, channels) = (self.format, self.format.channels());
+        let block = BLOCK_BYTES + SAMPLE_BYTES * channels;
+        let mut bytes = Vec::new();
+        for number in [4 + block, 0, VERSION | block << 16] {
+            bytes.extend(number.to_le_bytes());
+        }
+        bytes.extend(MODEL);
+        bytes.extend([0_u8; 4]);
+        bytes.extend([format.texel_bytes() as u8, 0, 0, 0, 0, 0, 0, 0]);
+        let bits = 8 * format.channel_bytes();
+        // floats are signed, from -1 to 1 as far as programs that know nothing else are concerned
+        let (kind, low, high) = if format.is_float() { (0xC0, (-1.0_f32).to_bits(), 1.0_f32.to_bits()) } else { (0, 0, 1) };
+        for channel in 0..channels {
+            let id = if channel == 3 { ALPHA } else { channel };
+            let numbers = [(channel * bits) | (bits - 1) << 16 | (id | kind) << 24, 0, low, high];
+            numbers.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
+        }
+        bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn texture(format: TexelFormat, layers: u32) -> Ktx2 {
+        let mut texture = Ktx2 { format, width: 12, height: 5, layers, levels: Vec::new() };
+        for level in 0..3 {
+            texture.levels.push((0..texture.level_bytes(level)).map(|i| (i * i % 251) as u8).collect());
+        }
+        texture
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        for (format, layers) in TexelFormat::ALL.into_iter().zip([1, 1, 3, 7, 2]) {
+            let written = texture(format, layers);
+            let bytes = written.to_bytes("a.ktx2").unwrap();
+            assert_eq!(Ktx2::from_bytes(&bytes, "a.ktx2").unwrap(), written);
+            assert_eq!(written.level_bytes(2), 3 * u64::from(layers * format.texel_bytes()));
+        }
+    }
+
+    #[test]
+    fn broken_files_are_refused_in_words() {
+        let bytes = texture(TexelFormat::Rgba16Float, 2).to_bytes("a").unwrap();
+        for len in 0..bytes.len() {
+            assert!(Ktx2::from_bytes(&bytes[..len], "a").is_err(), "{len} of {}", bytes.len());
+        }
+        for at in 0..bytes.len() {
+            let mut other = bytes.clone();
+            other[at] ^= 0x41;
+            // no panic; the descriptor and unused numbers may say what they like
+            drop(Ktx2::from_bytes(&other, "a"));
+        }
+        let mut large = texture(TexelFormat::R32Uint, 1);
+        large.width = 20_000;
+        assert!(large.to_bytes("a").unwrap_err().to_string().contains("16,384"));
+        large.width = 11;
+        assert!(large.to_bytes("a").unwrap_err().to_string().contains("level 0 has"));
+    }
+}
