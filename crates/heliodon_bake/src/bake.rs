@@ -18,6 +18,7 @@ use crate::plan::Plan;
 use crate::report::{Reporter, WarningsKept};
 use crate::scene::{Scene, Traceable};
 use crate::sky::{BakedSky, bake_sky, sky_names};
+use crate::texels::Atlas;
 use glam::Vec3;
 use heliodon_bundle::grid::AXES;
 use heliodon_bundle::manifest::Counts;
@@ -98,15 +99,17 @@ pub(crate) fn bake_where(
     let rays = scene.take_rays()?;
     reporter.finished();
     clock.lap("rays");
+    let atlas = Atlas::new(&plan.site, &scene)?;
+    clock.lap("charts");
     let means = within_budget(plan, &scene, &rays, reporter)?;
     let sky = bake_sky(plan, &cache, reporter)?;
     clock.lap("sky");
     let sky_steps = sky.lapse.steps.len();
     let suns = sky.suns();
     let (light, grid, actors, names) =
-        means.run(|| scene_light(plan, (&scene, &digests, &record), rays, (&suns, means), &cache, reporter))?;
+        means.run(|| scene_light(plan, (&scene, &digests, &record, atlas.as_ref()), rays, (&suns, means), &cache, reporter))?;
     clock.lap("light");
-    let manifest = write_bundle(plan, &scene, sky, (&light, &grid), actors, &cache, reporter)?;
+    let manifest = write_bundle(plan, (&scene, atlas.as_ref()), sky, (&light, &grid), actors, &cache, reporter)?;
     clock.lap("writing");
     let needs = viewer_bytes(manifest.counts, manifest.light, scene.mesh.texture_bytes() as u64);
     viewer_doubt(plan.site.budget.viewer_bytes(), needs).iter().for_each(|doubt| reporter.warning(doubt));
@@ -143,7 +146,7 @@ impl Clock {
 
 fn scene_light(
     plan: &Plan,
-    (scene, digests, record): (&Scene, &SceneDigests, &SceneRecord),
+    (scene, digests, record, atlas): (&Scene, &SceneDigests, &SceneRecord, Option<&Atlas>),
     rays: TriangleScene,
     (suns, means): (&[Vec3], Means),
     cache: &Cache,
@@ -160,10 +163,11 @@ fn scene_light(
     of_files.chain(doubts).for_each(|warning| reporter.warning(&warning));
     let grid = plan.grid(Some(&traceable.rays))?;
     let sun_bounce = plan.site.bake.sun_bounce;
-    let names = LightNames::new(digests, &params, suns, sun_bounce, &grid);
+    let names = LightNames::new(digests, &params, (suns, sun_bounce), &grid, atlas.map(Atlas::digest));
     cache.adopt(&names.all())?;
     let (surfaces, params, of_grid) = (traceable.surfaces(), &params, &grid);
-    let input = LightInput { surfaces, suns, sun_bounce, params, grid: of_grid, names: &names, record };
+    let texels = atlas.map(|atlas| (scene, atlas));
+    let input = LightInput { surfaces, suns, sun_bounce, params, grid: of_grid, texels, names: &names, record };
     let light = bake_light(&input, Some(cache), reporter)?;
     tell_of_darkness(&plan.site.parts, scene, &traceable.rays, &light.light.validity, params.offset_m, reporter);
     Ok((light, grid, actors, names))
@@ -190,7 +194,7 @@ fn within_budget(plan: &Plan, scene: &Scene, rays: &TriangleScene, reporter: &dy
 /// Writes everything into the bundle, which appears whole or not at all.
 fn write_bundle(
     plan: &Plan,
-    scene: &Scene,
+    (scene, atlas): (&Scene, Option<&Atlas>),
     sky: BakedSky,
     (light, grid): (&BakedLight, &GridPlan),
     actors: Vec<Actor>,
@@ -206,7 +210,11 @@ fn write_bundle(
     meta.prepared = scene.prepared.clone();
     let mut writer = create_writer(&plan.options.bundle, &meta)?;
 
-    let maker = ChunkMaker::new(scene, light, layout);
+    if let (Some(atlas), Some(texels)) = (atlas, &light.texels) {
+        let (textures, count) = texels.textures(scene, atlas, layout);
+        writer.add_texels(&textures, atlas.info(count))?;
+    }
+    let maker = ChunkMaker::new(scene, atlas, light, layout);
     let mut textures = Textures::default();
     reporter.stage("writing", mesh.triangles.len() as u64);
     reporter.progress(0);
@@ -305,6 +313,12 @@ fn measures(light: &BakedLight, scene: &Scene) -> BTreeMap<String, f64> {
     if let Some(bounce) = &light.light.sun_bounce {
         measures.insert("sun_bounce_median_error".to_owned(), f64::from(bounce.median_error));
         measures.insert("sun_bounce_p95_error".to_owned(), f64::from(bounce.p95_error));
+    }
+    if let Some(texels) = &light.texels {
+        measures.insert("texel_sky_samples".to_owned(), texels.samples[0] as f64);
+        measures.insert("texel_bounce_samples".to_owned(), texels.samples[1] as f64);
+        measures.insert("texel_gather_rays".to_owned(), texels.gather_rays as f64);
+        measures.insert("texel_mask_rays".to_owned(), texels.mask_rays as f64);
     }
     if let Some(grid) = &light.grid {
         measures.insert("grid_points".to_owned(), grid.light.point_count() as f64);

@@ -6,7 +6,6 @@ use crate::error::BakeError;
 use crate::estimate::USUAL_FUNCTIONS;
 use crate::grid::GridPlan;
 use crate::ground::{as_given, doubts, on_the_ground};
-use crate::plan::refuse_texels;
 use crate::report::Reporter;
 use crate::scene;
 use crate::sky::{lapse_params, place_warnings};
@@ -90,7 +89,6 @@ const FAR_M: f32 = 10_000.0;
 /// # Errors
 /// The first thing that a bake would stop at.
 pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeError> {
-    refuse_texels(site)?;
     let files = site.input_files()?;
     let figures = read_figures(site, &files)?;
     let bake = &site.bake;

@@ -3,6 +3,7 @@
 
 use crate::light::BakedLight;
 use crate::scene::Scene;
+use crate::texels::Atlas;
 use heliodon_bundle::chunk::MAX_CHUNK_TRIANGLES;
 use heliodon_bundle::{LightLayout, LitChunk, VertexLight};
 use heliodon_mesh::Mesh;
@@ -11,6 +12,7 @@ use heliodon_mesh::chunk::{Chunk, split};
 /// Makes the chunks of a scene, part by part.
 pub struct ChunkMaker<'a> {
     scene: &'a Scene,
+    atlas: Option<&'a Atlas>,
     light: &'a BakedLight,
     layout: LightLayout,
 }
@@ -18,13 +20,16 @@ pub struct ChunkMaker<'a> {
 impl<'a> ChunkMaker<'a> {
     /// For `scene`, whose vertices have `light`.
     #[must_use]
-    pub fn new(scene: &'a Scene, light: &'a BakedLight, layout: LightLayout) -> Self {
-        Self { scene, light, layout }
+    pub fn new(scene: &'a Scene, atlas: Option<&'a Atlas>, light: &'a BakedLight, layout: LightLayout) -> Self {
+        Self { scene, atlas, light, layout }
     }
 
-    /// The pieces of a part; indices of their vertices count from the part's first.
+    /// The pieces of a part; indices of their vertices count from the part's first, or are those of the atlas where it is lit by texels.
     #[must_use]
     pub fn pieces(&self, part: usize) -> Vec<Chunk> {
+        if let Some((atlas, triangles)) = self.in_texels(part) {
+            return split(&self.unwrapped(part, atlas, triangles), MAX_CHUNK_TRIANGLES);
+        }
         let range = &self.scene.parts[part];
         let mesh = &self.scene.mesh;
         let first = range.vertices.start as u32;
@@ -44,12 +49,37 @@ impl<'a> ChunkMaker<'a> {
         split(&of_part, MAX_CHUNK_TRIANGLES)
     }
 
+    /// The atlas and its triangles of a part that is lit by texels.
+    fn in_texels(&self, part: usize) -> Option<(&'a Atlas, &'a [[u32; 3]])> {
+        let atlas = self.atlas?;
+        Some((atlas, atlas.of_part(part)?))
+    }
+
+    /// What decides the division of a part whose vertices are split where charts meet.
+    fn unwrapped(&self, part: usize, atlas: &Atlas, triangles: &[[u32; 3]]) -> Mesh {
+        let mesh = &self.scene.mesh;
+        let vertices = || (0..atlas.unwrapped().original_vertex.len() as u32).map(|vertex| atlas.vertex(vertex));
+        Mesh {
+            positions: vertices().map(|vertex| mesh.positions[vertex]).collect(),
+            uvs: if mesh.uvs.is_empty() { Vec::new() } else { vertices().map(|vertex| mesh.uvs[vertex]).collect() },
+            triangles: triangles.to_vec(),
+            triangle_material: match mesh.triangle_material.len() {
+                0 => Vec::new(),
+                _ => mesh.triangle_material[self.scene.parts[part].drawn_triangles()].to_vec(),
+            },
+            materials: mesh.materials.clone(),
+            ..Mesh::default()
+        }
+    }
+
     /// The chunk of a piece; `texture` is the bundle's number of its texture.
     #[must_use]
     pub fn make(&self, part: usize, piece: &Chunk, texture: Option<u32>) -> LitChunk {
         let mesh = &self.scene.mesh;
         let first = self.scene.parts[part].vertices.start;
-        let vertices: Vec<usize> = piece.vertices.iter().map(|&vertex| first + vertex as usize).collect();
+        let atlas = self.in_texels(part).map(|(atlas, _)| atlas);
+        let vertex = |&vertex: &u32| atlas.map_or(first + vertex as usize, |atlas| atlas.vertex(vertex));
+        let vertices: Vec<usize> = piece.vertices.iter().map(vertex).collect();
         // where there is a texture, it brings the rest
         let albedo = |(&vertex, &material): (&usize, &u16)| mesh.corner_albedo(vertex, material);
         LitChunk {
@@ -58,6 +88,7 @@ impl<'a> ChunkMaker<'a> {
             positions: vertices.iter().map(|&vertex| mesh.positions[vertex]).collect(),
             normals: vertices.iter().map(|&vertex| mesh.normals[vertex]).collect(),
             uvs: texture.map_or_else(Vec::new, |_| vertices.iter().map(|&vertex| mesh.uvs[vertex]).collect()),
+            texel_uvs: atlas.map_or_else(Vec::new, |atlas| piece.vertices.iter().map(|&vertex| atlas.uv(vertex)).collect()),
             albedo: vertices.iter().zip(&piece.materials).map(albedo).collect(),
             triangles: piece.triangles.clone(),
             valid: vertices.iter().map(|&vertex| self.light.light.validity.valid[vertex]).collect(),

@@ -59,6 +59,7 @@ pub fn decode_light(bytes: &[u8], layout: &Layout, input: &LightInput) -> Option
         gather_rays,
         mask_rays,
         grid: None,
+        texels: None,
     })
 }
 

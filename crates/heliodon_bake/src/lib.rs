@@ -45,6 +45,7 @@ pub mod shard;
 pub mod sky;
 pub mod stages;
 mod stand_in;
+mod texels;
 
 pub use error::BakeError;
 pub use key::TOOL;

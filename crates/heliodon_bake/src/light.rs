@@ -7,10 +7,13 @@ use crate::grid::GridPlan;
 use crate::kept_light::{decode_grid, decode_light, encode_grid, encode_light};
 use crate::names::LightNames;
 use crate::report::Reporter;
+use crate::scene::Scene;
 use crate::stages::{LightStages, Work, lay_out};
+use crate::texels::{Atlas, BakedTexels, SolvedScene, bake_texels};
 use glam::Vec3;
 use heliodon_light::{
-    BouncedSun, Channels, LatticeLight, Layout, LightParams, SunMasks, Surfaces, VertexLight, solve_all, vertex_masks,
+    BouncedSun, CellLight, Channels, LatticeLight, Layout, LightParams, SunMasks, Surfaces, VertexLight, solve_all,
+    vertex_masks,
 };
 
 /// What is solved.
@@ -25,6 +28,8 @@ pub struct LightInput<'a> {
     pub params: &'a LightParams,
     /// Points in space that are lit, too.
     pub grid: &'a GridPlan,
+    /// The atlas of what is lit by texels, and the scene that it is of.
+    pub texels: Option<(&'a Scene, &'a Atlas)>,
     /// What the blocks are called.
     pub names: &'a LightNames,
     /// What the surfaces are made of, part by part.
@@ -46,6 +51,8 @@ pub struct BakedLight {
     pub mask_rays: u64,
     /// The light grid, where there is one.
     pub grid: Option<BakedGrid>,
+    /// Light in texels, where there is any.
+    pub texels: Option<BakedTexels>,
 }
 
 /// The light of the points in space.
@@ -101,12 +108,14 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
         }
     }
     reporter.stage("bounces", 0);
-    let (light, free) = solve_all(surfaces, &layout, &blocks, sun, params)?;
+    let mut cells = input.texels.map(|_| CellLight::default());
+    let (light, free) = solve_all(surfaces, &layout, &blocks, sun, params, cells.as_mut())?;
+    drop(blocks);
     light.validate()?;
     free.validate(&light)?;
     let of_vertices = vertex_masks(&layout, &masks, &light.validity);
     of_vertices.validate()?;
-    let mut baked = BakedLight { light, points, gather_rays, mask_rays, masks: of_vertices, grid: None };
+    let mut baked = BakedLight { light, points, gather_rays, mask_rays, masks: of_vertices, grid: None, texels: None };
     if let Some(cache) = cache {
         cache.store(&names.fronts.light, 0, &encode_light(&baked))?;
     }
@@ -119,12 +128,22 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
         }
     }
     reporter.finished();
+    if let (Some(of), Some(names), Some(cells)) = (input.texels, &names.texels, &cells) {
+        let solved = SolvedScene { input, layout: &layout, cells, sun };
+        let texels = baked.texels.insert(bake_texels(&solved, of, &work, names)?);
+        if let Some(cache) = cache {
+            cache.store(&names.light, 0, &texels.to_bytes())?;
+        }
+    }
     Ok(baked)
 }
 
 /// What an earlier run has solved, if it has all of it.
 fn solved(input: &LightInput, cache: &Cache, layout: &Layout) -> Option<BakedLight> {
-    let done = decode_light(&cache.load(&input.names.fronts.light, 0)?, layout, input)?;
+    let mut done = decode_light(&cache.load(&input.names.fronts.light, 0)?, layout, input)?;
+    if let (Some(names), Some(_)) = (&input.names.texels, input.texels) {
+        done.texels = Some(BakedTexels::from_bytes(&cache.load(&names.light, 0)?)?);
+    }
     if input.grid.is_empty() {
         return Some(done);
     }

@@ -143,12 +143,14 @@ pub fn bake_shard(
     let sky = SkyShare::new(plan, &cache, reporter, Share { shard, first: 0 })?;
     let suns = sky.suns()?;
     let sun_bounce = plan.site.bake.sun_bounce;
-    let names = &LightNames::new(&digests, &params, &suns, sun_bounce, &grid);
+    // texels take their light from all cells: the merge solves them
+    let names = &LightNames::new(&digests, &params, (&suns, sun_bounce), &grid, None);
     cache.adopt(&names.all())?;
     reporter.stage("points", 0);
     let layout = lay_out(&surfaces, &params, &names.sight, Some(&cache))?;
     reporter.finished();
-    let input = LightInput { surfaces, suns: &suns, sun_bounce, params: &params, grid: &grid, names, record: &record };
+    let (params, grid, record) = (&params, &grid, &record);
+    let input = LightInput { surfaces, suns: &suns, sun_bounce, params, grid, texels: None, names, record };
     let earlier = Earlier::find(&input, &cache);
     leave_record(&input, &cache)?;
     let stages = LightStages::new(&input, layout, earlier.as_ref());

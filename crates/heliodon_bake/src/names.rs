@@ -116,6 +116,8 @@ pub struct LightNames {
     pub fronts: PointNames,
     /// The light grid's.
     pub space: PointNames,
+    /// Light in texels, where there is any.
+    pub texels: Option<TexelNames>,
     /// What followed paths depend on besides the traces' own name.
     pub paths: u64,
     /// What bakes among other geometry need to know of this one.
@@ -128,13 +130,32 @@ pub struct LightNames {
     pub sampling: String,
 }
 
+/// Names of the blocks of light in texels.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TexelNames {
+    /// Which suns reach them.
+    pub masks: String,
+    /// What they see of the sky.
+    pub sky: String,
+    /// What reaches them of the bounced sun.
+    pub bounce: String,
+    /// All of it.
+    pub light: String,
+}
+
 /// What the blocks of a bake's record are called, before their digits.
 pub const RECORD: &str = "record";
 
 impl LightNames {
     /// Those of a scene's light under some suns.
     #[must_use]
-    pub fn new(scene: &SceneDigests, params: &LightParams, suns: &[Vec3], sun_bounce: bool, grid: &GridPlan) -> Self {
+    pub fn new(
+        scene: &SceneDigests,
+        params: &LightParams,
+        (suns, sun_bounce): (&[Vec3], bool),
+        grid: &GridPlan,
+        atlas: Option<[u8; 32]>,
+    ) -> Self {
         let LightParams {
             samples,
             further_lattices,
@@ -182,6 +203,15 @@ impl LightNames {
                 places: name("places", &layout),
             }
         };
+        let on_texels = |atlas: [u8; 32]| {
+            let name = |what: &str, parts: &[[u8; 32]]| format!("texel-{what}-{}", of(what, parts).digits());
+            TexelNames {
+                masks: name("masks", &[atlas, layout_bytes, day]),
+                sky: name("sky", &[atlas, light.bytes()]),
+                bounce: name("bounce", &[atlas, light.bytes()]),
+                light: name("light", &[atlas, light.bytes()]),
+            }
+        };
         let in_space = Digest::of(grid.digits().as_bytes());
         Self {
             sight: format!("sight-{}", layout.digits()),
@@ -194,6 +224,7 @@ impl LightNames {
             plan: format!("plan-{}", patches.digits()),
             day: of("day", &[day]).digits(),
             sampling: of("sampling", &[rays, told(format!("{seed}"))]).digits(),
+            texels: atlas.map(on_texels),
             paths: u64::from_le_bytes(paths.bytes()[..8].try_into().unwrap_or_default()),
         }
     }
@@ -205,8 +236,10 @@ impl LightNames {
             let PointNames { masks, gather, traces, light, places } = names.clone();
             [masks, gather, traces, light, places]
         };
-        let Self { sight, patches, curves, curve_traces, record, plan, .. } = self.clone();
+        let Self { sight, patches, curves, curve_traces, record, plan, texels, .. } = self.clone();
         let mut all = vec![sight, patches, curves, curve_traces, record, plan];
+        let of_texels = |TexelNames { masks, sky, bounce, light }| [masks, sky, bounce, light];
+        all.extend(texels.into_iter().flat_map(of_texels));
         all.extend([&self.fronts, &self.space].into_iter().flat_map(of_points));
         all
     }

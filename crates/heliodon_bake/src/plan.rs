@@ -14,7 +14,7 @@ use crate::prepare::{PrepareEstimate, prepare_where};
 use crate::report::Reporter;
 use crate::scene::{self, Scene};
 use glam::Vec3;
-use heliodon_bundle::site::{Actor, InputFile, InputKind, LightStorage, Site};
+use heliodon_bundle::site::{Actor, InputFile, InputKind, Site};
 use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, LightLayout, StoredFile};
 use heliodon_light::{LightParams, default_offset_m};
 use heliodon_rays::TriangleScene;
@@ -70,7 +70,6 @@ impl Plan {
     /// # Errors
     /// What is missing, cannot be read, cannot be written to, or is asked for and not done yet.
     pub fn new(site: Site, options: BakeOptions) -> Result<Self, BakeError> {
-        refuse_texels(&site)?;
         let files = site.input_files()?;
         // hashed before anything is read: what changes between the two is found
         let hashed = Inputs::hash(&site, &files)?;
@@ -211,18 +210,4 @@ impl Plan {
         let offset_m = self.site.bake.offset_m.unwrap_or(f64::from(offset_m));
         BundleMeta { tool: TOOL.to_owned(), inputs: self.inputs.clone(), ..BundleMeta::from_site(&self.site, layout, offset_m) }
     }
-}
-
-/// Light maps belong to a later version; who asks for them is told so before anything else.
-pub(crate) fn refuse_texels(site: &Site) -> Result<(), BakeError> {
-    let texel = site.parts.iter().position(|part| part.light == LightStorage::Texel);
-    texel.map_or(Ok(()), |part| {
-        Err(site
-            .error_at(
-                &["part", &part.to_string(), "light"],
-                "texel asks for light maps, which this version does not bake yet",
-                "write light = \"vertex\" (or take the line out), and give the part enough vertices",
-            )
-            .into())
-    })
 }

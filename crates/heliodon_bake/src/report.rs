@@ -2,7 +2,7 @@
 //!
 //! Nothing here prints. The program decides what a stage looks like on a terminal, tests collect, libraries stay silent.
 
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 /// Listens to the pipeline. Called from one thread at a time, never from inside a solver's inner loops.
 pub trait Reporter: Sync {
@@ -66,6 +66,38 @@ impl Reporter for WarningsKept<'_> {
     }
     fn warning(&self, text: &str) {
         self.kept.warning(text);
+        self.to.warning(text);
+    }
+}
+
+/// Makes one stage of several that follow one another: it begins and ends with whoever uses this.
+pub(crate) struct Batches<'a> {
+    to: &'a dyn Reporter,
+    /// Units of the stages before, and of this one so far.
+    done: Mutex<[u64; 2]>,
+}
+
+impl<'a> Batches<'a> {
+    pub(crate) fn new(to: &'a dyn Reporter) -> Self {
+        Self { to, done: Mutex::new([0; 2]) }
+    }
+}
+
+impl Reporter for Batches<'_> {
+    fn stage(&self, _name: &str, _total: u64) {}
+    fn progress(&self, now: u64) {
+        let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
+        done[1] = now;
+        self.to.progress(done[0] + now);
+    }
+    fn finished(&self) {
+        let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
+        *done = [done[0] + done[1], 0];
+    }
+    fn note(&self, text: &str) {
+        self.to.note(text);
+    }
+    fn warning(&self, text: &str) {
         self.to.warning(text);
     }
 }

@@ -37,7 +37,9 @@ pub struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    fn stage(&self, file_stage: &'a str, name: &'a str) -> BlockStage<'a> {
+    /// A stage of it.
+    #[must_use]
+    pub fn stage(&self, file_stage: &'a str, name: &'a str) -> BlockStage<'a> {
         let share = self.shard.map(|(shard, division)| Share { shard, first: division.first_of(file_stage) });
         BlockStage { cache: self.cache, reporter: self.reporter, file_stage, name, share }
     }
@@ -420,7 +422,7 @@ pub(crate) fn decode_traces(bytes: &[u8], paths: u64) -> Option<Vec<Traces>> {
     Some(if of_paths == paths { traces } else { traces.into_iter().map(Traces::without_paths).collect() })
 }
 
-fn encode_masks(masks: &SunMasks) -> Vec<u8> {
+pub(crate) fn encode_masks(masks: &SunMasks) -> Vec<u8> {
     encode_words(masks.rays, &masks.words)
 }
 

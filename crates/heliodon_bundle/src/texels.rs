@@ -5,12 +5,12 @@
 //!
 //! | file | texels | holds |
 //! | --- | --- | --- |
-//! | `texels/sun.ktx2` | W words of the sun mask, four a layer (one or two where there are no more) | bit t is bit t mod 32 of word t / 32 |
-//! | `texels/sky.ktx2` | the sky transfer's numbers as 16-bit floats, four a layer, zero-padded | coefficient-major, then channel |
-//! | `texels/bounce.ktx2` | the sun bounce likewise, a texel for every 4 x 4 of the others | function-major, then channel |
+//! | `texels/sun.ktx2` | W words of the sun mask, one a layer | bit t is bit t mod 32 of word t / 32 |
+//! | `texels/sky.ktx2` | the sky transfer's numbers as 16-bit floats, four a layer, zero-padded; of coloured light a texel for every 2 x 2 of the masks | coefficient-major, then channel |
+//! | `texels/bounce.ktx2` | the sun bounce likewise, a texel for every 4 x 4 of the masks | function-major, then channel |
 //!
-//! Charts lie in whole squares of 4 x 4 texels, so that sun and sky have three mip levels in which no chart takes from another; a mask's coarser levels hold
-//! what most of four texels have. Sky and bounce are filtered linearly. Of the sun the moment's bits are taken, and what they say is filtered: the part of the
+//! Charts lie in whole squares of 4 x 4 texels, so that sun and sky have mip levels down to those squares in which no chart takes from another; a mask's
+//! coarser levels hold what most of four texels have. Sky and bounce are filtered linearly. Of the sun the moment's bits are taken, and what they say is filtered: the part of the
 //! sun that reaches a place. Normals are the mesh's own.
 
 use crate::chunk::LightLayout;
@@ -26,7 +26,7 @@ use thiserror::Error;
 
 /// Texels of sun and sky along a side of one of the bounce.
 pub const BOUNCE_BLOCK: u32 = 4;
-/// Levels of sun and sky.
+/// Levels down to those squares, the finest with them.
 pub const TEXEL_LEVELS: u32 = 3;
 /// The largest side of an atlas: sides are multiples of [`BOUNCE_BLOCK`].
 pub const MAX_TEXEL_SIDE: u32 = 16_384;
@@ -68,14 +68,11 @@ pub struct TexelLight {
     pub bounce: Option<Ktx2>,
 }
 
-/// The format of the sun masks of a layout.
+/// The level whose texels the sky of light of so many channels has on its finest: the light of the sky changes less from place to place than the sun's, and in colour it is three times as
+/// large.
 #[must_use]
-pub fn sun_format(layout: LightLayout) -> TexelFormat {
-    match layout.mask_words() {
-        0 | 1 => TexelFormat::R32Uint,
-        2 => TexelFormat::Rg32Uint,
-        _ => TexelFormat::Rgba32Uint,
-    }
+pub fn sky_level(channels: u32) -> u32 {
+    u32::from(channels == 3)
 }
 
 /// Texels of a level along a side, at least one.
@@ -96,17 +93,13 @@ impl TexelLight {
             return fault(format!("an atlas of {width} x {height}; sides are multiples of 4 up to 16,384"));
         }
         let fours = |numbers: usize| numbers.div_ceil(4) as u32;
-        let sun = sun_format(layout);
-        let sun_layers = (layout.mask_words() as u32).div_ceil(sun.channels());
+        let (words, above) = (layout.mask_words() as u32, sky_level(layout.channels));
+        let half = [width >> above, height >> above];
         let bounced = fours(layout.bounce_floats());
         let block = [width / BOUNCE_BLOCK, height / BOUNCE_BLOCK];
         let wanted = [
-            ("sun", Some(&self.sun), (sun, [width, height], sun_layers, TEXEL_LEVELS)),
-            (
-                "sky",
-                Some(&self.sky),
-                (TexelFormat::Rgba16Float, [width, height], fours(layout.transfer_floats()), TEXEL_LEVELS),
-            ),
+            ("sun", Some(&self.sun), (TexelFormat::R32Uint, [width, height], words, TEXEL_LEVELS)),
+            ("sky", Some(&self.sky), (TexelFormat::Rgba16Float, half, fours(layout.transfer_floats()), TEXEL_LEVELS - above)),
             ("bounce", self.bounce.as_ref(), (TexelFormat::Rgba16Float, block, bounced.max(1), 1)),
         ];
         if self.bounce.is_some() != (bounced > 0) {
@@ -158,8 +151,7 @@ impl TexelLight {
     }
 
     fn mask_word(&self, texel: UVec2, word: u32) -> u32 {
-        let channels = self.sun.format.channels();
-        let at = (place(&self.sun, texel, word / channels) * channels as usize + (word % channels) as usize) * 4;
+        let at = place(&self.sun, texel, word) * 4;
         self.sun.levels[0][at..].first_chunk().map_or(0, |&four| u32::from_le_bytes(four))
     }
 }
@@ -210,22 +202,20 @@ pub fn float_texture([width, height]: [u32; 2], per_texel: usize, levels: &[Vec<
 /// The texture of sun masks from levels of their words, W for each texel.
 #[must_use]
 pub fn sun_texture(layout: LightLayout, [width, height]: [u32; 2], levels: &[Vec<u32>]) -> Ktx2 {
-    let (format, words) = (sun_format(layout), layout.mask_words());
-    let channels = format.channels() as usize;
-    let layers = words.div_ceil(channels);
+    let words = layout.mask_words();
     let level = |(level, masks): (u32, &Vec<u32>)| {
         let texels = (side(width, level) * side(height, level)) as usize;
-        let mut bytes = vec![0_u8; texels * layers * channels * 4];
+        let mut bytes = vec![0_u8; texels * words * 4];
         for (texel, own) in masks.chunks_exact(words.max(1)).take(texels).enumerate() {
             for (word, value) in own.iter().enumerate() {
-                let at = ((word / channels * texels + texel) * channels + word % channels) * 4;
+                let at = (word * texels + texel) * 4;
                 bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
             }
         }
         bytes
     };
     let levels = (0..).zip(levels).map(level).collect();
-    Ktx2 { format, width, height, layers: layers as u32, levels }
+    Ktx2 { format: TexelFormat::R32Uint, width, height, layers: words as u32, levels }
 }
 
 impl From<ImageError> for TexelFault {

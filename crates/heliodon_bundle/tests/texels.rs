@@ -13,10 +13,12 @@ const INFO: TexelInfo = TexelInfo { width: 8, height: 8, per_m: 20.0, utilisatio
 fn light(layout: LightLayout) -> TexelLight {
     let (words, floats, bounced) = (layout.mask_words(), layout.transfer_floats(), layout.bounce_floats());
     let masks: Vec<Vec<u32>> = [64, 16, 4].map(|texels| (0..texels * words).map(|i| i as u32).collect()).into();
-    let levels: Vec<Vec<f32>> = [64, 16, 4].map(|texels| (0..texels * floats).map(|i| i as f32 / 512.0).collect()).into();
+    let level = |texels: usize| (0..texels * floats).map(|i| i as f32 / 512.0).collect();
+    let (side, levels): (u32, Vec<Vec<f32>>) =
+        if layout.channels == 3 { (4, [16, 4].map(level).into()) } else { (8, [64, 16, 4].map(level).into()) };
     TexelLight {
         sun: sun_texture(layout, [8, 8], &masks),
-        sky: float_texture([8, 8], floats, &levels),
+        sky: float_texture([side; 2], floats, &levels),
         bounce: (bounced > 0).then(|| float_texture([2, 2], bounced, &[vec![0.25; 4 * bounced]])),
     }
 }

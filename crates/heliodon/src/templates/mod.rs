@@ -153,6 +153,7 @@ fn part(file: &str, name: &str, role: Role) -> Part {
         scale: 1.0,
         crease_deg: None,
         light: LightStorage::Auto,
+        texels: 1.0,
     }
 }
 

@@ -6,6 +6,7 @@ use super::lamp::Lamp;
 use super::prepare::Prepare;
 use super::types::{Albedo, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part, Room, SiteFile, Sky};
 use super::values::ProbeTimes;
+use crate::texels::{BOUNCE_BLOCK, MAX_TEXEL_SIDE};
 
 /// A fault with the path of the key that has it.
 pub(super) struct Fault {
@@ -121,6 +122,7 @@ fn check_part(at: &[&str; 2], part: &Part) -> Checked {
     check_albedo(&key("albedo"), part.albedo.as_ref())?;
     finite(&key("translate"), &part.translate)?;
     finite(&key("rotate_deg"), &part.rotate_deg)?;
+    within(&key("texels"), part.texels, 0.01, 100.0)?;
     if let Some(crease) = part.crease_deg {
         within(&key("crease_deg"), crease, 0.0, 180.0)?;
     }
@@ -350,6 +352,12 @@ fn check_bake(site: &SiteFile) -> Checked {
     within(&["bake", "samples"], f64::from(bake.samples), 16.0, 1_048_576.0)?;
     if let Some(grid) = bake.grid_m {
         within(&["bake", "grid_m"], grid, 0.1, 10.0)?;
+    }
+    if let Some(texels) = bake.texels {
+        within(&["bake", "texels"], f64::from(texels), 64.0, f64::from(MAX_TEXEL_SIDE))?;
+        if !texels.is_multiple_of(BOUNCE_BLOCK) {
+            return fault(&["bake", "texels"], format!("texels is {texels}"), "give a multiple of 4, such as 2048");
+        }
     }
     match bake.offset_m {
         Some(offset) if !(offset > 0.0 && offset <= 10.0) => fault(

@@ -26,8 +26,8 @@ pub use heliodon_math::unit::Unit;
 pub use lamp::Lamp;
 pub use prepare::{Prepare, Winding};
 pub use types::{
-    Albedo, Bake, BelowHorizon, Between, DEFAULT_GRID_M, Display, LightStorage, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part,
-    Role, Room, SiteFile, SiteInfo, Sky, SkyModel, Transfer, UpAxis,
+    Albedo, Bake, BelowHorizon, Between, DEFAULT_GRID_M, DEFAULT_TEXELS, Display, LightStorage, MAX_SKY_STEPS, MAX_SUN_STEPS,
+    Mapping, Part, Role, Room, SiteFile, SiteInfo, Sky, SkyModel, Transfer, UpAxis,
 };
 pub use values::{Date, ProbeTimes, TimeOfDay, UtcOffset};
 

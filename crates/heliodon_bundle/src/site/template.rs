@@ -132,6 +132,7 @@ fn write_part(w: &mut Writer, part: &Part) {
     w.optional("translate", &part.translate, &[0.0; 3], "last");
     w.absent("crease_deg", part.crease_deg.as_ref(), "60.0", "sharper edges are hard; default: the files' normals");
     w.optional("light", &part.light, &super::LightStorage::Auto, "auto, vertex or texel");
+    w.optional("texels", &part.texels, &1.0, "along a metre, beside other parts lit by texels");
 }
 
 fn write_sky(w: &mut Writer, sky: &Sky) {
@@ -176,6 +177,7 @@ fn write_bake(w: &mut Writer, bake: &Bake) {
     w.optional("seed", &bake.seed, &default.seed, "");
     w.absent("offset_m", bake.offset_m.as_ref(), "0.001", "how far off the surface rays start; default: from the scene");
     w.absent("grid_m", bake.grid_m.as_ref(), "0.5", "between points of space that light actors, in rooms and along paths");
+    w.absent("texels", bake.texels.as_ref(), "2048", "along a side of the atlas that lights parts in texels");
     w.optional("transfer", &bake.transfer, &default.transfer, "mono or rgb");
     w.optional("sun_bounce", &bake.sun_bounce, &default.sun_bounce, "the sun's own bounced light");
 }

@@ -19,6 +19,9 @@ pub const MAX_SKY_STEPS: u32 = 16_384;
 /// The distance between points of the light grid unless a site says otherwise: less than a figure's width, metres.
 pub const DEFAULT_GRID_M: f64 = 0.5;
 
+/// Texels along a side of the atlas unless a site says otherwise.
+pub const DEFAULT_TEXELS: u32 = 2048;
+
 /// All of `site.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -123,6 +126,10 @@ pub struct Part {
     /// Where light is stored.
     #[serde(default)]
     pub light: LightStorage,
+    /// Texels along a metre beside other parts that are lit by texels: 2 has twice as many. Surfaces far from all rooms have fewer in any case.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    #[schemars(range(min = 0.01, max = 100))]
+    pub texels: f64,
 }
 
 pub(super) fn unit_schema(_: &mut SchemaGenerator) -> Schema {
@@ -147,6 +154,11 @@ impl Part {
 
 fn one() -> f64 {
     1.0
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's skip_serializing_if passes a reference")]
+fn is_one(value: &f64) -> bool {
+    *value == 1.0
 }
 
 /// What a part is.
@@ -345,6 +357,10 @@ pub struct Bake {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.1, max = 10))]
     pub grid_m: Option<f64>,
+    /// Texels along a side of the atlas that lights parts in texels, a multiple of 4. Default 2048.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 64, max = 16384))]
+    pub texels: Option<u32>,
     /// Whether sky light keeps the colour that it takes on by bouncing.
     pub transfer: Transfer,
     /// Whether the sun's bounced light is baked.
@@ -364,6 +380,7 @@ impl Default for Bake {
             seed: 0,
             offset_m: None,
             grid_m: None,
+            texels: None,
             transfer: Transfer::Mono,
             sun_bounce: true,
         }
@@ -381,6 +398,12 @@ impl Bake {
     #[must_use]
     pub fn effective_grid_m(&self) -> f64 {
         self.grid_m.unwrap_or(DEFAULT_GRID_M)
+    }
+
+    /// Texels along a side of the atlas: as given, or [`DEFAULT_TEXELS`].
+    #[must_use]
+    pub fn effective_texels(&self) -> u32 {
+        self.texels.unwrap_or(DEFAULT_TEXELS)
     }
 
     /// Coefficients of the sky transfer per channel: `(order + 1)^2`.

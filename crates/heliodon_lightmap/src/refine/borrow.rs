@@ -52,6 +52,52 @@ fn of_chart(grid: &Grid, chart: &ChartGrid, values: &[f32], count: usize, valid:
     lent
 }
 
+impl Grid {
+    /// For each texel the nearest one of its chart that is valid, over the fewest steps of its grid; itself where it is, or where no texel of its chart is.
+    ///
+    /// # Panics
+    /// When there are not as many flags as texels.
+    #[must_use]
+    pub fn nearest_valid(&self, valid: &[bool]) -> Vec<u32> {
+        assert_eq!(valid.len(), self.len(), "a flag for each texel");
+        let mut nearest: Vec<u32> = (0..self.len() as u32).collect();
+        let found = self.charts.par_iter().flat_map_iter(|chart| nearest_of_chart(self, chart, valid));
+        for (texel, source) in found.collect::<Vec<_>>() {
+            nearest[texel as usize] = source;
+        }
+        nearest
+    }
+}
+
+/// The texels of a chart that are not valid, each with the nearest that is.
+fn nearest_of_chart(grid: &Grid, chart: &ChartGrid, valid: &[bool]) -> Vec<(u32, u32)> {
+    let (width, height) = (chart.width as usize, chart.height as usize);
+    let cells = &grid.cells[chart.cells..][..width * height];
+    let is_valid = |&texel: &u32| texel != NOBODY && valid[texel as usize];
+    let mut source: Vec<u32> = cells.iter().map(|texel| if is_valid(texel) { *texel } else { NOBODY }).collect();
+    if cells.iter().all(|texel| *texel == NOBODY || is_valid(texel)) {
+        return Vec::new();
+    }
+    let mut rim: Vec<usize> = (0..cells.len()).filter(|&cell| source[cell] != NOBODY).collect();
+    let mut lent = Vec::new();
+    while !rim.is_empty() {
+        let mut next = Vec::new();
+        for &cell in &rim {
+            for beside in around(cell, width, height) {
+                if source[beside] == NOBODY {
+                    source[beside] = source[cell];
+                    next.push(beside);
+                    if cells[beside] != NOBODY {
+                        lent.push((cells[beside], source[cell]));
+                    }
+                }
+            }
+        }
+        rim = next;
+    }
+    lent
+}
+
 /// The up to eight cells around one.
 fn around(cell: usize, width: usize, height: usize) -> impl Iterator<Item = usize> {
     let (x, y) = (cell % width, cell / width);

@@ -397,6 +397,14 @@ mod tests {
             let most = if inside(place) { 0.25 } else { 0.01 };
             assert!((value - light(place)).abs() < most, "{value} at {place:?}");
         }
+        let nearest = grid.nearest_valid(&found.valid);
+        for (texel, &place) in grid.places().iter().enumerate() {
+            let source = grid.places()[nearest[texel] as usize];
+            assert!(!inside(source) && (inside(place) || nearest[texel] == texel as u32));
+            let wanted = if inside(place) { 0.2 - place.position.distance(Vec3::new(0.5, 0.0, 0.5)) } else { 0.0 };
+            assert!(place.position.distance(source.position) < 1.5 * wanted + 0.02, "{place:?} from {source:?}");
+        }
+        assert_eq!(grid.nearest_valid(&vec![false; grid.len()])[7], 7);
         let none = refine(&grid, 1, &RefineParams::default(), &mut |asked| Sampled {
             values: vec![7.0; asked.len()],
             valid: vec![false; asked.len()],

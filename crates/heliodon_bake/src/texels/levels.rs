@@ -1,0 +1,134 @@
+//! Coarser levels of an atlas: each texel from those of its own chart alone.
+
+use heliodon_lightmap::texels::Texel;
+
+/// Nobody's texel.
+const NOBODY: u32 = u32::MAX;
+
+/// The texels of a level of an atlas: which chart each belongs to.
+pub struct Owners {
+    side: usize,
+    chart: Vec<u32>,
+}
+
+impl Owners {
+    /// Of a level of this side, whose texels filtering may ask for.
+    #[must_use]
+    pub fn new(side: u32, texels: &[Texel], chart_of_triangle: &[u32]) -> Self {
+        let side = side as usize;
+        let mut chart = vec![NOBODY; side * side];
+        for texel in texels {
+            chart[usize::from(texel.y) * side + usize::from(texel.x)] = chart_of_triangle[texel.triangle as usize];
+        }
+        Self { side, chart }
+    }
+
+    /// The texels of the level below that are those of a texel of this one, and of its chart.
+    fn within<'a>(&'a self, finer: &'a Self, texel: usize) -> impl Iterator<Item = usize> + 'a {
+        let (x, y) = (2 * (texel % self.side), 2 * (texel / self.side));
+        let four = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[dx, dy]| (y + dy) * finer.side + x + dx);
+        four.into_iter().filter(move |&child| finer.chart[child] == self.chart[texel])
+    }
+
+    /// The texels around one that are of its chart.
+    fn around(&self, texel: usize) -> impl Iterator<Item = usize> + '_ {
+        let (x, y) = (texel % self.side, texel / self.side);
+        let rows = y.saturating_sub(1)..(y + 2).min(self.side);
+        let columns = x.saturating_sub(1)..(x + 2).min(self.side);
+        let all = rows.flat_map(move |y| columns.clone().map(move |x| y * self.side + x));
+        all.filter(move |&other| other != texel && self.chart[other] == self.chart[texel])
+    }
+}
+
+/// How far a chart is followed beyond the texels that finer levels have of it: filtering asks for one and a half of the coarsest.
+const ROUNDS: usize = 3;
+
+/// The level above `finer`, `width` values a texel: `mix` makes one texel's values of some others'.
+#[must_use]
+pub fn coarser<T: Copy + Default>(
+    own: &Owners,
+    (below, finer): (&Owners, &[T]),
+    width: usize,
+    mix: impl Fn(&[&[T]]) -> Vec<T>,
+) -> Vec<T> {
+    let mut values = vec![T::default(); own.chart.len() * width];
+    let mut is_known = vec![false; own.chart.len()];
+    let mine = || (0..own.chart.len()).filter(|&texel| own.chart[texel] != NOBODY);
+    for texel in mine() {
+        let children: Vec<&[T]> = own.within(below, texel).map(|child| &finer[child * width..(child + 1) * width]).collect();
+        if !children.is_empty() {
+            values[texel * width..(texel + 1) * width].copy_from_slice(&mix(&children));
+            is_known[texel] = true;
+        }
+    }
+    for _ in 0..ROUNDS {
+        let unknown: Vec<usize> = mine().filter(|&texel| !is_known[texel]).collect();
+        let of = |&texel: &usize| {
+            let beside = own.around(texel).filter(|&other| is_known[other]);
+            let beside: Vec<&[T]> = beside.map(|other| &values[other * width..(other + 1) * width]).collect();
+            (!beside.is_empty()).then(|| (texel, mix(&beside)))
+        };
+        let found: Vec<(usize, Vec<T>)> = unknown.iter().filter_map(of).collect();
+        for (texel, mixed) in found {
+            values[texel * width..(texel + 1) * width].copy_from_slice(&mixed);
+            is_known[texel] = true;
+        }
+    }
+    values
+}
+
+/// The mean of some texels' numbers.
+#[must_use]
+pub fn mean(texels: &[&[f32]]) -> Vec<f32> {
+    let of = |i: usize| texels.iter().map(|texel| texel[i]).sum::<f32>() / texels.len() as f32;
+    (0..texels.first().map_or(0, |texel| texel.len())).map(of).collect()
+}
+
+/// The bits that at least half of some texels' masks have.
+#[must_use]
+pub fn most(texels: &[&[u32]]) -> Vec<u32> {
+    let word = |i: usize| {
+        (0..32).fold(0, |word, bit| {
+            let set = texels.iter().filter(|texel| texel[i] >> bit & 1 == 1).count();
+            if 2 * set >= texels.len() { word | 1 << bit } else { word }
+        })
+    };
+    (0..texels.first().map_or(0, |texel| texel.len())).map(word).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn texel(x: u16, y: u16, triangle: u32) -> Texel {
+        Texel { x, y, sheet: 0, is_covered: true, triangle, weights: Vec3::X }
+    }
+
+    #[test]
+    fn no_chart_takes_from_another() {
+        // two charts, side by side, the second with a column of texels only
+        let fine: Vec<Texel> = (0..8_u16).flat_map(|y| (0..4).map(move |x| texel(x, y, 0)).chain([texel(4, y, 1)])).collect();
+        let coarse: Vec<Texel> =
+            (0..4_u16).flat_map(|y| [texel(0, y, 0), texel(1, y, 0), texel(2, y, 1), texel(3, y, 1)]).collect();
+        let (fine, coarse) = (Owners::new(8, &fine, &[5, 9]), Owners::new(4, &coarse, &[5, 9]));
+        let values: Vec<f32> = (0..64)
+            .map(|i| {
+                if i % 8 < 4 {
+                    1.0
+                } else if i % 8 == 4 {
+                    7.0
+                } else {
+                    1e9
+                }
+            })
+            .collect();
+        let above = coarser(&coarse, (&fine, &values), 1, mean);
+        for y in 0..4 {
+            assert_eq!(above[4 * y..4 * y + 4], [1.0, 1.0, 7.0, 7.0]);
+        }
+        let bits: Vec<u32> = (0..64).map(|i| [0b111, 0b011, 0b001, 0b000, 0b10, 0, 0, 0][i % 8]).collect();
+        let above = coarser(&coarse, (&fine, &bits), 1, most);
+        assert_eq!(above[..4], [0b011, 0b001, 0b10, 0b10]);
+    }
+}

@@ -1,0 +1,200 @@
+//! The light of an atlas: sun masks at every texel, bounced light at every square of them, the sky where it changes.
+
+use super::atlas::{Atlas, Texels};
+use crate::blocks::{BlockStage, block_ranges, points_per_block};
+use crate::codec::{Decoder, Encoder};
+use crate::error::BakeError;
+use crate::light::LightInput;
+use crate::report::Batches;
+use crate::stages::{Work, decode_masks, encode_masks};
+use heliodon_light::{BouncedSun, CellLight, Layout, LightParams, MaskParams, Received, Receivers, SunMasks, bake_sun_masks};
+use heliodon_lightmap::refine::{RefineParams, Refined, Sampled, refine};
+use std::ops::Range;
+
+/// What is solved of the scene, from which texels take their light.
+pub struct SolvedScene<'a> {
+    /// What was solved, and how finely.
+    pub input: &'a LightInput<'a>,
+    /// With all back sides.
+    pub layout: &'a Layout,
+    /// What the cells reflect.
+    pub cells: &'a CellLight,
+    /// Where the suns shine, if their light bounces.
+    pub sun: Option<&'a BouncedSun>,
+}
+
+/// The light of some texels.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TexelValues {
+    /// Numbers of each, texel by texel.
+    pub values: Vec<f32>,
+    /// Whether each lies where light can be.
+    pub valid: Vec<bool>,
+    /// Texels that were sampled.
+    pub samples: u64,
+    /// Rays that were traced for them.
+    pub rays: u64,
+}
+
+/// What is asked of texels, besides the sky.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Asked {
+    /// The sky's transfer.
+    Sky,
+    /// The bounced sun.
+    Bounce,
+}
+
+/// Numbers nearer to 0 than this are as good as dark, of suns and skies of unit radiance.
+const FLOOR: f32 = 0.02;
+/// How large an error is, in those of sampling: interpolation is to add less than there is.
+const ERROR_PER_SAMPLE: f32 = 4.0;
+/// But no more than this.
+const LEAST_ERROR: f32 = 0.01;
+
+impl SolvedScene<'_> {
+    fn params(&self) -> &LightParams {
+        self.input.params
+    }
+
+    /// Channels of the light.
+    #[must_use]
+    pub fn channels(&self) -> u32 {
+        self.params().channels.count() as u32
+    }
+
+    /// Which suns reach each texel.
+    ///
+    /// # Errors
+    /// A cache that cannot be written.
+    pub fn masks(&self, atlas: &Atlas, texels: &Texels, work: &Work, name: &str) -> Result<SunMasks, BakeError> {
+        let surfaces = &self.input.surfaces;
+        let places: Vec<_> = texels.texels.iter().map(|texel| atlas.place(texel)).collect();
+        let receivers = Receivers::new(surfaces, self.layout, &places, self.params());
+        let (suns, steps) = (self.input.suns, self.input.suns.len() as u32);
+        let points = receivers.points();
+        let per_block = points_per_block(points.len(), (suns.len() as u64).div_ceil(2));
+        let ranges: Vec<Range<usize>> = block_ranges(0..points.len(), per_block).collect();
+        let parts = work.stage(name, "sun on texels").run(
+            &ranges,
+            0,
+            |bytes, range| {
+                let (rays, words) = decode_masks(bytes)?;
+                let masks = SunMasks { steps, rays, words };
+                let fits = masks.words.len() == range.len() * masks.words_per_point() && masks.validate().is_ok();
+                fits.then_some(masks)
+            },
+            |range| Ok::<_, BakeError>(bake_sun_masks(surfaces, points, suns, range, &MaskParams::default())?),
+            encode_masks,
+        )?;
+        let mut all = SunMasks { steps, ..SunMasks::default() };
+        for part in &parts {
+            all.append(part)?;
+        }
+        let words = receivers.in_order_of_places(&all.words, all.words_per_point());
+        Ok(SunMasks { words, ..all })
+    }
+
+    /// The numbers of all texels, of which those are sampled between which light changes.
+    ///
+    /// # Errors
+    /// Input that the solver refuses, a cache that cannot be written.
+    pub fn values(
+        &self,
+        (atlas, texels): (&Atlas, &Texels),
+        asked: Asked,
+        work: &Work,
+        name: &str,
+    ) -> Result<TexelValues, BakeError> {
+        let params = self.params();
+        let channels = params.channels.count();
+        let functions = self.sun.map_or(0, BouncedSun::function_count);
+        let count = channels * if asked == Asked::Sky { params.coefficients } else { functions };
+        let refining = RefineParams {
+            first_stride: if asked == Asked::Sky { 8 } else { 1 },
+            error: (ERROR_PER_SAMPLE / params.samples as f32).max(LEAST_ERROR),
+            floor: FLOOR,
+            ..RefineParams::default()
+        };
+        let told = if asked == Asked::Sky { "sky on texels" } else { "bounced sun on texels" };
+        work.reporter.stage(told, texels.texels.len() as u64);
+        // lattice after lattice, of which nobody knows beforehand how many texels they will ask for
+        let batches = Batches::new(work.reporter);
+        let stage = BlockStage { reporter: &batches, ..work.stage(name, told) };
+        let (mut first_block, mut rays, mut failed) = (0, 0, None);
+        let mut sample = |texels_asked: &[u32]| -> Sampled {
+            let received = match failed {
+                None => self.receive((atlas, texels), texels_asked, asked, &stage, &mut first_block),
+                Some(_) => Ok(Received::default()),
+            };
+            match received {
+                Ok(received) if failed.is_none() => {
+                    rays += received.rays;
+                    let values = if asked == Asked::Sky { received.sky_transfer } else { received.sun_bounce };
+                    Sampled { values, valid: received.valid.iter().map(|&flag| flag == 1).collect(), reach_m: received.reach_m }
+                }
+                other => {
+                    failed = failed.take().or(other.err());
+                    let len = texels_asked.len();
+                    Sampled { values: vec![0.0; len * count], valid: vec![true; len], reach_m: vec![f32::INFINITY; len] }
+                }
+            }
+        };
+        let Refined { values, valid, samples, .. } = refine(&texels.grid, count, &refining, &mut sample);
+        work.reporter.finished();
+        match failed {
+            Some(error) => Err(error),
+            None => Ok(TexelValues { values, valid, samples: samples as u64, rays }),
+        }
+    }
+
+    /// The light of some texels, in their order, in blocks that are kept.
+    fn receive(
+        &self,
+        (atlas, texels): (&Atlas, &Texels),
+        some: &[u32],
+        asked: Asked,
+        stage: &BlockStage,
+        first_block: &mut usize,
+    ) -> Result<Received, BakeError> {
+        let (surfaces, params) = (&self.input.surfaces, self.params());
+        let sun = self.sun.filter(|_| asked == Asked::Bounce);
+        let functions = sun.map_or(0, BouncedSun::function_count);
+        let places: Vec<_> = some.iter().map(|&texel| atlas.place(&texels.texels[texel as usize])).collect();
+        let receivers = Receivers::new(surfaces, self.layout, &places, params);
+        let per_block = points_per_block(places.len(), u64::from(params.samples));
+        let ranges: Vec<Range<usize>> = block_ranges(0..places.len(), per_block).collect();
+        let blocks = stage.run(
+            &ranges,
+            *first_block,
+            |bytes, range| decode_received(bytes).filter(|block| block.validate(range.len(), functions, params).is_ok()),
+            |range| Ok::<_, BakeError>(receivers.receive(surfaces, self.cells, sun, range, params)?),
+            encode_received,
+        )?;
+        *first_block += ranges.len();
+        let mut all = Received::default();
+        blocks.into_iter().for_each(|block| all.append(block));
+        let channels = params.channels.count();
+        Ok(Received {
+            sky_transfer: receivers.in_order_of_places(&all.sky_transfer, params.coefficients * channels),
+            sun_bounce: receivers.in_order_of_places(&all.sun_bounce, functions * channels),
+            valid: receivers.in_order_of_places(&all.valid, 1),
+            reach_m: receivers.in_order_of_places(&all.reach_m, 1),
+            rays: all.rays,
+        })
+    }
+}
+
+fn encode_received(block: &Received) -> Vec<u8> {
+    let mut encoder = Encoder::default();
+    encoder.number(block.rays).run(&block.sky_transfer).run(&block.sun_bounce).run(&block.valid).run(&block.reach_m);
+    encoder.finish()
+}
+
+fn decode_received(bytes: &[u8]) -> Option<Received> {
+    let mut decoder = Decoder::new(bytes);
+    let rays = decoder.number()?;
+    let (sky_transfer, sun_bounce) = (decoder.run()?, decoder.run()?);
+    let block = Received { rays, sky_transfer, sun_bounce, valid: decoder.run()?, reach_m: decoder.run()? };
+    decoder.is_empty().then_some(block)
+}
