@@ -66,6 +66,7 @@ fn wall(layout: LightLayout) -> LitChunk {
             })
             .collect(),
         uvs: Vec::new(),
+        texel_uvs: Vec::new(),
         albedo: (0..count as u32).map(|v| Vec3::new(random(v, 1, 5), random(v, 2, 5), random(v, 3, 5))).collect(),
         triangles: triangles.flat_map(|a| [[a, a + 1, a + side], [a + 1, a + side + 1, a + side]]).collect(),
         valid: vec![1; count],

@@ -327,6 +327,7 @@ impl Document<'_> {
             info: ChunkInfo {
                 part,
                 texture,
+                by_texels: texel_uvs.is_some(),
                 vertices: vertices as u32,
                 triangles: (corners / 3) as u32,
                 bounds: self.bounds(position)?,

@@ -56,6 +56,8 @@ pub struct ChunkInfo {
     pub part: u16,
     /// Index of its base colour image.
     pub texture: Option<u32>,
+    /// Whether it is lit by texels.
+    pub by_texels: bool,
     /// Vertices.
     pub vertices: u32,
     /// Triangles.

@@ -143,6 +143,7 @@ impl Court {
             positions,
             normals,
             uvs,
+            texel_uvs: Vec::new(),
             triangles,
         }
     }

@@ -1,7 +1,8 @@
 //! A chunk of the bundle made ready for the GPU, on the loading thread.
 
 use super::cluster::{Cluster, cluster};
-use super::layout::{Baked, VertexLayout, albedo_roots, pack};
+use super::layout::{Baked, VertexLayout, albedo_roots, octahedral, pack};
+use super::pipelines::StoneKind;
 use glam::{Vec2, Vec3};
 use heliodon_bundle::LitChunk;
 use std::sync::Arc;
@@ -30,13 +31,27 @@ impl KeptChunk {
     }
 }
 
+/// Where the colour and the light of a chunk with this texture come from.
+#[must_use]
+pub fn stone_kind(texture: Option<u32>, by_texels: bool) -> StoneKind {
+    match (by_texels, texture) {
+        (true, _) => StoneKind::Texels,
+        (false, Some(_)) => StoneKind::Textured,
+        (false, None) => StoneKind::Plain,
+    }
+}
+
 /// What the GPU gets of a chunk.
 #[derive(Clone, Debug)]
 pub struct PreparedChunk {
     /// What stays.
     pub kept: Arc<KeptChunk>,
-    /// Texture coordinates, where the chunk has a texture.
+    /// Texture coordinates, where the chunk has a texture or is lit by texels.
     pub uvs: Vec<Vec2>,
+    /// Places in the atlas of light in texels, where it is lit by that,
+    pub texel_uvs: Vec<Vec2>,
+    /// and normals then, [`octahedral`].
+    pub normals: Vec<u32>,
     /// The baked light, as [`pack`] lays it.
     pub baked: Vec<u32>,
     /// Index of the bundle's texture.
@@ -44,6 +59,12 @@ pub struct PreparedChunk {
 }
 
 impl PreparedChunk {
+    /// Where its colour and its light come from.
+    #[must_use]
+    pub fn kind(&self) -> StoneKind {
+        stone_kind(self.texture, !self.texel_uvs.is_empty())
+    }
+
     /// Clusters the triangles, drops vertices that none uses, and packs what remains.
     #[must_use]
     pub fn new(layout: VertexLayout, chunk: &LitChunk) -> Self {
@@ -51,10 +72,18 @@ impl PreparedChunk {
         let order = &made.vertices;
         let positions: Vec<Vec3> = order.iter().map(|&v| chunk.positions[v as usize]).collect();
         let bounds = positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+        let by_texels = !chunk.texel_uvs.is_empty();
         Self {
             uvs: match chunk.texture {
                 Some(_) => order.iter().map(|&v| chunk.uvs[v as usize]).collect(),
+                None if by_texels => vec![Vec2::ZERO; order.len()],
                 None => Vec::new(),
+            },
+            texel_uvs: if by_texels { order.iter().map(|&v| chunk.texel_uvs[v as usize]).collect() } else { Vec::new() },
+            normals: if by_texels {
+                order.iter().map(|&v| octahedral(chunk.normals[v as usize])).collect()
+            } else {
+                Vec::new()
             },
             baked: pack(layout, Baked { normals: &chunk.normals, light: &chunk.light }, order),
             kept: Arc::new(KeptChunk {

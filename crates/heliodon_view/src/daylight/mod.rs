@@ -27,6 +27,7 @@ pub(crate) mod seen;
 #[cfg(test)]
 mod shader_tests;
 pub mod sight;
+pub(crate) mod texels;
 pub mod view;
 
 use crate::stage::frame::StageFrame;

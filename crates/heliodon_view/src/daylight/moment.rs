@@ -17,6 +17,19 @@ pub fn mean_sky_light(moment: &Moment) -> Vec3 {
     moment.sky.first().map_or(Vec3::ZERO, |&s| (s * 0.282_094_8).max(Vec3::ZERO))
 }
 
+/// What the numbers of layers of four give to red, green and blue, where each of `values` weighs as many numbers as there are channels: one number that is
+/// weighed by all three colours of its value, or three of which each is by its own.
+pub(super) fn layer_weights(channels: usize, values: impl Iterator<Item = Vec3>, layers: &mut [[Vec4; 3]]) {
+    for (i, value) in values.enumerate() {
+        for color in 0..3 {
+            let number = i * channels + color % channels;
+            if let Some(layer) = layers.get_mut(number / 4) {
+                layer[color][number % 4] = value[color];
+            }
+        }
+    }
+}
+
 /// `Moment` of light.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

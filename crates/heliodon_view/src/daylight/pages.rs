@@ -7,10 +7,11 @@ use super::chunk::{KeptChunk, PreparedChunk};
 use super::flat::flat_texture;
 use super::layout::{BLOCK, GROUP, TEXEL_WORDS, VertexLayout};
 use super::parts::Parts;
+use super::pipelines::StoneKind;
 use crate::stage::texture::LevelledTexture;
 use bevy::math::UVec2;
 use bevy::render::render_resource::{
-    BindGroup, BindGroupEntries, BindGroupLayout, Buffer, BufferDescriptor, BufferUsages, Extent3d, Origin3d,
+    BindGroup, BindGroupEntries, BindGroupLayout, Buffer, BufferDescriptor, BufferUsages, Extent3d, Origin3d, Sampler,
     TexelCopyBufferLayout, TexelCopyTextureInfo, Texture, TextureFormat, TextureUsages, TextureViewDescriptor,
 };
 use bevy::render::renderer::{RenderDevice, RenderQueue};
@@ -74,9 +75,13 @@ pub struct Page {
     pub positions: Buffer,
     /// Albedo roots, 4 bytes a vertex.
     pub albedo: Buffer,
-    /// Texture coordinates, 8 bytes a vertex, in pages of textured chunks.
+    /// Of what stone it is.
+    kind: StoneKind,
+    /// Texture coordinates, 8 bytes a vertex, in pages of textured chunks and of those that are lit by texels.
     pub uvs: Option<Buffer>,
-    /// The light of the moment, four half floats a vertex: the light shader writes it, the draw reads it.
+    /// Normals and places in the atlas, 12 bytes a vertex, in pages of chunks that are lit by texels.
+    pub texels: Option<PageTexels>,
+    /// The light of the moment at vertices, four half floats a vertex: the light shader writes it, the draw reads it.
     pub light: Buffer,
     /// 16-bit indices.
     pub indices: Buffer,
@@ -89,6 +94,15 @@ pub struct Page {
     baked: Texture,
     capacity: (u32, u32),
     used: (u32, u32),
+}
+
+/// What a page of chunks that are lit by texels has for it.
+#[derive(Debug)]
+pub struct PageTexels {
+    /// Normals, 4 bytes a vertex: 2 x snorm16 on the octahedron.
+    pub normals: Buffer,
+    /// Places in the atlas, 8 bytes a vertex.
+    pub uvs: Buffer,
 }
 
 /// A page's normals, 4 bytes a vertex: 2 x snorm16 on the octahedron.
@@ -115,6 +129,8 @@ pub struct GpuChunk {
     pub parts: OnceLock<Parts>,
     /// Index of the bundle's texture.
     pub texture: Option<u32>,
+    /// Where its colour and its light come from.
+    pub kind: StoneKind,
     /// Whether it is part of closed bodies only: their backs are not drawn.
     pub closed: bool,
     /// The moments, by their serial numbers, whose light the groups of vertices have.
@@ -135,6 +151,8 @@ pub struct GpuTexture {
     pub bind_group: BindGroup,
     /// The image.
     pub texture: LevelledTexture,
+    /// How it is read.
+    pub sampler: Sampler,
 }
 
 impl Page {
@@ -144,7 +162,7 @@ impl Page {
         light_layout: &BindGroupLayout,
         vertices: u32,
         indices: u32,
-        textured: bool,
+        kind: StoneKind,
     ) -> Self {
         let buffer = |label: &'static str, bytes: u64, usage: BufferUsages| {
             device.create_buffer(&BufferDescriptor {
@@ -169,7 +187,12 @@ impl Page {
         Self {
             positions: buffer("stone_positions", count * 12, BufferUsages::VERTEX),
             albedo: buffer("stone_albedo", count * 4, BufferUsages::VERTEX),
-            uvs: textured.then(|| buffer("stone_uvs", count * 8, BufferUsages::VERTEX)),
+            kind,
+            uvs: (kind != StoneKind::Plain).then(|| buffer("stone_uvs", count * 8, BufferUsages::VERTEX)),
+            texels: (kind == StoneKind::Texels).then(|| PageTexels {
+                normals: buffer("stone_texel_normals", count * 4, BufferUsages::VERTEX),
+                uvs: buffer("stone_texel_uvs", count * 8, BufferUsages::VERTEX),
+            }),
             light,
             indices: buffer("stone_indices", u64::from(indices) * 2, BufferUsages::INDEX),
             work,
@@ -202,8 +225,8 @@ impl Page {
         self.capacity.0
     }
 
-    fn fits(&self, vertices: u32, indices: u32, textured: bool) -> bool {
-        self.uvs.is_some() == textured && self.used.0 + vertices <= self.capacity.0 && self.used.1 + indices <= self.capacity.1
+    fn fits(&self, vertices: u32, indices: u32, kind: StoneKind) -> bool {
+        self.kind == kind && self.used.0 + vertices <= self.capacity.0 && self.used.1 + indices <= self.capacity.1
     }
 }
 
@@ -223,16 +246,16 @@ pub fn upload(
     remaining: Remaining,
 ) -> GpuChunk {
     let kept = &chunk.kept;
-    let textured = !chunk.uvs.is_empty();
+    let kind = chunk.kind();
     let vertices = in_blocks(kept.positions.len() as u64) as u32;
     let index_count = kept.indices.len() as u32;
     // Writes are in multiples of four bytes, so that an odd number of indices takes one more.
     let indices = index_count.next_multiple_of(2);
-    let page = match pages.iter().position(|page| page.fits(vertices, indices, textured)) {
+    let page = match pages.iter().position(|page| page.fits(vertices, indices, kind)) {
         Some(page) => page,
         None => {
             let (room, index_room) = remaining.room(layout, vertices, indices);
-            pages.push(Page::new(device, layout, light_layout, room, index_room, textured));
+            pages.push(Page::new(device, layout, light_layout, room, index_room, kind));
             pages.len() - 1
         }
     };
@@ -244,6 +267,10 @@ pub fn upload(
     queue.write_buffer(&to.albedo, at * 4, bytemuck::cast_slice(&kept.albedo));
     if let Some(uvs) = &to.uvs {
         queue.write_buffer(uvs, at * 8, bytemuck::cast_slice(&chunk.uvs));
+    }
+    if let Some(texels) = &to.texels {
+        queue.write_buffer(&texels.normals, at * 4, bytemuck::cast_slice(&chunk.normals));
+        queue.write_buffer(&texels.uvs, at * 8, bytemuck::cast_slice(&chunk.texel_uvs));
     }
     let blocks = vertices / BLOCK;
     let into = TexelCopyTextureInfo {
@@ -266,6 +293,7 @@ pub fn upload(
         kept: Arc::clone(kept),
         parts: OnceLock::new(),
         texture: chunk.texture,
+        kind,
         closed: false,
         lit_at: vec![0; kept.positions.len().div_ceil(GROUP as usize)],
     }

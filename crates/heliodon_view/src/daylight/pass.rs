@@ -6,7 +6,8 @@
 
 use super::encoded::Encoded;
 use super::occlusion::{DepthReadback, may_show};
-use super::pipelines::{Near, Subject};
+use super::pages::GpuChunk;
+use super::pipelines::{Near, STONES, StoneKind, Subject};
 use super::prepare::{Drawn, StageGpu, StageView};
 use super::seen::{Draw, Seen, split};
 use crate::actors::render::ActorsGpu;
@@ -34,6 +35,7 @@ pub fn light_stage(gpu: Res<StageGpu>, cache: Res<PipelineCache>, mut context: R
 
 /// Lights the groups that are listed.
 fn encode_light(gpu: &StageGpu, cache: &PipelineCache, context: &mut RenderContext) {
+    encode_texels(gpu, cache, context);
     let (Some(id), Some(moment)) = (gpu.light_pipeline, gpu.moment_bind_group()) else { return };
     let Some(pipeline) = cache.get_compute_pipeline(id) else { return };
     if gpu.lit_pages().next().is_none() {
@@ -47,6 +49,15 @@ fn encode_light(gpu: &StageGpu, cache: &PipelineCache, context: &mut RenderConte
     for (page, workgroups) in gpu.lit_pages() {
         pass.set_bind_group(1, &*page.light_bind_group, &[]);
         pass.dispatch_workgroups(workgroups, 1, 1);
+    }
+}
+
+/// Lights the bounced sun's texels, if the moment is a new one for them.
+fn encode_texels(gpu: &StageGpu, cache: &PipelineCache, context: &mut RenderContext) {
+    if let Some(pipeline) = gpu.texel_pipeline.filter(|_| gpu.texels.is_stale()).and_then(|id| cache.get_compute_pipeline(id)) {
+        let descriptor = ComputePassDescriptor { label: Some("texel_bounce"), timestamp_writes: None };
+        let mut pass = context.command_encoder().begin_compute_pass(&descriptor);
+        gpu.texels.encode(&mut pass, pipeline);
     }
 }
 
@@ -154,8 +165,8 @@ pub fn draw_stage(
 }
 
 /// The pipelines of closed stone, without and with a texture.
-fn closed_stone(stone: [Option<&RenderPipeline>; 4]) -> [Option<&RenderPipeline>; 2] {
-    [false, true].map(|textured| stone[Subject::stone_index(textured, true)])
+fn closed_stone(stone: [Option<&RenderPipeline>; STONES]) -> [Option<&RenderPipeline>; 2] {
+    [StoneKind::Plain, StoneKind::Textured].map(|kind| stone[Subject::stone_index(kind, true)])
 }
 
 /// Where a camera's passes draw, and by which pipelines.
@@ -168,14 +179,14 @@ struct Canvas<'a> {
     depth: &'a ViewDepthTexture,
     viewport: Option<Viewport>,
     view_group: BindGroup,
-    stone: [Option<&'a RenderPipeline>; 4],
+    stone: [Option<&'a RenderPipeline>; STONES],
     /// Stone near actors and lamps.
     shaded: Option<Shaded<'a>>,
 }
 
 /// How stone is drawn near actors and lamps: what they cast is group 1, and the texture group 2.
 struct Shaded<'a> {
-    stone: [Option<&'a RenderPipeline>; 4],
+    stone: [Option<&'a RenderPipeline>; STONES],
     shade: &'a BindGroup,
     actors: &'a ActorsGpu,
     lamps: Option<&'a LampsGpu>,
@@ -257,7 +268,7 @@ impl Canvas<'_> {
         shaded: Option<&Shaded<'_>>,
     ) {
         let chunk = &gpu.chunks[draw.chunk as usize];
-        let subject = Subject::stone_index(chunk.texture.is_some(), chunk.closed);
+        let subject = Subject::stone_index(chunk.kind, chunk.closed);
         let lamps = self.shaded.as_ref().is_some_and(|shaded| shaded.lamps.is_some());
         bound.shade(pass, shaded.map(|shaded| shaded.shade), lamps);
         let (pipelines, number, group) = match shaded {
@@ -266,7 +277,7 @@ impl Canvas<'_> {
         };
         // Until its pipeline and texture are there, nothing is drawn of a chunk.
         if let Some(pipeline) = pipelines[subject]
-            && bound.texture(pass, gpu, chunk.texture, group)
+            && bound.texture(pass, gpu, chunk, group)
         {
             bound.pipeline(pass, number, pipeline);
             bound.draw(pass, gpu, drawn.indices.as_ref(), draw, 0);
@@ -304,7 +315,7 @@ impl Canvas<'_> {
 pub struct Bound {
     pipeline: Option<usize>,
     page: Option<usize>,
-    texture: Option<u32>,
+    texture: Option<(StoneKind, Option<u32>)>,
     shaded: bool,
     /// Whether normals come before texture coordinates.
     normals: bool,
@@ -333,13 +344,20 @@ impl Bound {
     }
 
     /// Sets the texture, if there is to be one; false if it is not there.
-    fn texture(&mut self, pass: &mut RenderPass<'_>, gpu: &StageGpu, texture: Option<u32>, group: u32) -> bool {
-        if texture.is_some() && self.texture != texture {
-            let Some(image) = texture.and_then(|texture| gpu.textures.get(texture as usize)) else { return false };
-            pass.set_bind_group(group, &*image.bind_group, &[]);
-            self.texture = texture;
+    fn texture(&mut self, pass: &mut RenderPass<'_>, gpu: &StageGpu, chunk: &GpuChunk, group: u32) -> bool {
+        let wanted = Some((chunk.kind, chunk.texture));
+        if chunk.kind == StoneKind::Plain || self.texture == wanted {
+            return true;
         }
-        true
+        let found = match chunk.kind {
+            StoneKind::Texels => gpu.texels.bind_group(chunk.texture),
+            _ => chunk.texture.and_then(|texture| gpu.textures.get(texture as usize)).map(|image| &image.bind_group),
+        };
+        if let Some(found) = found {
+            pass.set_bind_group(group, &**found, &[]);
+            self.texture = wanted;
+        }
+        found.is_some()
     }
 
     /// Records a draw of stone, with indices of `own` where there are any.
@@ -350,8 +368,11 @@ impl Bound {
             pass.set_vertex_buffer(0, *page.positions.slice(..));
             pass.set_vertex_buffer(1, *page.light.slice(..));
             pass.set_vertex_buffer(2, *page.albedo.slice(..));
-            let normals = page.normals.as_ref().filter(|_| self.normals);
-            for (slot, buffer) in (3..).zip(normals.map(|normals| &normals.buffer).into_iter().chain(&page.uvs)) {
+            let texels = page.texels.as_ref();
+            let for_lamps = page.normals.as_ref().filter(|_| self.normals).map(|normals| &normals.buffer);
+            let normals = texels.map(|texels| &texels.normals).or(for_lamps);
+            let places = texels.map(|texels| &texels.uvs);
+            for (slot, buffer) in (3..).zip(normals.into_iter().chain(&page.uvs).chain(places)) {
                 pass.set_vertex_buffer(slot, *buffer.slice(..));
             }
             pass.set_index_buffer(*own.unwrap_or(&page.indices).slice(..), IndexFormat::Uint16);

@@ -3,6 +3,7 @@
 use super::depth_map;
 use super::layout::{BLOCK, VertexLayout};
 use super::sight::NUMBER_FORMAT;
+use super::texels::{TEXEL_BOUNCE_WGSL, TEXEL_LIGHT_WGSL, TEXEL_MOMENT_BYTES, TEXELS_WGSL};
 use super::view::VIEW_BYTES;
 use crate::actors::SHADE_WGSL;
 use crate::actors::render::shade_layout;
@@ -14,7 +15,8 @@ use bevy::core_pipeline::core_3d::CORE_3D_DEPTH_FORMAT;
 use bevy::mesh::VertexBufferLayout;
 use bevy::prelude::*;
 use bevy::render::render_resource::binding_types::{
-    sampler, storage_buffer_read_only_sized, storage_buffer_sized, texture_2d, uniform_buffer_sized,
+    sampler, storage_buffer_read_only_sized, storage_buffer_sized, texture_2d, texture_2d_array, texture_storage_2d,
+    uniform_buffer_sized,
 };
 use bevy::render::render_resource::*;
 use bevy::shader::Shader;
@@ -32,8 +34,8 @@ pub const VIEW_WGSL: &str = include_str!("view.wgsl");
 pub enum Subject {
     /// Stone.
     Stone {
-        /// With a base colour texture, or with vertex colours.
-        textured: bool,
+        /// Where its colour and its light come from.
+        kind: StoneKind,
         /// A body whose backs are left out; otherwise a surface that is seen from both sides, as its material in the bundle says.
         closed: bool,
     },
@@ -41,24 +43,48 @@ pub enum Subject {
     Sky,
 }
 
+/// Where stone's colour and light come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum StoneKind {
+    /// Both from its vertices.
+    Plain,
+    /// Light from its vertices, colour from a texture.
+    Textured,
+    /// Light from texels, colour from a texture, be it a white one.
+    Texels,
+}
+
+/// All kinds.
+pub const KINDS: [StoneKind; 3] = [StoneKind::Plain, StoneKind::Textured, StoneKind::Texels];
+
+/// Subjects that are stone.
+pub const STONES: usize = 2 * KINDS.len();
+
 /// All subjects; [`Subject::stone_index`] tells where a stone's is, the sky's is the last.
-pub const SUBJECTS: [Subject; 5] = [
-    Subject::Stone { textured: false, closed: false },
-    Subject::Stone { textured: false, closed: true },
-    Subject::Stone { textured: true, closed: false },
-    Subject::Stone { textured: true, closed: true },
-    Subject::Sky,
-];
+pub const SUBJECTS: [Subject; STONES + 1] = {
+    let mut subjects = [Subject::Sky; STONES + 1];
+    let mut i = 0;
+    while i < STONES {
+        subjects[i] = Subject::Stone { kind: KINDS[i / 2], closed: i % 2 == 1 };
+        i += 1;
+    }
+    subjects
+};
 
 impl Subject {
     /// Index of a stone's subject in [`SUBJECTS`].
     #[must_use]
-    pub fn stone_index(textured: bool, closed: bool) -> usize {
-        usize::from(textured) * 2 + usize::from(closed)
+    pub fn stone_index(kind: StoneKind, closed: bool) -> usize {
+        kind as usize * 2 + usize::from(closed)
     }
 
+    /// Whether it has texture coordinates.
     fn textured(self) -> bool {
-        matches!(self, Self::Stone { textured: true, .. })
+        matches!(self, Self::Stone { kind: StoneKind::Textured | StoneKind::Texels, .. })
+    }
+
+    fn by_texels(self) -> bool {
+        matches!(self, Self::Stone { kind: StoneKind::Texels, .. })
     }
 }
 
@@ -100,10 +126,19 @@ impl PipelineKey {
     pub fn wgsl(self) -> String {
         let before = format!("{}{VIEW_WGSL}\n", self.display.wgsl());
         match self.subject {
-            Subject::Stone { textured, .. } => {
+            Subject::Stone { .. } => {
                 let (shaded, lamps) = (self.near != Near::Nothing, self.near == Near::Lamps);
-                let defined = [("TEXTURED", textured), ("SHADED", shaded), ("LAMPS", lamps)];
+                let (textured, texels) = (self.subject.textured(), self.subject.by_texels());
+                let defined = [
+                    ("TEXTURED", textured),
+                    ("TEXELS", texels),
+                    ("VERTICES", !texels),
+                    ("SHADED", shaded),
+                    ("LAMPS", lamps),
+                    ("NORMALS", lamps || texels),
+                ];
                 let stone = resolved(include_str!("stone.wgsl"), &defined);
+                let stone = if texels { format!("{TEXELS_WGSL}{TEXEL_LIGHT_WGSL}{stone}") } else { stone };
                 let lamps = if lamps { LAMPS_WGSL } else { "" };
                 if shaded { before + SHADE_WGSL + lamps + &stone.replace("@group(1)", "@group(2)") } else { before + &stone }
             }
@@ -124,13 +159,14 @@ pub(crate) fn relight_wgsl(display: DisplayKey) -> String {
     format!("{}const BLOCK: u32 = {BLOCK}u;\n{}", display.wgsl(), include_str!("relight.wgsl"))
 }
 
-/// A shader with the lines that its `#ifdef`s keep, so that what a test validates is what runs.
+/// A shader with the lines that its `#ifdef`s keep, those of whose names all are defined, so that what a test validates is what runs.
 fn resolved(source: &str, defined: &[(&str, bool)]) -> String {
+    let is_defined = |name: &str| defined.iter().any(|&(known, yes)| known == name && yes);
     let mut keep = true;
     let mut out = String::with_capacity(source.len());
     for line in source.lines() {
         match line.trim().strip_prefix("#ifdef ") {
-            Some(name) => keep = defined.iter().any(|&(known, yes)| known == name && yes),
+            Some(names) => keep = names.split(' ').all(is_defined),
             None if line.trim() == "#endif" => keep = true,
             None if keep => {
                 out.push_str(line);
@@ -153,6 +189,10 @@ pub struct StagePipelines {
     pub view_layout: BindGroupLayoutDescriptor,
     /// A base colour texture.
     pub texture_layout: BindGroupLayoutDescriptor,
+    /// A base colour texture, and an atlas of light in texels.
+    pub texels_layout: BindGroupLayoutDescriptor,
+    /// What the bounced sun's texels are lit from, and they.
+    pub texel_bounce_layout: BindGroupLayoutDescriptor,
     /// The dome's two maps.
     pub sky_layout: BindGroupLayoutDescriptor,
     /// The matrix of a map of depth.
@@ -168,6 +208,7 @@ pub struct StagePipelines {
     sight_made: Option<[CachedRenderPipelineId; 2]>,
     caster_made: Option<CachedRenderPipelineId>,
     normals_made: Vec<(VertexLayout, CachedComputePipelineId)>,
+    texel_bounce_made: Option<CachedComputePipelineId>,
     shaders: u128,
 }
 
@@ -198,6 +239,32 @@ impl Default for StagePipelines {
             texture_layout: BindGroupLayoutDescriptor::new(
                 "stone_texture",
                 &BindGroupLayoutEntries::sequential(ShaderStages::FRAGMENT, (image(), sampler(SamplerBindingType::Filtering))),
+            ),
+            texels_layout: BindGroupLayoutDescriptor::new(
+                "stone_texels",
+                &BindGroupLayoutEntries::sequential(
+                    ShaderStages::FRAGMENT,
+                    (
+                        image(),
+                        sampler(SamplerBindingType::Filtering),
+                        uniform(TEXEL_MOMENT_BYTES),
+                        texture_2d_array(TextureSampleType::Uint),
+                        texture_2d_array(TextureSampleType::Float { filterable: true }),
+                        image(),
+                        sampler(SamplerBindingType::Filtering),
+                    ),
+                ),
+            ),
+            texel_bounce_layout: BindGroupLayoutDescriptor::new(
+                "texel_bounce",
+                &BindGroupLayoutEntries::sequential(
+                    ShaderStages::COMPUTE,
+                    (
+                        uniform(TEXEL_MOMENT_BYTES),
+                        texture_2d_array(TextureSampleType::Float { filterable: false }),
+                        texture_storage_2d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly),
+                    ),
+                ),
             ),
             sky_layout: BindGroupLayoutDescriptor::new(
                 "sky_maps",
@@ -234,6 +301,7 @@ impl Default for StagePipelines {
             sight_made: None,
             caster_made: None,
             normals_made: Vec::new(),
+            texel_bounce_made: None,
             shaders: 0,
         }
     }
@@ -263,6 +331,23 @@ impl StagePipelines {
             ..default()
         });
         self.light_made.push((layout, id));
+        id
+    }
+
+    /// The pipeline that lights the bounced sun's texels.
+    pub fn texel_bounce(&mut self, cache: &mut PipelineCache) -> CachedComputePipelineId {
+        if let Some(id) = self.texel_bounce_made {
+            return id;
+        }
+        let shader = self.shader(cache, format!("{TEXELS_WGSL}{TEXEL_BOUNCE_WGSL}"), "texel_bounce");
+        let id = cache.queue_compute_pipeline(ComputePipelineDescriptor {
+            label: Some("texel_bounce".into()),
+            layout: vec![self.texel_bounce_layout.clone()],
+            shader,
+            entry_point: Some("main".into()),
+            ..default()
+        });
+        self.texel_bounce_made = Some(id);
         id
     }
 
@@ -379,8 +464,9 @@ impl StagePipelines {
             layout.push(shade_layout());
         }
         match key.subject {
-            Subject::Stone { textured: false, .. } => {}
-            Subject::Stone { textured: true, .. } => layout.push(self.texture_layout.clone()),
+            Subject::Stone { kind: StoneKind::Plain, .. } => {}
+            Subject::Stone { kind: StoneKind::Textured, .. } => layout.push(self.texture_layout.clone()),
+            Subject::Stone { kind: StoneKind::Texels, .. } => layout.push(self.texels_layout.clone()),
             Subject::Sky => layout.push(self.sky_layout.clone()),
         }
         let id = cache.queue_render_pipeline(RenderPipelineDescriptor {
@@ -433,14 +519,17 @@ fn vertex_buffer(location: u32, format: VertexFormat) -> VertexBufferLayout {
     }
 }
 
-/// Position, light, albedo, the normal where there are lamps, and texture coordinates, each from a buffer of its own.
+/// Position, light, albedo, the normal where there are lamps or texels, and texture coordinates, each from a buffer of its own.
 fn vertex_buffers(key: PipelineKey) -> Vec<VertexBufferLayout> {
     let mut formats = vec![(0, VertexFormat::Float32x3), (1, VertexFormat::Float16x4), (2, VertexFormat::Unorm10_10_10_2)];
-    if key.near == Near::Lamps {
+    if key.near == Near::Lamps || key.subject.by_texels() {
         formats.push((4, VertexFormat::Snorm16x2));
     }
     if key.subject.textured() {
         formats.push((3, VertexFormat::Float32x2));
+    }
+    if key.subject.by_texels() {
+        formats.push((5, VertexFormat::Float32x2));
     }
     formats.into_iter().map(|(location, format)| vertex_buffer(location, format)).collect()
 }

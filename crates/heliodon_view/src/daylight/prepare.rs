@@ -5,11 +5,12 @@ use super::layout::{BLOCK, GROUP};
 use super::moment::MomentUniform;
 use super::occlusion::{DepthReadback, LEAST_TRIANGLES};
 use super::pages::{GpuChunk, GpuTexture, Page, PageNormals, Remaining, upload};
-use super::pipelines::{Near, PipelineKey, SUBJECTS, StagePipelines};
+use super::pipelines::{KINDS, Near, PipelineKey, STONES, SUBJECTS, StagePipelines};
 use super::pixels::{Pixels, Wanted};
 use super::raster::{Lens, Raster};
 use super::seen::{LightGroup, Run, Seen};
 use super::sight::{Change, Sight, SightKey};
+use super::texels::{TexelMoment, TexelsGpu};
 use super::view::{ClusterRef, Eye, ViewUniform, cull};
 use super::{DaylightCamera, ExactAtRest, allocator};
 use crate::actors::render::ActorsGpu;
@@ -47,8 +48,12 @@ pub struct StageGpu {
     /// Base colour images.
     pub textures: Vec<GpuTexture>,
     samplers: HashMap<[TextureWrap; 2], Sampler>,
-    /// Chunks without and with a texture that are there.
-    uploaded: [Remaining; 2],
+    /// Chunks that are there, by their [`KINDS`].
+    uploaded: [Remaining; KINDS.len()],
+    /// Light in texels.
+    pub texels: TexelsGpu,
+    /// What lights the bounced sun's texels.
+    pub texel_pipeline: Option<CachedComputePipelineId>,
     moment: Option<MomentUniform>,
     moment_serial: u64,
     moment_buffer: Option<(Buffer, BindGroup)>,
@@ -297,12 +302,21 @@ pub fn receive(
                     let view = texture.view();
                     let entries = BindGroupEntries::sequential((&view, &*sampler));
                     let bind_group = device.create_bind_group("stone_texture", &layout, &entries);
-                    gpu.textures.push(GpuTexture { bind_group, texture });
+                    gpu.textures.push(GpuTexture { bind_group, texture, sampler: sampler.clone() });
                 }
                 // Levels that are too large for the device are passed over.
                 if let Some(to) = gpu.textures.get_mut(level.texture) {
                     to.texture.write(&queue, &level.image);
                 }
+            }
+            Some(Delivery::Texels(piece)) => {
+                bytes += piece.bytes.len();
+                gpu.texels.write(&device, &queue, &piece);
+            }
+            Some(Delivery::TexelsDone) => {
+                let images: Vec<_> = gpu.textures.iter().map(|image| (image.texture.view(), image.sampler.clone())).collect();
+                gpu.texels.finish((&device, &queue), (&cache, &pipelines), &images);
+                gpu.texel_pipeline = Some(pipelines.texel_bounce(&mut cache));
             }
             Some(Delivery::Closed(closed)) => {
                 gpu.closed_known = true;
@@ -310,7 +324,7 @@ pub fn receive(
             }
             Some(Delivery::Chunk(chunk)) => {
                 bytes += chunk.baked.len() * 4 + chunk.kept.positions.len() * 16;
-                let kind = usize::from(!chunk.uvs.is_empty());
+                let kind = chunk.kind() as usize;
                 let remaining = feed.total[kind].after(gpu.uploaded[kind]);
                 gpu.uploaded[kind].add(chunk.kept.positions.len() as u64, chunk.kept.indices.len() as u64 / 3);
                 let placed = upload(&device, &queue, feed.layout, &light_layout, &mut gpu.pages, &chunk, remaining);
@@ -404,7 +418,7 @@ pub fn prepare_views(
         stage_view.sight_pipelines = numbering;
         // A frame without its pipelines would find that nothing is seen, and one whose depth begins with guests would find that
         // what they hide is not: they may move while the eye rests.
-        let needed = ids[..4].iter().chain(numbering.iter().flatten());
+        let needed = ids[..STONES].iter().chain(numbering.iter().flatten());
         let may_ask = (numbering.is_some() && msaa.samples() == 1 && !prepassed.contains(entity))
             .then_some(camera.physical_target_size)
             .flatten()
@@ -505,6 +519,7 @@ pub fn prepare_light(
         let layout = cache.get_bind_group_layout(&pipelines.moment_layout);
         write_uniform(&mut gpu.moment_buffer, &device, &queue, &layout, bytemuck::bytes_of(&uniform), "stone_moment");
     }
+    gpu.texels.light_at(&queue, TexelMoment::new(feed.layout, moment, frame.exposure_stops.exp2()));
     let needed = std::mem::take(&mut gpu.needed);
     gpu.list_stale(&needed, &queue);
     gpu.needed = needed;

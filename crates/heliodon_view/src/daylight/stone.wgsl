@@ -1,5 +1,6 @@
 // The stone: light comes per vertex, albedo is met in the fragment, exposure is already in the light.
-// Prepended: display.wgsl with its constants, view.wgsl, where actors shade it actors/shade.wgsl, and where lamps light it lamps/lamps.wgsl. Lines between `#ifdef` and `#endif` are kept where
+// Prepended: display.wgsl with its constants, view.wgsl, where actors shade it actors/shade.wgsl, where lamps light it lamps/lamps.wgsl, and where light comes
+// from texels texels.wgsl and texel_light.wgsl. Lines between `#ifdef` and `#endif` are kept where
 // they apply (pipelines.rs).
 
 struct Vertex {
@@ -10,9 +11,12 @@ struct Vertex {
 #ifdef TEXTURED
     @location(3) uv: vec2<f32>,
 #endif
-#ifdef LAMPS
+#ifdef NORMALS
     // On the octahedron.
     @location(4) normal: vec2<f32>,
+#endif
+#ifdef TEXELS
+    @location(5) texel_uv: vec2<f32>,
 #endif
 }
 
@@ -27,8 +31,11 @@ struct Fragment {
     // xyz: the place in the world; w: the share of the sun's light, and twice the number of the actor.
     @location(3) place: vec4<f32>,
 #endif
-#ifdef LAMPS
+#ifdef NORMALS
     @location(4) normal: vec3<f32>,
+#endif
+#ifdef TEXELS
+    @location(5) texel_uv: vec2<f32>,
 #endif
 }
 
@@ -49,7 +56,10 @@ fn vertex(in: Vertex, @builtin(instance_index) own: u32) -> Fragment {
 #ifdef SHADED
     out.place = vec4<f32>(in.position, in.light.a + f32(2u * own));
 #endif
-#ifdef LAMPS
+#ifdef TEXELS
+    out.texel_uv = in.texel_uv;
+#endif
+#ifdef NORMALS
     let fold = max(abs(in.normal.x) + abs(in.normal.y) - 1.0, 0.0);
     let flat = vec3<f32>(in.normal, 1.0 - abs(in.normal.x) - abs(in.normal.y));
     out.normal = vec3<f32>(flat.xy - select(vec2<f32>(-fold), vec2<f32>(fold), flat.xy >= vec2<f32>(0.0)), flat.z);
@@ -63,12 +73,26 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
 #ifdef TEXTURED
     albedo *= textureSample(albedo_texture, albedo_sampler, in.uv).rgb;
 #endif
+#ifdef VERTICES
     var light = in.light;
+#endif
+#ifdef TEXELS
+    let lit = texel_light(in.texel_uv, dpdx(in.texel_uv), dpdy(in.texel_uv), normalize(in.normal));
+    var light = lit.rgb;
+#endif
 #ifdef SHADED
     // of the triangle, towards the eye: the picture's y points down
     let normal = normalize(cross(dpdy(in.place.xyz), dpdx(in.place.xyz)));
     let own = floor(0.5 * in.place.w + 1e-3);
-    light = shaded(light, max(in.place.w - 2.0 * own, 0.0), in.place.xyz, normal, u32(own));
+#endif
+#ifdef SHADED VERTICES
+    let direct = max(in.place.w - 2.0 * own, 0.0);
+#endif
+#ifdef SHADED TEXELS
+    let direct = lit.a;
+#endif
+#ifdef SHADED
+    light = shaded(light, direct, in.place.xyz, normal, u32(own));
 #endif
 #ifdef LAMPS
     light += lamp_light(in.place.xyz, normalize(in.normal));

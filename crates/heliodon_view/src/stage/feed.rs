@@ -4,6 +4,8 @@ use super::texture::Level;
 use crate::daylight::chunk::PreparedChunk;
 use crate::daylight::layout::VertexLayout;
 use crate::daylight::pages::Remaining;
+use crate::daylight::pipelines::KINDS;
+use crate::daylight::texels::TexelPiece;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -13,6 +15,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub enum Delivery {
     /// A level of a base colour image: image by image in the order of their index, from large to small, before the chunks.
     Texture(Level),
+    /// A layer of a level of the atlas of light in texels; before the chunks.
+    Texels(TexelPiece),
+    /// After all of these.
+    TexelsDone,
     /// A chunk.
     Chunk(Box<PreparedChunk>),
     /// After all chunks: which of them, in their order, are parts of closed bodies.
@@ -27,8 +33,8 @@ pub struct Feed {
     pub serial: u64,
     /// Shape of its light.
     pub layout: VertexLayout,
-    /// All chunks that will come: without and with a texture.
-    pub total: [Remaining; 2],
+    /// All chunks that will come, by their [`KINDS`].
+    pub total: [Remaining; KINDS.len()],
     receiver: Mutex<Receiver<Delivery>>,
     uploaded: AtomicBool,
 }
@@ -36,7 +42,7 @@ pub struct Feed {
 impl Feed {
     /// A feed from `receiver`.
     #[must_use]
-    pub fn new(serial: u64, layout: VertexLayout, total: [Remaining; 2], receiver: Receiver<Delivery>) -> Arc<Self> {
+    pub fn new(serial: u64, layout: VertexLayout, total: [Remaining; KINDS.len()], receiver: Receiver<Delivery>) -> Arc<Self> {
         Arc::new(Self { serial, layout, total, receiver: Mutex::new(receiver), uploaded: AtomicBool::new(false) })
     }
 

@@ -5,6 +5,7 @@ use super::texture::{Level, halved};
 use crate::daylight::chunk::{KeptChunk, PreparedChunk};
 use crate::daylight::closed::ClosedBodies;
 use crate::daylight::layout::VertexLayout;
+use crate::daylight::texels::pieces;
 use bevy::log::debug;
 use heliodon_bundle::BundleReader;
 use heliodon_image::SrgbImage;
@@ -58,6 +59,14 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
                 None => break,
             }
         }
+    }
+    if let Some(light) = reader.read_texels().map_err(|error| error.to_string())? {
+        for piece in pieces(light) {
+            if to_gpu.send(Delivery::Texels(piece)).is_err() {
+                return Ok(());
+            }
+        }
+        to_gpu.send(Delivery::TexelsDone).ok();
     }
     let mut bodies = ClosedBodies::default();
     for index in 0..reader.chunk_count() {

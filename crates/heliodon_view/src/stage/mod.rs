@@ -6,8 +6,10 @@ pub mod ground;
 mod load;
 pub(crate) mod texture;
 
+use crate::daylight::chunk::stone_kind;
 use crate::daylight::layout::VertexLayout;
 use crate::daylight::pages::Remaining;
+use crate::daylight::pipelines::KINDS;
 use crate::time_lapse::TimeLapse;
 use bevy::prelude::*;
 use feed::Feed;
@@ -56,9 +58,10 @@ impl Stage {
     /// If it is no bundle, or its manifest, lapse or geometry are malformed. The stage then stays as it was.
     pub fn open(&mut self, folder: impl AsRef<Path>) -> Result<(), ReadError> {
         let bundle = Arc::new(BundleReader::open(folder)?);
-        let mut total = [Remaining::default(); 2];
+        let mut total = [Remaining::default(); KINDS.len()];
         for chunk in (0..bundle.chunk_count()).map(|chunk| bundle.chunk_info(chunk)) {
-            total[usize::from(chunk.texture.is_some())].add(u64::from(chunk.vertices), u64::from(chunk.triangles));
+            total[stone_kind(chunk.texture, chunk.by_texels) as usize]
+                .add(u64::from(chunk.vertices), u64::from(chunk.triangles));
         }
         let (to_gpu, from_loader) = sync_channel(load::QUEUE_LENGTH);
         let (to_stage, progress) = channel();

@@ -1,0 +1,48 @@
+// Prepended to stone.wgsl where light comes from texels.
+
+@group(1) @binding(2) var<uniform> texel_moment: TexelMoment;
+@group(1) @binding(3) var texel_sun: texture_2d_array<u32>;
+@group(1) @binding(4) var texel_sky: texture_2d_array<f32>;
+// rgb: the bounced light of the moment.
+@group(1) @binding(5) var texel_bounced: texture_2d<f32>;
+@group(1) @binding(6) var texel_sampler: sampler;
+
+// The level of the masks whose texels are about as large as a pixel.
+fn texel_level(across: vec2<f32>, down: vec2<f32>) -> f32 {
+    let size = vec2<f32>(textureDimensions(texel_sun, 0));
+    return max(0.5 * log2(max(dot(across * size, across * size), dot(down * size, down * size))), 0.0);
+}
+
+// The part of the sun that reaches a place: the bits of four texels, mixed.
+fn texel_reached(uv: vec2<f32>, level: u32) -> f32 {
+    let size = vec2<i32>(textureDimensions(texel_sun, level));
+    let at = uv * vec2<f32>(size) - 0.5;
+    let low = floor(at);
+    let part = at - low;
+    var reached = 0.0;
+    for (var corner = 0u; corner < 4u; corner += 1u) {
+        let step = vec2<i32>(vec2<u32>(corner & 1u, corner >> 1u));
+        let texel = clamp(vec2<i32>(low) + step, vec2<i32>(0), size - 1);
+        let weights = mix(1.0 - part, part, vec2<f32>(step));
+        let first = (textureLoad(texel_sun, texel, texel_moment.mask.x, level).r >> texel_moment.mask.y) & 1u;
+        let second = (textureLoad(texel_sun, texel, texel_moment.mask.z, level).r >> texel_moment.mask.w) & 1u;
+        reached += weights.x * weights.y * dot(texel_moment.mask_weights.xy, vec2<f32>(vec2<u32>(first, second)));
+    }
+    return reached;
+}
+
+// rgb: the light at a place; a: how much of the sun's irradiance / pi in it comes straight from the sun.
+fn texel_light(uv: vec2<f32>, across: vec2<f32>, down: vec2<f32>, normal: vec3<f32>) -> vec4<f32> {
+    let level = texel_level(across, down);
+    let coarsest = textureNumLevels(texel_sun) - 1u;
+    let reached = texel_reached(uv, min(u32(level + 0.5), coarsest));
+    let direct = reached * max(dot(normal, texel_moment.sun_direction.xyz), 0.0);
+    // Of coloured light the sky has fewer levels than the masks: its texels are as large as theirs on the next.
+    let above = f32(coarsest + 1u - textureNumLevels(texel_sky));
+    var sky = vec3<f32>(0.0);
+    for (var layer = 0u; layer < texel_moment.layers.x; layer += 1u) {
+        sky += textureSampleLevel(texel_sky, texel_sampler, uv, layer, level - above) * texel_moment.sky[layer];
+    }
+    let bounced = textureSampleLevel(texel_bounced, texel_sampler, uv, 0.0).rgb;
+    return vec4<f32>(direct * texel_moment.sun_over_pi.rgb + max(sky, vec3<f32>(0.0)) + bounced, direct);
+}

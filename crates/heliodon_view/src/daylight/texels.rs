@@ -1,0 +1,276 @@
+//! Daylight in texels on the GPU: an atlas of sun masks and sky transfer that fragments read, and one of bounced sun that is lit once for each moment.
+//!
+//! The sky's transfer is filtered as it is, for light is linear in it; of the masks a fragment takes the moment's bits of four texels. Only the bounced sun, of
+//! dozens of functions, is worth a pass of its own: its texels are few.
+
+use super::layout::VertexLayout;
+use super::moment::layer_weights;
+use super::pipelines::StagePipelines;
+use bevy::render::render_resource::*;
+use bevy::render::renderer::{RenderDevice, RenderQueue};
+use bytemuck::{Pod, Zeroable};
+use glam::Vec4;
+use heliodon_bundle::TexelLight;
+use heliodon_bundle::moment::Moment;
+use heliodon_image::ktx2::{Ktx2, TexelFormat};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// WGSL of the moment that texels are lit at.
+pub const TEXELS_WGSL: &str = include_str!("texels.wgsl");
+/// WGSL of what fragments read of an atlas.
+pub const TEXEL_LIGHT_WGSL: &str = include_str!("texel_light.wgsl");
+/// WGSL of what lights the bounced sun's texels.
+pub const TEXEL_BOUNCE_WGSL: &str = include_str!("texel_bounce.wgsl");
+
+/// Layers of nine coefficients of three channels.
+const SKY_LAYERS: usize = 7;
+/// Layers of 64 functions of three channels.
+const BOUNCE_LAYERS: usize = 48;
+/// Texels along a side of a workgroup of the bounce.
+const BOUNCE_GROUP: u32 = 16;
+
+/// `TexelMoment` of texels.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct TexelMoment {
+    sun_direction: Vec4,
+    sun_over_pi: Vec4,
+    sun: Vec4,
+    mask_weights: Vec4,
+    mask: [u32; 4],
+    layers: [u32; 4],
+    sky: [[Vec4; 3]; SKY_LAYERS],
+    bounce: [[Vec4; 3]; BOUNCE_LAYERS],
+}
+
+/// Size of `TexelMoment` in texels.wgsl, which a test compares with what the shader's compiler says.
+pub const TEXEL_MOMENT_BYTES: usize = 16 * (6 + 3 * (SKY_LAYERS + BOUNCE_LAYERS));
+const _: () = assert!(size_of::<TexelMoment>() == TEXEL_MOMENT_BYTES);
+
+impl TexelMoment {
+    /// The uniform for `moment` with all light multiplied by `exposure`.
+    #[must_use]
+    pub fn new(layout: VertexLayout, moment: &Moment, exposure: f32) -> Self {
+        let mut uniform = Self::zeroed();
+        let (light, channels) = (layout.0, layout.0.channels as usize);
+        let sun = moment.shading.sun_irradiance * exposure;
+        uniform.sun_direction = moment.sun_direction.extend(0.0);
+        uniform.sun_over_pi = (sun * std::f32::consts::FRAC_1_PI).extend(0.0);
+        uniform.sun = sun.extend(0.0);
+        uniform.mask_weights = Vec4::new(moment.mask_weights[0], moment.mask_weights[1], 0.0, 0.0);
+        let [a, b] = moment.mask_bits.map(|bit| bit.min(light.sun_steps - 1));
+        uniform.mask = [a / 32, a % 32, b / 32, b % 32];
+        let layers = [light.transfer_floats(), light.bounce_floats()].map(|floats| floats.div_ceil(4) as u32);
+        uniform.layers = [layers[0], layers[1], 0, 0];
+        let sky = moment.shading.sky.iter().take(light.coefficients as usize).map(|&coefficient| coefficient * exposure);
+        layer_weights(channels, sky, &mut uniform.sky);
+        let functions = moment.bounce.iter().take(light.sun_bounce_functions as usize).map(|&f| glam::Vec3::splat(f));
+        layer_weights(channels, functions, &mut uniform.bounce);
+        uniform
+    }
+}
+
+/// Which texture of an atlas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Of {
+    /// Sun masks.
+    Sun,
+    /// Sky transfer.
+    Sky,
+    /// Sun bounce.
+    Bounce,
+}
+
+/// A layer of a level of an atlas's texture, on its way to the GPU.
+#[derive(Debug)]
+pub struct TexelPiece {
+    /// Of which texture.
+    pub of: Of,
+    /// How its texels are stored.
+    pub format: TexelFormat,
+    /// Sides of the first level, layers and levels of the texture.
+    pub shape: [u32; 4],
+    /// The level,
+    pub level: u32,
+    /// and the layer,
+    pub layer: u32,
+    /// with its bytes.
+    pub bytes: Vec<u8>,
+}
+
+/// The pieces of an atlas, texture after texture.
+pub fn pieces(light: TexelLight) -> impl Iterator<Item = TexelPiece> {
+    let textures = [(Of::Sun, Some(light.sun)), (Of::Sky, Some(light.sky)), (Of::Bounce, light.bounce)];
+    textures.into_iter().filter_map(|(of, texture)| Some((of, texture?))).flat_map(|(of, texture)| {
+        let Ktx2 { format, width, height, layers, levels } = texture;
+        let shape = [width, height, layers, levels.len() as u32];
+        (0..).zip(levels).flat_map(move |(level, bytes)| {
+            let of_layer = (bytes.len() / layers.max(1) as usize).max(1);
+            let layers = (0..).zip(bytes.chunks_exact(of_layer).map(<[u8]>::to_vec).collect::<Vec<_>>());
+            layers.map(move |(layer, bytes)| TexelPiece { of, format, shape, level, layer, bytes })
+        })
+    })
+}
+
+/// An atlas on the GPU.
+#[derive(Debug, Default)]
+pub struct TexelsGpu {
+    sun: Option<Texture>,
+    sky: Option<Texture>,
+    bounce: Option<Texture>,
+    ready: Option<Ready>,
+    moment: Option<TexelMoment>,
+    /// Whether the bounced sun has not yet the moment's light: told to the GPU's work of the frame, which is asked for once a frame and more.
+    stale: AtomicBool,
+}
+
+/// What drawing binds.
+#[derive(Debug)]
+struct Ready {
+    uniform: Buffer,
+    bounced_size: [u32; 2],
+    /// What lights the bounced sun; none where no sun bounces.
+    bounce_group: Option<BindGroup>,
+    /// By the base colour image; the last is that of stone without one.
+    groups: Vec<BindGroup>,
+}
+
+impl TexelsGpu {
+    /// Takes a piece. Those that are too large for the device are passed over, and nothing that they light is drawn.
+    pub fn write(&mut self, device: &RenderDevice, queue: &RenderQueue, piece: &TexelPiece) {
+        let slot = match piece.of {
+            Of::Sun => &mut self.sun,
+            Of::Sky => &mut self.sky,
+            Of::Bounce => &mut self.bounce,
+        };
+        let [width, height, layers, levels] = piece.shape;
+        let limits = device.limits();
+        if width.max(height) > limits.max_texture_dimension_2d || layers > limits.max_texture_array_layers {
+            return;
+        }
+        let texture = slot.get_or_insert_with(|| {
+            let format = if piece.format == TexelFormat::R32Uint { TextureFormat::R32Uint } else { TextureFormat::Rgba16Float };
+            create(device, "texels", [width, height, layers, levels], format, TextureUsages::COPY_DST)
+        });
+        let side = |texels: u32| (texels >> piece.level).max(1);
+        let origin = Origin3d { x: 0, y: 0, z: piece.layer };
+        let bytes_per_row = Some(side(width) * piece.format.texel_bytes());
+        queue.write_texture(
+            TexelCopyTextureInfo { texture, mip_level: piece.level, origin, aspect: TextureAspect::All },
+            &piece.bytes,
+            TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None },
+            Extent3d { width: side(width), height: side(height), depth_or_array_layers: 1 },
+        );
+    }
+
+    /// Makes what drawing binds, once all pieces are there; `images` are the base colour images of the bundle.
+    pub fn finish(
+        &mut self,
+        (device, queue): (&RenderDevice, &RenderQueue),
+        (cache, pipelines): (&PipelineCache, &StagePipelines),
+        images: &[(TextureView, Sampler)],
+    ) {
+        let (Some(sun), Some(sky)) = (&self.sun, &self.sky) else { return };
+        let uniform = device.create_buffer(&BufferDescriptor {
+            label: Some("texel_moment"),
+            size: TEXEL_MOMENT_BYTES as u64,
+            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let array = || TextureViewDescriptor { dimension: Some(TextureViewDimension::D2Array), ..Default::default() };
+        let size = self.bounce.as_ref().map_or([1; 2], |bounce| [bounce.width(), bounce.height()]);
+        let bounced = create(
+            device,
+            "texel_bounced",
+            [size[0], size[1], 1, 1],
+            TextureFormat::Rgba16Float,
+            TextureUsages::STORAGE_BINDING,
+        );
+        let bounced = bounced.create_view(&TextureViewDescriptor::default());
+        let bounce_group = self.bounce.as_ref().map(|bounce| {
+            let layout = cache.get_bind_group_layout(&pipelines.texel_bounce_layout);
+            let view = bounce.create_view(&array());
+            let entries = BindGroupEntries::sequential((uniform.as_entire_buffer_binding(), &view, &bounced));
+            device.create_bind_group("texel_bounce", &layout, &entries)
+        });
+        let sampler = device.create_sampler(&SamplerDescriptor {
+            label: Some("texels"),
+            mag_filter: FilterMode::Linear,
+            min_filter: FilterMode::Linear,
+            mipmap_filter: MipmapFilterMode::Linear,
+            ..Default::default()
+        });
+        let white = create(device, "white", [1, 1, 1, 1], TextureFormat::Rgba8UnormSrgb, TextureUsages::COPY_DST);
+        queue.write_texture(
+            white.as_image_copy(),
+            &[255; 4],
+            TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4), rows_per_image: None },
+            Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
+        );
+        let white = (white.create_view(&TextureViewDescriptor::default()), sampler.clone());
+        let (sun, sky) = (sun.create_view(&array()), sky.create_view(&array()));
+        let layout = cache.get_bind_group_layout(&pipelines.texels_layout);
+        let group = |(image, of_image): &(TextureView, Sampler)| {
+            let whole = uniform.as_entire_buffer_binding();
+            let entries = BindGroupEntries::sequential((image, of_image, whole, &sun, &sky, &bounced, &sampler));
+            device.create_bind_group("stone_texels", &layout, &entries)
+        };
+        let groups = images.iter().chain([&white]).map(group).collect();
+        self.ready = Some(Ready { uniform, bounced_size: size, bounce_group, groups });
+    }
+
+    /// What stone with this base colour image binds, or without.
+    #[must_use]
+    pub fn bind_group(&self, image: Option<u32>) -> Option<&BindGroup> {
+        let groups = &self.ready.as_ref()?.groups;
+        let index = image.map_or(groups.len().checked_sub(1)?, |image| image as usize);
+        groups.get(index)
+    }
+
+    /// Takes a moment.
+    pub fn light_at(&mut self, queue: &RenderQueue, moment: TexelMoment) {
+        let Some(ready) = &self.ready else { return };
+        if self.moment != Some(moment) {
+            queue.write_buffer(&ready.uniform, 0, bytemuck::bytes_of(&moment));
+            self.moment = Some(moment);
+            self.stale.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// Whether the bounced sun's texels have another moment's light.
+    #[must_use]
+    pub fn is_stale(&self) -> bool {
+        self.stale.load(Ordering::Relaxed)
+    }
+
+    /// Lights the texels of the bounced sun.
+    pub fn encode(&self, pass: &mut ComputePass<'_>, pipeline: &ComputePipeline) {
+        let Some((ready, group)) = self.ready.as_ref().and_then(|ready| Some((ready, ready.bounce_group.as_ref()?))) else {
+            return;
+        };
+        let [width, height] = ready.bounced_size.map(|texels| texels.div_ceil(BOUNCE_GROUP));
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &**group, &[]);
+        pass.dispatch_workgroups(width, height, 1);
+        self.stale.store(false, Ordering::Relaxed);
+    }
+}
+
+fn create(
+    device: &RenderDevice,
+    label: &str,
+    [width, height, layers, levels]: [u32; 4],
+    format: TextureFormat,
+    usage: TextureUsages,
+) -> Texture {
+    device.create_texture(&TextureDescriptor {
+        label: Some(label),
+        size: Extent3d { width, height, depth_or_array_layers: layers },
+        mip_level_count: levels,
+        sample_count: 1,
+        dimension: TextureDimension::D2,
+        format,
+        usage: usage | TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    })
+}
