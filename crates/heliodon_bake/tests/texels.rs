@@ -1,0 +1,208 @@
+//! Bakes of sites with light in texels: it agrees with that of vertices, and nothing leaks.
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+use glam::{Vec2, Vec3};
+use heliodon_bake::bake::{BakeReport, bake};
+use heliodon_bake::plan::{BakeOptions, Plan};
+use heliodon_bake::report::Silent;
+use heliodon_bundle::moment::{Blend, Day, Moment};
+use heliodon_bundle::shade::{Light, vertex_light};
+use heliodon_bundle::site::Site;
+use heliodon_bundle::{BundleReader, LitChunk, TexelLight};
+use heliodon_image::HdrImage;
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+const SKY: &str = "[sky]\nprobes = \"sky.hdr\"\nmapping = \"lat-long\"\n";
+
+/// Several rectangles as OBJ, each a corner, two sides and how often they are divided.
+fn rectangles(all: &[(Vec3, Vec3, Vec3, u32)]) -> String {
+    let (mut text, mut first) = (String::new(), 1);
+    for &(corner, a, b, parts) in all {
+        let share = |i: u32| i as f32 / parts as f32;
+        for (j, i) in (0..=parts).flat_map(|j| (0..=parts).map(move |i| (j, i))) {
+            let p = corner + a * share(i) + b * share(j);
+            writeln!(text, "v {} {} {}", p.x, p.y, p.z).unwrap();
+        }
+        for (j, i) in (0..parts).flat_map(|j| (0..parts).map(move |i| (j, i))) {
+            let v = first + j * (parts + 1) + i;
+            writeln!(text, "f {v} {} {}\nf {v} {} {}", v + 1, v + parts + 2, v + parts + 2, v + parts + 1).unwrap();
+        }
+        first += (parts + 1) * (parts + 1);
+    }
+    text
+}
+
+/// The six sides of a box, from outside, or from inside.
+fn cuboid(low: Vec3, high: Vec3, parts: u32, from_inside: bool) -> Vec<(Vec3, Vec3, Vec3, u32)> {
+    let size = high - low;
+    let (x, y, z) = (Vec3::X * size.x, Vec3::Y * size.y, Vec3::Z * size.z);
+    let sides = [(low, z, y), (low + x, y, z), (low, x, z), (low + y, z, x), (low, y, x), (low + z, x, y)];
+    sides.map(|(corner, a, b)| if from_inside { (corner, b, a, parts) } else { (corner, a, b, parts) }).into()
+}
+
+/// Half as bright in the north as in the south, and a sun in the east, half way up.
+fn sky() -> HdrImage {
+    let mut image = HdrImage::filled(64, 32, Vec3::splat(0.5));
+    for (i, pixel) in image.pixels.iter_mut().enumerate() {
+        let north = (i % 64).abs_diff(32) < 16;
+        *pixel = if north { Vec3::new(0.3, 0.4, 0.5) } else { Vec3::new(0.6, 0.6, 0.6) };
+        if (i % 64, i / 64) == (48, 8) {
+            *pixel = Vec3::splat(2000.0);
+        }
+    }
+    image
+}
+
+struct Baked {
+    folder: TempDir,
+    report: BakeReport,
+    bundle: BundleReader,
+}
+
+fn bake_site(site: &str, files: &[(&str, String)]) -> Baked {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("site.toml"), site).unwrap();
+    files.iter().for_each(|(name, text)| fs::write(folder.path().join(name), text).unwrap());
+    sky().write_hdr(folder.path().join("sky.hdr")).unwrap();
+    let (report, bundle) = bake_again(folder.path());
+    Baked { folder, report, bundle }
+}
+
+fn bake_again(folder: &Path) -> (BakeReport, BundleReader) {
+    let bundle = folder.join("bundle");
+    let report = bake(&Plan::new(Site::read(folder).unwrap(), BakeOptions::new(&bundle)).unwrap(), &Silent).unwrap();
+    (report, BundleReader::open(bundle).unwrap())
+}
+
+impl Baked {
+    fn chunks(&self) -> Vec<LitChunk> {
+        (0..self.bundle.chunk_count()).map(|chunk| self.bundle.read_chunk(chunk).unwrap()).collect()
+    }
+
+    fn moment(&self) -> Moment {
+        Day::new(self.bundle.lapse().clone()).at(12.0 * 3600.0, Blend::default())
+    }
+}
+
+/// The place in the atlas of a point of a chunk's surface.
+fn uv_at(chunk: &LitChunk, p: Vec3) -> Option<Vec2> {
+    chunk.triangles.iter().find_map(|t| {
+        let [a, b, c] = t.map(|v| chunk.positions[v as usize]);
+        let normal = (b - a).cross(c - a);
+        let weight = |from: Vec3, to: Vec3| (to - from).cross(p - from).dot(normal) / normal.length_squared();
+        let weights = Vec3::new(weight(b, c), weight(c, a), weight(a, b));
+        let uv = |i: usize| chunk.texel_uvs[t[i] as usize];
+        (weights.min_element() > -1e-4).then(|| uv(0) * weights.x + uv(1) * weights.y + uv(2) * weights.z)
+    })
+}
+
+fn ground_and_block(light: &str, parts: u32) -> Baked {
+    let site = format!(
+        "[site]\nname = \"A block\"\n[[part]]\nfile = \"ground.obj\"\nrole = \"ground\"\nlight = \"{light}\"\n[[part]]\n\
+         file = \"block.obj\"\nlight = \"vertex\"\n{SKY}[bake]\nsamples = 1024\nbounces = 3\ntexels = 256\n"
+    );
+    let ground = rectangles(&[(Vec3::new(-4.0, 0.0, 4.0), Vec3::X * 8.0, Vec3::NEG_Z * 8.0, parts)]);
+    let block = rectangles(&cuboid(Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 2.0, 1.0), 16, false));
+    bake_site(&site, &[("ground.obj", ground), ("block.obj", block)])
+}
+
+#[test]
+fn texels_are_lit_as_the_vertices_beside_them() {
+    let (coarse, dense) = (ground_and_block("texel", 1), ground_and_block("vertex", 64));
+    let texels = coarse.bundle.read_texels().unwrap().unwrap();
+    assert!(dense.bundle.read_texels().unwrap().is_none());
+    let (layout, moment) = (coarse.bundle.manifest().light, coarse.moment());
+    let chunks = coarse.chunks();
+    assert_eq!((chunks[0].triangles.len(), chunks[1].texel_uvs.len()), (2, 0));
+    assert!(coarse.report.measures["texel_sky_samples"] > 100.0);
+    let (mut compared, mut shadows_differ, mut worst, mut sum, mut lit) = (0, 0, 0.0_f32, 0.0_f32, 0);
+    for chunk in dense.chunks().iter().filter(|chunk| chunk.part == 0) {
+        for (vertex, &p) in chunk.positions.iter().enumerate() {
+            // within the block, and at its very foot, nothing is shown
+            if p.x.abs().max(p.z.abs()) < 1.2 || p.x.abs().max(p.z.abs()) > 3.9 {
+                continue;
+            }
+            let own = vertex_light(&dense.moment(), &chunk.light, vertex, Vec3::Y);
+            let found = texels.light(layout, &moment, uv_at(&chunks[0], p).unwrap(), Vec3::Y);
+            compared += 1;
+            lit += u32::from(own.sun.x > 0.0);
+            shadows_differ += u32::from((own.sun.x - found.sun.x).abs() > 0.02 * moment.shading.sun_irradiance.x);
+            let diffuse = |light: Light| light.sky + light.bounce;
+            let off = (diffuse(own) - diffuse(found)).abs().max_element() / diffuse(own).max_element();
+            (worst, sum) = (worst.max(off), sum + off);
+        }
+    }
+    let mean = sum / compared as f32;
+    assert!(compared > 2000 && lit > 1000 && lit < compared, "{compared} {lit}");
+    assert!(mean < 0.01 && worst < 0.08, "{mean} in the mean, {worst} at most");
+    // along the shadow's edge only: it is some ten metres long, in texels of 3 cm
+    assert!(shadows_differ < compared / 20, "{shadows_differ} of {compared}");
+}
+
+#[test]
+fn what_is_baked_again_is_the_same_and_nothing_is_solved_twice() {
+    let baked = ground_and_block("texel", 2);
+    let hashes = |bundle: &BundleReader| bundle.manifest().files.clone();
+    fs::rename(baked.folder.path().join("bundle"), baked.folder.path().join("before")).unwrap();
+    let (report, again) = bake_again(baked.folder.path());
+    assert_eq!(hashes(&again), hashes(&BundleReader::open(baked.folder.path().join("before")).unwrap()));
+    assert!(report.taken.iter().any(|taken| taken.stage == "all light" && taken.blocks == taken.of), "{:?}", report.taken);
+    again.verify().unwrap();
+}
+
+/// A closed room with walls of 0.2 m, and the world around it.
+fn closed_room() -> Baked {
+    let site = format!("[site]\nname = \"A room\"\n[[part]]\nfile = \"room.obj\"\nlight = \"texel\"\n{SKY}[bake]\nsamples = 64\nbounces = 4\ntexels = 128\n");
+    let inside = cuboid(Vec3::splat(-2.0), Vec3::splat(2.0), 1, true);
+    let outside = cuboid(Vec3::splat(-2.2), Vec3::splat(2.2), 1, false);
+    bake_site(&site, &[("room.obj", rectangles(&[inside, outside].concat()))])
+}
+
+#[test]
+fn a_closed_room_stays_dark_to_the_last_texel() {
+    let baked = closed_room();
+    let texels: TexelLight = baked.bundle.read_texels().unwrap().unwrap();
+    let (layout, moment) = (baked.bundle.manifest().light, baked.moment());
+    let (mut inside, mut outside, mut bright) = (0, 0, 0);
+    for chunk in baked.chunks() {
+        for t in &chunk.triangles {
+            let corners = t.map(|v| v as usize);
+            for (u, v) in (0..=20_u8).flat_map(|i| (0..=20 - i).map(move |j| (f32::from(i) / 20.0, f32::from(j) / 20.0))) {
+                let mix = |of: &dyn Fn(usize) -> Vec3| of(corners[0]) * (1.0 - u - v) + of(corners[1]) * u + of(corners[2]) * v;
+                let p = mix(&|corner| chunk.positions[corner]);
+                let uv = mix(&|corner| chunk.texel_uvs[corner].extend(0.0)).truncate();
+                let normal = chunk.normals[corners[0]];
+                let light = texels.light(layout, &moment, uv, normal);
+                if p.abs().max_element() < 2.1 {
+                    inside += 1;
+                    assert_eq!(light.total(), Vec3::ZERO, "{p}");
+                } else {
+                    outside += 1;
+                    bright += u32::from(light.sky.min_element() > 0.05);
+                }
+            }
+        }
+    }
+    assert!(inside > 2000 && bright == outside, "{inside} inside, {bright} of {outside} bright");
+}
+
+#[test]
+fn what_an_atlas_cannot_hold_is_told_before_anything_is_traced() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = |texels: u32| format!("[site]\nname = \"a\"\n[[part]]\nfile = \"a.obj\"\nlight = \"texel\"\n{SKY}[bake]\ntexels = {texels}\n");
+    let boxes: Vec<_> = (0..60_u8).flat_map(|i| cuboid(Vec3::splat(3.0 * f32::from(i)), Vec3::splat(3.0 * f32::from(i) + 1.0), 1, false)).collect();
+    fs::write(folder.path().join("a.obj"), rectangles(&boxes)).unwrap();
+    sky().write_hdr(folder.path().join("sky.hdr")).unwrap();
+    fs::write(folder.path().join("site.toml"), site(64)).unwrap();
+    let plan = Plan::new(Site::read(folder.path()).unwrap(), BakeOptions::new(folder.path().join("bundle"))).unwrap();
+    let error = bake(&plan, &Silent).unwrap_err().to_string();
+    assert!(error.contains("360 charts") && error.contains("texels = "), "{error}");
+    for wrong in [2, 130, 20_000] {
+        fs::write(folder.path().join("site.toml"), site(wrong)).unwrap();
+        let error = Site::read(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("texels"), "{wrong}: {error}");
+    }
+}
