@@ -72,10 +72,7 @@ impl Sheet {
 
     /// The first place where there is room for all of it, the lowest row first.
     pub fn find(&mut self, mask: &Mask) -> Option<[u32; 2]> {
-        pulp::Arch::new().dispatch(|| {
-            let from = self.lowest_rectangle(&mask.inner)?.saturating_sub(mask.inner.row);
-            self.find_from(mask, from)
-        })
+        pulp::Arch::new().dispatch(Find { sheet: self, mask })
     }
 
     /// A row below which no rectangle of a size has room; none where it has none at all. Rooms only become fewer, so it is looked for from where it was.
@@ -181,6 +178,23 @@ impl Sheet {
             self.longest[row as usize] = longest;
             self.free = self.free + free - before;
         }
+    }
+}
+
+/// A call of [`Sheet::find`].
+struct Find<'a> {
+    sheet: &'a mut Sheet,
+    mask: &'a Mask,
+}
+
+impl pulp::NullaryFnOnce for Find<'_> {
+    type Output = Option<[u32; 2]>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        let Self { sheet, mask } = self;
+        let from = sheet.lowest_rectangle(&mask.inner)?.saturating_sub(mask.inner.row);
+        sheet.find_from(mask, from)
     }
 }
 
