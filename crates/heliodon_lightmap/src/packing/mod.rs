@@ -4,8 +4,12 @@
 //! takes into account on it; small ones fill what large ones leave. The scale itself is searched for: two are tried at once, then two between the
 //! largest that fits and the least that does not.
 
+mod bitmap;
+mod inner;
 mod lay;
 mod mask;
+mod room;
+mod rooms;
 mod scale;
 mod sheet;
 

@@ -1,6 +1,6 @@
 //! The largest scale at which all charts fit.
 
-use super::lay::{Laid, Shape, lay};
+use super::lay::{Laid, Laying, Shape};
 use super::sheet::LARGEST;
 use super::{PackParams, Placement};
 use rayon::prelude::*;
@@ -15,55 +15,56 @@ const FIRST: [f64; 2] = [0.83, 0.98];
 const MOST_FAILED: u32 = 8;
 /// Where the lowest one fails, the next one is so many times as large.
 const LOWER: f32 = 0.9;
-/// What was likely to fit and does not is tried again so many times as large.
-const BACK: f32 = 0.995;
 
 /// The largest scale that was found, texels a metre, and where charts lie at it.
 pub(super) fn largest(shapes: &[Shape], params: &PackParams) -> (f32, Vec<Placement>) {
     let area: f64 = shapes.iter().map(|shape| shape.area).sum();
-    let whole = |scale: f32| match lay(shapes, scale, params, None) {
-        Laid::All(placements) => Some((scale, placements)),
-        Laid::Likely | Laid::No => None,
-    };
+    let whole = |mut laying: Laying| (laying.run(None) == Laid::All).then_some((laying.scale, laying.placements));
     if area <= 0.0 {
-        return whole(0.0).unwrap_or_default();
+        return whole(Laying::new(shapes, 0.0, params)).unwrap_or_default();
     }
     let texels = f64::from(params.width) * f64::from(params.height) * f64::from(params.sheets.max(1));
     let demand = Demand::of(shapes, texels, params);
     let scale_of = |fullness: f64| demand.scale(fullness * texels).min(params.most_per_m);
     let [mut from, mut high] = FIRST.map(scale_of);
-    let mut low: Option<(f32, Laid)> = None;
+    // those that are likely to fit, the largest last
+    let mut likely: Vec<Laying> = Vec::new();
     let mut failed = 0;
-    while failed < MOST_FAILED && (low.is_none() || high - from > PRECISION * high) {
-        let first = if low.is_some() { 1.0 } else { 0.0 };
+    while failed < MOST_FAILED && (likely.is_empty() || high - from > PRECISION * high) {
+        let first = if likely.is_empty() { 0.0 } else { 1.0 };
         let step = |i: usize| from + (high - from) * (i as f32 + first) / (AT_ONCE as f32 + first);
-        let attempt = |scale: f32| (scale, lay(shapes, scale, params, Some(&demand.of_each(scale))));
-        let tried: Vec<(f32, Laid)> = (0..AT_ONCE).into_par_iter().map(step).map(attempt).collect();
-        for (scale, laid) in tried {
-            if let Laid::No = laid {
-                high = scale;
-                from = from.min(LOWER * high);
+        let attempt = |scale: f32| {
+            let mut laying = Laying::new(shapes, scale, params);
+            let laid = laying.run(Some(&demand.of_each(scale)));
+            (laid, laying)
+        };
+        let tried: Vec<(Laid, Laying)> = (0..AT_ONCE).into_par_iter().map(step).map(attempt).collect();
+        for (laid, laying) in tried {
+            if laid == Laid::No {
+                high = laying.scale;
                 break;
             }
-            (from, low) = (scale, Some((scale, laid)));
+            from = laying.scale;
+            likely.push(laying);
         }
-        failed += u32::from(low.is_none());
+        if likely.is_empty() {
+            (failed, from) = (failed + 1, from.min(LOWER * high));
+        }
         // what is as large as may be need not be tried again
         if from >= high {
             break;
         }
     }
-    let (mut scale, back) = match low {
-        Some((scale, Laid::All(placements))) => return (scale, placements),
-        Some((scale, _)) => (scale, BACK),
-        None => (high, LOWER),
-    };
+    let mut scale = likely.first().map_or(high, |laying| laying.scale);
+    if let Some(found) = likely.into_iter().rev().find_map(whole) {
+        return found;
+    }
     // in the end each takes one texel, and there is room for that: it was asked for before
     loop {
-        if let Some(found) = whole(scale) {
+        if let Some(found) = whole(Laying::new(shapes, scale, params)) {
             return found;
         }
-        scale *= back;
+        scale *= LOWER;
     }
 }
 
@@ -80,8 +81,8 @@ impl Demand {
         let of_shape = |shape: &Shape| {
             let rest = |scale: f64| {
                 // who is larger than the largest texture is not asked
-                let mask = shape.mask(scale as f32, 0, LARGEST).map(|(mask, _)| mask);
-                let taken = mask.map_or(0, |mask| mask.texels + u64::from(params.margin) * mask.rim() / 2);
+                let bitmap = shape.bitmap(scale as f32, LARGEST).map(|(bitmap, _)| bitmap);
+                let taken = bitmap.map_or(0, |bitmap| bitmap.count() + u64::from(params.margin) * bitmap.rim() / 2);
                 taken as f64 - shape.area * scale * scale
             };
             let (all, half) = (rest(scale), rest(0.5 * scale));
