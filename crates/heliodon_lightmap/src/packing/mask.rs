@@ -110,7 +110,7 @@ impl Mask {
         };
         let longest = |y: &u32| self.row(*y).iter().map(|run| run.length).max();
         let hardest = (0..self.height).rev().filter(|y| !is_inner(*y)).max_by_key(longest);
-        let others = apart(self.height).filter(|y| Some(*y) != hardest && !is_inner(*y));
+        let others = Apart::new(self.height).filter(|y| Some(*y) != hardest && !is_inner(*y));
         hardest.into_iter().chain(others).map(|y| y as u16).collect()
     }
 
@@ -122,11 +122,35 @@ impl Mask {
     }
 }
 
-/// All numbers below `count`, each far from those before it.
-#[inline(always)]
-pub(super) fn apart(count: u32) -> impl Iterator<Item = u32> {
-    let bits = count.next_power_of_two().ilog2();
-    (0..1_u32 << bits).map(move |i| if bits == 0 { 0 } else { i.reverse_bits() >> (32 - bits) }).filter(move |i| *i < count)
+/// All numbers below a count, each far from those before it.
+pub(super) struct Apart {
+    count: u32,
+    bits: u32,
+    next: u32,
+}
+
+impl Apart {
+    #[inline(always)]
+    pub fn new(count: u32) -> Self {
+        Self { count, bits: count.next_power_of_two().ilog2(), next: 0 }
+    }
+}
+
+impl Iterator for Apart {
+    type Item = u32;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<u32> {
+        while self.next < 1 << self.bits {
+            // twice, for a shift by 32 is none
+            let number = self.next.reverse_bits() >> 1 >> (31 - self.bits);
+            self.next += 1;
+            if number < self.count {
+                return Some(number);
+            }
+        }
+        None
+    }
 }
 
 #[cfg(test)]

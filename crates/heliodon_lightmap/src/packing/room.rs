@@ -1,7 +1,7 @@
 //! Where a sheet has room for a mask: at all places of a row at once, a bit each.
 
 use super::inner::Inner;
-use super::mask::{Mask, apart};
+use super::mask::{Apart, Mask};
 use super::sheet::{BLOCK, LANES, Sheet};
 
 /// In so many rows for its height a mask is tried.
@@ -131,7 +131,7 @@ fn find_in_row(sheet: &Sheet, mask: &Mask, y: u32, scratch: &mut Vec<u64>) -> Op
 /// The first bits of a block.
 #[inline(always)]
 fn below(count: u32) -> Block {
-    core::array::from_fn(|word| match count.saturating_sub(64 * word as u32) {
+    each(|word| match count.saturating_sub(64 * word as u32) {
         0 => 0,
         count => u64::MAX >> 64_u32.saturating_sub(count),
     })
@@ -143,19 +143,12 @@ fn below(count: u32) -> Block {
 fn is_room(sheet: &Sheet, mask: &Mask, y: u32, block: u32, blocked: &mut Block, scratch: &mut Vec<u64>) -> bool {
     // its largest rectangle first: all its rows at once, a few that lie far apart before the others
     let Inner { width, height, row, column } = mask.inner;
-    let mut rows = apart(height).map(|place| sheet.row(y + row + place));
+    let top = y + row;
+    let mut rows = Apart::new(height);
     let (mut left, mut now) = (height, 4);
     while left > 0 {
-        if width <= 64 {
-            let mut together = [[0; LANES]; 2];
-            for words in rows.by_ref().take(now as usize) {
-                let near = [load(words, block as isize * LANES as isize), load(words, block as isize * LANES as isize + 1)];
-                together = core::array::from_fn(|i| or(together[i], near[i]));
-            }
-            *blocked = or(*blocked, smeared(together, width));
-        } else {
-            *blocked = or(*blocked, smeared_far(rows.by_ref().take(now as usize), block * BLOCK, width, scratch));
-        }
+        let next = (0..now).map_while(|_| Some(sheet.row(top + rows.next()?)));
+        *blocked = or(*blocked, if width <= 64 { met(next, block, width) } else { met_far(next, block, width, scratch) });
         if *blocked == ALL {
             return false;
         }
@@ -165,7 +158,8 @@ fn is_room(sheet: &Sheet, mask: &Mask, y: u32, block: u32, blocked: &mut Block, 
         for run in mask.row(u32::from(of_mask)) {
             let (words, length) = (sheet.row(y + u32::from(of_mask)), u32::from(run.length));
             let from = (block * BLOCK + u32::from(run.begin)) as isize - column as isize;
-            let met = if length <= 64 { smeared(aligned(words, from), length) } else { met_far(words, from, length, scratch) };
+            let met =
+                if length <= 64 { smeared(aligned(words, from), length) } else { run_met_far(words, from, length, scratch) };
             *blocked = or(*blocked, met);
             if *blocked == ALL {
                 return false;
@@ -175,18 +169,32 @@ fn is_room(sheet: &Sheet, mask: &Mask, y: u32, block: u32, blocked: &mut Block, 
     true
 }
 
+/// A block, word by word.
+#[inline(always)]
+fn each(word: impl Fn(usize) -> u64) -> Block {
+    [word(0), word(1), word(2), word(3)]
+}
+
 #[inline(always)]
 fn or(a: Block, b: Block) -> Block {
-    core::array::from_fn(|i| a[i] | b[i])
+    each(|i| a[i] | b[i])
 }
 
 /// The words from a place on; beyond the row's ends all is taken.
 #[inline(always)]
 fn load(row: &[u64], at: isize) -> Block {
-    let inside = usize::try_from(at).ok().and_then(|at| row.get(at..)?.first_chunk::<LANES>());
-    inside.copied().unwrap_or_else(|| {
-        core::array::from_fn(|i| usize::try_from(at + i as isize).ok().and_then(|at| row.get(at)).copied().unwrap_or(u64::MAX))
-    })
+    // before the begin it is a large number
+    match row.get(at as usize..).and_then(|from| from.first_chunk::<LANES>()) {
+        Some(words) => *words,
+        None => load_at_end(row, at),
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn load_at_end(row: &[u64], at: isize) -> Block {
+    let word = |i: isize| usize::try_from(at + i).ok().and_then(|at| row.get(at)).copied().unwrap_or(u64::MAX);
+    [word(0), word(1), word(2), word(3)]
 }
 
 /// The bits from a place on, and those from a word further on.
@@ -194,7 +202,7 @@ fn load(row: &[u64], at: isize) -> Block {
 fn aligned(row: &[u64], from: isize) -> [Block; 2] {
     let (word, bits) = (from.div_euclid(64), from.rem_euclid(64) as u32);
     let [a, b, c] = [load(row, word), load(row, word + 1), load(row, word + 2)];
-    [core::array::from_fn(|i| funnel(a[i], b[i], bits)), core::array::from_fn(|i| funnel(b[i], c[i], bits))]
+    [each(|i| funnel(a[i], b[i], bits)), each(|i| funnel(b[i], c[i], bits))]
 }
 
 /// The 64 bits that begin with bit `by` of the first word.
@@ -210,39 +218,56 @@ fn smeared([mut bits, mut further]: [Block; 2], length: u32) -> Block {
     let mut done = 1;
     while done < length {
         let by = done.min(length - done);
-        bits = core::array::from_fn(|i| bits[i] | bits[i] >> by | further[i] << (64 - by));
-        further = core::array::from_fn(|i| further[i] | further[i] >> by);
+        bits = each(|i| bits[i] | bits[i] >> by | further[i] << (64 - by));
+        further = each(|i| further[i] | further[i] >> by);
         done += by;
     }
     bits
 }
 
-/// The same of the rows together, for any length, from place `from` on.
+/// Whether rows have something within so many texels, 64 at most, from each place of a block on.
 #[inline(always)]
-fn smeared_far<'a>(rows: impl Iterator<Item = &'a [u64]>, from: u32, length: u32, scratch: &mut Vec<u64>) -> Block {
-    let first = (from / 64) as usize;
-    let count = LANES + length as usize / 64 + 2;
-    scratch.clear();
-    scratch.resize(count.next_multiple_of(LANES) + LANES + 1, 0);
+fn met<'a>(rows: impl Iterator<Item = &'a [u64]>, block: u32, length: u32) -> Block {
+    let at = block as isize * LANES as isize;
+    let mut together = [[0; LANES]; 2];
     for row in rows {
-        let row = &row[first.min(row.len())..];
-        scratch.iter_mut().zip(row).for_each(|(together, word)| *together |= word);
-        scratch.iter_mut().skip(row.len()).for_each(|together| *together = u64::MAX);
+        together = [or(together[0], load(row, at)), or(together[1], load(row, at + 1))];
+    }
+    smeared(together, length)
+}
+
+/// The same for any length.
+#[inline(always)]
+fn met_far<'a>(rows: impl Iterator<Item = &'a [u64]>, block: u32, length: u32, scratch: &mut Vec<u64>) -> Block {
+    let first = block as usize * LANES;
+    let count = cleared(scratch, length);
+    for row in rows {
+        for place in (0..count).step_by(LANES) {
+            let words = or(load(scratch, place as isize), load(row, (first + place) as isize));
+            scratch[place..place + LANES].copy_from_slice(&words);
+        }
     }
     smear_far(scratch, count, length)
 }
 
-/// The same of one row, and a place that may be before its begin.
+/// Makes room for a block and so many texels behind it. How many words these are.
 #[inline(always)]
-fn met_far(row: &[u64], from: isize, length: u32, scratch: &mut Vec<u64>) -> Block {
-    let (word, bits) = (from.div_euclid(64), from.rem_euclid(64) as u32);
+fn cleared(scratch: &mut Vec<u64>, length: u32) -> usize {
     let count = LANES + length as usize / 64 + 2;
     scratch.clear();
     scratch.resize(count.next_multiple_of(LANES) + LANES + 1, 0);
+    count
+}
+
+/// The same of one row and a place that may be before its begin.
+#[inline(always)]
+fn run_met_far(row: &[u64], from: isize, length: u32, scratch: &mut Vec<u64>) -> Block {
+    let (word, bits) = (from.div_euclid(64), from.rem_euclid(64) as u32);
+    let count = cleared(scratch, length);
     for place in (0..count).step_by(LANES) {
         let at = word + place as isize;
         let [a, b] = [load(row, at), load(row, at + 1)];
-        let aligned: Block = core::array::from_fn(|i| funnel(a[i], b[i], bits));
+        let aligned: Block = each(|i| funnel(a[i], b[i], bits));
         scratch[place..place + LANES].copy_from_slice(&aligned);
     }
     smear_far(scratch, count, length)
@@ -260,7 +285,7 @@ fn smear_far(row: &mut [u64], count: usize, length: u32) -> Block {
         for place in (0..count).step_by(LANES) {
             let [a, b, c] =
                 [load(row, place as isize), load(row, (place + words) as isize), load(row, (place + words + 1) as isize)];
-            let smeared: Block = core::array::from_fn(|i| a[i] | funnel(b[i], c[i], bits));
+            let smeared: Block = each(|i| a[i] | funnel(b[i], c[i], bits));
             row[place..place + LANES].copy_from_slice(&smeared);
         }
         done += by;
