@@ -81,11 +81,15 @@ fn search(sheet: &Sheet, mask: &Mask, from: u32, last: u32, scratch: &mut Vec<u6
         }
         // a row without a run as long leaves no room in any row from which it is reached
         let rows = y + row..y + row + height;
-        if let Some(full) = (rows.start.max(asked)..rows.end).rev().find(|y| sheet.longest(*y) < width) {
-            (y, asked) = (full + 1 - row, full + 1);
-            continue;
+        let (begin, mut end) = (rows.start.max(asked), rows.end);
+        while end > begin && sheet.longest(end - 1) >= width {
+            end -= 1;
         }
         asked = rows.end;
+        if end > begin {
+            y = end - row;
+            continue;
+        }
         match find_in_row(sheet, mask, y, scratch) {
             Some(x) => break [x, y],
             None if y < last => y = (y + step).min(last),
@@ -103,12 +107,13 @@ fn search(sheet: &Sheet, mask: &Mask, from: u32, last: u32, scratch: &mut Vec<u6
 
 #[inline(always)]
 fn find_in_row(sheet: &Sheet, mask: &Mask, y: u32, scratch: &mut Vec<u64>) -> Option<u32> {
-    let fits = |row: &u16| {
-        let longest = sheet.longest(y + u32::from(*row));
-        mask.row(u32::from(*row)).iter().all(|run| u32::from(run.length) <= longest)
-    };
-    if !mask.order.iter().take(ASKED_FIRST).all(fits) {
-        return None;
+    for &of_mask in &mask.order[..mask.order.len().min(ASKED_FIRST)] {
+        let longest = sheet.longest(y + u32::from(of_mask));
+        for run in mask.row(u32::from(of_mask)) {
+            if u32::from(run.length) > longest {
+                return None;
+            }
+        }
     }
     let Inner { width, height, row, column } = mask.inner;
     let top = y + row;
@@ -119,10 +124,12 @@ fn find_in_row(sheet: &Sheet, mask: &Mask, y: u32, scratch: &mut Vec<u64>) -> Op
             continue;
         }
         let mut blocked = below(column.saturating_sub(block * BLOCK));
-        if is_room(sheet, mask, y, block, &mut blocked, scratch)
-            && let Some(word) = blocked.iter().position(|word| *word != u64::MAX)
-        {
-            return Some(block * BLOCK + 64 * word as u32 + blocked[word].trailing_ones() - column);
+        if is_room(sheet, mask, y, block, &mut blocked, scratch) {
+            let mut free = 0;
+            while blocked[free] == u64::MAX {
+                free += 1;
+            }
+            return Some(block * BLOCK + 64 * free as u32 + blocked[free].trailing_ones() - column);
         }
     }
     None
@@ -147,8 +154,9 @@ fn is_room(sheet: &Sheet, mask: &Mask, y: u32, block: u32, blocked: &mut Block, 
     let mut rows = Apart::new(height);
     let (mut left, mut now) = (height, 4);
     while left > 0 {
-        let next = (0..now).map_while(|_| Some(sheet.row(top + rows.next()?)));
-        *blocked = or(*blocked, if width <= 64 { met(next, block, width) } else { met_far(next, block, width, scratch) });
+        let few = Few { sheet, top, apart: &mut rows, left: now };
+        let met = if width <= 64 { met(few, block, width) } else { met_far(few, block, width, scratch) };
+        *blocked = or(*blocked, met);
         if *blocked == ALL {
             return false;
         }
@@ -225,9 +233,27 @@ fn smeared([mut bits, mut further]: [Block; 2], length: u32) -> Block {
     bits
 }
 
+/// A few of the rows of a rectangle that begins in row `top`, those that come next.
+struct Few<'a, 'b> {
+    sheet: &'a Sheet,
+    top: u32,
+    apart: &'b mut Apart,
+    left: u32,
+}
+
+impl<'a> Iterator for Few<'a, '_> {
+    type Item = &'a [u64];
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Item> {
+        self.left = self.left.checked_sub(1)?;
+        Some(self.sheet.row(self.top + self.apart.next()?))
+    }
+}
+
 /// Whether rows have something within so many texels, 64 at most, from each place of a block on.
 #[inline(always)]
-fn met<'a>(rows: impl Iterator<Item = &'a [u64]>, block: u32, length: u32) -> Block {
+fn met(rows: Few, block: u32, length: u32) -> Block {
     let at = block as isize * LANES as isize;
     let mut together = [[0; LANES]; 2];
     for row in rows {
@@ -238,7 +264,7 @@ fn met<'a>(rows: impl Iterator<Item = &'a [u64]>, block: u32, length: u32) -> Bl
 
 /// The same for any length.
 #[inline(always)]
-fn met_far<'a>(rows: impl Iterator<Item = &'a [u64]>, block: u32, length: u32, scratch: &mut Vec<u64>) -> Block {
+fn met_far(rows: Few, block: u32, length: u32, scratch: &mut Vec<u64>) -> Block {
     let first = block as usize * LANES;
     let count = cleared(scratch, length);
     for row in rows {

@@ -13,11 +13,11 @@ const PRECISION: f32 = 0.007;
 /// How full, margins counted, the textures are expected to be: 0.77 to 0.85 of them were found with jagged charts, which fill 0.62 of their rectangles, 0.94 to
 /// 0.97 with rectangles (2,048 texels a side; ten meshes). This line goes through them.
 const FULL: [f64; 2] = [0.53, 0.45];
+/// No texture becomes fuller than this.
+const FULLEST: f64 = 0.985;
 /// The scales that are tried first, for the one expected: the larger one is about as likely to fit as not.
 const FIRST: [f32; AT_ONCE] = [0.985, 1.005];
-/// Those after them, for the largest that fits as long as all did, and further on each round ...
-const HIGHER: [f32; AT_ONCE] = [1.01, 1.02];
-/// ... and for the least that does not as long as none did.
+/// Those after them as long as none fits, for the least that does not; further down each round.
 const LOWER: [f32; AT_ONCE] = [0.97, 0.985];
 /// Rounds at most in which none fits: what is reckoned of very small textures is not true.
 const MOST_FAILED: i32 = 6;
@@ -25,25 +25,22 @@ const MOST_FAILED: i32 = 6;
 const BACK: f32 = 0.9;
 
 /// What is known of scales.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Known {
     fits: Option<f32>,
-    fails: Option<f32>,
+    fails: f32,
     rounds: i32,
 }
 
 impl Known {
     /// What is to be tried, ascending; none where it is known well enough.
     fn next(self, expected: f32) -> Option<[f32; AT_ONCE]> {
-        // the steps become longer, so that one that is wrong by much is left soon
-        let from = |scale: f32, steps: [f32; AT_ONCE]| {
-            steps.map(|step| scale * (1.0 + (step - 1.0) * (1 << (self.rounds - 1)) as f32))
-        };
-        match (self.fits, self.fails) {
-            (None, None) => Some(FIRST.map(|part| part * expected)),
-            (Some(fits), None) => Some(from(fits, HIGHER)),
-            (None, Some(fails)) => (self.rounds < MOST_FAILED).then(|| from(fails, LOWER)),
-            (Some(fits), Some(fails)) => (fails - fits > PRECISION * fails)
+        let Self { fits, fails, rounds } = self;
+        match fits {
+            _ if rounds == 0 => Some(FIRST.map(|part| part * expected)),
+            // the steps become longer, so that an expectation that is wrong by much is left soon
+            None => (rounds < MOST_FAILED).then(|| LOWER.map(|step| fails * (1.0 + (step - 1.0) * (1 << (rounds - 1)) as f32))),
+            Some(fits) => (fails - fits > PRECISION * fails)
                 .then(|| core::array::from_fn(|i| fits + (fails - fits) * (i + 1) as f32 / (AT_ONCE + 1) as f32)),
         }
     }
@@ -58,13 +55,14 @@ pub(super) fn largest(shapes: &[Shape], params: &PackParams) -> (f32, Vec<Placem
     }
     let texels = f64::from(params.width) * f64::from(params.height) * f64::from(params.sheets.max(1));
     let demand = Demand::of(shapes, texels, params);
-    let expected = demand.scale((FULL[0] + FULL[1] * demand.filled) * texels);
+    let scale_of = |fullness: f64| demand.scale(fullness * texels);
+    let expected = scale_of(FULL[0] + FULL[1] * demand.filled);
     let attempt = |scale: f32| {
         let mut laying = Laying::new(shapes, scale.min(params.most_per_m), params);
         let laid = laying.run(Some(&demand.of_each(laying.scale)));
         (laid, laying)
     };
-    let mut known = Known::default();
+    let mut known = Known { fits: None, fails: scale_of(FULLEST), rounds: 0 };
     // those that are likely to fit, the largest last
     let mut likely: Vec<Laying> = Vec::new();
     loop {
@@ -75,7 +73,7 @@ pub(super) fn largest(shapes: &[Shape], params: &PackParams) -> (f32, Vec<Placem
             let tried: Vec<(Laid, Laying)> = scales.into_par_iter().map(attempt).collect();
             for (laid, laying) in tried {
                 if laid == Laid::No {
-                    known.fails = Some(laying.scale);
+                    known.fails = laying.scale;
                     break;
                 }
                 known.fits = Some(laying.scale);
@@ -84,14 +82,14 @@ pub(super) fn largest(shapes: &[Shape], params: &PackParams) -> (f32, Vec<Placem
             known.rounds += 1;
         }
         let Some(largest) = likely.pop() else { break };
-        known.fails = Some(largest.scale);
+        known.fails = largest.scale;
         if let Some(found) = whole(largest) {
             return found;
         }
         known.fits = likely.last().map(|laying| laying.scale);
     }
     // in the end each takes one texel, and there is room for that: it was asked for before
-    let mut scale = known.fails.unwrap_or(expected);
+    let mut scale = known.fails;
     loop {
         if let Some(found) = whole(Laying::new(shapes, scale, params)) {
             return found;

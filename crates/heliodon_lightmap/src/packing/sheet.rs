@@ -56,7 +56,7 @@ impl Sheet {
             free: u64::from(width) * u64::from(height),
             scratch: Vec::new(),
         };
-        (0..height).for_each(|y| sheet.measure(y));
+        (0..height).for_each(|y| sheet.measure(y, 0, width));
         sheet
     }
 
@@ -91,38 +91,59 @@ impl Sheet {
     /// Takes the mask's texels, laid at a place, and those within `margin` of them.
     pub fn put(&mut self, mask: &Mask, [x, y]: [u32; 2], margin: u32) {
         let rows = y.saturating_sub(margin)..(y + mask.height + margin).min(self.height);
+        let [begin, end] = [x.saturating_sub(margin), (x + mask.width + margin).min(self.width)];
         for row in rows {
             let near = row.saturating_sub(y + margin)..(row + margin + 1).saturating_sub(y).min(mask.height);
+            // the free run that reaches these texels becomes shorter too
             let words = &mut self.taken[row as usize * self.words..][..self.words];
-            self.free += words.iter().map(|word| u64::from(word.count_ones())).sum::<u64>();
+            let from = run_begin(words, begin);
+            let count = |words: &[u64]| {
+                let touched = &words[(begin / 64) as usize..=(end / 64) as usize];
+                touched.iter().map(|word| u64::from(word.count_ones())).sum::<u64>()
+            };
+            let before = count(words);
             for run in near.flat_map(|of_mask| mask.row(of_mask)) {
-                let begin = x + u32::from(run.begin);
-                let end = (x + run.end() + margin).min(self.width);
-                set(words, begin.saturating_sub(margin) as usize, end as usize);
+                let begin = (x + u32::from(run.begin)).saturating_sub(margin);
+                set(words, begin as usize, (x + run.end() + margin).min(self.width) as usize);
             }
-            self.free -= words.iter().map(|word| u64::from(word.count_ones())).sum::<u64>();
-            self.measure(row);
+            self.free -= count(words) - before;
+            self.measure(row, from, end);
         }
     }
 
-    /// How long a row's free runs are.
-    fn measure(&mut self, y: u32) {
+    /// How long the free runs of a row's blocks are, from the block of one texel to that of another.
+    fn measure(&mut self, y: u32, from: u32, end: u32) {
         let row = &self.taken[y as usize * self.words..][..self.words];
         let longest_from = &mut self.longest_from[y as usize * self.blocks..][..self.blocks];
-        longest_from.fill(0);
-        let (mut x, mut longest) = (0, 0);
-        while let Some(begin) = next(row, x, false) {
+        let block_of = |x: usize| x / BLOCK as usize;
+        let last = block_of(end as usize).min(self.blocks - 1);
+        let mut x = block_of(from as usize) * BLOCK as usize;
+        longest_from[block_of(x)..=last].fill(0);
+        while let Some(begin) = next(row, x, false).filter(|begin| block_of(*begin) <= last) {
             x = next(row, begin, true).unwrap_or(row.len() * 64);
-            longest = longest.max(x - begin);
-            for (block, from) in
-                longest_from.iter_mut().enumerate().take(x.div_ceil(BLOCK as usize)).skip(begin / BLOCK as usize)
-            {
-                *from = (*from).max((x - begin.max(block * BLOCK as usize)) as u16);
+            for block in block_of(begin)..=block_of(x - 1).min(last) {
+                let length = (x - begin.max(block * BLOCK as usize)) as u16;
+                longest_from[block] = longest_from[block].max(length);
             }
         }
-        self.longest[y as usize] = longest as u16;
+        self.longest[y as usize] = longest_from.iter().copied().max().unwrap_or(0);
     }
 }
+
+/// Where the free run begins that ends before a texel; the texel where none does.
+fn run_begin(row: &[u64], x: u32) -> u32 {
+    let (mut word, bits) = ((x / 64) as usize, x % 64);
+    let mut taken = row[word] & !(u64::MAX << bits);
+    while taken == 0 {
+        if word == 0 {
+            return 0;
+        }
+        word -= 1;
+        taken = row[word];
+    }
+    64 * word as u32 + 64 - taken.leading_zeros()
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::bitmap::{Bitmap, INSET};
