@@ -62,13 +62,13 @@ fn largest_of_cells(bitmap: &Bitmap, [across, along]: [u32; 2]) -> Inner {
     let mut together: Vec<u64> = Vec::new();
     for (y, row) in bitmap.rows().enumerate() {
         let y = y as u32;
-        if y % along == 0 {
+        if y.is_multiple_of(along) {
             together.clear();
             together.extend_from_slice(row);
         } else {
             together.iter_mut().zip(row).for_each(|(together, row)| *together &= row);
         }
-        if (y + 1) % along != 0 {
+        if !(y + 1).is_multiple_of(along) {
             continue;
         }
         let mut x = 0;

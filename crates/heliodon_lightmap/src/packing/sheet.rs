@@ -121,9 +121,9 @@ impl Sheet {
         longest_from[block_of(x)..=last].fill(0);
         while let Some(begin) = next(row, x, false).filter(|begin| block_of(*begin) <= last) {
             x = next(row, begin, true).unwrap_or(row.len() * 64);
-            for block in block_of(begin)..=block_of(x - 1).min(last) {
-                let length = (x - begin.max(block * BLOCK as usize)) as u16;
-                longest_from[block] = longest_from[block].max(length);
+            let first = block_of(begin);
+            for (of_run, longest) in longest_from[first..=block_of(x - 1).min(last)].iter_mut().enumerate() {
+                *longest = (*longest).max((x - begin.max((first + of_run) * BLOCK as usize)) as u16);
             }
         }
         self.longest[y as usize] = longest_from.iter().copied().max().unwrap_or(0);
