@@ -251,6 +251,18 @@ mod tests {
     }
 
     #[test]
+    fn the_number_of_threads_does_not_matter() {
+        let scene = heliodon_testkit::scenes::ball(1.0, 20);
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| unwrap(&scene.positions, &scene.triangles, &[], &small()).unwrap())
+        };
+        let [one, three] = [1, 3].map(with);
+        assert!(one.charts.len() > 6);
+        assert_eq!((one.uvs, one.charts, one.packing), (three.uvs, three.charts, three.packing));
+    }
+
+    #[test]
     fn triangles_without_area_have_a_texel() {
         let positions = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::X * 2.0];
         let triangles = [[0, 1, 2], [0, 1, 3], [2, 2, 2]];
