@@ -217,6 +217,11 @@ mod tests {
         assert_eq!(unwrapped.uvs.len(), positions.len(), "its edges are split already");
         // three squares by two in 128 by 96 texels, a texel more each and two between: 40 and no more
         assert!(unwrapped.packing.per_m > 38.5 && unwrapped.packing.per_m <= 40.0, "{}", unwrapped.packing.per_m);
+        let mut bounded = small();
+        bounded.pack.most_per_m = 12.0;
+        let unwrapped = unwrap(&positions, &triangles, &[], &bounded).unwrap();
+        check(&positions, &triangles, &unwrapped, &bounded);
+        assert_eq!(unwrapped.packing.per_m, 12.0);
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Charts: patches of neighbouring triangles that face about the same way, each laid onto a plane of its own.
 //!
 //! Triangles are projected straight, so within a chart lengths shrink by no more than the cosine of the cone of its normals, none is turned over and none
-//! covers another; areas are kept in the mean. Vertices at one position are one, whatever texture coordinates or normals they have: light does not end at
-//! a texture's seam.
+//! covers another; areas are kept in the mean. Triangles that hang on their chart by one side are given to those around them, so that borders have no teeth.
+//! Vertices at one position are one, whatever texture coordinates or normals they have: light does not end at a texture's seam.
 
 mod borders;
 mod clusters;
@@ -89,7 +89,7 @@ impl Face {
 /// Cuts a surface into charts. `density` says how many texels each triangle is to have along a metre, beside the others; none stands for all alike. Every
 /// triangle is in one chart; those without area are together in one whose scale is 0.
 ///
-/// Takes about a second for a million triangles, and 300 bytes for each.
+/// Takes about 0.3 s for a scan of 70,000 triangles and 0.55 s for one of 100,000, most of it on one core.
 ///
 /// # Panics
 /// When a triangle names a vertex that does not exist, or `density` is neither empty nor as long as `triangles`.

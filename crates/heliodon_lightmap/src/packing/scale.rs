@@ -21,6 +21,8 @@ const FIRST: [f32; AT_ONCE] = [0.985, 1.005];
 const LOWER: [f32; AT_ONCE] = [0.97, 0.985];
 /// Rounds at most in which none fits: what is reckoned of very small textures is not true.
 const MOST_FAILED: i32 = 6;
+/// So many of those that are likely to fit are kept until the largest did: each has its sheets, 34 MB for a texture of the largest size.
+const KEPT: usize = 3;
 /// Where none fits, the next one is so many times as large.
 const BACK: f32 = 0.9;
 
@@ -79,6 +81,7 @@ pub(super) fn largest(shapes: &[Shape], params: &PackParams) -> (f32, Vec<Placem
                 known.fits = Some(laying.scale);
                 likely.push(laying);
             }
+            likely.drain(..likely.len().saturating_sub(KEPT));
             known.rounds += 1;
         }
         let Some(largest) = likely.pop() else { break };
