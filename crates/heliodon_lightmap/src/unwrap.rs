@@ -217,6 +217,11 @@ mod tests {
         assert_eq!(unwrapped.uvs.len(), positions.len(), "its edges are split already");
         // three squares by two in 128 by 96 texels, a texel more each and two between: 40 and no more
         assert!(unwrapped.packing.per_m > 38.5 && unwrapped.packing.per_m <= 40.0, "{}", unwrapped.packing.per_m);
+        let mut bounded = small();
+        bounded.pack.most_per_m = 12.0;
+        let unwrapped = unwrap(&positions, &triangles, &[], &bounded).unwrap();
+        check(&positions, &triangles, &unwrapped, &bounded);
+        assert_eq!(unwrapped.packing.per_m, 12.0);
     }
 
     #[test]
@@ -248,6 +253,18 @@ mod tests {
             a.distance(b)
         };
         assert!((side(0) / side(20) - 3.0).abs() < 1e-3, "{} and {}", side(0), side(20));
+    }
+
+    #[test]
+    fn the_number_of_threads_does_not_matter() {
+        let scene = heliodon_testkit::scenes::ball(1.0, 20);
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| unwrap(&scene.positions, &scene.triangles, &[], &small()).unwrap())
+        };
+        let [one, three] = [1, 3].map(with);
+        assert!(one.charts.len() > 6);
+        assert_eq!((one.uvs, one.charts, one.packing), (three.uvs, three.charts, three.packing));
     }
 
     #[test]

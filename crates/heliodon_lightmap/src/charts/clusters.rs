@@ -82,6 +82,8 @@ struct Joining<'a> {
     /// The next triangle of each one's cluster.
     next: Vec<u32>,
     queue: BinaryHeap<Reverse<Pair>>,
+    /// The least cosine between the mean normals of two that may be joined, and of small ones: the limits' twice as far, and a little for rounding.
+    least_cosines_apart: [f32; 2],
     /// Whether now only small clusters are joined, within the wider cone.
     small_ones: bool,
 }
@@ -121,6 +123,8 @@ pub(super) fn clusters(surface: &Surface, limits: Limits) -> Vec<Vec<u32>> {
         clusters: (0..count).map(single).collect(),
         next: vec![NOBODY; count],
         queue: BinaryHeap::new(),
+        least_cosines_apart: [limits.least_cosine, limits.least_cosine_small]
+            .map(|cosine| 2.0 * cosine * cosine - 1.0 - 1.0e-3),
         small_ones: false,
     };
     joining.run();
@@ -159,6 +163,11 @@ impl Joining<'_> {
         let (a, b) = (a.min(b), a.max(b));
         let [one, other] = [a, b].map(|c| &self.clusters[c as usize]);
         if one.area == 0.0 || other.area == 0.0 || !self.fits(one, other) {
+            return;
+        }
+        // whose normals are further apart than the cone is wide have no common axis within it
+        let cosine = if self.small_ones { self.least_cosines_apart[1] } else { self.least_cosines_apart[0] };
+        if one.normal.dot(other.normal) < cosine * one.normal.length() * other.normal.length() {
             return;
         }
         let shared = one.beside.binary_search_by_key(&b, |(c, _)| *c).map_or(0.0, |place| one.beside[place].1);

@@ -1,9 +1,10 @@
 //! Charts: patches of neighbouring triangles that face about the same way, each laid onto a plane of its own.
 //!
 //! Triangles are projected straight, so within a chart lengths shrink by no more than the cosine of the cone of its normals, none is turned over and none
-//! covers another; areas are kept in the mean. Vertices at one position are one, whatever texture coordinates or normals they have: light does not end at
-//! a texture's seam.
+//! covers another; areas are kept in the mean. Triangles that hang on their chart by one side are given to those around them, so that borders have no teeth.
+//! Vertices at one position are one, whatever texture coordinates or normals they have: light does not end at a texture's seam.
 
+mod borders;
 mod clusters;
 mod neighbors;
 mod overlap;
@@ -11,6 +12,7 @@ mod plane;
 
 pub use plane::Plane;
 
+use borders::straightened;
 use clusters::{Limits, Surface, clusters};
 use glam::{Vec2, Vec3};
 use heliodon_math::frame::unit_or;
@@ -87,7 +89,7 @@ impl Face {
 /// Cuts a surface into charts. `density` says how many texels each triangle is to have along a metre, beside the others; none stands for all alike. Every
 /// triangle is in one chart; those without area are together in one whose scale is 0.
 ///
-/// Takes about a second for a million triangles, and 300 bytes for each.
+/// Takes about 0.3 s for a scan of 70,000 triangles and 0.55 s for one of 100,000, most of it on one core.
 ///
 /// # Panics
 /// When a triangle names a vertex that does not exist, or `density` is neither empty nor as long as `triangles`.
@@ -106,26 +108,31 @@ pub fn charts(positions: &[Vec3], triangles: &[[u32; 3]], density: &[f32], param
         small: params.small_part * area,
         longest: params.longest * area.sqrt(),
     };
-    let joined = clusters(&Surface { faces: &faces, neighbors: &neighbors }, limits);
-    let laid = |triangles: Vec<u32>| lay(triangles, &faces, &neighbors, &corners, &density);
-    let (whole, nothing): (Vec<_>, Vec<_>) = joined.into_iter().partition(|triangles| faces[triangles[0] as usize].area > 0.0);
+    let surface = Surface { faces: &faces, neighbors: &neighbors };
+    let joined = straightened(&surface, &clusters(&surface, limits), limits.least_cosine);
+    let laid = |(triangles, normal)| lay(triangles, normal, &faces, &neighbors, &corners, &density);
+    let (whole, nothing): (Vec<_>, Vec<_>) =
+        joined.into_iter().partition(|(triangles, _)| faces[triangles[0] as usize].area > 0.0);
     let mut charts: Vec<Chart> = whole.into_par_iter().flat_map_iter(laid).collect();
     if !nothing.is_empty() {
-        charts.push(Chart { triangles: nothing.concat(), plane: Plane::new(Vec3::Z, Vec3::ZERO), scale: 0.0 });
+        charts.push(Chart {
+            triangles: nothing.into_iter().flat_map(|(triangles, _)| triangles).collect(),
+            plane: Plane::new(Vec3::Z, Vec3::ZERO),
+            scale: 0.0,
+        });
     }
     charts
 }
 
-/// Lays a cluster flat; more than one chart comes of it where it covers itself.
+/// Lays a cluster flat, square to a normal; more than one chart comes of it where it covers itself.
 fn lay(
-    mut triangles: Vec<u32>,
+    triangles: Vec<u32>,
+    normal: Vec3,
     faces: &[Face],
     neighbors: &[[u32; 3]],
     corners: &impl Fn(usize) -> [Vec3; 3],
     density: &impl Fn(usize) -> f32,
 ) -> Vec<Chart> {
-    triangles.sort_unstable();
-    let normal: Vec3 = triangles.iter().map(|&t| faces[t as usize].normal * faces[t as usize].area).sum();
     let plane = Plane::new(normal, corners(triangles[0] as usize)[0]);
     let flat = |plane: &Plane, t: u32| corners(t as usize).map(|p| plane.project(p));
     let laid: Vec<[Vec2; 3]> = triangles.iter().map(|&t| flat(&plane, t)).collect();

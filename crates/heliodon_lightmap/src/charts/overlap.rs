@@ -1,25 +1,34 @@
 //! Triangles that come to lie on others of their chart: folds, spirals and shells that stay within a cone of normals.
 
-use glam::Vec2;
-use std::collections::HashMap;
+use glam::{UVec2, Vec2};
 
 /// Triangles that reach into one another by less than this part of their chart's size only touch: coordinates are rounded, and neighbours share edges.
 const TOUCH: f32 = 1.0e-5;
 
+/// Cells of a grid for each triangle, at most.
+const CELLS: f32 = 4.0;
+
+/// A triangle, and its least and greatest coordinates.
+type Bounded = ([Vec2; 3], Vec2, Vec2);
+
 /// Sorts a chart's triangles, given in their order, into layers within which none covers another; most charts are one layer.
 pub(super) fn layers(triangles: &[[Vec2; 3]]) -> Vec<Vec<u32>> {
-    let (low, high) = bounds(triangles.as_flattened());
-    let size = (high - low).max_element();
-    let cell = cell_size(triangles, size);
+    let bounded = |triangle: &[Vec2; 3]| {
+        let (low, high) = bounds(triangle);
+        (*triangle, low, high)
+    };
+    let triangles: Vec<Bounded> = triangles.iter().map(bounded).collect();
+    let (low, high) =
+        triangles.iter().fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), (_, of, to)| (low.min(*of), high.max(*to)));
+    let touch = TOUCH * (high - low).max_element();
     let mut rest: Vec<u32> = (0..triangles.len() as u32).collect();
     let mut layers = Vec::new();
     while !rest.is_empty() {
-        let mut grid = Grid { cell, low, cells: HashMap::new() };
+        let mut grid = Grid::new(&triangles, low, high);
         let (mut layer, mut covered) = (Vec::with_capacity(rest.len()), Vec::new());
         for &t in &rest {
             let triangle = &triangles[t as usize];
-            let meets = |other: &u32| overlap(triangle, &triangles[*other as usize], TOUCH * size);
-            if grid.near(triangle).any(|others| others.iter().any(meets)) {
+            if grid.near(triangle).any(|other| overlap(triangle, &triangles[other as usize], touch)) {
                 covered.push(t);
             } else {
                 grid.put(triangle, t);
@@ -32,44 +41,62 @@ pub(super) fn layers(triangles: &[[Vec2; 3]]) -> Vec<Vec<u32>> {
     layers
 }
 
-/// So that a triangle lies in few cells and a cell holds few triangles.
-fn cell_size(triangles: &[[Vec2; 3]], size: f32) -> f32 {
-    let extents: f32 = triangles.iter().map(|t| (bounds(t).1 - bounds(t).0).max_element()).sum();
-    let mean = extents / triangles.len().max(1) as f32;
-    mean.max(size / 1024.0).max(f32::MIN_POSITIVE)
-}
-
 fn bounds(points: &[Vec2]) -> (Vec2, Vec2) {
     points.iter().fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)))
 }
 
+/// No entry.
+const NONE: u32 = u32::MAX;
+
+/// Cells of a size so that a triangle lies in few of them, and few triangles in each.
 struct Grid {
-    cell: f32,
     low: Vec2,
-    cells: HashMap<[i32; 2], Vec<u32>>,
+    /// Cells for a metre, and along each axis.
+    scale: f32,
+    cells: UVec2,
+    /// For each cell its last entry: a triangle, and the entry before.
+    last: Vec<u32>,
+    entries: Vec<(u32, u32)>,
 }
 
 impl Grid {
-    fn keys(&self, triangle: &[Vec2; 3]) -> impl Iterator<Item = [i32; 2]> + use<> {
-        let (low, high) = bounds(triangle);
-        let key = |p: Vec2| ((p - self.low) / self.cell).floor().as_ivec2();
-        let (low, high) = (key(low), key(high));
-        (low.y..=high.y).flat_map(move |y| (low.x..=high.x).map(move |x| [x, y]))
+    fn new(triangles: &[Bounded], low: Vec2, high: Vec2) -> Self {
+        let count = triangles.len().max(1) as f32;
+        let mean = triangles.iter().map(|(_, low, high)| (high - low).max_element()).sum::<f32>() / count;
+        let size = (high - low).max(Vec2::splat(f32::MIN_POSITIVE));
+        // what is thin has no more cells along than there are triangles, and what is wide not many more
+        let most = (CELLS * count / (size.x * size.y)).sqrt().min(CELLS * count / size.max_element());
+        let scale = (1.0 / mean).min(most);
+        let scale = if scale.is_finite() { scale } else { 0.0 };
+        let cells = (size * scale).as_uvec2() + 1;
+        Self { low, scale, cells, last: vec![NONE; (cells.x * cells.y) as usize], entries: Vec::with_capacity(triangles.len()) }
     }
 
-    fn near(&self, triangle: &[Vec2; 3]) -> impl Iterator<Item = &Vec<u32>> {
-        self.keys(triangle).filter_map(|key| self.cells.get(&key))
+    fn keys(&self, (_, low, high): &Bounded) -> impl Iterator<Item = usize> + use<> {
+        let key = |p: Vec2| ((p - self.low) * self.scale).as_uvec2().min(self.cells - 1);
+        let (low, high, across) = (key(*low), key(*high), self.cells.x);
+        (low.y..=high.y).flat_map(move |y| (low.x..=high.x).map(move |x| (y * across + x) as usize))
     }
 
-    fn put(&mut self, triangle: &[Vec2; 3], t: u32) {
-        for key in self.keys(triangle) {
-            self.cells.entry(key).or_default().push(t);
+    fn near(&self, triangle: &Bounded) -> impl Iterator<Item = u32> {
+        let entry = |at: u32| self.entries.get(at as usize);
+        let of_cell = move |cell: usize| std::iter::successors(entry(self.last[cell]), move |(_, before)| entry(*before));
+        self.keys(triangle).flat_map(of_cell).map(|(triangle, _)| *triangle)
+    }
+
+    fn put(&mut self, triangle: &Bounded, t: u32) {
+        for cell in self.keys(triangle) {
+            self.entries.push((t, self.last[cell]));
+            self.last[cell] = self.entries.len() as u32 - 1;
         }
     }
 }
 
 /// Whether two triangles reach into one another by more than so much: along no side of either do they part.
-fn overlap(a: &[Vec2; 3], b: &[Vec2; 3], touch: f32) -> bool {
+fn overlap((a, low_a, high_a): &Bounded, (b, low_b, high_b): &Bounded, touch: f32) -> bool {
+    if (high_a.min(*high_b) - low_a.max(*low_b)).min_element() <= touch {
+        return false;
+    }
     let parts = |of: &[Vec2; 3]| {
         (0..3).any(|i| {
             let Some(along) = (of[(i + 1) % 3] - of[i]).try_normalize() else { return false };

@@ -1,23 +1,19 @@
 //! The texels that a chart needs: every one that filtering takes into account anywhere on it.
 
-use crate::cover::cover;
-use glam::Vec2;
+use super::bitmap::{Bitmap, runs};
+use super::inner::Inner;
 
 /// A run of texels in a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Run {
     pub begin: u16,
     pub length: u16,
 }
 
-/// A rectangle within a mask.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Inner {
-    pub width: u32,
-    pub height: u32,
-    /// Its first row and column.
-    pub row: u32,
-    pub column: u32,
+impl Run {
+    pub fn end(self) -> u32 {
+        u32::from(self.begin) + u32::from(self.length)
+    }
 }
 
 /// The texels of a chart at one scale, row by row.
@@ -25,155 +21,154 @@ pub(super) struct Inner {
 pub(super) struct Mask {
     pub width: u32,
     pub height: u32,
+    /// Those of all rows; none where all texels are its.
     runs: Vec<Run>,
     /// Where each row's runs begin, and where the last one's end.
     rows: Vec<u32>,
-    /// All rows, so that what does not fit is found out early: the one with the longest run first, then each as far as can be from those before.
-    pub order: Vec<u16>,
-    pub texels: u64,
-    /// Its largest rectangle.
+    /// All of a row.
+    whole: Run,
+    /// Its largest rectangle, or one nearly as large.
     pub inner: Inner,
+    /// Rows that have more than that, so that what does not fit is found out early: the one with the longest run first, then each as far as can be from
+    /// those before.
+    pub order: Vec<u16>,
+    /// What those have in common that are alike, and others hardly ever.
+    pub hash: u64,
 }
 
-/// Where a chart's least coordinates come to lie in its mask: a texel's middle, so that nothing before it is asked for.
-pub(super) const INSET: f32 = 0.5;
-
 impl Mask {
-    /// Of triangles whose coordinates are in texels and least ones [`INSET`]. None where it is larger than `most` a side.
-    pub fn new(triangles: &[[Vec2; 3]], most: u32) -> Option<Self> {
-        let high = triangles.iter().flatten().fold(Vec2::splat(INSET), |high, p| high.max(*p));
-        // filtering at p takes the texels whose middles are nearer than one texel
-        let size = (high + 0.5).ceil().max(Vec2::ONE);
-        if !(size.x <= most as f32 && size.y <= most as f32) {
-            return None;
+    pub fn new(bitmap: &Bitmap) -> Self {
+        let Bitmap { width, height, .. } = *bitmap;
+        if bitmap.count() == u64::from(width) * u64::from(height) {
+            return Self::full(width, height);
         }
-        let (width, height) = (size.x as usize, size.y as usize);
-        let words = width.div_ceil(64);
-        let mut bits = vec![0_u64; words * height];
-        for triangle in triangles {
-            cover(triangle, height, |y, begin, end| set(&mut bits[y * words..][..words], begin, end.min(width)));
+        let mut mask = Self { width, height, rows: Vec::with_capacity(height as usize + 1), ..Self::default() };
+        mask.rows.push(0);
+        for row in bitmap.rows() {
+            mask.runs.extend(runs(row).map(|(begin, end)| Run { begin: begin as u16, length: (end - begin) as u16 }));
+            mask.rows.push(mask.runs.len() as u32);
         }
-        let mut mask = Self { width: width as u32, height: height as u32, rows: vec![0], ..Self::default() };
-        for row in bits.chunks_exact(words) {
-            mask.push_row(row);
-        }
-        mask.inner = mask.largest_rectangle();
-        mask.order = mask.rows_apart();
-        mask.texels = mask.runs.iter().map(|run| u64::from(run.length)).sum();
-        Some(mask)
+        mask
     }
 
     /// A rectangle with all its texels.
+    #[inline(always)]
     pub fn full(width: u32, height: u32) -> Self {
-        let run = Run { begin: 0, length: width as u16 };
-        Self {
-            width,
-            height,
-            runs: vec![run; height as usize],
-            rows: (0..=height).collect(),
-            order: (0..height as u16).collect(),
-            texels: u64::from(width) * u64::from(height),
-            inner: Inner { width, height, row: 0, column: 0 },
-        }
+        let inner = Inner { width, height, row: 0, column: 0 };
+        Self { width, height, whole: Run { begin: 0, length: width as u16 }, inner, ..Self::default() }
     }
 
-    /// About how many texels lie beside it: two at each run, and above and below it two for each of its own that the next row does not have.
-    pub fn rim(&self) -> u64 {
-        2 * self.runs.len() as u64 + 2 * u64::from(self.width)
+    /// The same turned by two quarters, but for what is reckoned of it.
+    pub fn upside_down(&self) -> Self {
+        if self.is_full() {
+            return self.clone();
+        }
+        let mut turned =
+            Self { width: self.width, height: self.height, rows: Vec::with_capacity(self.rows.len()), ..Self::default() };
+        let mirrored = |run: &Run| Run { begin: (self.width - run.end()) as u16, length: run.length };
+        turned.runs.extend(self.runs.iter().rev().map(mirrored));
+        let all = self.runs.len() as u32;
+        turned.rows.extend(self.rows.iter().rev().map(|begin| all - begin));
+        turned
+    }
+
+    /// With what is reckoned of it: `inner` is a rectangle within it.
+    pub fn with_inner(mut self, inner: Inner) -> Self {
+        if !self.is_full() {
+            self.inner = inner;
+            self.order = self.rows_apart();
+            self.hash = self.hashed();
+        }
+        self
+    }
+
+    /// Whether both have the same texels.
+    pub fn is_alike(&self, other: &Self) -> bool {
+        (self.hash, self.width, self.height) == (other.hash, other.width, other.height)
+            && self.rows == other.rows
+            && self.runs == other.runs
     }
 
     /// Whether it has every texel of its rectangle.
     pub fn is_full(&self) -> bool {
-        self.texels == u64::from(self.width) * u64::from(self.height)
+        self.rows.is_empty()
     }
 
     /// The runs of a row.
     pub fn row(&self, y: u32) -> &[Run] {
+        if self.is_full() {
+            return std::slice::from_ref(&self.whole);
+        }
         &self.runs[self.rows[y as usize] as usize..self.rows[y as usize + 1] as usize]
     }
 
     fn rows_apart(&self) -> Vec<u16> {
+        let Inner { width, height, row, column } = self.inner;
+        let is_inner = |y: u32| {
+            (row..row + height).contains(&y)
+                && matches!(self.row(y), [run] if u32::from(run.begin) == column && u32::from(run.length) == width)
+        };
         let longest = |y: &u32| self.row(*y).iter().map(|run| run.length).max();
-        let hardest = (0..self.height).rev().max_by_key(longest).unwrap_or(0);
-        let others = apart(self.height).filter(|y| *y != hardest);
-        std::iter::once(hardest).chain(others).map(|y| y as u16).collect()
+        let hardest = (0..self.height).rev().filter(|y| !is_inner(*y)).max_by_key(longest);
+        let others = Apart::new(self.height).filter(|y| Some(*y) != hardest && !is_inner(*y));
+        hardest.into_iter().chain(others).map(|y| y as u16).collect()
     }
 
-    /// The rectangle with the most texels: below each row's texels stand columns of those above, and the largest rectangle that ends in the row ends at a
-    /// column that is lower than its neighbours.
-    fn largest_rectangle(&self) -> Inner {
-        let width = self.width as usize;
-        let mut columns = vec![0_u32; width + 1];
-        let mut largest = Inner::default();
-        let mut open: Vec<(usize, u32)> = Vec::new();
-        for y in 0..self.height {
-            let mut x = 0;
-            for run in self.row(y) {
-                let begin = usize::from(run.begin);
-                columns[x..begin].fill(0);
-                x = begin + usize::from(run.length);
-                columns[begin..x].iter_mut().for_each(|column| *column += 1);
-            }
-            columns[x..].fill(0);
-            for (x, &height) in columns.iter().enumerate() {
-                let mut begin = x;
-                while let Some((from, above)) = open.pop_if(|(_, above)| *above >= height) {
-                    begin = from;
-                    let of = (x - from) as u32;
-                    if above * of > largest.width * largest.height {
-                        largest = Inner { width: of, height: above, row: y + 1 - above, column: from as u32 };
-                    }
-                }
-                if height > 0 {
-                    open.push((begin, height));
-                }
+    /// Fowler, Noll and Vo's, of the runs.
+    fn hashed(&self) -> u64 {
+        let add = |hash: u64, value: u64| (hash ^ value).wrapping_mul(0x0100_0000_01B3);
+        let rows = self.rows.iter().fold(0xCBF2_9CE4_8422_2325, |hash, begin| add(hash, u64::from(*begin)));
+        self.runs.iter().fold(rows, |hash, run| add(hash, u64::from(run.begin) << 16 | u64::from(run.length)))
+    }
+}
+
+/// All numbers below a count, each far from those before it.
+pub(super) struct Apart {
+    count: u32,
+    bits: u32,
+    next: u32,
+}
+
+impl Apart {
+    #[inline(always)]
+    pub fn new(count: u32) -> Self {
+        Self { count, bits: count.next_power_of_two().ilog2(), next: 0 }
+    }
+}
+
+impl Iterator for Apart {
+    type Item = u32;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<u32> {
+        while self.next < 1 << self.bits {
+            // twice, for a shift by 32 is none
+            let number = self.next.reverse_bits() >> 1 >> (31 - self.bits);
+            self.next += 1;
+            if number < self.count {
+                return Some(number);
             }
         }
-        largest
-    }
-
-    fn push_row(&mut self, row: &[u64]) {
-        let mut x = 0;
-        while let Some(begin) = next(row, x, true) {
-            let end = next(row, begin, false).unwrap_or(row.len() * 64);
-            self.runs.push(Run { begin: begin as u16, length: (end - begin) as u16 });
-            x = end;
-        }
-        self.rows.push(self.runs.len() as u32);
-    }
-}
-
-/// All numbers below `count`, each far from those before it.
-#[inline(always)]
-pub(super) fn apart(count: u32) -> impl Iterator<Item = u32> {
-    let bits = count.next_power_of_two().ilog2();
-    (0..1_u32 << bits).map(move |i| if bits == 0 { 0 } else { i.reverse_bits() >> (32 - bits) }).filter(move |i| *i < count)
-}
-
-/// The first bit from `x` on that is set, or not.
-pub(super) fn next(row: &[u64], x: usize, is_set: bool) -> Option<usize> {
-    let flip = if is_set { 0 } else { u64::MAX };
-    let mut word = x / 64;
-    let mut bits = (row.get(word)? ^ flip) & (u64::MAX << (x % 64));
-    while bits == 0 {
-        word += 1;
-        bits = row.get(word)? ^ flip;
-    }
-    Some(word * 64 + bits.trailing_zeros() as usize)
-}
-
-/// Sets the bits from `begin` on and before `end`.
-pub(super) fn set(row: &mut [u64], begin: usize, end: usize) {
-    let below = |bit: usize| if bit == 64 { u64::MAX } else { (1 << bit) - 1 };
-    let words = begin / 64..end.div_ceil(64);
-    for (bits, first) in row[words.clone()].iter_mut().zip(words.map(|word| word * 64)) {
-        *bits |= below((end - first).min(64)) & !below(begin.saturating_sub(first).min(64));
+        None
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::bitmap::INSET;
     use super::*;
+    use glam::Vec2;
+
+    fn made(triangles: &[[Vec2; 3]], most: u32) -> Option<Mask> {
+        let bitmap = Bitmap::new(triangles, most)?;
+        let mask = Mask::new(&bitmap);
+        let inner = Inner::of(&bitmap, &mask);
+        Some(mask.with_inner(inner))
+    }
+
+    fn texels(mask: &Mask) -> u32 {
+        (0..mask.height).flat_map(|y| mask.row(y)).map(|run| u32::from(run.length)).sum()
+    }
 
     fn rectangle(size: Vec2) -> [[Vec2; 3]; 2] {
         let at = |x: f32, y: f32| Vec2::splat(INSET) + Vec2::new(x * size.x, y * size.y);
@@ -214,13 +209,13 @@ mod tests {
 
     #[test]
     fn a_rectangle_takes_one_texel_more_a_side() {
-        let mask = Mask::new(&rectangle(Vec2::new(7.0, 3.0)), 100).unwrap();
-        assert_eq!((mask.width, mask.height, mask.texels), (8, 4, 32));
+        let mask = made(&rectangle(Vec2::new(7.0, 3.0)), 100).unwrap();
+        assert_eq!((mask.width, mask.height, texels(&mask)), (8, 4, 32));
         assert_eq!(mask.inner, Inner { width: 8, height: 4, row: 0, column: 0 });
-        let point = Mask::new(&[[Vec2::splat(INSET); 3]], 100).unwrap();
-        assert_eq!((point.width, point.height, point.texels), (1, 1, 1));
-        assert!(Mask::new(&rectangle(Vec2::new(7.0, 300.0)), 100).is_none());
-        let long = Mask::new(&rectangle(Vec2::new(300.0, 1.0)), 1000).unwrap();
+        let point = made(&[[Vec2::splat(INSET); 3]], 100).unwrap();
+        assert_eq!((point.width, point.height, texels(&point)), (1, 1, 1));
+        assert!(made(&rectangle(Vec2::new(7.0, 300.0)), 100).is_none());
+        let long = made(&rectangle(Vec2::new(300.0, 1.0)), 1000).unwrap();
         assert_eq!(long.row(1), [Run { begin: 0, length: 301 }]);
     }
 
@@ -232,12 +227,12 @@ mod tests {
         };
         // a T: its bar has 21 by 3 texels, its foot 5 by 20
         let shape = [quad(0.0, 0.0, 20.0, 2.0), quad(7.0, 0.0, 4.0, 19.0)].concat();
-        let mask = Mask::new(&shape, 100).unwrap();
+        let mask = made(&shape, 100).unwrap();
         assert_eq!(mask.inner, Inner { width: 5, height: 20, row: 0, column: 7 });
         let upside_down: Vec<_> = shape.iter().map(|t| t.map(|p| Vec2::new(p.x, 20.0 - p.y))).collect();
-        assert_eq!(Mask::new(&upside_down, 100).unwrap().inner, Inner { width: 5, height: 20, row: 0, column: 7 });
+        assert_eq!(made(&upside_down, 100).unwrap().inner, Inner { width: 5, height: 20, row: 0, column: 7 });
         let wide = [quad(0.0, 0.0, 40.0, 2.0), quad(7.0, 0.0, 4.0, 19.0)].concat();
-        assert_eq!(Mask::new(&wide, 100).unwrap().inner, Inner { width: 41, height: 3, row: 0, column: 0 });
+        assert_eq!(made(&wide, 100).unwrap().inner, Inner { width: 41, height: 3, row: 0, column: 0 });
     }
 
     #[test]
@@ -251,14 +246,14 @@ mod tests {
             let mut triangle = [(); 3].map(|()| Vec2::new(next(), next()) * 20.0);
             let low = triangle[0].min(triangle[1]).min(triangle[2]);
             triangle.iter_mut().for_each(|p| *p += INSET - low);
-            let mask = Mask::new(&[triangle], 100).unwrap();
+            let mask = made(&[triangle], 100).unwrap();
             let (asked, bits) = (asked(&[triangle], &mask), bits(&mask));
             let mut more = 0;
             for (asked, bits) in asked.iter().flatten().zip(bits.iter().flatten()) {
                 assert!(*bits || !*asked);
                 more += u32::from(*bits && !*asked);
             }
-            assert!(more * 8 <= mask.texels as u32 + 16, "{more} of {}", mask.texels);
+            assert!(more * 8 <= texels(&mask) + 16, "{more} of {}", texels(&mask));
         }
     }
 }

@@ -1,11 +1,15 @@
 //! Packing: all charts into one texture of the size that is asked for, as large as they can be.
 //!
 //! At one scale charts are laid, the longest first, each turned by the quarter with which it comes to lie lowest, where all texels are free that filtering
-//! takes into account on it; small ones fill what large ones leave. The scale itself is searched for: two are tried at once, then two between the
-//! largest that fits and the least that does not.
+//! takes into account on it; small ones fill what large ones leave. The scale itself is searched for: two are tried at once near the one that is expected of
+//! how charts fill their rectangles, then two between the largest that fits and the least that does not.
 
+mod bitmap;
+mod inner;
 mod lay;
 mod mask;
+mod room;
+mod rooms;
 mod scale;
 mod sheet;
 
