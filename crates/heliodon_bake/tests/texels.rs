@@ -155,7 +155,9 @@ fn what_is_baked_again_is_the_same_and_nothing_is_solved_twice() {
 
 /// A closed room with walls of 0.2 m, and the world around it.
 fn closed_room() -> Baked {
-    let site = format!("[site]\nname = \"A room\"\n[[part]]\nfile = \"room.obj\"\nlight = \"texel\"\n{SKY}[bake]\nsamples = 64\nbounces = 4\ntexels = 128\n");
+    let site = format!(
+        "[site]\nname = \"A room\"\n[[part]]\nfile = \"room.obj\"\nlight = \"texel\"\n{SKY}[bake]\nsamples = 64\nbounces = 4\ntexels = 128\n"
+    );
     let inside = cuboid(Vec3::splat(-2.0), Vec3::splat(2.0), 1, true);
     let outside = cuboid(Vec3::splat(-2.2), Vec3::splat(2.2), 1, false);
     bake_site(&site, &[("room.obj", rectangles(&[inside, outside].concat()))])
@@ -192,8 +194,12 @@ fn a_closed_room_stays_dark_to_the_last_texel() {
 #[test]
 fn what_an_atlas_cannot_hold_is_told_before_anything_is_traced() {
     let folder = tempfile::tempdir().unwrap();
-    let site = |texels: u32| format!("[site]\nname = \"a\"\n[[part]]\nfile = \"a.obj\"\nlight = \"texel\"\n{SKY}[bake]\ntexels = {texels}\n");
-    let boxes: Vec<_> = (0..60_u8).flat_map(|i| cuboid(Vec3::splat(3.0 * f32::from(i)), Vec3::splat(3.0 * f32::from(i) + 1.0), 1, false)).collect();
+    let site = |texels: u32| {
+        format!("[site]\nname = \"a\"\n[[part]]\nfile = \"a.obj\"\nlight = \"texel\"\n{SKY}[bake]\ntexels = {texels}\n")
+    };
+    let boxes: Vec<_> = (0..60_u8)
+        .flat_map(|i| cuboid(Vec3::splat(3.0 * f32::from(i)), Vec3::splat(3.0 * f32::from(i) + 1.0), 1, false))
+        .collect();
     fs::write(folder.path().join("a.obj"), rectangles(&boxes)).unwrap();
     sky().write_hdr(folder.path().join("sky.hdr")).unwrap();
     fs::write(folder.path().join("site.toml"), site(64)).unwrap();

@@ -18,7 +18,8 @@ use glam::{Vec2, Vec3};
 use heliodon_bundle::moment::{Blend, Day, Moment};
 use heliodon_bundle::shade::chunk_light;
 use heliodon_bundle::site::Site;
-use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, LightLayout, LitChunk, VertexLight};
+use heliodon_bundle::texels::{float_texture, sky_level, sun_texture};
+use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, LightLayout, LitChunk, TexelInfo, TexelLight, VertexLight};
 use heliodon_image::{HdrImage, SrgbImage};
 use heliodon_math::color::{linear_from_srgb, srgb_from_linear};
 use heliodon_math::random::{hash3_u32, unit_f32};
@@ -118,6 +119,36 @@ fn write(folder: &Path, layout: LightLayout) {
     write_chunk(folder, layout, &wall(layout), None);
 }
 
+/// Texels along a side of the atlas that lights a wall.
+const TEXELS: u32 = 32;
+
+/// An atlas in which every texel has light of its own.
+fn texels(layout: LightLayout) -> (TexelLight, TexelInfo) {
+    let above = sky_level(layout.channels);
+    let count = |level: u32| (TEXELS >> level).pow(2) as usize;
+    let number = |seed: u32, i: usize| random(i as u32, 7, seed);
+    let words = layout.mask_words();
+    let unused = |word: usize| if word + 1 == words { u32::MAX >> ((32 - layout.sun_steps % 32) % 32) } else { u32::MAX };
+    let mask = |level| (0..count(level) * words).map(|i| hash3_u32(i as u32, level, 11) & unused(i % words)).collect();
+    let transfer = layout.transfer_floats();
+    let sky = |level| (0..count(level) * transfer).map(|i| number(level, i) - if i % 4 == 0 { 0.0 } else { 0.5 }).collect();
+    let bounced = layout.bounce_floats();
+    let bounce: Vec<f32> = (0..count(2) * bounced).map(|i| 0.3 * number(9, i) - 0.05).collect();
+    let light = TexelLight {
+        sun: sun_texture(layout, [TEXELS; 2], &[0, 1, 2].map(mask)),
+        sky: float_texture([TEXELS >> above; 2], transfer, &(above..3).map(sky).collect::<Vec<_>>()),
+        bounce: (bounced > 0).then(|| float_texture([TEXELS / 4; 2], bounced, &[bounce])),
+    };
+    (light, TexelInfo { width: TEXELS, height: TEXELS, per_m: 13.0, utilisation: 1.0, texels: u64::from(TEXELS * TEXELS) })
+}
+
+/// The wall, lit by an atlas of which it shows most.
+fn wall_of_texels(layout: LightLayout) -> LitChunk {
+    let wall = wall(layout);
+    let uv = |p: &Vec3| Vec2::new(0.5 + 0.3 * p.x - 0.15 * p.y, 0.5 + 0.2 * p.x + 0.25 * p.y);
+    LitChunk { texel_uvs: wall.positions.iter().map(uv).collect(), ..wall }
+}
+
 fn write_chunk(folder: &Path, layout: LightLayout, chunk: &LitChunk, texture: Option<&SrgbImage>) {
     let site = Site::parse(
         "[site]\nname = \"A wall\"\n[[part]]\nfile = \"wall.obj\"\n[sky]\nprobes = \"*.hdr\"\nmapping = \"lat-long\"\n",
@@ -128,6 +159,10 @@ fn write_chunk(folder: &Path, layout: LightLayout, chunk: &LitChunk, texture: Op
     if let Some(texture) = texture {
         writer.add_texture("colours", &texture.to_png_bytes().unwrap()).unwrap();
     }
+    if !chunk.texel_uvs.is_empty() {
+        let (light, info) = texels(layout);
+        writer.add_texels(&light, info).unwrap();
+    }
     writer.push_chunk(chunk).unwrap();
     for which in 0..4 {
         writer.add_sky_map(&format!("sky/{which}.hdr"), &sky_map(which).to_hdr_bytes()).unwrap();
@@ -135,8 +170,8 @@ fn write_chunk(folder: &Path, layout: LightLayout, chunk: &LitChunk, texture: Op
     writer.finish(&lapse(layout)).unwrap();
 }
 
-/// What the CPU says of the wall at a point of it: interpolated light times interpolated albedo, as the fragment does it.
-fn expected(chunk: &LitChunk, light: &[Vec3], at: Vec2) -> Vec3 {
+/// Values of the wall's vertices, interpolated at a point of it as the fragment has them.
+fn mixed(values: &[Vec3], at: Vec2) -> Vec3 {
     let grid = (at + 1.0) * 0.5 * QUADS as f32;
     let cell = grid.floor().clamp(Vec2::ZERO, Vec2::splat(QUADS as f32 - 1.0));
     let f = grid - cell;
@@ -147,15 +182,28 @@ fn expected(chunk: &LitChunk, light: &[Vec3], at: Vec2) -> Vec3 {
     } else {
         [(a + 1, 1.0 - f.y), (a + side + 1, f.x + f.y - 1.0), (a + side, 1.0 - f.x)]
     };
-    let mix = |values: &[Vec3]| corners.iter().map(|&(v, w)| values[v] * w).sum::<Vec3>();
-    mix(light) * mix(&chunk.albedo)
+    corners.iter().map(|&(v, w)| values[v] * w).sum()
+}
+
+/// What the CPU says of the light of the wall at a point of it.
+fn expected(reader: &BundleReader, chunk: &LitChunk, moment: &Moment) -> impl Fn(Vec2) -> Vec3 {
+    let (layout, texels) = (reader.manifest().light, reader.read_texels().unwrap());
+    let (light, moment, chunk) = (chunk_light(moment, chunk), moment.clone(), chunk.clone());
+    move |at: Vec2| match &texels {
+        None => mixed(&light, at) * mixed(&chunk.albedo, at),
+        Some(texels) => {
+            let uvs: Vec<Vec3> = chunk.texel_uvs.iter().map(|uv| uv.extend(0.0)).collect();
+            let normal = heliodon_math::frame::unit_or(mixed(&chunk.normals, at), Vec3::Z);
+            texels.light(layout, &moment, mixed(&uvs, at).truncate(), normal).total() * mixed(&chunk.albedo, at)
+        }
+    }
 }
 
 fn compare(folder: &Path, renderer: &mut Renderer, clock_s: f64, blend: Blend) {
     let reader = BundleReader::open(folder).unwrap();
     let chunk = reader.read_chunk(0).unwrap();
     let moment: Moment = Day::new(reader.lapse()).at(clock_s, blend);
-    let light = chunk_light(&moment, &chunk);
+    let expected = expected(&reader, &chunk, &moment);
     // From 1.25 in front of it, 60 degrees see a part of the wall that fills the picture.
     let eye = Vec3::new(0.0, 0.0, 1.25);
     let shot = Shot {
@@ -176,7 +224,7 @@ fn compare(folder: &Path, renderer: &mut Renderer, clock_s: f64, blend: Blend) {
     for y in 0..SIZE {
         for x in 0..SIZE {
             let screen = (Vec2::new(x as f32, y as f32) + 0.5) / SIZE as f32 * 2.0 - 1.0;
-            let wanted = expected(&chunk, &light, Vec2::new(screen.x, -screen.y) * half);
+            let wanted = expected(Vec2::new(screen.x, -screen.y) * half);
             let got = linear.pixel(x, y);
             let off = (got - wanted).abs().max_element();
             assert!(off <= 0.004 * wanted.max_element() + 0.003 * mean, "{x} {y}: {got} for {wanted} at {clock_s}");
@@ -190,10 +238,10 @@ fn compare(folder: &Path, renderer: &mut Renderer, clock_s: f64, blend: Blend) {
     }
 }
 
-fn check_layout(layout: LightLayout) {
+fn check_layout(layout: LightLayout, wall: &LitChunk) {
     let folder = tempfile::tempdir().unwrap();
     let bundle = folder.path().join("wall");
-    write(&bundle, layout);
+    write_chunk(&bundle, layout, wall, None);
     let mut renderer = Renderer::new(&bundle, SIZE, SIZE, RenderOptions { samples: 1 }).unwrap();
     let hour = 3600.0;
     for (clock_s, blend) in [
@@ -211,12 +259,16 @@ fn check_layout(layout: LightLayout) {
 
 #[test]
 fn grey_light_is_the_references() {
-    check_layout(LightLayout { sun_steps: 5, coefficients: 4, channels: 1, sun_bounce_functions: 3 });
+    let layout = LightLayout { sun_steps: 5, coefficients: 4, channels: 1, sun_bounce_functions: 3 };
+    check_layout(layout, &wall(layout));
+    check_layout(layout, &wall_of_texels(layout));
 }
 
 #[test]
 fn coloured_light_of_many_steps_is_the_references() {
-    check_layout(LightLayout { sun_steps: 40, coefficients: 9, channels: 3, sun_bounce_functions: 5 });
+    let layout = LightLayout { sun_steps: 40, coefficients: 9, channels: 3, sun_bounce_functions: 5 };
+    check_layout(layout, &wall(layout));
+    check_layout(layout, &wall_of_texels(layout));
 }
 
 /// The wall with a picture on it, white but for that, and the light of its vertices.

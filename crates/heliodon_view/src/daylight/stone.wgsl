@@ -62,7 +62,7 @@ fn vertex(in: Vertex, @builtin(instance_index) own: u32) -> Fragment {
 #ifdef NORMALS
     let fold = max(abs(in.normal.x) + abs(in.normal.y) - 1.0, 0.0);
     let flat = vec3<f32>(in.normal, 1.0 - abs(in.normal.x) - abs(in.normal.y));
-    out.normal = vec3<f32>(flat.xy - select(vec2<f32>(-fold), vec2<f32>(fold), flat.xy >= vec2<f32>(0.0)), flat.z);
+    out.normal = normalize(vec3<f32>(flat.xy - select(vec2<f32>(-fold), vec2<f32>(fold), flat.xy >= vec2<f32>(0.0)), flat.z));
 #endif
     return out;
 }

@@ -125,6 +125,7 @@ pub(super) mod tests {
             }),
             parts: OnceLock::new(),
             texture: None,
+            kind: crate::daylight::pipelines::StoneKind::Plain,
             closed: false,
             lit_at: vec![0],
         }
