@@ -111,7 +111,8 @@ pub(crate) fn bake_where(
     clock.lap("light");
     let manifest = write_bundle(plan, (&scene, atlas.as_ref()), sky, (&light, &grid), actors, &cache, reporter)?;
     clock.lap("writing");
-    let needs = viewer_bytes(manifest.counts, manifest.light, scene.mesh.texture_bytes() as u64);
+    let needs =
+        viewer_bytes(manifest.counts, manifest.light, scene.mesh.texture_bytes() as u64, atlas.as_ref().map(Atlas::side));
     viewer_doubt(plan.site.budget.viewer_bytes(), needs).iter().for_each(|doubt| reporter.warning(doubt));
     let taken = cache.all_taken();
     let kept_bytes = if plan.options.no_cache {

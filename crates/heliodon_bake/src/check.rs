@@ -9,6 +9,7 @@ use crate::ground::{as_given, doubts, on_the_ground};
 use crate::report::Reporter;
 use crate::scene;
 use crate::sky::{lapse_params, place_warnings};
+use crate::texels::{Atlas, expects_texels};
 use heliodon_bundle::LightLayout;
 use heliodon_bundle::manifest::Counts;
 use heliodon_bundle::site::{InputKind, Role, Site};
@@ -109,6 +110,10 @@ pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeEr
         warnings.extend(doubts(site, &actors, &figures, &rays));
         grid = GridPlan::new(site, &actors, layout, None)?;
     }
+    if site.prepare.is_none() {
+        // what is prepared has other triangles
+        drop(Atlas::new(site, &scene)?);
+    }
     let parts: Vec<CheckedPart> = scene.parts.iter().enumerate().map(|(index, _)| checked_part(site, &scene, index)).collect();
     for (index, part) in parts.iter().enumerate() {
         warn_of_part(part, &mut warnings);
@@ -171,7 +176,9 @@ fn viewer_warning(site: &Site, scene: &scene::Scene, layout: LightLayout) -> Opt
     let vertices = (mesh.positions.len() as f64 * triangles as f64 / read.max(1) as f64) as u64;
     let functions = if site.bake.sun_bounce { USUAL_FUNCTIONS.min(layout.sun_steps) } else { 0 };
     let counts = Counts { vertices, triangles, ..Counts::default() };
-    let needs = viewer_bytes(counts, LightLayout { sun_bounce_functions: functions, ..layout }, mesh.texture_bytes() as u64);
+    let layout = LightLayout { sun_bounce_functions: functions, ..layout };
+    let atlas = expects_texels(site, scene).then(|| site.bake.effective_texels());
+    let needs = viewer_bytes(counts, layout, mesh.texture_bytes() as u64, atlas);
     viewer_doubt(site.budget.viewer_bytes(), needs)
 }
 

@@ -10,10 +10,12 @@ use crate::report::Reporter;
 use crate::scene::{Scene, Traceable};
 use crate::sky::lapse_params;
 use crate::stand_in::StandIn;
+use crate::texels::expects_texels;
 use glam::Vec3;
 use heliodon_bundle::LightLayout;
 use heliodon_bundle::grid::point_bytes;
 use heliodon_bundle::manifest::Counts;
+use heliodon_bundle::texels::{BOUNCE_BLOCK, sky_level};
 use heliodon_light::{
     AXES, BouncedSun, GatherBlock, Layout, LightParams, MaskParams, PatchPlan, SunOnSurfaces, Surfaces, bake_sun_masks, gather,
     light_patches,
@@ -88,6 +90,11 @@ const CELLS_A_VERTEX: f64 = 0.25;
 const PYRAMIDS: u64 = 2;
 /// Halves of a texture's bytes that it takes to be written: a copy of three bytes of each four, and the file, which grows by doubling.
 const ENCODED_TIMES: u64 = 3;
+/// The part of an atlas that has texels, and the part of them whose light of the sky is asked for, as measured on the workshop.
+const COVERED: f64 = 0.74;
+const SKY_ASKED: f64 = 0.6;
+/// Bytes of a texel beside its light: itself, its place, and where it lies among others.
+const TEXEL_BYTES: u64 = 120;
 /// Copies of a block while it is written: itself, and its bytes.
 const BLOCK_COPIES: u64 = 2;
 
@@ -116,11 +123,12 @@ pub fn estimate(plan: &Plan, reporter: &dyn Reporter) -> Result<Estimate, BakeEr
     let timed = Timed::measure(plan, &surfaces, &layout, &suns, &params)?;
     reporter.finished();
     let grid_points = plan.grid(Some(&traceable.rays))?.cells.len() as u64;
+    let atlas = expects_texels(&plan.site, &scene).then(|| plan.site.bake.effective_texels());
     let size = match &prepare {
         None => Size::of(&scene, &traceable.rays, &layout, &timed),
         Some(prepare) => Size::expected(prepare, &scene, &layout, &timed),
     };
-    let light = reckon(plan, &Size { grid_points, ..size }, suns.len() as u32, &params, &timed);
+    let light = reckon(plan, &Size { grid_points, atlas, ..size }, suns.len() as u32, &params, &timed);
     let memory_bytes = light.memory_bytes.max(prepare.as_ref().map_or(0, |prepare| prepare.memory_bytes));
     let cache_bytes = light.cache_bytes.max(prepare.as_ref().map_or(0, |prepare| prepare.cache_bytes));
     Ok(Estimate { memory_bytes, cache_bytes, prepare, ..light })
@@ -135,6 +143,8 @@ struct Size {
     points: u64,
     /// Points of the light grid.
     grid_points: u64,
+    /// Texels along a side of the atlas, where there is one.
+    atlas: Option<u32>,
     /// Geometry with its textures and what is made of them, and what rays meet.
     geometry_bytes: u64,
     texture_bytes: u64,
@@ -154,6 +164,7 @@ impl Size {
             triangles: mesh.triangles.len() as u64,
             points: layout.points().len() as u64 + timed.back_sides as u64,
             grid_points: 0,
+            atlas: None,
             geometry_bytes: geometry_bytes(scene) + rays.memory_bytes() as u64,
             texture_bytes,
             largest_texture_bytes: largest_texture_bytes(mesh),
@@ -177,6 +188,7 @@ impl Size {
             triangles,
             points: (prepare.vertices as f64 * cells) as u64 + back_sides,
             grid_points: 0,
+            atlas: None,
             geometry_bytes: expected_geometry_bytes(prepare),
             texture_bytes: prepare.texture_bytes,
             largest_texture_bytes: prepare.largest_texture_bytes,
@@ -392,21 +404,27 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
         + kept
         + patches * 4 * u64::from(1 + sun_steps.div_ceil(32))
         + bytes_of_points(points, vertices, light_bytes);
+    // texels ask the suns everywhere, the sky where it changes, the bounced sun in every square
+    let texels = size.atlas.map_or(0.0, |side| COVERED * f64::from(side).powi(2));
+    let on_sky = SKY_ASKED * texels / f64::from(1 << (2 * sky_level(light.channels)));
+    let gathered = on_sky + if functions > 0 { texels / f64::from(BOUNCE_BLOCK * BOUNCE_BLOCK) } else { 0.0 };
+    let texel_seconds = size.depth * (gathered * timed.gather_seconds + texels * timed.mask_seconds);
+    let texel_bytes = texels as u64 * (TEXEL_BYTES + 2 * light_bytes);
     let encoding = size.geometry_bytes + vertices * light_bytes + ENCODED_TIMES * size.largest_texture_bytes / 2;
     Estimate {
         vertices,
         triangles,
         points: size.points,
         grid_points,
-        gather_rays: all(timed.gather_rays) as u64,
-        mask_rays: all(timed.mask_rays) as u64 + (size.surfaces * timed.sun_rays as f64) as u64,
-        seconds: all(traced_seconds + bounce_seconds) + size.surfaces * size.depth * timed.sun_seconds,
-        memory_bytes: solving.max(encoding),
+        gather_rays: (all(timed.gather_rays) + gathered * timed.gather_rays) as u64,
+        mask_rays: (all(timed.mask_rays) + texels * timed.mask_rays) as u64 + (size.surfaces * timed.sun_rays as f64) as u64,
+        seconds: all(traced_seconds + bounce_seconds) + size.surfaces * size.depth * timed.sun_seconds + texel_seconds,
+        memory_bytes: (solving + texel_bytes).max(encoding + texel_bytes),
         cache_bytes: kept + traces + points * (light_bytes + 16) + vertices * light_bytes,
         bundle_bytes: vertices * (BUNDLE_VERTEX_BYTES + light_bytes)
             + triangles * BUNDLE_TRIANGLE_BYTES
             + grid_points * point_bytes(light),
-        viewer_bytes: viewer_bytes(counts, light, size.texture_bytes),
+        viewer_bytes: viewer_bytes(counts, light, size.texture_bytes, size.atlas),
         prepare: None,
     }
 }

@@ -212,3 +212,18 @@ fn what_an_atlas_cannot_hold_is_told_before_anything_is_traced() {
         assert!(error.contains("texels"), "{wrong}: {error}");
     }
 }
+
+#[test]
+fn left_to_itself_a_part_is_lit_by_texels_where_its_triangles_are_large_and_there_is_an_atlas() {
+    let bake_with = |texels: &str| {
+        let site = format!(
+            "[site]\nname = \"a\"\n[[part]]\nfile = \"coarse.obj\"\n[[part]]\nfile = \"dense.obj\"\n{SKY}[bake]\nsamples = 16\nbounces = 0\n{texels}"
+        );
+        let plate = |x: f32, parts: u32| rectangles(&[(Vec3::new(x, 0.0, 2.0), Vec3::X * 4.0, Vec3::NEG_Z * 4.0, parts)]);
+        bake_site(&site, &[("coarse.obj", plate(-4.0, 2)), ("dense.obj", plate(0.0, 40))])
+    };
+    let by_texels =
+        |baked: &Baked| baked.chunks().iter().map(|chunk| (chunk.part, !chunk.texel_uvs.is_empty())).collect::<Vec<_>>();
+    assert_eq!(by_texels(&bake_with("texels = 128\n")), [(0, true), (1, false)]);
+    assert_eq!(by_texels(&bake_with("")), [(0, false), (1, false)]);
+}

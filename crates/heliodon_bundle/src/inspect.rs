@@ -6,6 +6,7 @@ use crate::lineage::{InputState, Prepared, PreparedPart, compare_inputs};
 use crate::manifest::{Bounds, Counts, Manifest, Parameters, PartInfo};
 use crate::reader::BundleReader;
 use crate::site::{Actor, Albedo, Display, InputKind, Lamp, Role, Site, SiteError, SiteInfo};
+use crate::texels::TexelInfo;
 use glam::DVec3;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -47,6 +48,8 @@ pub struct BundleSummary {
     pub lamps: Vec<String>,
     /// The light grid, where there is one.
     pub grid: Option<GridInfo>,
+    /// Light in texels, where there is any.
+    pub texels: Option<TexelInfo>,
     /// glTF files.
     pub geometry_files: Vec<String>,
     /// Size of all files but the manifest.
@@ -127,6 +130,7 @@ impl BundleSummary {
             actors: manifest.actors.iter().map(ActorSummary::of).collect(),
             lamps: manifest.lamps.iter().map(lamp_in_words).collect(),
             grid: manifest.grid.clone(),
+            texels: manifest.texels.clone(),
             geometry_files: manifest.geometry.clone(),
             bytes: manifest.files.iter().map(|f| f.bytes).sum(),
             lineage: Lineage::of(manifest),
@@ -277,6 +281,14 @@ impl fmt::Display for BundleSummary {
                 thousands(grid.points),
                 grid.spacing_m,
                 thousands(grid.invalid_points)
+            )?;
+        }
+        if let Some(texels) = &self.texels {
+            let TexelInfo { width, height, per_m, utilisation, texels } = texels;
+            let (covered, texels) = (100.0 * utilisation, thousands(*texels));
+            writeln!(
+                f,
+                "  light in texels: an atlas of {width} x {height}, {covered:.0} % covered, {texels} texels, {per_m:.1} a metre"
             )?;
         }
         let (files, textures) = (self.geometry_files.join(", "), counted(self.textures as u64, "texture"));

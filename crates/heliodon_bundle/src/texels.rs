@@ -52,6 +52,18 @@ pub struct TexelInfo {
     pub texels: u64,
 }
 
+/// Bytes in the memory of a viewer of an atlas of so many texels along both sides: what its textures take, and what the bounced sun is lit into.
+#[must_use]
+pub fn atlas_bytes(layout: LightLayout, [width, height]: [u32; 2]) -> u64 {
+    let texels = |level: u32| u64::from(side(width, level)) * u64::from(side(height, level));
+    let fours = |numbers: usize| numbers.div_ceil(4) as u64;
+    let sun: u64 = (0..TEXEL_LEVELS).map(|level| texels(level) * 4 * layout.mask_words() as u64).sum();
+    let sky: u64 =
+        (sky_level(layout.channels)..TEXEL_LEVELS).map(|level| texels(level) * 8 * fours(layout.transfer_floats())).sum();
+    let lit = u64::from(layout.sun_bounce_functions > 0);
+    sun + sky + texels(TEXEL_LEVELS - 1) * 8 * (fours(layout.bounce_floats()) + lit)
+}
+
 /// What is wrong with light in texels.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("light in texels: {0}")]
@@ -247,6 +259,7 @@ mod tests {
     fn numbers_are_found_where_they_were_put() {
         let light = light();
         light.validate(LAYOUT, &INFO).unwrap();
+        assert_eq!(light.bytes() + 2 * 8, atlas_bytes(LAYOUT, [8, 4]));
         assert_eq!((light.mask_word(UVec2::new(3, 2), 0), light.mask_word(UVec2::new(3, 2), 1)), (38 << 3, 1));
         assert_eq!(float_of(&light.sky, UVec2::new(3, 2), 2), (4.0 * 19.0 + 2.0) / 8.0);
         let bounce = light.bounce.as_ref().unwrap();

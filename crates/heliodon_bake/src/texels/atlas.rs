@@ -19,8 +19,10 @@ use std::ops::Range;
 const NEAR_M: f32 = 4.0;
 /// But no fewer than this part of the densest.
 const SPARSEST: f32 = 1.0 / 64.0;
-/// Texels of the finest surface for a metre at most: shadows of the sun's disc are no sharper than some millimetres within a room.
-const MOST_PER_M: f32 = 200.0;
+/// Texels of the finest surface for a metre at most: at a metre's distance the sun's disc blurs a shadow over nine millimetres.
+const MOST_PER_M: f32 = 128.0;
+/// Parts whose triangles have longer edges are lit by texels unless told otherwise, metres: some ten texels of a room's atlas.
+const AUTO_EDGE_M: f32 = 0.3;
 
 /// The surfaces that are lit by texels, unwrapped.
 #[derive(Debug)]
@@ -52,8 +54,7 @@ impl Atlas {
     /// # Errors
     /// A size that cannot hold all charts.
     pub fn new(site: &Site, scene: &Scene) -> Result<Option<Self>, BakeError> {
-        let wants = |part: &usize| wants_texels(site.parts[*part].light, scene, *part);
-        let parts: Vec<usize> = (0..site.parts.len()).filter(wants).collect();
+        let parts: Vec<usize> = (0..site.parts.len()).filter(|&part| wants_texels(site, scene, part)).collect();
         let triangles: Vec<Range<usize>> = parts.iter().map(|&part| scene.parts[part].drawn_triangles()).collect();
         let of_parts: Vec<[u32; 3]> =
             triangles.iter().flat_map(|range| &scene.mesh.triangles[range.clone()]).copied().collect();
@@ -181,9 +182,43 @@ impl Atlas {
     }
 }
 
-/// Whether a part is lit by texels.
-fn wants_texels(light: LightStorage, _scene: &Scene, _part: usize) -> bool {
-    light == LightStorage::Texel
+/// Whether any part of a site is lit by texels.
+#[must_use]
+pub fn expects_texels(site: &Site, scene: &Scene) -> bool {
+    (0..site.parts.len()).any(|part| wants_texels(site, scene, part))
+}
+
+/// Whether a part is lit by texels. Left to itself, where the site has an atlas, it is where its triangles are larger, as seen from the rooms, than light at
+/// their corners can be told from.
+fn wants_texels(site: &Site, scene: &Scene, part: usize) -> bool {
+    match site.parts[part].light {
+        LightStorage::Vertex => false,
+        LightStorage::Texel => true,
+        LightStorage::Auto => site.bake.texels.is_some() && usual_edge_m(&site.rooms, scene, part) > AUTO_EDGE_M,
+    }
+}
+
+/// The longest edge that triangles of a part have, metres in a room, or as large as they look from there: the median by the area that they show.
+fn usual_edge_m(rooms: &[Room], scene: &Scene, part: usize) -> f32 {
+    let mesh = &scene.mesh;
+    let of = |t: &[u32; 3]| {
+        let corners = t.map(|v| mesh.positions[v as usize]);
+        let [a, b, c] = corners;
+        let near = nearness(rooms, corners);
+        let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        (longest * near, 0.5 * (b - a).cross(c - a).length() * near * near)
+    };
+    let triangles = &mesh.triangles[scene.parts[part].drawn_triangles()];
+    let mut edges: Vec<(f32, f32)> =
+        triangles.iter().map(of).filter(|(edge, area)| edge.is_finite() && area.is_finite()).collect();
+    edges.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let all: f64 = edges.iter().map(|edge| f64::from(edge.1)).sum();
+    let mut so_far = 0.0;
+    let middle = edges.iter().find(|edge| {
+        so_far += f64::from(edge.1);
+        so_far > 0.5 * all
+    });
+    middle.map_or(0.0, |edge| edge.0)
 }
 
 /// How many texels a triangle has along a metre, beside one in a room.

@@ -8,7 +8,7 @@ mod atlas;
 mod levels;
 mod stage;
 
-pub use atlas::Atlas;
+pub use atlas::{Atlas, expects_texels};
 pub use stage::SolvedScene;
 
 use crate::codec::{Decoder, Encoder};

@@ -201,12 +201,12 @@ pub enum UpAxis {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum LightStorage {
-    /// The bake decides; at present always at vertices.
+    /// In texels where `[bake]` gives them and the part's triangles are large, seen from the rooms; else at vertices.
     #[default]
     Auto,
     /// At vertices.
     Vertex,
-    /// In light maps.
+    /// In texels of an atlas that all such parts share.
     Texel,
 }
 
@@ -357,7 +357,7 @@ pub struct Bake {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.1, max = 10))]
     pub grid_m: Option<f64>,
-    /// Texels along a side of the atlas that lights parts in texels, a multiple of 4. Default 2048.
+    /// Texels along a side of the atlas that lights parts in texels, a multiple of 4. Default 2048. Where it is given, parts that say nothing of their `light` are lit by texels if their triangles are large.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 64, max = 16384))]
     pub texels: Option<u32>,
