@@ -2,6 +2,7 @@
 
 use super::feed::Delivery;
 use super::texture::{Level, halved};
+use crate::culling::CullingScene;
 use crate::daylight::chunk::{KeptChunk, PreparedChunk};
 use crate::daylight::closed::ClosedBodies;
 use crate::daylight::layout::VertexLayout;
@@ -11,6 +12,7 @@ use heliodon_image::SrgbImage;
 use heliodon_math::color::linear_from_srgb8_table;
 use std::sync::Arc;
 use std::sync::mpsc::{Sender, SyncSender};
+use std::time::Instant;
 
 /// What the stage learns from the loading thread.
 #[derive(Debug)]
@@ -60,19 +62,28 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
         }
     }
     let mut bodies = ClosedBodies::default();
+    let mut chunks = Vec::with_capacity(reader.chunk_count());
     for index in 0..reader.chunk_count() {
         let chunk = reader.read_chunk(index).map_err(|error| error.to_string())?;
         let prepared = PreparedChunk::new(layout, &chunk);
         drop(chunk);
         let kept = Arc::clone(&prepared.kept);
         bodies.push(&kept);
+        chunks.push(Arc::clone(&kept));
         if to_gpu.send(Delivery::Chunk(Box::new(prepared))).is_err() || to_stage.send(Progress::Chunk(kept)).is_err() {
             return Ok(());
         }
     }
     // The stage may have gone to another bundle: then nobody wants to know.
-    let closed = bodies.finish();
+    let bodies = bodies.finish();
+    let closed = bodies.closed_chunks();
     debug!("{} of {} chunks are closed bodies", closed.iter().filter(|closed| **closed).count(), closed.len());
-    to_gpu.send(Delivery::Closed(closed)).ok();
+    if to_gpu.send(Delivery::Closed(closed)).is_err() {
+        return Ok(());
+    }
+    let begun = Instant::now();
+    let scene = CullingScene::new(&chunks, &bodies, &reader.manifest().mattes);
+    debug!("{} occluders found in {:?}", scene.occluders.len(), begun.elapsed());
+    to_gpu.send(Delivery::Culling(Arc::new(scene))).ok();
     Ok(())
 }
