@@ -128,6 +128,14 @@ struct Going {
 #[derive(Resource, Clone, Default)]
 struct Walks(Arc<Mutex<Going>>);
 
+/// Lets every triangle that culling leaves be drawn, as a GPU draws them, where a processor draws too.
+pub fn draw_plainly(app: &mut App) {
+    let as_a_gpu = |mut gpu: ResMut<StageGpu>| gpu.software = false;
+    if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+        render_app.add_systems(Render, as_a_gpu.in_set(RenderSystems::ExtractCommands));
+    }
+}
+
 /// Walks through the bundle in `folder` off screen, as often as `bench` says, at noon.
 ///
 /// # Errors
@@ -146,11 +154,8 @@ pub fn walk_times(folder: &Path, bench: WalkBench) -> Result<WalkFound, BenchErr
     )
     .add_plugins((HeliodonPlugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
     app.world_mut().resource_mut::<TimeLapse>().playing = false;
-    if bench.plain
-        && let Some(render_app) = app.get_sub_app_mut(RenderApp)
-    {
-        let as_a_gpu = |mut gpu: ResMut<StageGpu>| gpu.software = false;
-        render_app.add_systems(Render, as_a_gpu.in_set(RenderSystems::ExtractCommands));
+    if bench.plain {
+        draw_plainly(&mut app);
     }
     let target = Image::new_target_texture(bench.width, bench.height, TextureFormat::Rgba8UnormSrgb, None);
     let target = app.world_mut().resource_mut::<Assets<Image>>().add(target);

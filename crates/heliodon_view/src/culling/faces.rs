@@ -6,7 +6,7 @@
 
 use super::shadow::{GRAZING, Kind, Occluder};
 use super::slice::{Axes, Segment, rectangles};
-use super::solids::{LEAST_SIDE, Stone};
+use super::solids::{LEAST_AREA_M2, Stone};
 use glam::Vec3;
 use std::collections::HashMap;
 
@@ -14,8 +14,8 @@ use std::collections::HashMap;
 const MOST_TRIANGLES: usize = 1 << 21;
 /// The largest triangles that are tried as beginnings of patches.
 const BEGINNINGS: usize = 512;
-/// A patch is flat but for this, as a part of the stone's extent: what single precision leaves of flat.
-const OFF_PLANE: f32 = 1e-6;
+/// A patch is flat but for this, as a part of the distance from the origin: four steps of single precision.
+const OFF_PLANE: f32 = 4.0 * f32::EPSILON;
 /// The least cosine between normals of a patch: one degree.
 const SAME_NORMAL: f32 = 0.99985;
 
@@ -29,8 +29,7 @@ struct Face {
 /// Occluders on the largest flat patches of surfaces that are not closed.
 #[must_use]
 pub fn occluders(stone: Stone) -> Vec<Occluder> {
-    let extent = stone.extent();
-    let Some((positions, faces)) = open_faces(stone).filter(|_| extent.is_finite() && extent > 0.0) else { return Vec::new() };
+    let Some((positions, faces)) = open_faces(stone) else { return Vec::new() };
     // Both triangles of each edge; more, or one, make it a rim.
     let mut edges: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
     for (number, face) in faces.iter().enumerate() {
@@ -44,7 +43,8 @@ pub fn occluders(stone: Stone) -> Vec<Occluder> {
         if patch_of[first] != u32::MAX {
             continue;
         }
-        let members = grow(&faces, &positions, &edges, &mut patch_of, (patch, first), extent * OFF_PLANE);
+        let off_m = OFF_PLANE * positions[faces[first].corners[0] as usize].length().max(1.0);
+        let members = grow(&faces, &positions, &edges, &mut patch_of, (patch, first), off_m);
         let axes = Axes::new(faces[first].normal);
         let plan = |corner: u32| axes.of(positions[corner as usize]);
         let is_rim = |&(a, b): &(u32, u32)| match &edges[&(a.min(b), a.max(b))][..] {
@@ -57,12 +57,11 @@ pub fn occluders(stone: Stone) -> Vec<Occluder> {
             .map(|(a, b)| [plan(a).truncate(), plan(b).truncate()])
             .collect();
         let height = plan(faces[first].corners[0]).z;
-        let least_area = f64::from(extent * LEAST_SIDE).powi(2);
-        let rim = f64::from(extent * OFF_PLANE / GRAZING);
-        for [low, high] in rectangles(&outline, least_area) {
+        let rim = f64::from(off_m / GRAZING);
+        for [low, high] in rectangles(&outline, LEAST_AREA_M2) {
             let inner = [low.map(|at| at + rim), high.map(|at| at - rim)];
             if inner[0][0] < inner[1][0] && inner[0][1] < inner[1][1] {
-                found.push(Occluder { corners: axes.corners(inner, height).into(), kind: Kind::Face(extent * OFF_PLANE) });
+                found.push(Occluder { corners: axes.corners(inner, height).into(), kind: Kind::Face(off_m) });
             }
         }
     }
@@ -74,10 +73,11 @@ fn sides(face: &Face) -> impl Iterator<Item = (u32, u32)> + use<> {
     [(a, b), (b, c), (c, a)].into_iter()
 }
 
-/// Positions and faces of all bodies that are not closed; none if there are too many.
+/// Positions and faces of all bodies that are neither closed nor ground; none if there are too many.
 fn open_faces(stone: Stone) -> Option<(Vec<Vec3>, Vec<Face>)> {
     let (mut numbers, mut positions, mut faces): (HashMap<[u32; 3], u32>, Vec<Vec3>, Vec<Face>) = Default::default();
-    for (chunk, bodies) in stone.chunks.iter().zip(&stone.bodies.of_vertex) {
+    let walls = stone.chunks.iter().zip(&stone.bodies.of_vertex).zip(stone.is_ground).filter(|(_, ground)| !**ground);
+    for ((chunk, bodies), _) in walls {
         for triangle in chunk.indices.chunks_exact(3) {
             if stone.bodies.closed[bodies[usize::from(triangle[0])] as usize] {
                 continue;
@@ -101,19 +101,19 @@ fn open_faces(stone: Stone) -> Option<(Vec<Vec3>, Vec<Face>)> {
     Some((positions, faces))
 }
 
-/// Takes into a patch all faces that its first one reaches over shared edges, and that lie in its plane.
+/// Takes into a patch all faces that its first one reaches over shared edges, and that lie in its plane but for `off_m`.
 fn grow(
     faces: &[Face],
     positions: &[Vec3],
     edges: &HashMap<(u32, u32), Vec<u32>>,
     patch_of: &mut [u32],
     (patch, first): (u32, usize),
-    off_plane: f32,
+    off_m: f32,
 ) -> Vec<usize> {
     let normal = faces[first].normal;
     let origin = positions[faces[first].corners[0] as usize];
     let flat = |face: &Face| {
-        let near = |&corner: &u32| (positions[corner as usize] - origin).dot(normal).abs() <= off_plane;
+        let near = |&corner: &u32| (positions[corner as usize] - origin).dot(normal).abs() <= off_m;
         face.normal.dot(normal) >= SAME_NORMAL && face.corners.iter().all(near)
     };
     patch_of[first] = patch;

@@ -142,11 +142,11 @@ pub struct CullingScene {
 }
 
 impl CullingScene {
-    /// Of all chunks of a bundle, in their order, and its mattes.
+    /// Of all chunks of a bundle, in their order, each with whether it is ground, and its mattes.
     #[must_use]
-    pub fn new(chunks: &[Arc<KeptChunk>], bodies: &Bodies, mattes: &[Matte]) -> Self {
+    pub fn new(chunks: &[Arc<KeptChunk>], is_ground: &[bool], bodies: &Bodies, mattes: &[Matte]) -> Self {
         let corners = |matte: &Matte| matte.corners.iter().map(|corner| Vec3::from(corner.map(|v| v as f32))).collect();
-        let stone = Stone { chunks, bodies };
+        let stone = Stone { chunks, bodies, is_ground };
         let mut occluders: Vec<Occluder> =
             mattes.iter().map(|matte| Occluder { corners: corners(matte), kind: Kind::Matte }).collect();
         occluders.extend(solids::occluders(stone));

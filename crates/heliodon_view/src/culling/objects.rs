@@ -22,8 +22,8 @@ pub struct Objects {
     /// Centre and radius of each.
     pub spheres: Vec<(Vec3, f32)>,
     /// Of each chunk, where in `members` those of each cluster begin, and where the last ones end.
-    begins: Vec<Vec<u32>>,
-    members: Vec<u32>,
+    pub(super) begins: Vec<Vec<u32>>,
+    pub(super) members: Vec<u32>,
 }
 
 impl Objects {
@@ -152,7 +152,7 @@ mod tests {
             cube([3.1, 0.05, 3.0], 0.05),
             cube([0.0, 0.5, 0.0], 0.5),
             cube([1.01, 0.5, 0.0], 0.5),
-            cube([2.0, 0.3, 0.0], 0.3),
+            cube([1.83, 0.3, 0.0], 0.3),
             cube([9.0, 0.5, 0.0], 0.5),
             (Vec3::INFINITY, Vec3::NEG_INFINITY),
             (Vec3::ZERO, Vec3::ZERO),

@@ -54,11 +54,13 @@ pub fn cut(triangle: [DVec3; 3], height: f64) -> Option<Segment> {
     Some([crossing(true)?, crossing(false)?])
 }
 
-/// Cells along each axis of an outline in which rectangles are looked for; their sides are then pushed to the outline itself.
-const CELLS: usize = 40;
+/// Cells along each axis of an outline in which rectangles are looked for, and the most rectangles of it; their sides are then pushed to the outline
+/// itself. Of walls, which may have windows, and of single stones, of which a wall has thousands.
+const OF_WALLS: (usize, usize) = (40, 6);
+const OF_STONES: (usize, usize) = (12, 2);
 
-/// The most rectangles of an outline.
-const MOST_RECTANGLES: usize = 6;
+/// What is larger is looked at as a wall, square metres.
+const WALL_M2: f64 = 4.0;
 
 /// By how much rectangles stay within the outline, metres: what single precision leaves of a coordinate a kilometre away.
 const INSET_M: f64 = 1e-4;
@@ -75,9 +77,10 @@ pub fn rectangles(outline: &[Segment], least_area: f64) -> Vec<Rectangle> {
     if !wide_enough {
         return Vec::new();
     }
-    let lines = [0, 1].map(|axis| (0..=CELLS).map(|i| low[axis] + size[axis] * (i as f64 / CELLS as f64)).collect());
-    let free = within(outline, low, size / CELLS as f64);
-    let found = Cells { lines, free }.largest(MOST_RECTANGLES, least_area);
+    let (cells, most) = if size.x * size.y > WALL_M2 { OF_WALLS } else { OF_STONES };
+    let lines = [0, 1].map(|axis| (0..=cells).map(|i| low[axis] + size[axis] * (i as f64 / cells as f64)).collect());
+    let free = within(outline, low, size / cells as f64, cells);
+    let found = Cells { lines, free }.largest(most, least_area);
     let pushed = found.into_iter().map(|rectangle| {
         let [low, high] = push_out(outline, rectangle);
         [low.map(|at| at + INSET_M), high.map(|at| at - INSET_M)]
@@ -85,17 +88,17 @@ pub fn rectangles(outline: &[Segment], least_area: f64) -> Vec<Rectangle> {
     pushed.filter(|rectangle| area(rectangle) > 0.0).collect()
 }
 
-/// Which of the cells from `low` on lie within the outline and are not touched by it.
-fn within(outline: &[Segment], low: DVec2, cell: DVec2) -> Vec<bool> {
-    let mut touched = vec![false; CELLS * CELLS];
-    let mut crossings: Vec<Vec<(f64, i32)>> = vec![Vec::new(); CELLS];
-    let index = |at: f64| (at.floor().max(0.0) as usize).min(CELLS - 1);
+/// Which of `cells` by `cells` cells from `low` on lie within the outline and are not touched by it.
+fn within(outline: &[Segment], low: DVec2, cell: DVec2, cells: usize) -> Vec<bool> {
+    let mut touched = vec![false; cells * cells];
+    let mut crossings: Vec<Vec<(f64, i32)>> = vec![Vec::new(); cells];
+    let index = |at: f64| (at.floor().max(0.0) as usize).min(cells - 1);
     for segment in outline {
         let [a, b] = segment.map(|point| (point - low) / cell);
         let rows = index(a.y.min(b.y) - CELL_SLACK)..=index(a.y.max(b.y) + CELL_SLACK);
         for row in rows {
             let [from, to] = across_strip([a, b], row as f64 - CELL_SLACK, row as f64 + 1.0 + CELL_SLACK);
-            touched[row * CELLS..][index(from - CELL_SLACK)..=index(to + CELL_SLACK)].fill(true);
+            touched[row * cells..][index(from - CELL_SLACK)..=index(to + CELL_SLACK)].fill(true);
             let middle = row as f64 + 0.5;
             let (above_a, above_b) = (a.y >= middle, b.y >= middle);
             if above_a != above_b {
@@ -104,16 +107,16 @@ fn within(outline: &[Segment], low: DVec2, cell: DVec2) -> Vec<bool> {
             }
         }
     }
-    let mut free = vec![false; CELLS * CELLS];
+    let mut free = vec![false; cells * cells];
     for (row, crossings) in crossings.iter_mut().enumerate() {
         crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (mut passed, mut winding) = (0, 0);
-        for column in 0..CELLS {
+        for column in 0..cells {
             while let Some((_, turn)) = crossings.get(passed).filter(|(at, _)| *at < column as f64 + 0.5) {
                 winding += turn;
                 passed += 1;
             }
-            free[row * CELLS + column] = winding >= 1 && !touched[row * CELLS + column];
+            free[row * cells + column] = winding >= 1 && !touched[row * cells + column];
         }
     }
     free
@@ -211,7 +214,7 @@ mod tests {
         // A tetrahedron, seen from outside counter-clockwise.
         let corners = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]].map(DVec3::from);
         let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
-        for height in [0.0, 1.0, 3.0] {
+        for height in [0.5, 1.0, 3.0] {
             let segments: Vec<Segment> = faces.iter().filter_map(|face| cut(face.map(|i: usize| corners[i]), height)).collect();
             let doubled: f64 = segments.iter().map(|[a, b]| a.perp_dot(*b)).sum();
             assert!((doubled - (4.0 - height).powi(2)).abs() < 1e-12, "{height}: {segments:?}");

@@ -18,20 +18,23 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Directions in which planes are laid.
-const DIRECTIONS: usize = 6;
+const DIRECTIONS: usize = 4;
 /// Directions are told apart from this cosine on: 8 degrees.
 const SAME_DIRECTION: f32 = 0.99;
 /// Planes of each direction through the middles of bodies, and as many behind faces.
-const PLANES: usize = 16;
+const PLANES: usize = 12;
 /// The most rectangles of a plane that are joined: their lines make a grid of so many cells squared, times four.
-const PARTS: usize = 200;
+const PARTS: usize = 300;
 /// Occluders of a plane.
-const OCCLUDERS_A_PLANE: usize = 12;
-/// Occluders of a bundle: a view asks each for its solid angle.
-pub const MOST_OCCLUDERS: usize = 512;
-/// The least side of an occluder's square, and the depth behind faces at which planes are laid, as parts of the stone's extent.
-pub const LEAST_SIDE: f32 = 4e-3;
-const GRAIN: f32 = 2e-4;
+const OCCLUDERS_A_PLANE: usize = 8;
+/// Occluders of a direction: a view asks each for its solid angle.
+const OCCLUDERS_A_DIRECTION: usize = 128;
+/// The least area of an occluder, square metres: what hides anything from two metres away, where visitors walk.
+pub const LEAST_AREA_M2: f64 = 0.36;
+/// How far behind faces planes are laid, metres: deeper than what weather takes off.
+const BEHIND_M: f64 = 0.03;
+/// Parallel occluders nearer than this are taken for the two sides of a wall, metres.
+const WALL_M: f64 = 1.0;
 /// A part of an occluder may be so much smaller: walls are joined of blocks.
 const PARTS_OF_LEAST_AREA: f64 = 64.0;
 
@@ -42,19 +45,15 @@ pub struct Stone<'a> {
     pub chunks: &'a [Arc<KeptChunk>],
     /// Which bodies their vertices belong to.
     pub bodies: &'a Bodies,
+    /// Of each chunk, whether it is ground: large as it is, it hides nothing but what lies beneath it.
+    pub is_ground: &'a [bool],
 }
 
 impl Stone<'_> {
-    /// The length of the diagonal of the box around everything.
-    #[must_use]
-    pub fn extent(&self) -> f32 {
-        let boxes = self.chunks.iter().map(|chunk| chunk.bounds).filter(|(low, high)| low.cmple(*high).all());
-        boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).map_or(0.0, |(low, high)| low.distance(high))
-    }
-
-    /// Each triangle of a closed body: its body and its corners.
+    /// Each triangle of a closed body that is not ground: its body and its corners.
     fn solid_triangles(&self) -> impl Iterator<Item = (u32, [Vec3; 3])> {
-        self.chunks.iter().zip(&self.bodies.of_vertex).flat_map(|(chunk, bodies)| {
+        let walls = self.chunks.iter().zip(&self.bodies.of_vertex).zip(self.is_ground).filter(|(_, ground)| !**ground);
+        walls.flat_map(|((chunk, bodies), _)| {
             chunk.indices.chunks_exact(3).filter_map(|triangle| {
                 let body = bodies[usize::from(triangle[0])];
                 self.bodies.closed[body as usize].then(|| (body, [0, 1, 2].map(|k| chunk.positions[usize::from(triangle[k])])))
@@ -70,23 +69,29 @@ struct Found {
     rectangle: Rectangle,
 }
 
-/// The largest occluders in the stone's closed bodies, the largest first.
+/// A rectangle counts for no longer than so many times its short side: steps and beams are long, and hide little.
+const COUNTED_LENGTH: f64 = 4.0;
+
+/// What a rectangle is likely to hide, square metres.
+fn worth([low, high]: &Rectangle) -> f64 {
+    let (a, b) = (high[0] - low[0], high[1] - low[1]);
+    a.min(b) * a.max(b).min(COUNTED_LENGTH * a.min(b))
+}
+
+/// The largest occluders in the stone's closed bodies, those first that are likely to hide most.
 #[must_use]
 pub fn occluders(stone: Stone) -> Vec<Occluder> {
-    let extent = stone.extent();
-    if !(extent.is_finite() && extent > 0.0) {
-        return Vec::new();
-    }
     let axes: Vec<Axes> = directions(stone).into_iter().map(Axes::new).collect();
     let of_directions: Vec<Vec<Found>> =
-        axes.par_iter().enumerate().map(|(direction, axes)| in_direction(stone, direction, axes, f64::from(extent))).collect();
+        axes.par_iter().enumerate().map(|(direction, axes)| in_direction(stone, direction, axes)).collect();
     let mut found: Vec<Found> = of_directions.into_iter().flatten().collect();
     // stable, so that equals stay in their order
-    found.sort_by(|a, b| area(&b.rectangle).total_cmp(&area(&a.rectangle)));
+    found.sort_by(|a, b| worth(&b.rectangle).total_cmp(&worth(&a.rectangle)));
     let mut kept: Vec<Found> = Vec::new();
+    let mut of_direction = [0; DIRECTIONS];
     for one in found {
-        let near = LEAST_SIDE as f64 * 2.5 * f64::from(extent);
-        if kept.len() < MOST_OCCLUDERS && !kept.iter().any(|before| repeats(before, &one, near)) {
+        if of_direction[one.direction] < OCCLUDERS_A_DIRECTION && !kept.iter().any(|before| repeats(before, &one)) {
+            of_direction[one.direction] += 1;
             kept.push(one);
         }
     }
@@ -95,13 +100,15 @@ pub fn occluders(stone: Stone) -> Vec<Occluder> {
         .collect()
 }
 
-/// Whether a larger rectangle lies beside nearly all of `one`.
-fn repeats(before: &Found, one: &Found, near: f64) -> bool {
+/// Whether a better rectangle lies beside nearly all of `one`.
+fn repeats(before: &Found, one: &Found) -> bool {
     let [low, high] = one.rectangle;
     let [before_low, before_high] = before.rectangle;
     let shared =
         [[low[0].max(before_low[0]), low[1].max(before_low[1])], [high[0].min(before_high[0]), high[1].min(before_high[1])]];
-    before.direction == one.direction && (before.height - one.height).abs() < near && area(&shared) > 0.9 * area(&one.rectangle)
+    before.direction == one.direction
+        && (before.height - one.height).abs() < WALL_M
+        && area(&shared) > 0.9 * area(&one.rectangle)
 }
 
 /// Cells along each side of the octahedron onto which normals are counted.
@@ -145,12 +152,10 @@ struct Reach {
     high: DVec3,
 }
 
-fn in_direction(stone: Stone, direction: usize, axes: &Axes, extent: f64) -> Vec<Found> {
-    let least_area = (f64::from(LEAST_SIDE) * extent).powi(2);
-    let part_area = least_area / PARTS_OF_LEAST_AREA;
+fn in_direction(stone: Stone, direction: usize, axes: &Axes) -> Vec<Found> {
+    let part_area = LEAST_AREA_M2 / PARTS_OF_LEAST_AREA;
     let mut reaches = vec![Reach { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY }; stone.bodies.closed.len()];
     let mut faces: BTreeMap<(i64, bool), (f64, f64)> = BTreeMap::new();
-    let grain = f64::from(GRAIN) * extent;
     for (body, triangle) in stone.solid_triangles() {
         let corners = triangle.map(|corner| axes.of(corner));
         let reach = &mut reaches[body as usize];
@@ -160,7 +165,7 @@ fn in_direction(stone: Stone, direction: usize, axes: &Axes, extent: f64) -> Vec
         let doubled = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         if doubled.z.abs() > f64::from(SAME_DIRECTION) * doubled.length() {
             let height = (corners[0].z + corners[1].z + corners[2].z) / 3.0;
-            let face = faces.entry(((height / grain).round() as i64, doubled.z > 0.0)).or_default();
+            let face = faces.entry(((height / BEHIND_M).round() as i64, doubled.z > 0.0)).or_default();
             face.0 += 0.5 * doubled.z.abs();
             face.1 += 0.5 * doubled.z.abs() * height;
         }
@@ -173,10 +178,10 @@ fn in_direction(stone: Stone, direction: usize, axes: &Axes, extent: f64) -> Vec
         .filter(|(_, wide)| **wide)
         .map(|(reach, _)| (0.5 * (reach.low.z + reach.high.z), 0.3 * (reach.high.z - reach.low.z), size(reach)))
         .collect();
-    let mut heights = behind_faces(&faces, least_area, grain);
-    heights.extend(through_middles(bodies, least_area));
+    let mut heights = behind_faces(&faces);
+    heights.extend(through_middles(bodies));
     heights.sort_by(f64::total_cmp);
-    heights.dedup_by(|a, b| *a - *b < 0.5 * grain);
+    heights.dedup_by(|a, b| *a - *b < 0.5 * BEHIND_M);
 
     let mut pieces: Vec<(u32, u32, Segment)> = Vec::new();
     for (body, triangle) in stone.solid_triangles().filter(|(body, _)| wide[*body as usize]) {
@@ -198,25 +203,25 @@ fn in_direction(stone: Stone, direction: usize, axes: &Axes, extent: f64) -> Vec
         parts.sort_by(|a, b| area(b).total_cmp(&area(a)));
         parts.truncate(PARTS);
         let height = heights[of_plane[0].0 as usize];
-        let joined = in_union(&parts, OCCLUDERS_A_PLANE, least_area);
+        let joined = in_union(&parts, OCCLUDERS_A_PLANE, LEAST_AREA_M2);
         found.extend(joined.into_iter().map(|rectangle| Found { direction, height, rectangle }));
     }
     found
 }
 
 /// Heights a little behind the largest faces. Faces are counted by height and by whether they look up the direction: their area, and that times their height.
-fn behind_faces(faces: &BTreeMap<(i64, bool), (f64, f64)>, least_area: f64, grain: f64) -> Vec<f64> {
+fn behind_faces(faces: &BTreeMap<(i64, bool), (f64, f64)>) -> Vec<f64> {
     let mut large: Vec<(f64, f64)> = faces
         .iter()
-        .filter(|(_, face)| face.0 >= least_area)
-        .map(|(&(_, up), &(area, moment))| (area, moment / area + if up { -grain } else { grain }))
+        .filter(|(_, face)| face.0 >= LEAST_AREA_M2)
+        .map(|(&(_, up), &(area, moment))| (area, moment / area + if up { -BEHIND_M } else { BEHIND_M }))
         .collect();
     large.sort_by(|a, b| b.0.total_cmp(&a.0));
     large.into_iter().take(PLANES).map(|(_, height)| height).collect()
 }
 
 /// Heights that pass the middles of the most stone: bodies are their middle, how far off it a plane may be, and their size across.
-fn through_middles(mut bodies: Vec<(f64, f64, f64)>, least_area: f64) -> Vec<f64> {
+fn through_middles(mut bodies: Vec<(f64, f64, f64)>) -> Vec<f64> {
     let mut heights = Vec::new();
     while heights.len() < PLANES {
         let mut ends: Vec<(f64, f64)> =
@@ -229,7 +234,7 @@ fn through_middles(mut bodies: Vec<(f64, f64, f64)>, least_area: f64) -> Vec<f64
                 best = (sum, 0.5 * (pair[0].0 + pair[1].0));
             }
         }
-        if best.0 < least_area {
+        if best.0 < LEAST_AREA_M2 {
             break;
         }
         heights.push(best.1);

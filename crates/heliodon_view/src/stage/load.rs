@@ -8,6 +8,7 @@ use crate::daylight::closed::ClosedBodies;
 use crate::daylight::layout::VertexLayout;
 use bevy::log::debug;
 use heliodon_bundle::BundleReader;
+use heliodon_bundle::site::Role;
 use heliodon_image::SrgbImage;
 use heliodon_math::color::linear_from_srgb8_table;
 use std::sync::Arc;
@@ -63,9 +64,11 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
     }
     let mut bodies = ClosedBodies::default();
     let mut chunks = Vec::with_capacity(reader.chunk_count());
+    let mut is_ground = Vec::with_capacity(reader.chunk_count());
     for index in 0..reader.chunk_count() {
         let chunk = reader.read_chunk(index).map_err(|error| error.to_string())?;
         let prepared = PreparedChunk::new(layout, &chunk);
+        is_ground.push(reader.manifest().parts.get(usize::from(chunk.part)).is_some_and(|part| part.role == Role::Ground));
         drop(chunk);
         let kept = Arc::clone(&prepared.kept);
         bodies.push(&kept);
@@ -82,7 +85,7 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
         return Ok(());
     }
     let begun = Instant::now();
-    let scene = CullingScene::new(&chunks, &bodies, &reader.manifest().mattes);
+    let scene = CullingScene::new(&chunks, &is_ground, &bodies, &reader.manifest().mattes);
     debug!("{} occluders found in {:?}", scene.occluders.len(), begun.elapsed());
     to_gpu.send(Delivery::Culling(Arc::new(scene))).ok();
     Ok(())
