@@ -46,6 +46,8 @@ pub struct BundleSummary {
     pub actors: Vec<ActorSummary>,
     /// The lamps, in words.
     pub lamps: Vec<String>,
+    /// How many mattes there are.
+    pub mattes: usize,
     /// The light grid, where there is one.
     pub grid: Option<GridInfo>,
     /// Light in texels, where there is any.
@@ -129,6 +131,7 @@ impl BundleSummary {
             rooms: manifest.rooms.iter().map(|r| r.name.clone()).collect(),
             actors: manifest.actors.iter().map(ActorSummary::of).collect(),
             lamps: manifest.lamps.iter().map(lamp_in_words).collect(),
+            mattes: manifest.mattes.len(),
             grid: manifest.grid.clone(),
             texels: manifest.texels.clone(),
             geometry_files: manifest.geometry.clone(),
@@ -274,6 +277,9 @@ impl fmt::Display for BundleSummary {
         for lamp in &self.lamps {
             writeln!(f, "  {lamp}")?;
         }
+        if self.mattes > 0 {
+            writeln!(f, "  {}", counted(self.mattes as u64, "matte"))?;
+        }
         if let Some(grid) = &self.grid {
             writeln!(
                 f,
@@ -399,6 +405,8 @@ pub struct SiteSummary {
     pub actors: Vec<ActorSummary>,
     /// The lamps, in words.
     pub lamps: Vec<String>,
+    /// How many mattes there are.
+    pub mattes: usize,
 }
 
 /// A part of a site.
@@ -464,6 +472,7 @@ impl SiteSummary {
             rooms: site.rooms.iter().map(|r| r.name.clone()).collect(),
             actors: site.actors.iter().map(ActorSummary::of).collect(),
             lamps: site.lamps.iter().map(lamp_in_words).collect(),
+            mattes: site.mattes.len(),
             probes,
         })
     }
@@ -492,6 +501,7 @@ impl fmt::Display for SiteSummary {
         writeln!(f, "  bake: {sun_steps}, {}, {}", entries(u64::from(self.sky_steps)), self.bake)?;
         write!(f, "  rooms: {}", if self.rooms.is_empty() { "none".to_owned() } else { self.rooms.join(", ") })?;
         self.actors.iter().try_for_each(|actor| write!(f, "\n  {actor}"))?;
-        self.lamps.iter().try_for_each(|lamp| write!(f, "\n  {lamp}"))
+        self.lamps.iter().try_for_each(|lamp| write!(f, "\n  {lamp}"))?;
+        if self.mattes > 0 { write!(f, "\n  {}", counted(self.mattes as u64, "matte")) } else { Ok(()) }
     }
 }

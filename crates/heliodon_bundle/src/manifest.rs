@@ -6,7 +6,7 @@ use crate::chunk::LightLayout;
 use crate::grid::GridInfo;
 use crate::layout::{FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION};
 use crate::lineage::Prepared;
-use crate::site::{Actor, Bake, Display, Lamp, Prepare, Role, Room, SiteFile, SiteInfo, Sky};
+use crate::site::{Actor, Bake, Display, Lamp, Matte, Prepare, Role, Room, SiteFile, SiteInfo, Sky};
 use crate::storage::StoredFile;
 use crate::texels::TexelInfo;
 use serde::{Deserialize, Serialize};
@@ -32,6 +32,8 @@ pub struct BundleMeta {
     pub rooms: Vec<Room>,
     /// The lamps, in the bundle's space.
     pub lamps: Vec<Lamp>,
+    /// Polygons that hide what lies behind them, in the bundle's space.
+    pub mattes: Vec<Matte>,
     /// The display that the site was prepared for.
     pub display: Display,
     /// The effective parameters of sky and bake.
@@ -60,6 +62,7 @@ impl BundleMeta {
             parts: parts.collect(),
             rooms: site.rooms.clone(),
             lamps: site.lamps.iter().map(|lamp| lamp.relative_to(site.site.origin)).collect(),
+            mattes: site.mattes.iter().map(|matte| matte.relative_to(site.site.origin)).collect(),
             display: site.display.clone(),
             parameters: Parameters { sky: site.sky.clone(), bake: site.bake.clone(), prepare: site.prepare.clone() },
             offset_m,
@@ -130,6 +133,9 @@ pub struct Manifest {
     /// The lamps, in the bundle's space, the site's origin subtracted. From version 2 on.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lamps: Vec<Lamp>,
+    /// Invisible polygons that hide what lies behind them, in the bundle's space, the site's origin subtracted. From version 2 on.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub mattes: Vec<Matte>,
     /// Where a visitor's eyes can be.
     pub rooms: Vec<Room>,
     /// The display that the site was prepared for.
@@ -236,6 +242,7 @@ impl Manifest {
             texels: None,
             actors: Vec::new(),
             lamps: meta.lamps.clone(),
+            mattes: meta.mattes.clone(),
             rooms: meta.rooms.clone(),
             display: meta.display.clone(),
             parameters: meta.parameters.clone(),
@@ -252,6 +259,7 @@ impl Manifest {
         let moving = self.grid.is_some()
             || !self.actors.is_empty()
             || !meta.lamps.is_empty()
+            || !meta.mattes.is_empty()
             || meta.parameters.prepare.is_some()
             || meta.prepared.is_some();
         Self {
@@ -265,6 +273,7 @@ impl Manifest {
             offset_m: meta.offset_m,
             rooms: meta.rooms,
             lamps: meta.lamps,
+            mattes: meta.mattes,
             display: meta.display,
             parameters: meta.parameters,
             measures: meta.measures,

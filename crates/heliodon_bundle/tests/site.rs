@@ -1,8 +1,8 @@
 //! `site.toml`: what is read, what is refused and where, the schema, the template.
 
 use heliodon_bundle::site::{
-    Actor, Albedo, Bake, Between, Date, Display, Ground, Lamp, LightStorage, Mapping, Prepare, ProbeTimes, Role, Room, Site,
-    SiteFile, SkyModel, Transfer, Unit, UpAxis, Walk, Winding,
+    Actor, Albedo, Bake, Between, Date, Display, Ground, Lamp, LightStorage, Mapping, Matte, Prepare, ProbeTimes, Role, Room,
+    Site, SiteFile, SkyModel, Transfer, Unit, UpAxis, Walk, Winding,
 };
 use proptest::prelude::*;
 use std::path::Path;
@@ -133,6 +133,10 @@ ring = 2
 
 [budget]
 bake_mib = 4096
+
+[[matte]]
+name = "in the wall"
+corners = [[475000.5, 150.25, 4201000.75], [475002.5, 150.25, 4201000.75], [475002.5, 153.25, 4201000.75]]
 "#;
 
 fn parse(text: &str) -> Result<Site, heliodon_bundle::site::SiteError> {
@@ -184,6 +188,12 @@ fn every_key_of_the_design_is_read() {
     let lamp = lamp.relative_to(site.site.origin);
     assert_eq!((lamp.place, lamp.direction()), ([1.5, 1.25, 0.25], Some(glam::Vec3::NEG_Y)));
     assert_eq!(Lamp::at([0.0; 3], [1.0; 3]).direction(), None);
+    let [matte] = &site.mattes[..] else { panic!("{:?}", site.mattes) };
+    assert_eq!((matte.name.as_deref(), matte.area_m2()), (Some("in the wall"), 3.0));
+    assert_eq!(
+        matte.relative_to(site.site.origin),
+        Matte { name: matte.name.clone(), ..Matte::new([[0.0; 3], [2.0, 0.0, 0.0], [2.0, 3.0, 0.0]]) }
+    );
     let prepare = site.prepare.as_ref().unwrap();
     assert_eq!((prepare.clean, prepare.weld_m, prepare.winding, prepare.solids), (true, 0.001, Winding::Report, false));
     assert_eq!((prepare.error_px, prepare.edge_px, prepare.error_m, prepare.ring), (0.5, 4.0, Some(0.01), 2));
@@ -242,6 +252,25 @@ fn a_wrong_actor_is_refused_where_it_is_wrong() {
     let single = SMALLEST.to_owned() + "[actor]\nfile = \"a.glb\"\nplace = [0, 0, 0]\n";
     let error = parse(&single).unwrap_err();
     assert!(error.message.contains("[actor] is one table") && error.remedy.contains("[[actor]]"), "{error}");
+}
+
+#[test]
+fn a_wrong_matte_is_refused_where_it_is_wrong() {
+    let line = FULL.lines().position(|line| line.starts_with("corners =")).unwrap() + 1;
+    let corners = FULL.lines().nth(line - 1).unwrap();
+    for (to, words) in [
+        ("corners = []", &["the matte has 0 corners", "3 to 16 points"][..]),
+        ("corners = [[0, 0, 0], [1, 0, 0]]", &["the matte has 2 corners"]),
+        ("corners = [[0, 0, 0], [1, 0, 0], [nan, 0, 1]]", &["corners holds NaN"]),
+        ("corners = [[0, 0, 0], [1, 0, 0], [2, 0, 0]]", &["the matte has no area"]),
+        ("corners = [[0, 0, 0], [1, 0, 0], [1, 0, 0], [0, 1, 0]]", &["corners 2 and 3 are the same"]),
+        ("corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0.5], [0, 1, 0]]", &["not planar: corner", "two mattes"]),
+        ("corners = [[0, 0, 0], [4, 0, 0], [1, 1, 0], [0, 4, 0]]", &["not convex", "inward at corner 3"]),
+        ("corners = [[0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 1, 0]]", &["no area", "around it"]),
+    ] {
+        refused(FULL, corners, to, (line, 1), words);
+    }
+    refused(FULL, "name = \"in the wall\"", "nane = \"a\"", (line - 1, 1), &["unknown key `nane`", "did you mean `name`?"]);
 }
 
 #[test]
@@ -304,14 +333,13 @@ fn slips_are_told_with_their_place_and_remedy() {
     refused(SMALLEST, "[site]", "name = \"x\"\n[site]", (1, 1), &["unknown key `name`", "write one of: site, part, sky"]);
     refused(SMALLEST, "[[part]]", "[part]", (3, 1), &["[part] is one table", "write [[part]], with two brackets"]);
     refused(FULL, "[[room]]", "[ room ]", line_of(FULL, "[[room]]", 1), &["write [[room]], with two brackets"]);
-    refused(SMALLEST, "[bake]", "[matte]", (10, 2), &["[matte] is not read by this version"]);
+    refused(SMALLEST, "[bake]", "[matte]", (10, 1), &["[matte] is one table", "write [[matte]], with two brackets"]);
     let more = |line: &str| format!("{SMALLEST}[budget]\n{line}\n");
     assert!(parse(&more("bake_mib = 16\nviewer_mib = 300")).unwrap().budget.viewer_bytes() == Some(300 << 20));
     for (line, word) in [("bake_mib = 15", "bake_mib"), ("viewer_mib = 99999999", "viewer_mib"), ("bake_gib = 1", "bake_gib")] {
         let message = parse(&more(line)).unwrap_err().to_string();
         assert!(message.contains(word), "{message}");
     }
-    refused(SMALLEST, "[bake]", "[[matte]]", (10, 3), &["[matte] is not read by this version"]);
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! How long a frame takes: the measure of `heliodon bench` and of `examples/frame_time.rs`.
 
+pub mod walk;
+
 use crate::HeliodonPlugins;
 use crate::actors::{Actors, ActorsOptions, Told};
 use crate::daylight::DaylightCamera;

@@ -6,11 +6,12 @@
 //! [`headless::Renderer`] makes the same pictures without a display.
 //!
 //! One folder a feature, one plugin a folder: [`stage`] loads a bundle, [`daylight`] lights and draws the stone, [`sky`] the
-//! dome, [`actors`] move and light what moves, [`lamps`] light both, [`time_lapse`] holds the hour, [`tonemap`] brings light to the display, [`guests`] lights what others add,
+//! dome, [`culling`] leaves out what is hidden or too small, [`actors`] move and light what moves, [`lamps`] light both, [`time_lapse`] holds the hour, [`tonemap`] brings light to the display, [`guests`] lights what others add,
 //! [`navigation`] walks and flies, [`hud`] tells and takes the hour.
 
 pub mod actors;
 pub mod bench;
+pub mod culling;
 pub mod daylight;
 pub mod guests;
 pub mod headless;
@@ -24,6 +25,7 @@ pub mod time_lapse;
 pub mod tonemap;
 pub mod window;
 
+pub use culling::Culling;
 pub use daylight::{DaylightCamera, ExactAtRest};
 pub use navigation::pose::Pose;
 pub use stage::{Stage, StageStatus};
@@ -36,6 +38,7 @@ bevy::app::plugin_group! {
     /// [`navigation::NavigationPlugin`] and [`hud::HudPlugin`] for those. Add it after Bevy's `DefaultPlugins`.
     pub struct HeliodonPlugins {
         stage:::StagePlugin,
+        culling:::CullingPlugin,
         daylight:::DaylightPlugin,
         sky:::SkyPlugin,
         time_lapse:::TimeLapsePlugin,

@@ -3,6 +3,8 @@
 #[cfg(feature = "viewer")]
 mod frame;
 mod motion;
+#[cfg(feature = "viewer")]
+mod walk;
 
 use crate::App;
 use crate::failure::wrong_arguments;
@@ -37,7 +39,7 @@ pub struct Args {
     /// What is measured
     #[arg(value_enum)]
     name: Benchmark,
-    /// A mesh, in place of the procedural temple; for frame, a bundle
+    /// A mesh, in place of the procedural temple; for frame and walk, a bundle
     #[arg(value_name = "MESH|BUNDLE")]
     input: Option<PathBuf>,
     /// Triangles of the temple
@@ -64,6 +66,9 @@ pub struct Args {
     #[cfg(feature = "viewer")]
     #[command(flatten)]
     frame: frame::Args,
+    #[cfg(feature = "viewer")]
+    #[command(flatten)]
+    walk: walk::Args,
     /// Also write the mesh as OBJ, for programs to compare with
     #[arg(long, value_name = "FILE")]
     write_obj: Option<PathBuf>,
@@ -86,6 +91,9 @@ enum Benchmark {
     /// Frames of the viewer, 1024x768, off screen
     #[cfg(feature = "viewer")]
     Frame,
+    /// The viewer's frames on a walk through a bundle, without culling, with each kind of it and with both
+    #[cfg(feature = "viewer")]
+    Walk,
 }
 
 /// Figures of a benchmark.
@@ -118,6 +126,8 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         Benchmark::Motion => motion::run(args)?,
         #[cfg(feature = "viewer")]
         Benchmark::Frame => frame::run(args)?,
+        #[cfg(feature = "viewer")]
+        Benchmark::Walk => walk::run(args)?,
         Benchmark::Build | Benchmark::SunMasks | Benchmark::Visibility | Benchmark::Transfer => bench_mesh(app, args, &params)?,
     };
     figures.seconds.iter_mut().for_each(|seconds| *seconds = (*seconds * 1e6).round() / 1e6);

@@ -199,6 +199,7 @@ fn athens(name: &str, sky: Sky, bake: Bake) -> SiteFile {
         rooms: Vec::new(),
         actors: Vec::new(),
         lamps: Vec::new(),
+        mattes: Vec::new(),
         prepare: None,
         display: Display::default(),
         budget: Budget::default(),

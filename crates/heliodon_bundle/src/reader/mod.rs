@@ -14,7 +14,7 @@ use crate::grid::{Grid, MAX_GRID_POINTS};
 use crate::lapse_check::check_lapse;
 use crate::layout::{FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION};
 use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, Preamble};
-use crate::site::{Actor, Albedo, Lamp, check_actor, check_lamp};
+use crate::site::{Actor, Albedo, Lamp, check_actor, check_lamp, check_matte};
 use crate::storage::StoredFile;
 use crate::texels::{BOUNCE_FILE, SKY_FILE, SUN_FILE, TexelLight};
 use error::{io_error, malformed};
@@ -320,12 +320,13 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
     if manifest.prepared.is_some() && manifest.version < MOVING_FORMAT_VERSION {
         return Err(malformed(&path, format!("version {} tells nothing of preparation", manifest.version)));
     }
-    let moving = manifest.grid.is_some() || !manifest.actors.is_empty() || !manifest.lamps.is_empty();
     if manifest.texels.is_some() && manifest.version < FORMAT_VERSION {
         return Err(malformed(&path, format!("version {} has no light in texels", manifest.version)));
     }
+    let moving =
+        manifest.grid.is_some() || !manifest.actors.is_empty() || !manifest.lamps.is_empty() || !manifest.mattes.is_empty();
     if moving && manifest.version < MOVING_FORMAT_VERSION {
-        return Err(malformed(&path, format!("version {} has no light grid, actors or lamps", manifest.version)));
+        return Err(malformed(&path, format!("version {} has no light grid, actors, lamps or mattes", manifest.version)));
     }
     let is_there = |name: &String| manifest.files.iter().any(|f| f.path == *name);
     if let Some(grid) = &manifest.grid
@@ -335,6 +336,9 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
     }
     for (i, lamp) in manifest.lamps.iter().enumerate() {
         check_lamp(lamp).map_err(|what| malformed(&path, format!("light {i}: {what}")))?;
+    }
+    for (i, matte) in manifest.mattes.iter().enumerate() {
+        check_matte(matte).map_err(|what| malformed(&path, format!("matte {i}: {what}")))?;
     }
     for actor in &manifest.actors {
         let image = match &actor.albedo {

@@ -3,6 +3,7 @@
 use super::actor::{Actor, CACHE_FRAMES_PER_S_RANGE};
 use super::budget;
 use super::lamp::Lamp;
+use super::matte::Matte;
 use super::prepare::Prepare;
 use super::types::{Albedo, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part, Room, SiteFile, Sky};
 use super::values::ProbeTimes;
@@ -87,6 +88,9 @@ pub(super) fn check(site: &SiteFile) -> Checked {
     }
     for (i, lamp) in site.lamps.iter().enumerate() {
         check_lamp(&["light", &i.to_string()], lamp)?;
+    }
+    for (i, matte) in site.mattes.iter().enumerate() {
+        check_matte(&["matte", &i.to_string()], matte)?;
     }
     for (name, mib) in [("bake_mib", site.budget.bake_mib), ("viewer_mib", site.budget.viewer_mib)] {
         let (least, most) = (*budget::MIB.start() as f64, *budget::MIB.end() as f64);
@@ -247,6 +251,17 @@ fn check_lamp(at: &[&str; 2], lamp: &Lamp) -> Checked {
         return fault(&key("reach_m"), format!("reach_m is {}", lamp.reach_m), "give metres above 0");
     }
     Ok(())
+}
+
+/// What is wrong with a matte that stands in no `site.toml`.
+pub(crate) fn check_lone_matte(matte: &Matte) -> Result<(), String> {
+    check_matte(&["matte", "0"], matte).map_err(|fault| fault.message)
+}
+
+fn check_matte(at: &[&str; 2], matte: &Matte) -> Checked {
+    let key = [at[0], at[1], "corners"];
+    finite(&key, matte.corners.as_flattened())?;
+    matte.fault().map_or(Ok(()), |(message, remedy)| fault(&key, message, remedy))
 }
 
 fn check_sky(site: &SiteFile, sky: &Sky) -> Checked {

@@ -9,6 +9,7 @@ mod check;
 mod error;
 mod files;
 mod lamp;
+mod matte;
 mod parse;
 mod placement;
 mod prepare;
@@ -20,10 +21,12 @@ pub use actor::{Actor, CACHE_FRAMES_PER_S_RANGE, DEFAULT_WALK_SPEED, Ground, Wal
 pub use budget::Budget;
 pub(crate) use check::check_lone_actor as check_actor;
 pub(crate) use check::check_lone_lamp as check_lamp;
+pub(crate) use check::check_lone_matte as check_matte;
 pub use error::SiteError;
 pub use files::{InputFile, InputKind};
 pub use heliodon_math::unit::Unit;
 pub use lamp::Lamp;
+pub use matte::{MAX_MATTE_CORNERS, Matte};
 pub use prepare::{Prepare, Winding};
 pub use types::{
     Albedo, Bake, BelowHorizon, Between, DEFAULT_GRID_M, DEFAULT_TEXELS, Display, LightStorage, MAX_SKY_STEPS, MAX_SUN_STEPS,

@@ -7,11 +7,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
-/// Tables that the design names for later versions.
-const LATER_TABLES: [&str; 1] = ["matte"];
-
 /// Tables that there may be several of.
-const MANY_TABLES: [&str; 4] = ["part", "room", "actor", "light"];
+const MANY_TABLES: [&str; 5] = ["part", "room", "actor", "light", "matte"];
 
 /// The text of a `site.toml` and where it came from.
 #[derive(Clone, Debug)]
@@ -120,12 +117,6 @@ fn explain(message: &str) -> (String, String) {
         let Some(found) = quoted.next() else { break };
         let known: Vec<&str> = quoted.collect();
         let what = if kind == "unknown field" { "key" } else { "value" };
-        if what == "key" && LATER_TABLES.contains(&found) && known.contains(&"site") {
-            return (
-                format!("[{found}] is not read by this version of Heliodon ({})", env!("CARGO_PKG_VERSION")),
-                "take the table out".to_owned(),
-            );
-        }
         let remedy = match nearest(found, &known) {
             Some(k) => format!("did you mean `{k}`?"),
             None => format!("write one of: {}", known.join(", ")),

@@ -3,6 +3,7 @@
 use super::actor::{Actor, Ground, Walk};
 use super::budget::Budget;
 use super::lamp::{self, Lamp};
+use super::matte::Matte;
 use super::prepare::{Prepare, Winding};
 use super::types::{Albedo, Bake, Display, Part, Room, SiteFile, SiteInfo, Sky};
 use super::values::ProbeTimes;
@@ -89,6 +90,13 @@ pub(super) fn write(site: &SiteFile) -> String {
     }
     if site.lamps.is_empty() {
         write_example(&mut w, |w| write_lamp(w, &Lamp::at([0.0, 2.0, 5.0], [10.0, 8.0, 5.0])));
+    }
+    for matte in &site.mattes {
+        write_matte(&mut w, matte);
+    }
+    if site.mattes.is_empty() {
+        let corners = [[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 3.0, 0.0], [-2.0, 3.0, 0.0]];
+        write_example(&mut w, |w| write_matte(w, &Matte::new(corners)));
     }
     match &site.prepare {
         Some(prepare) => write_prepare(&mut w, prepare),
@@ -202,6 +210,12 @@ fn write_lamp(w: &mut Writer, lamp: &Lamp) {
     w.optional("edge", &lamp.edge, &lamp::edge(), "the part of the half angle in which a spot light fades");
     w.optional("reach_m", &lamp.reach_m, &lamp::reach_m(), "where its light is faded out");
     w.optional("shadows", &lamp.shadows, &true, "");
+}
+
+fn write_matte(w: &mut Writer, matte: &Matte) {
+    w.line("\n[[matte]]  # invisible: what lies behind it is not drawn; belongs inside walls");
+    w.absent("name", matte.name.as_ref(), "\"inside the back wall\"", "for people");
+    w.set("corners", &matte.corners, "three or more around it, planar and convex");
 }
 
 fn write_actor(w: &mut Writer, actor: &Actor) {

@@ -5,6 +5,7 @@
 use super::actor::Actor;
 use super::budget::Budget;
 use super::lamp::Lamp;
+use super::matte::Matte;
 use super::prepare::Prepare;
 use super::values::{Date, ProbeTimes, TimeOfDay, UtcOffset};
 use heliodon_math::unit::Unit;
@@ -46,6 +47,9 @@ pub struct SiteFile {
     /// Lamps.
     #[serde(rename = "light", default, skip_serializing_if = "Vec::is_empty")]
     pub lamps: Vec<Lamp>,
+    /// Invisible polygons that hide what lies behind them.
+    #[serde(rename = "matte", default, skip_serializing_if = "Vec::is_empty")]
+    pub mattes: Vec<Matte>,
     /// How geometry is cleaned and reduced; without it, it is taken as it comes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prepare: Option<Prepare>,

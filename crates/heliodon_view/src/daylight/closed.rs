@@ -16,7 +16,26 @@ pub struct ClosedBodies {
     parents: Vec<u32>,
     edge_sums: Vec<u64>,
     volumes: Vec<f64>,
+    /// The corners of each chunk's vertices.
     chunks: Vec<Vec<u32>>,
+}
+
+/// What hangs together by its corners.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Bodies {
+    /// Of each chunk, the body of each vertex.
+    pub of_vertex: Vec<Vec<u32>>,
+    /// Of each body, whether it is closed and outside out.
+    pub closed: Vec<bool>,
+}
+
+impl Bodies {
+    /// Of each chunk, in their order, whether all of it belongs to closed bodies.
+    #[must_use]
+    pub fn closed_chunks(&self) -> Vec<bool> {
+        let all_closed = |bodies: &Vec<u32>| bodies.iter().all(|&body| self.closed[body as usize]);
+        self.of_vertex.iter().map(all_closed).collect()
+    }
 }
 
 impl ClosedBodies {
@@ -34,23 +53,32 @@ impl ClosedBodies {
             self.join(ids[0], ids[1]);
             self.join(ids[0], ids[2]);
         }
-        let mut components: Vec<u32> = corners.into_iter().map(|corner| self.root(corner)).collect();
-        components.sort_unstable();
-        components.dedup();
-        self.chunks.push(components);
+        self.chunks.push(corners);
     }
 
-    /// Of each chunk, in their order, whether all of it belongs to closed bodies.
+    /// The bodies of all chunks.
     #[must_use]
-    pub fn finish(mut self) -> Vec<bool> {
+    pub fn finish(mut self) -> Bodies {
+        // Only their places are asked for from here on.
+        self.corners = HashMap::new();
         let mut totals = vec![(0u64, 0.0f64); self.parents.len()];
         for corner in 0..self.parents.len() {
             let total = &mut totals[self.root(corner as u32) as usize];
             *total = (total.0.wrapping_add(self.edge_sums[corner]), total.1 + self.volumes[corner]);
         }
-        let chunks = std::mem::take(&mut self.chunks);
-        let closed = |root: u32| matches!(totals[root as usize], (0, volume) if volume > 0.0);
-        chunks.into_iter().map(|components| components.into_iter().all(|one| closed(self.root(one)))).collect()
+        // Numbers without gaps, in the order of their first corners.
+        let mut numbers = vec![u32::MAX; self.parents.len()];
+        let mut closed = Vec::new();
+        for corner in 0..self.parents.len() {
+            let root = self.root(corner as u32) as usize;
+            if numbers[root] == u32::MAX {
+                numbers[root] = closed.len() as u32;
+                closed.push(matches!(totals[root], (0, volume) if volume > 0.0));
+            }
+        }
+        let mut of_vertex = std::mem::take(&mut self.chunks);
+        of_vertex.iter_mut().flatten().for_each(|corner| *corner = numbers[self.root(*corner) as usize]);
+        Bodies { of_vertex, closed }
     }
 
     fn corner(&mut self, position: Vec3) -> u32 {
@@ -127,7 +155,7 @@ mod tests {
                 albedo: Vec::new(),
             });
         }
-        bodies.finish()
+        bodies.finish().closed_chunks()
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::pages::{GpuChunk, Page};
 use super::raster::{Lens, Raster, Stone};
 use super::relight::Relight;
 use super::sight::SightKey;
-use super::view::{Eye, cull};
+use super::view::ClusterRef;
 use bevy::prelude::*;
 use bevy::render::render_resource::{BindGroup, BindGroupEntries, BindGroupLayout};
 use bevy::render::renderer::{RenderDevice, RenderQueue};
@@ -29,12 +29,10 @@ pub struct Wanted {
     pub size: UVec2,
     /// The camera.
     pub lens: Lens,
-    /// Where it is.
-    pub eye: Eye,
 }
 
 impl Pixels {
-    /// The pixels of a frame, from those of the frame before if there are any. None where [`Relight::new`] says so.
+    /// The pixels of a frame, from those of the frame before if there are any, else of what `cull` leaves of the stone. None where [`Relight::new`] says so.
     #[must_use]
     pub fn next(
         before: Option<Self>,
@@ -42,8 +40,9 @@ impl Pixels {
         (pages, chunks): (&[Page], &[GpuChunk]),
         (device, queue): (&RenderDevice, &RenderQueue),
         layout: &BindGroupLayout,
+        cull: impl FnOnce(&[GpuChunk]) -> Vec<ClusterRef>,
     ) -> Option<Self> {
-        let Wanted { key, size, lens, eye } = *wanted;
+        let Wanted { key, size, lens } = *wanted;
         let mut pixels = match before {
             Some(before) if before.key == key => return Some(before),
             Some(before) if before.relight.is(size, pages) => Self { key, ..before },
@@ -54,8 +53,7 @@ impl Pixels {
                 Self { key, raster: before.map(|before| before.raster).unwrap_or_default(), relight, bind_group }
             }
         };
-        let clusters = cull(chunks, &key.clip_from_world, eye);
-        pixels.raster.draw(size, &lens, Stone { chunks, page_rows: &pixels.relight.page_rows }, &clusters);
+        pixels.raster.draw(size, &lens, Stone { chunks, page_rows: &pixels.relight.page_rows }, &cull(chunks));
         pixels.relight.show(queue, &pixels.raster);
         Some(pixels)
     }

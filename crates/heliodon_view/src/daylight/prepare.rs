@@ -14,6 +14,7 @@ use super::texels::{TexelMoment, TexelsGpu};
 use super::view::{ClusterRef, Eye, ViewUniform, cull};
 use super::{DaylightCamera, ExactAtRest, allocator};
 use crate::actors::render::ActorsGpu;
+use crate::culling::{Culler, Culling, CullingScene, CullingTold, Saved, ViewCulling};
 use crate::lamps::maps::LampsGpu;
 use crate::sky::SkyResources;
 use crate::stage::feed::Delivery;
@@ -30,7 +31,7 @@ use bevy::render::texture::{FallbackImage, GpuImage};
 use bevy::render::view::ExtractedView;
 use heliodon_image::TextureWrap;
 use std::collections::HashMap;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// Bytes of chunks and textures that go up in one frame: loading must not stop the pictures.
 const UPLOAD_BYTES_A_FRAME: usize = 24 << 20;
@@ -63,6 +64,8 @@ pub struct StageGpu {
     pub software: bool,
     /// Whether it is known which chunks are closed.
     closed_known: bool,
+    /// What culling knows of the bundle, once all of it is there.
+    culling: Option<Arc<CullingScene>>,
     /// Frames since less was needed than before: since the last of the bundle was taken, or a camera came to know what it sees.
     settled_frames: u32,
     /// Groups of vertices to be lit, per page.
@@ -151,6 +154,8 @@ pub struct StageView {
     buffer: Option<(Buffer, BindGroup)>,
     /// What is known of what is seen.
     pub sight: Sight,
+    /// What is left out although it is in view.
+    pub culling: ViewCulling,
     /// The camera.
     pub clip_from_world: Mat4,
     /// What is drawn, near chunks first; first, where something is [`Self::undecided`].
@@ -193,14 +198,15 @@ impl StageView {
         device: &RenderDevice,
         key: SightKey,
         (may_ask, may_occlude): (Option<UVec2>, bool),
-        eye: Eye,
+        (eye, culler): (Eye, &Culler),
     ) {
         // A frame that was not drawn has decided nothing.
         let undecided = self.undecided.is_some();
         match self.sight.next(device, key, may_ask.filter(|_| !undecided)) {
             Change::None if !undecided => {}
             Change::None | Change::Moved => {
-                let clusters = cull(&gpu.chunks, &key.clip_from_world, eye);
+                let met = cull(&gpu.chunks, &key.clip_from_world, eye);
+                let clusters = self.culling.thin(culler, &gpu.chunks, &key.clip_from_world, eye, met);
                 let occludes = may_occlude && gpu.triangles(&clusters) >= LEAST_TRIANGLES;
                 // What was seen a frame ago, or everything.
                 if !(occludes && self.stage == gpu.serial && self.drawn.seen.single.is_some()) {
@@ -322,6 +328,7 @@ pub fn receive(
                 gpu.closed_known = true;
                 gpu.chunks.iter_mut().zip(closed).for_each(|(chunk, closed)| chunk.closed = closed);
             }
+            Some(Delivery::Culling(scene)) => gpu.culling = Some(scene),
             Some(Delivery::Chunk(chunk)) => {
                 bytes += chunk.baked.len() * 4 + chunk.kept.positions.len() * 16;
                 let kind = chunk.kind() as usize;
@@ -379,11 +386,14 @@ pub fn prepare_views(
     mut sky: ResMut<SkyResources>,
     actors: Res<ActorsGpu>,
     lamps: Res<LampsGpu>,
+    (culling, told): (Res<Culling>, Res<CullingTold>),
     prepassed: Query<(), WithPrepass>,
     exact: Query<(), With<ExactAtRest>>,
     mut views: Query<SeenCamera, With<DaylightCamera>>,
 ) {
     gpu.needed.clear();
+    let scene = gpu.culling.clone();
+    let mut saved = Saved::default();
     for (entity, camera, camera_3d, usages, view, msaa, resolution, stage_view) in &mut views {
         let Some(mut stage_view) = stage_view else {
             // From the next frame on; the commands are applied before it.
@@ -411,7 +421,8 @@ pub fn prepare_views(
             clip_from_world,
             viewport: view.viewport,
             samples: msaa.samples(),
-            stage: (gpu.serial, gpu.chunks.len() + usize::from(gpu.closed_known)),
+            stage: (gpu.serial, gpu.chunks.len() + usize::from(gpu.closed_known) + usize::from(gpu.culling.is_some())),
+            culling: *culling,
         };
         let numbering =
             (gpu.software && device.features().contains(WgpuFeatures::PRIMITIVE_INDEX)).then(|| pipelines.sight(&mut cache));
@@ -437,19 +448,24 @@ pub fn prepare_views(
         let by_pixel = may_ask.filter(|&size| Raster::can_be(size) && !exact.contains(entity) && actors.shade().is_none());
         let wanted = by_pixel
             .filter(|_| stage_view.relight_pipeline.is_some_and(|id| cache.get_render_pipeline(id).is_some()))
-            .and_then(|size| Some(Wanted { key, size, lens: Lens::new(&clip_from_world)?, eye }));
+            .and_then(|size| Some(Wanted { key, size, lens: Lens::new(&clip_from_world)? }));
+        let size = UVec2::new(view.viewport.z, view.viewport.w).as_vec2();
+        let culler = Culler { scene: scene.as_ref(), settings: *culling, size, remembers: !exact.contains(entity) };
         let before = stage_view.pixels.take();
         stage_view.pixels = wanted.and_then(|wanted| {
             let layout = cache.get_bind_group_layout(&pipelines.relight_layout);
-            Pixels::next(before, &wanted, (&gpu.pages, &gpu.chunks), (&device, &queue), &layout)
+            Pixels::next(before, &wanted, (&gpu.pages, &gpu.chunks), (&device, &queue), &layout, |chunks| {
+                stage_view.culling.thin(&culler, chunks, &clip_from_world, eye, cull(chunks, &clip_from_world, eye))
+            })
         });
         if let Some(pixels) = &stage_view.pixels {
             gpu.needed.extend_from_slice(&pixels.raster.groups);
             stage_view.forget_sight();
         } else {
-            stage_view.look(&mut gpu, &device, key, (may_ask, may_occlude), eye);
+            stage_view.look(&mut gpu, &device, key, (may_ask, may_occlude), (eye, &culler));
             gpu.needed.extend_from_slice(&stage_view.drawn.seen.groups);
         }
+        saved.add(&stage_view.culling.saved);
 
         let height = camera.physical_viewport_size.map_or(1, |size| size.y.max(1));
         let world_from_view = Mat4::from_quat(view.world_from_view.rotation());
@@ -471,6 +487,7 @@ pub fn prepare_views(
         stage_view.sky =
             sky.bind_group(&frame.sky, &images, &fallback, &device, &cache.get_bind_group_layout(&pipelines.sky_layout));
     }
+    told.tell(saved);
 }
 
 /// Creates the uniform's buffer at the first call, and writes it.

@@ -8,6 +8,7 @@
 
 use super::flat::flat_texture;
 use super::seen::Triangles;
+use crate::culling::Culling;
 use crate::readback::TextureReadback;
 use bevy::prelude::{Mat4, UVec2, UVec4};
 use bevy::render::renderer::RenderDevice;
@@ -31,6 +32,8 @@ pub struct SightKey {
     pub samples: u32,
     /// The bundle, and how much of it is there.
     pub stage: (u64, usize),
+    /// What is culled.
+    pub culling: Culling,
 }
 
 /// The question, as the frame that asks it needs it.

@@ -11,6 +11,7 @@ mod readback;
 use crate::HeliodonPlugins;
 use crate::actors::Actors;
 use crate::actors::levels::Directions;
+use crate::culling::Culling;
 use crate::daylight::prepare::StageView;
 use crate::daylight::{DaylightCamera, ExactAtRest};
 use crate::navigation::pose::{Pose, fov_deg};
@@ -168,6 +169,8 @@ impl Renderer {
         .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO));
         let fault = DeviceFault::start(&mut app);
         app.world_mut().resource_mut::<SkyMaps>().wait = true;
+        // A picture shows all there is.
+        app.insert_resource(Culling::exact());
         app.world_mut().resource_mut::<TimeLapse>().playing = false;
         // A picture does not depend on how fast the machine is.
         let level = if samples > RenderOptions::film().samples { STILL_LEVEL } else { FILM_LEVEL };

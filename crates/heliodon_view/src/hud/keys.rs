@@ -1,6 +1,7 @@
 //! The keys of the day and of the window.
 
 use super::HudVisibility;
+use crate::culling::Culling;
 use crate::navigation::MouseLook;
 use crate::stage::frame::StageFrame;
 use crate::time_lapse::exposure::Exposure;
@@ -11,7 +12,7 @@ use bevy::render::view::screenshot::{Screenshot, save_to_disk};
 use bevy::window::{PrimaryWindow, WindowMode};
 
 /// All keys, as the help lists them.
-pub(super) const HELP: [(&str, &str); 20] = [
+pub(super) const HELP: [(&str, &str); 23] = [
     ("Space", "let the day pass, or pause it"),
     ("Left  Right", "one step of the day back or on"),
     ("[  ]", "slower, faster"),
@@ -27,12 +28,18 @@ pub(super) const HELP: [(&str, &str); 20] = [
     ("F", "fly or walk"),
     ("R", "inside the room's box, or free"),
     ("Home", "back to the beginning"),
+    ("O", "cull what occluders hide, or not"),
+    ("C", "cull what is small, or not"),
+    (",  .", "how small, in pixels: less, more"),
     ("H  F1", "this help"),
     ("Tab", "hide or show text and timeline"),
     ("F11", "all of the screen, or a window"),
     ("F12", "save a picture beside you"),
     ("Esc", "give the mouse back; quit"),
 ];
+
+/// The least and the greatest threshold of contribution culling, pixels.
+const THRESHOLD_RANGE_PX: (f32, f32) = (0.25, 64.0);
 
 /// The slowest and the fastest day.
 const SPEED_RANGE: (f32, f32) = (1.0 / 64.0, 16.0);
@@ -43,6 +50,7 @@ pub(super) fn day_keys(
     mut lapse: ResMut<TimeLapse>,
     mut exposure: ResMut<Exposure>,
     mut frame: ResMut<StageFrame>,
+    mut culling: ResMut<Culling>,
 ) {
     for key in keys.get_just_pressed() {
         match key {
@@ -58,6 +66,8 @@ pub(super) fn day_keys(
             }
             KeyCode::KeyE => exposure.held = !exposure.held,
             KeyCode::KeyT => frame.curve = frame.curve.toggled(),
+            KeyCode::KeyO => culling.shadow = !culling.shadow,
+            KeyCode::KeyC => culling.contribution = !culling.contribution,
             _ => {}
         }
     }
@@ -71,6 +81,8 @@ pub(super) fn day_keys(
             // The one shares its key with the plus on many keyboards.
             "+" | "=" => exposure.manual_stops += 0.25,
             "-" => exposure.manual_stops -= 0.25,
+            "," => culling.threshold_px = (culling.threshold_px * 0.5).max(THRESHOLD_RANGE_PX.0),
+            "." => culling.threshold_px = (culling.threshold_px * 2.0).min(THRESHOLD_RANGE_PX.1),
             _ => {}
         }
     }
@@ -133,6 +145,7 @@ mod tests {
             .init_resource::<TimeLapse>()
             .init_resource::<Exposure>()
             .init_resource::<StageFrame>()
+            .init_resource::<Culling>()
             .add_message::<KeyboardInput>()
             .add_systems(Update, day_keys);
         let mut press = |sign: &str, key_code: KeyCode, state: ButtonState, repeat: bool| {
@@ -156,6 +169,14 @@ mod tests {
         // Shift was let go first, so that the key that comes up is another sign.
         assert_eq!(press("=", KeyCode::Equal, ButtonState::Released, false), (1.0, 0.0));
         assert_eq!(press("+", KeyCode::Equal, ButtonState::Pressed, false), (1.0, 0.25));
+        press(".", KeyCode::Period, ButtonState::Pressed, false);
+        press(".", KeyCode::Period, ButtonState::Pressed, false);
+        press(",", KeyCode::Comma, ButtonState::Pressed, false);
+        assert_eq!(app.world().resource::<Culling>().threshold_px, 2.0);
+        app.world_mut().resource_mut::<ButtonInput<KeyCode>>().press(KeyCode::KeyO);
+        app.update();
+        let culling = *app.world().resource::<Culling>();
+        assert!(!culling.shadow && culling.contribution);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::{FAINT, HudVisibility, INK, PANEL, clock_text, keys};
 use crate::actors::{Actors, Told};
+use crate::culling::{Amount, Culling, CullingTold, Saved};
 use crate::navigation::Visitor;
 use crate::sky::SkyMaps;
 use crate::stage::frame::StageFrame;
@@ -102,6 +103,7 @@ pub(super) struct FrameTimes {
     seconds: f32,
     told_ms: f32,
     told_actors: Told,
+    told_saved: Saved,
 }
 
 #[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
@@ -114,6 +116,7 @@ pub(super) fn tell(
     frame: Res<StageFrame>,
     maps: Res<SkyMaps>,
     actors: Res<Actors>,
+    (culling, saved): (Res<Culling>, Res<CullingTold>),
     visitors: Query<&Visitor>,
     mut times: Local<FrameTimes>,
     mut hours: Query<&mut Text, (With<HourText>, Without<DetailText>)>,
@@ -122,7 +125,8 @@ pub(super) fn tell(
     times.frames += 1;
     times.seconds += time.delta_secs();
     if times.seconds >= TELL_EVERY_S {
-        *times = FrameTimes { told_ms: times.seconds * 1e3 / times.frames as f32, told_actors: actors.told(), ..default() };
+        let told_ms = times.seconds * 1e3 / times.frames as f32;
+        *times = FrameTimes { told_ms, told_actors: actors.told(), told_saved: saved.last(), ..default() };
     }
     let hour = if now.moment.is_some() { clock_text(lapse.clock_s) } else { "no bundle".to_owned() };
     for mut text in &mut hours {
@@ -133,6 +137,8 @@ pub(super) fn tell(
         exposure: *exposure,
         frame_ms: times.told_ms,
         actors: times.told_actors,
+        culling: *culling,
+        saved: times.told_saved,
         lapse: &lapse,
         curve: frame.curve,
         status: stage.status(),
@@ -151,11 +157,32 @@ struct Detail<'a> {
     exposure: Exposure,
     frame_ms: f32,
     actors: Told,
+    culling: Culling,
+    saved: Saved,
     lapse: &'a TimeLapse,
     curve: ToneCurve,
     status: &'a StageStatus,
     sky_failure: Option<&'a str>,
     visitor: Option<&'a Visitor>,
+}
+
+/// What of the triangles in view culling leaves out, and how much in how many clusters.
+fn write_culling(f: &mut std::fmt::Formatter<'_>, culling: Culling, saved: &Saved) -> std::fmt::Result {
+    if saved.met.triangles == 0 {
+        return Ok(());
+    }
+    let part = |amount: Amount| {
+        let percent = 100.0 * amount.triangles as f64 / saved.met.triangles as f64;
+        format!("-{percent:.0} % ({} triangles, {} clusters)", amount.triangles, amount.clusters)
+    };
+    match culling.shadow {
+        true => write!(f, "\nhidden    {}, {} occluders", part(saved.hidden), saved.occluders)?,
+        false => write!(f, "\nhidden    drawn")?,
+    }
+    match culling.contribution {
+        true => write!(f, "\nsmall     {}, below {} px", part(saved.small), culling.threshold_px),
+        false => write!(f, "\nsmall     drawn"),
+    }
 }
 
 impl std::fmt::Display for Detail<'_> {
@@ -191,6 +218,7 @@ impl std::fmt::Display for Detail<'_> {
         if actors > 0 {
             write!(f, "\nactors    {actors}: k {directions}, {vertices} vertices, {ms:.1} ms")?;
         }
+        write_culling(f, self.culling, &self.saved)?;
         if let Some(why) = self.sky_failure {
             write!(f, "\n{why}")?;
         }

@@ -1,6 +1,7 @@
 //! The way of chunks and textures from the loading thread to the GPU.
 
 use super::texture::Level;
+use crate::culling::CullingScene;
 use crate::daylight::chunk::PreparedChunk;
 use crate::daylight::layout::VertexLayout;
 use crate::daylight::pages::Remaining;
@@ -23,6 +24,8 @@ pub enum Delivery {
     Chunk(Box<PreparedChunk>),
     /// After all chunks: which of them, in their order, are parts of closed bodies.
     Closed(Vec<bool>),
+    /// Last: what culling knows of the bundle.
+    Culling(Arc<CullingScene>),
 }
 
 /// The stage of one bundle, as the render world sees it. The queue is short, so that a bundle is never in memory twice; and

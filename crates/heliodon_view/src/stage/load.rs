@@ -2,16 +2,19 @@
 
 use super::feed::Delivery;
 use super::texture::{Level, halved};
+use crate::culling::CullingScene;
 use crate::daylight::chunk::{KeptChunk, PreparedChunk};
 use crate::daylight::closed::ClosedBodies;
 use crate::daylight::layout::VertexLayout;
 use crate::daylight::texels::pieces;
 use bevy::log::debug;
 use heliodon_bundle::BundleReader;
+use heliodon_bundle::site::Role;
 use heliodon_image::SrgbImage;
 use heliodon_math::color::linear_from_srgb8_table;
 use std::sync::Arc;
 use std::sync::mpsc::{Sender, SyncSender};
+use std::time::Instant;
 
 /// What the stage learns from the loading thread.
 #[derive(Debug)]
@@ -69,19 +72,30 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
         to_gpu.send(Delivery::TexelsDone).ok();
     }
     let mut bodies = ClosedBodies::default();
+    let mut chunks = Vec::with_capacity(reader.chunk_count());
+    let mut is_ground = Vec::with_capacity(reader.chunk_count());
     for index in 0..reader.chunk_count() {
         let chunk = reader.read_chunk(index).map_err(|error| error.to_string())?;
         let prepared = PreparedChunk::new(layout, &chunk);
+        is_ground.push(reader.manifest().parts.get(usize::from(chunk.part)).is_some_and(|part| part.role == Role::Ground));
         drop(chunk);
         let kept = Arc::clone(&prepared.kept);
         bodies.push(&kept);
+        chunks.push(Arc::clone(&kept));
         if to_gpu.send(Delivery::Chunk(Box::new(prepared))).is_err() || to_stage.send(Progress::Chunk(kept)).is_err() {
             return Ok(());
         }
     }
     // The stage may have gone to another bundle: then nobody wants to know.
-    let closed = bodies.finish();
+    let bodies = bodies.finish();
+    let closed = bodies.closed_chunks();
     debug!("{} of {} chunks are closed bodies", closed.iter().filter(|closed| **closed).count(), closed.len());
-    to_gpu.send(Delivery::Closed(closed)).ok();
+    if to_gpu.send(Delivery::Closed(closed)).is_err() {
+        return Ok(());
+    }
+    let begun = Instant::now();
+    let scene = CullingScene::new(&chunks, &is_ground, &bodies, &reader.manifest().mattes);
+    debug!("{} occluders found in {:?}", scene.occluders.len(), begun.elapsed());
+    to_gpu.send(Delivery::Culling(Arc::new(scene))).ok();
     Ok(())
 }

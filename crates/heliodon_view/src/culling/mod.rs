@@ -1,0 +1,282 @@
+//! What is not drawn although it lies in view: what large occluders hide, and what is too small to matter.
+//!
+//! Georgios Papaioannou, Athanasios Gaitatzes, Dimitrios Christopoulos: "Enhancing Virtual Reality Walkthroughs of Archaeological
+//! Sites", VAST 2003, section 3.2. Both are decided for clusters, on the processor, after the view's frustum and the clusters' cones. Shadow culling
+//! ([`shadow`]) changes no pixel: occluders are found inside the stone ([`solids`]) or on its flat faces ([`faces`]), and only those that a site
+//! places itself (`[[matte]]`) may hide what could be seen. Contribution culling ([`contribution`]) leaves out objects ([`objects`]) that are smaller than a
+//! threshold in pixels. What both save is told; what they cost and gain is in docs/decisions/024-shadow-culling.md.
+
+pub mod contribution;
+mod eye;
+mod faces;
+pub mod objects;
+mod rectangles;
+pub mod shadow;
+mod slice;
+pub mod solids;
+
+use crate::daylight::chunk::KeptChunk;
+use crate::daylight::closed::Bodies;
+use crate::daylight::pages::GpuChunk;
+use crate::daylight::seen::Triangles;
+use crate::daylight::view::{ClusterRef, Eye, frustum_planes};
+use bevy::prelude::*;
+use bevy::render::RenderApp;
+use bevy::render::extract_resource::{ExtractResource, ExtractResourcePlugin};
+use contribution::{LeftOut, Scale};
+use eye::Solid;
+use glam::{Mat4, Vec2};
+use heliodon_bundle::site::Matte;
+use objects::Objects;
+use shadow::{Kind, Lies, Occluder, Onlooker, Shadow};
+use solids::Stone;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// What is culled; the same for all cameras. Keys O and C of the head-up display switch it.
+#[derive(Resource, Clone, Copy, Debug, PartialEq, ExtractResource)]
+pub struct Culling {
+    /// Whether what large occluders hide is left out: the pictures are the same.
+    pub shadow: bool,
+    /// Whether what is small is left out.
+    pub contribution: bool,
+    /// How small, in pixels across: more saves more and shows more of it.
+    pub threshold_px: f32,
+}
+
+impl Default for Culling {
+    fn default() -> Self {
+        Self { shadow: true, contribution: true, threshold_px: 1.0 }
+    }
+}
+
+impl Culling {
+    /// Nothing is left out.
+    #[must_use]
+    pub fn none() -> Self {
+        Self { shadow: false, contribution: false, ..Self::default() }
+    }
+
+    /// Only what leaves the pictures as they are.
+    #[must_use]
+    pub fn exact() -> Self {
+        Self { contribution: false, ..Self::default() }
+    }
+}
+
+/// Clusters and triangles of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Amount {
+    /// Clusters.
+    pub clusters: u64,
+    /// Their triangles.
+    pub triangles: u64,
+}
+
+impl Amount {
+    fn add(&mut self, more: Self) {
+        self.clusters += more.clusters;
+        self.triangles += more.triangles;
+    }
+}
+
+/// What culling saved, in all views of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Saved {
+    /// What frustum and cones left.
+    pub met: Amount,
+    /// What of that is too small.
+    pub small: Amount,
+    /// What of the rest lies in shadows.
+    pub hidden: Amount,
+    /// Occluders that cast them.
+    pub occluders: u64,
+}
+
+impl Saved {
+    /// Adds what another view saved.
+    pub fn add(&mut self, more: &Self) {
+        self.met.add(more.met);
+        self.small.add(more.small);
+        self.hidden.add(more.hidden);
+        self.occluders += more.occluders;
+    }
+}
+
+/// What the last frame saved, as the render world tells it.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct CullingTold(Arc<Mutex<Saved>>);
+
+impl CullingTold {
+    /// What the last frame saved.
+    #[must_use]
+    pub fn last(&self) -> Saved {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn tell(&self, saved: Saved) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = saved;
+    }
+}
+
+/// Switches and tells culling; the stone's passes do it.
+#[derive(Default)]
+pub struct CullingPlugin;
+
+impl Plugin for CullingPlugin {
+    fn build(&self, app: &mut App) {
+        let told = CullingTold::default();
+        app.init_resource::<Culling>().insert_resource(told.clone()).add_plugins(ExtractResourcePlugin::<Culling>::default());
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            render_app.init_resource::<Culling>().insert_resource(told);
+        }
+    }
+}
+
+/// What culling knows of a bundle.
+#[derive(Debug)]
+pub struct CullingScene {
+    /// Mattes first, then the largest.
+    pub occluders: Vec<Occluder>,
+    solid: Vec<Solid>,
+    objects: Objects,
+}
+
+impl CullingScene {
+    /// Of all chunks of a bundle, in their order, each with whether it is ground, and its mattes.
+    #[must_use]
+    pub fn new(chunks: &[Arc<KeptChunk>], is_ground: &[bool], bodies: &Bodies, mattes: &[Matte]) -> Self {
+        let corners = |matte: &Matte| matte.corners.iter().map(|corner| Vec3::from(corner.map(|v| v as f32))).collect();
+        let stone = Stone { chunks, bodies, is_ground };
+        let mut occluders: Vec<Occluder> =
+            mattes.iter().map(|matte| Occluder { corners: corners(matte), kind: Kind::Matte }).collect();
+        occluders.extend(solids::occluders(stone));
+        occluders.extend(faces::occluders(stone));
+        let solid =
+            chunks.iter().zip(&bodies.of_vertex).map(|(chunk, of_vertex)| solid_triangles(chunk, of_vertex, &bodies.closed));
+        Self { occluders, solid: solid.collect(), objects: Objects::new(chunks, bodies) }
+    }
+}
+
+fn solid_triangles(chunk: &KeptChunk, of_vertex: &[u32], closed: &[bool]) -> Solid {
+    let is_closed = |triangle: &[u16]| closed[of_vertex[usize::from(triangle[0])] as usize];
+    let triangles = || chunk.indices.chunks_exact(3);
+    if triangles().all(is_closed) {
+        return Solid::All;
+    }
+    let mut some = Triangles::default();
+    some.extend((0u32..).zip(triangles()).filter(|(_, triangle)| is_closed(triangle)).map(|(number, _)| number));
+    if some == Triangles::default() { Solid::None } else { Solid::Some(some) }
+}
+
+/// How a view culls.
+#[derive(Clone, Copy, Debug)]
+pub struct Culler<'a> {
+    /// What is known of the bundle, once all of it is there.
+    pub scene: Option<&'a Arc<CullingScene>>,
+    /// What is culled.
+    pub settings: Culling,
+    /// Pixels of the picture.
+    pub size: Vec2,
+    /// Whether small things that were left out come back late. Where a picture must not depend on those before it, they do not.
+    pub remembers: bool,
+}
+
+/// What a view leaves out.
+#[derive(Debug, Default)]
+pub struct ViewCulling {
+    scene: Option<Arc<CullingScene>>,
+    left_out: LeftOut,
+    /// What the last view saved.
+    pub saved: Saved,
+}
+
+impl ViewCulling {
+    /// Of the clusters that a view meets, those that are drawn, in their order.
+    #[must_use]
+    pub fn thin(
+        &mut self,
+        culler: &Culler,
+        chunks: &[GpuChunk],
+        clip_from_world: &Mat4,
+        eye: Eye,
+        mut clusters: Vec<ClusterRef>,
+    ) -> Vec<ClusterRef> {
+        let triangles =
+            |one: &ClusterRef| chunks[one.chunk as usize].kept.clusters[one.cluster as usize].indices.len() as u64 / 3;
+        let amount = |clusters: &[ClusterRef]| Amount {
+            clusters: clusters.len() as u64,
+            triangles: clusters.iter().map(triangles).sum(),
+        };
+        let met = amount(&clusters);
+        self.saved = Saved { met, ..Saved::default() };
+        let Some(scene) = culler.scene.filter(|scene| scene.solid.len() == chunks.len()) else { return clusters };
+        if !self.scene.as_ref().is_some_and(|before| Arc::ptr_eq(before, scene)) {
+            self.left_out.clear();
+            self.scene = Some(Arc::clone(scene));
+        }
+        if culler.settings.contribution {
+            let scale = Scale::new(clip_from_world, culler.size, eye);
+            self.left_out.update(&scene.objects, &scale, culler.settings.threshold_px, culler.remembers);
+            clusters.retain(|one| !self.left_out.has_all(scene.objects.of_cluster(one.chunk, one.cluster)));
+        } else {
+            self.left_out.clear();
+        }
+        let large = amount(&clusters);
+        self.saved.small = Amount { clusters: met.clusters - large.clusters, triangles: met.triangles - large.triangles };
+        let shadows = match eye {
+            Eye::At(eye) if culler.settings.shadow => scene.shadows(chunks, clip_from_world, culler.size, eye),
+            // A parallel view casts no frusta; plans are drawn from above, where little hides.
+            _ => Vec::new(),
+        };
+        if !shadows.is_empty() {
+            let mut of_chunks: Vec<Option<u32>> = vec![None; chunks.len()];
+            clusters.retain(|one| {
+                let kept = &chunks[one.chunk as usize].kept;
+                let partly = *of_chunks[one.chunk as usize].get_or_insert_with(|| partly_in(&shadows, kept.bounds));
+                let cluster = &kept.clusters[one.cluster as usize];
+                let mut shadows = shadows.iter().enumerate().filter(|(number, _)| partly >> number & 1 == 1);
+                !shadows.any(|(_, shadow)| shadow.holds(cluster.center, cluster.half) == Lies::Within)
+            });
+        }
+        let drawn = amount(&clusters);
+        self.saved.hidden = Amount { clusters: large.clusters - drawn.clusters, triangles: large.triangles - drawn.triangles };
+        self.saved.occluders = shadows.len() as u64;
+        clusters
+    }
+}
+
+const _: () = assert!(shadow::MOST_OCCLUDERS <= 32, "a bit each");
+
+/// A bit for each shadow in which a part of the box may lie.
+fn partly_in(shadows: &[Shadow], (low, high): (Vec3, Vec3)) -> u32 {
+    let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
+    let bits = shadows.iter().enumerate().filter(|(_, shadow)| shadow.holds(center, half) != Lies::Without);
+    bits.fold(0, |bits, (number, _)| bits | 1 << number)
+}
+
+impl CullingScene {
+    /// The shadows that an eye casts.
+    fn shadows(&self, chunks: &[GpuChunk], clip_from_world: &Mat4, size: Vec2, eye: Vec3) -> Vec<Shadow> {
+        let planes = frustum_planes(clip_from_world);
+        let near_m = near_corner_m(clip_from_world, eye);
+        // Of the largest pixels, those in the middle.
+        let rows = clip_from_world.transpose();
+        let forward = rows.w_axis.truncate();
+        let focal = [rows.x_axis, rows.y_axis].map(|row| (row.truncate() - forward * row.truncate().dot(forward)).length());
+        let margin_rad = (2.0 / (focal[0] * size.x)).max(2.0 / (focal[1] * size.y));
+        if self.occluders.is_empty() || !(near_m.is_finite() && margin_rad.is_finite()) {
+            return Vec::new();
+        }
+        let kept = chunks.iter().map(|chunk| &*chunk.kept);
+        let open = eye::is_in_the_open(kept.zip(&self.solid), eye, near_m);
+        let occluders = self.occluders.iter().filter(|occluder| open || occluder.kind != Kind::Solid);
+        shadow::choose(occluders, Onlooker { eye, planes: &planes, margin_rad, near_m })
+    }
+}
+
+/// How far from the eye the near plane's corners are.
+fn near_corner_m(clip_from_world: &Mat4, eye: Vec3) -> f32 {
+    let world_from_clip = clip_from_world.inverse();
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    corners.into_iter().map(|[x, y]| world_from_clip.project_point3(Vec3::new(x, y, 1.0)).distance(eye)).fold(0.0, f32::max)
+}
