@@ -4,6 +4,7 @@ pub mod charts;
 mod cover;
 pub mod lights;
 pub mod packing;
+pub mod refine;
 pub mod seams;
 pub mod texels;
 pub mod unwrap;

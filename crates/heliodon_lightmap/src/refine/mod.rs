@@ -1,0 +1,427 @@
+//! Refinement in the space of the light map: few texels are asked for their light first, and more where it changes.
+//!
+//! G. Papaioannou, A. Gaitatzes, D. Christopoulos: "Enhancing Virtual Reality Walkthroughs of Archaeological Sites", VAST 2003, section 4: "an iterative,
+//! adaptive lightmap-space ray-tracing algorithm". Texels of a lattice are sampled, then those half way between them, and so on. A texel is interpolated from its
+//! two or four neighbours of the coarser lattice where these lie on the same smooth surface, their light agrees (or changes so evenly that a straight line
+//! follows it), and nothing is so near that light may change between them (G. Ward, F. Rubinstein, R. Clear: "A Ray Tracing Solution for Diffuse
+//! Interreflection", SIGGRAPH 1988, eq. 4). Where a sample differs from what its neighbours had promised, texels around it that were interpolated are sampled
+//! after all, and so on from there: what is narrow but long, as a shadow of a pole, is followed once any part of it is found.
+//!
+//! It knows nothing of light: values are numbers that somebody else samples, a whole lattice at once.
+
+mod borrow;
+mod grid;
+
+pub use grid::{Grid, Place};
+
+use borrow::borrow;
+use rayon::prelude::*;
+
+/// How far refinement goes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RefineParams {
+    /// Texels between samples of the first lattice, a power of two, 1 to 64; 1 samples every texel. Light that is seen only in what is narrower and shorter
+    /// than this may be missed.
+    pub first_stride: u32,
+    /// The error that interpolation may have, as a part of the values around; at least 0. Noise that is stronger than this has all texels sampled.
+    pub error: f32,
+    /// Added to the values around for that, so that what is as good as dark costs nothing; at least 0.
+    pub floor: f32,
+    /// Texels that are interpolated from are no further from each other than so many times the harmonic mean distance that they see; infinite ignores it.
+    pub reach: f32,
+    /// The least cosine between the normals of texels that are interpolated from and the texel's own.
+    pub least_cosine: f32,
+    /// Numbers of a texel that share a scale, run by run, as the coefficients of one function do; empty has one run of all.
+    pub runs: Vec<usize>,
+}
+
+impl Default for RefineParams {
+    fn default() -> Self {
+        Self { first_stride: 8, error: 0.02, floor: 1.0e-3, reach: 0.5, least_cosine: 0.9, runs: Vec::new() }
+    }
+}
+
+/// What was found for the texels that were asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sampled {
+    /// Texel by texel, each the same count of numbers.
+    pub values: Vec<f32>,
+    /// Whether each texel lies where light can be; those that do not are not interpolated from.
+    pub valid: Vec<bool>,
+    /// Harmonic mean distance of what each sees, metres; infinite where nothing is near or nobody knows.
+    pub reach_m: Vec<f32>,
+}
+
+/// The values of all texels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refined {
+    /// Texel by texel; those that are not valid have what the nearest valid ones of their chart have.
+    pub values: Vec<f32>,
+    /// Which texels were sampled.
+    pub sampled: Vec<bool>,
+    /// Which texels lie where light can be.
+    pub valid: Vec<bool>,
+    /// How many were sampled.
+    pub samples: usize,
+}
+
+/// Values of `count` numbers for all texels of a grid, of which `sample` is asked for as few as may be, in ascending order. The same for any number of
+/// threads, if `sample`'s answers are.
+///
+/// # Panics
+/// When `sample` answers with other counts than it was asked for, or runs are not `count` numbers together.
+pub fn refine(grid: &Grid, count: usize, params: &RefineParams, sample: &mut dyn FnMut(&[u32]) -> Sampled) -> Refined {
+    let runs = if params.runs.is_empty() { vec![count] } else { params.runs.clone() };
+    assert_eq!(runs.iter().sum::<usize>(), count, "runs are all of a texel's numbers");
+    let mut work = Work {
+        grid,
+        count,
+        params,
+        runs,
+        state: vec![State::Unknown; grid.len()],
+        values: vec![0.0; grid.len() * count],
+        valid: vec![true; grid.len()],
+        reach_m: vec![f32::INFINITY; grid.len()],
+    };
+    let first = params.first_stride.clamp(1, 64).next_power_of_two() as i32;
+    let strides = std::iter::successors(Some(first), |stride| (*stride > 1).then_some(stride / 2));
+    for stride in strides.clone() {
+        let (between, mut asked) = work.between(grid.of_stride(stride, stride == first), stride);
+        work.set(&between, State::Interpolated);
+        while !asked.is_empty() {
+            asked = work.ask(&asked, stride, sample);
+        }
+    }
+    // what was sampled after all may have been interpolated from
+    for stride in strides.skip(1) {
+        let known = |texel: &u32| work.state[*texel as usize] == State::Interpolated;
+        let again: Vec<u32> = grid.of_stride(stride, false).into_iter().filter(known).collect();
+        let values: Vec<_> =
+            again.into_par_iter().filter_map(|texel| Some((texel, work.promised(texel, stride)?.values))).collect();
+        work.set(&values, State::Interpolated);
+    }
+    let Work { state, mut values, valid, .. } = work;
+    borrow(grid, &mut values, count, &valid);
+    let sampled: Vec<bool> = state.iter().map(|state| *state == State::Sampled).collect();
+    let samples = sampled.iter().filter(|sampled| **sampled).count();
+    Refined { values, sampled, valid, samples }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum State {
+    Unknown,
+    Interpolated,
+    Sampled,
+}
+
+/// What neighbours promise.
+struct Promise {
+    values: Vec<f32>,
+    /// Whether it is to be believed.
+    is_sure: bool,
+}
+
+struct Work<'a> {
+    grid: &'a Grid,
+    count: usize,
+    params: &'a RefineParams,
+    runs: Vec<usize>,
+    state: Vec<State>,
+    values: Vec<f32>,
+    valid: Vec<bool>,
+    reach_m: Vec<f32>,
+}
+
+/// A straight line through the neighbours half a line's length away is off by an eighth of their second difference; so much for what it knows of it only roughly.
+const CURVATURE_TO_ERROR: f32 = 0.25;
+/// However evenly light seems to change, neighbours differ by no more than so many errors.
+const STEEPEST: f32 = 8.0;
+/// How far off the middle of its neighbours a texel's place may lie, as a part of their distance: a sheet has no folds between them.
+const OFF_MIDDLE: f32 = 0.1;
+
+impl Work<'_> {
+    fn value(&self, texel: u32) -> &[f32] {
+        &self.values[texel as usize * self.count..][..self.count]
+    }
+
+    fn set(&mut self, values: &[(u32, Vec<f32>)], state: State) {
+        for (texel, values) in values {
+            self.values[*texel as usize * self.count..][..self.count].copy_from_slice(values);
+            self.state[*texel as usize] = state;
+        }
+    }
+
+    /// Of some texels those whose neighbours' promise is to be believed, with it, and those that are to be sampled.
+    fn between(&self, texels: Vec<u32>, stride: i32) -> (Vec<(u32, Vec<f32>)>, Vec<u32>) {
+        let promised =
+            texels.into_par_iter().map(|texel| (texel, self.promised(texel, stride).filter(|promise| promise.is_sure)));
+        promised.partition_map(|(texel, promise)| match promise {
+            Some(promise) => rayon::iter::Either::Left((texel, promise.values)),
+            None => rayon::iter::Either::Right(texel),
+        })
+    }
+
+    /// Samples texels; returns those around them that were interpolated and are to be sampled too.
+    fn ask(&mut self, asked: &[u32], stride: i32, sample: &mut dyn FnMut(&[u32]) -> Sampled) -> Vec<u32> {
+        let Sampled { values, valid, reach_m } = sample(asked);
+        let counts = [values.len(), valid.len(), reach_m.len()];
+        assert_eq!(counts, [asked.len() * self.count, asked.len(), asked.len()], "an answer for each texel");
+        let is_off = |(i, &texel): (usize, &u32)| {
+            let promise = match self.state[texel as usize] {
+                State::Interpolated => Some(self.value(texel).to_vec()),
+                _ => self.promised(texel, stride).map(|promise| promise.values),
+            };
+            let found = &values[i * self.count..][..self.count];
+            !valid[i] || promise.is_some_and(|promise| !self.agree(&[&promise, found], 1.0))
+        };
+        let off: Vec<u32> = asked.par_iter().enumerate().filter(|item| is_off(*item)).map(|(_, texel)| *texel).collect();
+        for (i, &texel) in asked.iter().enumerate() {
+            let texel = texel as usize;
+            self.values[texel * self.count..][..self.count].copy_from_slice(&values[i * self.count..][..self.count]);
+            (self.state[texel], self.valid[texel], self.reach_m[texel]) = (State::Sampled, valid[i], reach_m[i]);
+        }
+        let steps = [-1, 0, 1].into_iter().flat_map(|dy| [-1, 0, 1].map(|dx| [dx * stride, dy * stride]));
+        let around = off.iter().flat_map(|&texel| steps.clone().map(move |step| (texel, step)));
+        let beside = around.filter_map(|(texel, [dx, dy])| self.grid.beside(texel, dx, dy));
+        let mut next: Vec<u32> = beside.filter(|&texel| self.state[texel as usize] == State::Interpolated).collect();
+        next.sort_unstable();
+        next.dedup();
+        next
+    }
+
+    /// What the neighbours of the coarser lattice promise for a texel; nothing where one is missing, or lies on another surface or inside of something.
+    fn promised(&self, texel: u32, stride: i32) -> Option<Promise> {
+        let lines: &[[i32; 2]] = match self.grid.on_lattice(texel, 2 * stride) {
+            [true, true] => return None,
+            [false, true] => &[[1, 0]],
+            [true, false] => &[[0, 1]],
+            [false, false] => &[[1, 1], [1, -1]],
+        };
+        let beside = |[x, y]: [i32; 2], steps: i32| self.grid.beside(texel, x * steps * stride, y * steps * stride);
+        let parents = lines.iter().flat_map(|&line| [beside(line, -1), beside(line, 1)]);
+        let parents = parents.collect::<Option<Vec<u32>>>()?;
+        let known = |parent: u32| self.state[parent as usize] != State::Unknown && self.valid[parent as usize];
+        if !parents.iter().all(|&parent| known(parent)) || !self.is_smooth(texel, &parents) {
+            return None;
+        }
+        let of_parents: Vec<&[f32]> = parents.iter().map(|&parent| self.value(parent)).collect();
+        let share = 1.0 / parents.len() as f32;
+        let values = (0..self.count).map(|i| of_parents.iter().map(|values| values[i]).sum::<f32>() * share).collect();
+        let is_even = || {
+            let outer = |line: [i32; 2], steps: i32| beside(line, steps).filter(|&o| known(o) && self.faces_alike(texel, o));
+            lines.iter().zip(of_parents.chunks_exact(2)).all(|(&line, pair)| {
+                let outer = outer(line, -3).zip(outer(line, 3));
+                outer.is_some_and(|(a, b)| self.is_straight([self.value(a), pair[0], pair[1], self.value(b)]))
+            })
+        };
+        let agree = self.agree(&of_parents, 1.0) || (self.agree(&of_parents, STEEPEST) && is_even());
+        Some(Promise { values, is_sure: agree && self.sees_far(&parents) })
+    }
+
+    fn faces_alike(&self, texel: u32, other: u32) -> bool {
+        let [a, b] = [texel, other].map(|texel| self.grid.places[texel as usize].normal);
+        a.dot(b) >= self.params.least_cosine
+    }
+
+    /// Whether a texel lies in the middle of its parents, on a surface without edges.
+    fn is_smooth(&self, texel: u32, parents: &[u32]) -> bool {
+        let position = |texel: u32| self.grid.places[texel as usize].position;
+        let own = position(texel);
+        let pairs = parents.chunks_exact(2).all(|pair| {
+            let [a, b] = [position(pair[0]), position(pair[1])];
+            a.midpoint(b).distance(own) <= OFF_MIDDLE * a.distance(b)
+        });
+        pairs && parents.iter().all(|&parent| self.faces_alike(texel, parent))
+    }
+
+    /// Whether what a texel's parents see is far against their distance.
+    fn sees_far(&self, parents: &[u32]) -> bool {
+        let position = |texel: u32| self.grid.places[texel as usize].position;
+        let reach_m = parents.iter().map(|&parent| self.reach_m[parent as usize]).fold(f32::INFINITY, f32::min);
+        let spacing_m = parents.chunks_exact(2).map(|pair| position(pair[0]).distance(position(pair[1]))).fold(0.0, f32::max);
+        spacing_m <= self.params.reach * reach_m
+    }
+
+    /// Whether values differ by no more than so many errors.
+    fn agree(&self, values: &[&[f32]], errors: f32) -> bool {
+        self.each_run(values, |tolerance, i| {
+            let (low, high) =
+                values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), v| (low.min(v[i]), high.max(v[i])));
+            high - low <= errors * tolerance
+        })
+    }
+
+    /// Whether four values at equal distances lie on a line, as far as the error asks for.
+    fn is_straight(&self, [a, b, c, d]: [&[f32]; 4]) -> bool {
+        self.each_run(&[a, b, c, d], |tolerance, i| {
+            let second = (a[i] - 2.0 * b[i] + c[i]).abs().max((b[i] - 2.0 * c[i] + d[i]).abs());
+            CURVATURE_TO_ERROR * second <= tolerance
+        })
+    }
+
+    /// Whether something holds of every number, with the error that its run may have.
+    fn each_run(&self, values: &[&[f32]], holds: impl Fn(f32, usize) -> bool) -> bool {
+        let mut begin = 0;
+        self.runs.iter().all(|&run| {
+            let numbers = begin..begin + run;
+            begin += run;
+            let mean = |i: usize| values.iter().map(|values| values[i].abs()).sum::<f32>() / values.len() as f32;
+            let scale = numbers.clone().map(mean).fold(0.0, f32::max) + self.params.floor;
+            numbers.into_iter().all(|i| holds(self.params.error * scale, i))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::packing::PackParams;
+    use crate::texels::{Texel, texels};
+    use crate::unwrap::{UnwrapParams, unwrap};
+    use glam::Vec3;
+    use heliodon_testkit::scenes::{Scene, ball, cuboid, rectangle};
+
+    const SIDE: u32 = 256;
+
+    fn grid(scene: &Scene) -> Grid {
+        let pack = PackParams { width: SIDE, height: SIDE, ..PackParams::default() };
+        let unwrapped =
+            unwrap(&scene.positions, &scene.triangles, &[], &UnwrapParams { pack, ..UnwrapParams::default() }).unwrap();
+        let texels = texels(&unwrapped, SIDE, SIDE);
+        let place = |texel: &Texel| {
+            let corners = scene.triangles[texel.triangle as usize];
+            let mix = |of: &[Vec3]| texel.mix(corners.map(|v| of[v as usize]));
+            Place { position: mix(&scene.positions), normal: mix(&scene.normals).normalize_or(Vec3::Y) }
+        };
+        let places = texels.iter().map(place).collect();
+        Grid::new(&texels, &unwrapped.chart, places)
+    }
+
+    fn sheet() -> Scene {
+        rectangle(Vec3::ZERO, Vec3::Z, Vec3::X, 1)
+    }
+
+    /// Refines a function of the place, and answers with what was found, the greatest and the mean error.
+    fn refined(grid: &Grid, params: &RefineParams, light: impl Fn(Place) -> f32) -> (Refined, f32, f32) {
+        let mut before = None;
+        let found = refine(grid, 1, params, &mut |asked| {
+            assert!(asked.is_sorted(), "in order, none twice");
+            before = before.max(asked.last().copied());
+            let values = asked.iter().map(|&texel| light(grid.places()[texel as usize])).collect();
+            Sampled { values, valid: vec![true; asked.len()], reach_m: vec![f32::INFINITY; asked.len()] }
+        });
+        let errors = grid.places().iter().zip(&found.values).map(|(&place, value)| (light(place) - value).abs());
+        let (most, sum) = errors.fold((0.0_f32, 0.0_f32), |(most, sum), error| (most.max(error), sum + error));
+        (found, most, sum / grid.len() as f32)
+    }
+
+    #[test]
+    fn the_edge_of_a_shadow_is_found_to_the_texel() {
+        let grid = grid(&sheet());
+        let shadow = |place: Place| if place.position.x + 0.37 * place.position.z > 0.7 { 1.0 } else { 0.1 };
+        let (found, most, _) = refined(&grid, &RefineParams::default(), shadow);
+        assert_eq!(most, 0.0);
+        assert!(found.samples * 6 < grid.len(), "{} of {}", found.samples, grid.len());
+    }
+
+    #[test]
+    fn what_is_narrow_is_followed_from_where_it_is_found() {
+        let grid = grid(&sheet());
+        // two texels wide
+        let pole = |place: Place| if (place.position.x - 0.3 * place.position.z - 0.411).abs() < 0.004 { 0.2 } else { 1.0 };
+        let (found, most, _) = refined(&grid, &RefineParams::default(), pole);
+        assert_eq!(most, 0.0);
+        assert!(found.samples * 5 < grid.len(), "{} of {}", found.samples, grid.len());
+    }
+
+    #[test]
+    fn light_that_changes_evenly_costs_few_samples() {
+        let grid = grid(&sheet());
+        let ramp = |place: Place| 0.5 + place.position.x + 0.5 * place.position.z;
+        let (found, most, _) = refined(&grid, &RefineParams::default(), ramp);
+        assert!(found.samples * 12 < grid.len() && most < 0.01, "{} of {}, {most}", found.samples, grid.len());
+        let lamp = |place: Place| 0.3 / (0.09 + place.position.distance_squared(Vec3::new(0.4, 0.0, 0.6)));
+        for error in [0.05, 0.02, 0.005] {
+            let params = RefineParams { error, ..RefineParams::default() };
+            let (found, most, mean) = refined(&grid, &params, lamp);
+            // relative to at most 3.34
+            assert!(most < 3.34 * error && mean < 0.3 * error, "{error}: {most}, {mean}");
+            assert!(found.samples * 5 < grid.len(), "{} of {}", found.samples, grid.len());
+        }
+    }
+
+    #[test]
+    fn nothing_is_interpolated_across_edges_of_the_surface() {
+        let light = |place: Place| place.normal.dot(Vec3::new(0.2, 0.5, 0.8)).max(0.0) * (1.0 + 0.2 * place.position.x);
+        for scene in [cuboid(Vec3::ZERO, Vec3::new(1.0, 0.6, 0.4), 2), ball(1.0, 32)] {
+            let grid = grid(&scene);
+            let (found, most, mean) = refined(&grid, &RefineParams::default(), light);
+            assert!(most < 0.03 && mean < 0.004, "{most}, {mean}");
+            assert!(found.samples * 3 < grid.len(), "{} of {}", found.samples, grid.len());
+        }
+    }
+
+    #[test]
+    fn what_is_near_is_looked_at_closely() {
+        let grid = grid(&sheet());
+        let near = |place: Place| 0.01 + (place.position.x - 0.5).abs();
+        let asked = |reach: f32| {
+            let params = RefineParams { reach, ..RefineParams::default() };
+            refine(&grid, 1, &params, &mut |asked| {
+                let reach_m = asked.iter().map(|&texel| near(grid.places()[texel as usize])).collect();
+                Sampled { values: vec![1.0; asked.len()], valid: vec![true; asked.len()], reach_m }
+            })
+        };
+        let (far, near) = (asked(f32::INFINITY), asked(0.5));
+        assert!(near.samples > far.samples + 500 && near.samples * 4 < grid.len(), "{} and {}", near.samples, far.samples);
+    }
+
+    #[test]
+    fn what_lies_inside_of_something_borrows_from_beside_it() {
+        let grid = grid(&sheet());
+        let inside = |place: Place| place.position.distance(Vec3::new(0.5, 0.0, 0.5)) < 0.2;
+        let light = |place: Place| 1.0 + place.position.x;
+        let found = refine(&grid, 2, &RefineParams::default(), &mut |asked| {
+            let places = || asked.iter().map(|&texel| grid.places()[texel as usize]);
+            let values = places().flat_map(|place| if inside(place) { [0.0; 2] } else { [light(place), 3.0] });
+            Sampled {
+                values: values.collect(),
+                valid: places().map(|place| !inside(place)).collect(),
+                reach_m: vec![f32::INFINITY; asked.len()],
+            }
+        });
+        for (texel, &place) in grid.places().iter().enumerate() {
+            let [value, three] = [found.values[2 * texel], found.values[2 * texel + 1]];
+            assert_eq!(found.valid[texel], !inside(place), "{place:?}");
+            assert!((three - 3.0).abs() < 1e-4);
+            let most = if inside(place) { 0.25 } else { 0.01 };
+            assert!((value - light(place)).abs() < most, "{value} at {place:?}");
+        }
+        let none = refine(&grid, 1, &RefineParams::default(), &mut |asked| Sampled {
+            values: vec![7.0; asked.len()],
+            valid: vec![false; asked.len()],
+            reach_m: vec![0.0; asked.len()],
+        });
+        assert!(none.values.iter().all(|value| *value == 7.0) && none.samples == grid.len());
+    }
+
+    #[test]
+    fn numbers_of_several_functions_have_scales_of_their_own() {
+        let grid = grid(&sheet());
+        let params = |runs: Vec<usize>| RefineParams { runs, ..RefineParams::default() };
+        let step = |place: Place| f32::from(u8::from(place.position.x > 0.5));
+        let asked = |runs: Vec<usize>| {
+            refine(&grid, 2, &params(runs), &mut |asked| Sampled {
+                values: asked.iter().flat_map(|&texel| [100.0, step(grid.places()[texel as usize])]).collect(),
+                valid: vec![true; asked.len()],
+                reach_m: vec![f32::INFINITY; asked.len()],
+            })
+        };
+        let (together, apart) = (asked(Vec::new()), asked(vec![1, 1]));
+        assert!(apart.samples > together.samples + 500, "{} and {}", apart.samples, together.samples);
+        let all = refined(&grid, &RefineParams { first_stride: 1, ..RefineParams::default() }, |_| 1.0).0;
+        assert!(all.samples == grid.len() && all.sampled.iter().all(|sampled| *sampled));
+        let none = super::tests::grid(&Scene::default());
+        assert!(refined(&none, &RefineParams::default(), |_| 1.0).0.values.is_empty());
+    }
+}
