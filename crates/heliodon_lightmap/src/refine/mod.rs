@@ -33,6 +33,8 @@ pub struct RefineParams {
     pub reach: f32,
     /// The least cosine between the normals of texels that are interpolated from and the texel's own.
     pub least_cosine: f32,
+    /// Texels that are not valid take the values of valid ones up to so many texels away; those further inside keep what was sampled.
+    pub borrowed_from: u32,
     /// Numbers of a texel that share a scale, run by run, as the coefficients of one function do; empty has one run of all.
     pub runs: Vec<usize>,
 }
@@ -46,6 +48,7 @@ impl Default for RefineParams {
             beside: Vec::new(),
             reach: 0.5,
             least_cosine: 0.9,
+            borrowed_from: u32::MAX,
             runs: Vec::new(),
         }
     }
@@ -65,7 +68,7 @@ pub struct Sampled {
 /// The values of all texels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refined {
-    /// Texel by texel; those that are not valid have what the nearest valid ones of their chart have.
+    /// Texel by texel; those that are not valid have what the nearest valid ones of their chart have, if these are near enough.
     pub values: Vec<f32>,
     /// Which texels were sampled.
     pub sampled: Vec<bool>,
@@ -112,7 +115,7 @@ pub fn refine(grid: &Grid, count: usize, params: &RefineParams, sample: &mut dyn
         work.set(&values, State::Interpolated);
     }
     let Work { state, mut values, valid, .. } = work;
-    borrow(grid, &mut values, count, &valid);
+    borrow(grid, &mut values, count, &valid, params.borrowed_from);
     let sampled: Vec<bool> = state.iter().map(|state| *state == State::Sampled).collect();
     let samples = sampled.iter().filter(|sampled| **sampled).count();
     Refined { values, sampled, valid, samples }
