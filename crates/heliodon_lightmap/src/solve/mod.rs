@@ -188,6 +188,8 @@ pub struct LightMap {
     pub notes: Notes,
 }
 
+/// Samples are no further from each other than so many times the harmonic mean distance of what they see.
+const REACH: f32 = 1.0;
 /// Texels that lie inside something borrow from no further away: filtering asks for one, and one more is asked for by the next smaller version.
 const FILTERED: u32 = 2;
 /// Texels whose mean tells how bright the scene is.
@@ -274,6 +276,7 @@ fn refine_params(params: &SolveParams, floor: f32, beside: Vec<f32>) -> RefinePa
         floor,
         beside,
         borrowed_from: FILTERED,
+        reach: REACH,
         ..RefineParams::default()
     }
 }
@@ -316,9 +319,9 @@ fn match_seams(scene: &Scene, light: &mut [Vec3]) -> f32 {
     let white = if bright.is_empty() { 0.0 } else { *bright.select_nth_unstable_by(place, f32::total_cmp).1 };
     let count = light.len();
     let mut values: Vec<f32> = (0..3).flat_map(|c| light.iter().map(move |light| light[c])).collect();
-    seams.close_all(&mut values, SEAM * white);
+    seams.close_all_above(&mut values, SEAM * white, 0.0);
     for (i, light) in light.iter_mut().enumerate() {
-        *light = Vec3::new(values[i], values[count + i], values[2 * count + i]).max(Vec3::ZERO);
+        *light = Vec3::new(values[i], values[count + i], values[2 * count + i]);
     }
     let widest = |c: usize| seams.widest(&light.iter().map(|light| light[c]).collect::<Vec<_>>());
     (0..3).map(widest).fold(0.0, f32::max)
