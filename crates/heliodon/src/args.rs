@@ -57,6 +57,8 @@ pub enum Command {
     /// Writes stills, contact sheets and films
     #[cfg(feature = "viewer")]
     Render(commands::render::Args),
+    /// Lights a site in texels for one moment or one sky, and writes the light map with the model
+    Lightmap(commands::lightmap::Args),
     /// Ambient occlusion, bent normals or image-based light of any mesh, or the visibility matrix itself
     Visibility(commands::visibility::Args),
     /// Writes what was baked as NumPy arrays

@@ -6,6 +6,7 @@
 //! the seven other orientations, files that begin with `#?RGBE`, and writing with run lengths. OpenEXR goes through the `exr`
 //! crate, PNG and JPEG through `image`. [`ktx2`] holds textures of numbers.
 
+mod bc6h;
 mod contact_sheet;
 pub mod detail;
 mod error;
@@ -15,14 +16,18 @@ mod openexr;
 mod primaries;
 mod radiance;
 mod resample;
+mod rgbe;
 mod srgb_image;
 mod texture_wrap;
 
+pub use bc6h::{decode_bc6h, encode_bc6h};
 pub use contact_sheet::{SheetLayout, contact_sheet};
 pub use error::ImageError;
 pub use hdr_image::{HdrImage, PixelRepairs};
+pub use ktx2::ktx2_bc6h;
 pub use openexr::ExrSamples;
 pub use resample::Wrap;
+pub use rgbe::{from_rgbe8, rgbe8};
 pub use srgb_image::SrgbImage;
 pub use texture_wrap::TextureWrap;
 

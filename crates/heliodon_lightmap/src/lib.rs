@@ -6,5 +6,6 @@ pub mod lights;
 pub mod packing;
 pub mod refine;
 pub mod seams;
+pub mod solve;
 pub mod texels;
 pub mod unwrap;

@@ -103,6 +103,14 @@ impl Seams {
     /// # Panics
     /// When there are not as many values as texels.
     pub fn close(&self, values: &mut [f32], tolerance: f32) -> f32 {
+        self.close_above(values, tolerance, f32::NEG_INFINITY)
+    }
+
+    /// As [`Seams::close`], where no value may become less than `least` (as light may not become negative where the edge of a shadow crosses a border).
+    ///
+    /// # Panics
+    /// As [`Seams::close`].
+    pub fn close_above(&self, values: &mut [f32], tolerance: f32, least: f32) -> f32 {
         assert_eq!(values.len(), self.ease.len(), "a value for each texel");
         for _ in 0..MOST_ROUNDS {
             let mut most = 0.0_f32;
@@ -112,7 +120,10 @@ impl Seams {
                 let ease = |i: usize| self.ease[matched.texels[i] as usize];
                 let sum: f32 = (0..8).map(|i| ease(i) * matched.weights[i] * matched.weights[i]).sum();
                 if sum > 0.0 {
-                    (0..8).for_each(|i| values[matched.texels[i] as usize] -= off * ease(i) * matched.weights[i] / sum);
+                    for i in 0..8 {
+                        let value = &mut values[matched.texels[i] as usize];
+                        *value = (*value - off * ease(i) * matched.weights[i] / sum).max(least);
+                    }
                 }
             }
             if most <= tolerance {
@@ -124,11 +135,16 @@ impl Seams {
 
     /// As [`Seams::close`], for several values of each texel, one after the other in `values`.
     pub fn close_all(&self, values: &mut [f32], tolerance: f32) -> f32 {
+        self.close_all_above(values, tolerance, f32::NEG_INFINITY)
+    }
+
+    /// As [`Seams::close_above`], for several values of each texel, one after the other in `values`.
+    pub fn close_all_above(&self, values: &mut [f32], tolerance: f32, least: f32) -> f32 {
         let count = self.ease.len();
         if count == 0 {
             return 0.0;
         }
-        values.par_chunks_mut(count).map(|values| self.close(values, tolerance)).reduce(|| 0.0, f32::max)
+        values.par_chunks_mut(count).map(|values| self.close_above(values, tolerance, least)).reduce(|| 0.0, f32::max)
     }
 
     /// By how much both sides differ at most.

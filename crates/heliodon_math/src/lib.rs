@@ -6,6 +6,7 @@
 //! and every SIMD width stores the same bits.
 
 pub mod color;
+pub mod dome;
 pub mod frame;
 pub mod light_sphere;
 pub mod random;

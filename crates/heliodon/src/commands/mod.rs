@@ -9,6 +9,7 @@ pub mod detail;
 pub mod export;
 pub mod figures;
 pub mod inspect;
+pub mod lightmap;
 pub mod merge;
 pub mod new;
 pub mod prepare;

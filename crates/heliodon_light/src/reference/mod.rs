@@ -8,12 +8,11 @@
 //! number of threads.
 
 mod camera;
-mod environment;
 mod path;
 mod sampler;
 
 pub use camera::Camera;
-pub use environment::{ConstantSky, Environment, HarmonicSky, LatLongSky};
+pub use heliodon_math::dome::{ConstantSky, Environment, HarmonicSky, LatLongSky};
 
 use crate::{Channels, LightError, Surfaces};
 use glam::Vec3;

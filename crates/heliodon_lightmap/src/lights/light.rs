@@ -84,6 +84,9 @@ impl Source {
     }
 }
 
+/// Meshes of more triangles than this are sampled even where closed forms could be summed.
+const FEW_TRIANGLES: usize = 512;
+
 impl Light {
     pub(super) fn of(title: String, source: Source) -> Self {
         let bounds = source.bounds();
@@ -171,6 +174,20 @@ impl Light {
             Source::Mesh { light, radiance, .. } => *radiance * light.irradiance_over_pi(point, normal)?,
         };
         Some(finite(light).unwrap_or(Vec3::ZERO))
+    }
+
+    /// As [`Light::closed_form`], as if no part of the light hid another: what rays to its samples would bring if none met anything. `None` for
+    /// meshes of more than 512 triangles, of which each takes its time.
+    #[must_use]
+    pub fn unhidden(&self, point: Vec3, normal: Vec3) -> Option<Vec3> {
+        match &self.source {
+            Source::Mesh { light, radiance, .. } if point.is_finite() && normal.is_finite() => {
+                let few = light.len() <= FEW_TRIANGLES;
+                let part = few.then(|| light.irradiance_of_all(point.as_dvec3(), normal.as_dvec3()))?;
+                Some(finite(*radiance * part).unwrap_or(Vec3::ZERO))
+            }
+            _ => self.closed_form(point, normal),
+        }
     }
 
     /// Radiance that leaves the emitter at a place in a unit direction away from it. Zero from a dark side, along the surface, and for lights

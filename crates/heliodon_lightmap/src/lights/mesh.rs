@@ -92,7 +92,7 @@ impl Mesh {
         self.mesh.triangles.iter().flatten().map(|&v| self.mesh.positions[v as usize])
     }
 
-    fn len(&self) -> usize {
+    pub fn len(&self) -> usize {
         self.mesh.triangles.len()
     }
 

@@ -3,17 +3,17 @@
 use super::grid::{ChartGrid, Grid, NOBODY};
 use rayon::prelude::*;
 
-/// Gives texels that are not valid the values of the nearest valid ones of their chart, ring by ring; what its rectangle has no texels for is crossed as if
+/// Gives texels that are not valid the values of the nearest valid ones of their chart, so many rings far; what its rectangle has no texels for is crossed as if
 /// it had. A chart without any valid texel keeps what it has.
-pub(super) fn borrow(grid: &Grid, values: &mut [f32], count: usize, valid: &[bool]) {
+pub(super) fn borrow(grid: &Grid, values: &mut [f32], count: usize, valid: &[bool], rings: u32) {
     let lent: Vec<(u32, Vec<f32>)> =
-        grid.charts.par_iter().flat_map_iter(|chart| of_chart(grid, chart, values, count, valid)).collect();
+        grid.charts.par_iter().flat_map_iter(|chart| of_chart(grid, chart, values, count, valid, rings)).collect();
     for (texel, lent) in lent {
         values[texel as usize * count..][..count].copy_from_slice(&lent);
     }
 }
 
-fn of_chart(grid: &Grid, chart: &ChartGrid, values: &[f32], count: usize, valid: &[bool]) -> Vec<(u32, Vec<f32>)> {
+fn of_chart(grid: &Grid, chart: &ChartGrid, values: &[f32], count: usize, valid: &[bool], rings: u32) -> Vec<(u32, Vec<f32>)> {
     let (width, height) = (chart.width as usize, chart.height as usize);
     let cells = &grid.cells[chart.cells..][..width * height];
     let mut wanting = cells.iter().filter(|&&texel| texel != NOBODY && !valid[texel as usize]).count();
@@ -26,7 +26,10 @@ fn of_chart(grid: &Grid, chart: &ChartGrid, values: &[f32], count: usize, valid:
     }
     let mut rim: Vec<usize> = (0..known.len()).filter(|&cell| known[cell].is_some()).collect();
     let mut lent = Vec::new();
-    while wanting > 0 && !rim.is_empty() {
+    for _ in 0..rings {
+        if wanting == 0 || rim.is_empty() {
+            break;
+        }
         let mut next: Vec<usize> =
             rim.iter().flat_map(|&cell| around(cell, width, height)).filter(|&c| known[c].is_none()).collect();
         next.sort_unstable();

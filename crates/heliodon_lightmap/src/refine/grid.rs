@@ -91,7 +91,7 @@ impl Grid {
     }
 
     /// The texel so far beside one in its chart.
-    pub(super) fn beside(&self, texel: u32, dx: i32, dy: i32) -> Option<u32> {
+    pub(crate) fn beside(&self, texel: u32, dx: i32, dy: i32) -> Option<u32> {
         let (chart, [x, y]) = self.at[texel as usize];
         let cell = self.charts[chart as usize].cell(x + dx, y + dy)?;
         Some(self.cells[cell]).filter(|texel| *texel != NOBODY)

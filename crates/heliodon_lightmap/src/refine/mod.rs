@@ -27,17 +27,30 @@ pub struct RefineParams {
     pub error: f32,
     /// Added to the values around for that, so that what is as good as dark costs nothing; at least 0.
     pub floor: f32,
+    /// Added as well, a number for each texel: other light that is there already, beside which errors of this one are to be seen; empty adds nothing.
+    pub beside: Vec<f32>,
     /// Texels that are interpolated from are no further from each other than so many times the harmonic mean distance that they see; infinite ignores it.
     pub reach: f32,
     /// The least cosine between the normals of texels that are interpolated from and the texel's own.
     pub least_cosine: f32,
+    /// Texels that are not valid take the values of valid ones up to so many texels away; those further inside keep what was sampled.
+    pub borrowed_from: u32,
     /// Numbers of a texel that share a scale, run by run, as the coefficients of one function do; empty has one run of all.
     pub runs: Vec<usize>,
 }
 
 impl Default for RefineParams {
     fn default() -> Self {
-        Self { first_stride: 8, error: 0.02, floor: 1.0e-3, reach: 0.5, least_cosine: 0.9, runs: Vec::new() }
+        Self {
+            first_stride: 8,
+            error: 0.02,
+            floor: 1.0e-3,
+            beside: Vec::new(),
+            reach: 0.5,
+            least_cosine: 0.9,
+            borrowed_from: u32::MAX,
+            runs: Vec::new(),
+        }
     }
 }
 
@@ -55,7 +68,7 @@ pub struct Sampled {
 /// The values of all texels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refined {
-    /// Texel by texel; those that are not valid have what the nearest valid ones of their chart have.
+    /// Texel by texel; those that are not valid have what the nearest valid ones of their chart have, if these are near enough.
     pub values: Vec<f32>,
     /// Which texels were sampled.
     pub sampled: Vec<bool>,
@@ -69,10 +82,11 @@ pub struct Refined {
 /// threads, if `sample`'s answers are.
 ///
 /// # Panics
-/// When `sample` answers with other counts than it was asked for, or runs are not `count` numbers together.
+/// When `sample` answers with other counts than it was asked for, runs are not `count` numbers together, or `beside` has not a number for each texel.
 pub fn refine(grid: &Grid, count: usize, params: &RefineParams, sample: &mut dyn FnMut(&[u32]) -> Sampled) -> Refined {
     let runs = if params.runs.is_empty() { vec![count] } else { params.runs.clone() };
     assert_eq!(runs.iter().sum::<usize>(), count, "runs are all of a texel's numbers");
+    assert!([0, grid.len()].contains(&params.beside.len()), "nothing beside, or a number for each texel");
     let mut work = Work {
         grid,
         count,
@@ -101,7 +115,7 @@ pub fn refine(grid: &Grid, count: usize, params: &RefineParams, sample: &mut dyn
         work.set(&values, State::Interpolated);
     }
     let Work { state, mut values, valid, .. } = work;
-    borrow(grid, &mut values, count, &valid);
+    borrow(grid, &mut values, count, &valid, params.borrowed_from);
     let sampled: Vec<bool> = state.iter().map(|state| *state == State::Sampled).collect();
     let samples = sampled.iter().filter(|sampled| **sampled).count();
     Refined { values, sampled, valid, samples }
@@ -172,7 +186,7 @@ impl Work<'_> {
                 _ => self.promised(texel, stride).map(|promise| promise.values),
             };
             let found = &values[i * self.count..][..self.count];
-            !valid[i] || promise.is_some_and(|promise| !self.agree(&[&promise, found], 1.0))
+            !valid[i] || promise.is_some_and(|promise| !self.agree(texel, &[&promise, found], 1.0))
         };
         let off: Vec<u32> = asked.par_iter().enumerate().filter(|item| is_off(*item)).map(|(_, texel)| *texel).collect();
         for (i, &texel) in asked.iter().enumerate() {
@@ -211,10 +225,10 @@ impl Work<'_> {
             let outer = |line: [i32; 2], steps: i32| beside(line, steps).filter(|&o| known(o) && self.faces_alike(texel, o));
             lines.iter().zip(of_parents.chunks_exact(2)).all(|(&line, pair)| {
                 let outer = outer(line, -3).zip(outer(line, 3));
-                outer.is_some_and(|(a, b)| self.is_straight([self.value(a), pair[0], pair[1], self.value(b)]))
+                outer.is_some_and(|(a, b)| self.is_straight(texel, [self.value(a), pair[0], pair[1], self.value(b)]))
             })
         };
-        let agree = self.agree(&of_parents, 1.0) || (self.agree(&of_parents, STEEPEST) && is_even());
+        let agree = self.agree(texel, &of_parents, 1.0) || (self.agree(texel, &of_parents, STEEPEST) && is_even());
         Some(Promise { values, is_sure: agree && self.sees_far(&parents) })
     }
 
@@ -243,8 +257,8 @@ impl Work<'_> {
     }
 
     /// Whether values differ by no more than so many errors.
-    fn agree(&self, values: &[&[f32]], errors: f32) -> bool {
-        self.each_run(values, |tolerance, i| {
+    fn agree(&self, texel: u32, values: &[&[f32]], errors: f32) -> bool {
+        self.each_run(texel, values, |tolerance, i| {
             let (low, high) =
                 values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), v| (low.min(v[i]), high.max(v[i])));
             high - low <= errors * tolerance
@@ -252,21 +266,22 @@ impl Work<'_> {
     }
 
     /// Whether four values at equal distances lie on a line, as far as the error asks for.
-    fn is_straight(&self, [a, b, c, d]: [&[f32]; 4]) -> bool {
-        self.each_run(&[a, b, c, d], |tolerance, i| {
+    fn is_straight(&self, texel: u32, [a, b, c, d]: [&[f32]; 4]) -> bool {
+        self.each_run(texel, &[a, b, c, d], |tolerance, i| {
             let second = (a[i] - 2.0 * b[i] + c[i]).abs().max((b[i] - 2.0 * c[i] + d[i]).abs());
             CURVATURE_TO_ERROR * second <= tolerance
         })
     }
 
     /// Whether something holds of every number, with the error that its run may have.
-    fn each_run(&self, values: &[&[f32]], holds: impl Fn(f32, usize) -> bool) -> bool {
+    fn each_run(&self, texel: u32, values: &[&[f32]], holds: impl Fn(f32, usize) -> bool) -> bool {
         let mut begin = 0;
+        let least = self.params.floor + self.params.beside.get(texel as usize).copied().unwrap_or(0.0);
         self.runs.iter().all(|&run| {
             let numbers = begin..begin + run;
             begin += run;
             let mean = |i: usize| values.iter().map(|values| values[i].abs()).sum::<f32>() / values.len() as f32;
-            let scale = numbers.clone().map(mean).fold(0.0, f32::max) + self.params.floor;
+            let scale = numbers.clone().map(mean).fold(0.0, f32::max) + least;
             numbers.into_iter().all(|i| holds(self.params.error * scale, i))
         })
     }

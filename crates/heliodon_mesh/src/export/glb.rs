@@ -13,10 +13,10 @@ const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
 const UNSIGNED_SHORT: u32 = 5123;
 const UNSIGNED_BYTE: u32 = 5121;
-const ARRAY_BUFFER: u32 = 34_962;
+pub(super) const ARRAY_BUFFER: u32 = 34_962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34_963;
 /// Stone and bone: hardly a gloss.
-const ROUGHNESS: f32 = 0.9;
+pub(super) const ROUGHNESS: f32 = 0.9;
 
 /// Writes the scene to a file.
 ///
@@ -35,28 +35,39 @@ pub fn glb(out: &mut dyn Write, scene: &Scene) -> io::Result<()> {
     scene.validate().map_err(|fault| invalid(fault.into()))?;
     let mut build = Build::default();
     let json = build.document(scene);
-    let mut json = serde_json::to_vec(&json)?;
-    json.resize(json.len().next_multiple_of(4), b' ');
-    let total = 12 + 8 + json.len() + 8 + build.bytes.len();
-    let total = u32::try_from(total).map_err(|_| invalid("a GLB file holds less than 4 GiB".into()))?;
-    out.write_all(b"glTF")?;
-    for word in [2, total, json.len() as u32] {
-        out.write_all(&word.to_le_bytes())?;
+    build.write(out, &json)
+}
+
+fn too_large() -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, "a GLB file holds less than 4 GiB")
+}
+
+impl Build {
+    /// Writes the file that the document and what was put into the buffer make.
+    pub fn write(&self, out: &mut dyn Write, json: &Value) -> io::Result<()> {
+        let mut json = serde_json::to_vec(json)?;
+        json.resize(json.len().next_multiple_of(4), b' ');
+        let total = 12 + 8 + json.len() + 8 + self.bytes.len();
+        let total = u32::try_from(total).map_err(|_| too_large())?;
+        out.write_all(b"glTF")?;
+        for word in [2, total, json.len() as u32] {
+            out.write_all(&word.to_le_bytes())?;
+        }
+        out.write_all(b"JSON")?;
+        out.write_all(&json)?;
+        out.write_all(&(self.bytes.len() as u32).to_le_bytes())?;
+        out.write_all(b"BIN\0")?;
+        out.write_all(&self.bytes)?;
+        out.flush()
     }
-    out.write_all(b"JSON")?;
-    out.write_all(&json)?;
-    out.write_all(&(build.bytes.len() as u32).to_le_bytes())?;
-    out.write_all(b"BIN\0")?;
-    out.write_all(&build.bytes)?;
-    out.flush()
 }
 
 /// The buffer and what describes it.
 #[derive(Default)]
-struct Build {
-    bytes: Vec<u8>,
-    views: Vec<Value>,
-    accessors: Vec<Value>,
+pub(super) struct Build {
+    pub bytes: Vec<u8>,
+    pub views: Vec<Value>,
+    pub accessors: Vec<Value>,
     /// Times that were written, with their accessors: most channels of a clip share theirs.
     times: Vec<(Vec<f32>, usize)>,
 }
@@ -88,11 +99,11 @@ impl Build {
         root.into()
     }
 
-    fn align(&mut self) {
+    pub fn align(&mut self) {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
     }
 
-    fn view(&mut self, bytes: impl IntoIterator<Item = u8>, target: Option<u32>) -> usize {
+    pub fn view(&mut self, bytes: impl IntoIterator<Item = u8>, target: Option<u32>) -> usize {
         self.align();
         let offset = self.bytes.len();
         self.bytes.extend(bytes);
@@ -109,7 +120,7 @@ impl Build {
         self.accessors.len() - 1
     }
 
-    fn floats<const N: usize>(&mut self, values: &[[f32; N]], target: Option<u32>) -> usize {
+    pub fn floats<const N: usize>(&mut self, values: &[[f32; N]], target: Option<u32>) -> usize {
         let view = self.view(values.as_flattened().iter().flat_map(|x| x.to_le_bytes()), target);
         let kind = match N {
             1 => "SCALAR",
@@ -134,11 +145,11 @@ impl Build {
         accessor
     }
 
-    fn vectors(&mut self, values: &[Vec3]) -> usize {
+    pub fn vectors(&mut self, values: &[Vec3]) -> usize {
         self.floats(&values.iter().map(Vec3::to_array).collect::<Vec<_>>(), Some(ARRAY_BUFFER))
     }
 
-    fn positions(&mut self, values: &[Vec3]) -> usize {
+    pub fn positions(&mut self, values: &[Vec3]) -> usize {
         self.bounded(&values.iter().map(Vec3::to_array).collect::<Vec<_>>(), Some(ARRAY_BUFFER))
     }
 
@@ -175,7 +186,7 @@ impl Build {
         value
     }
 
-    fn indices(&mut self, triangles: &[[u32; 3]], vertices: usize) -> usize {
+    pub fn indices(&mut self, triangles: &[[u32; 3]], vertices: usize) -> usize {
         let flat = triangles.as_flattened();
         // 65535 restarts a strip and names no vertex
         let (view, component) = if vertices <= 65_535 {

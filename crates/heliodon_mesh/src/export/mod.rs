@@ -1,4 +1,4 @@
-//! Writing meshes: PLY and OBJ; objects that move: GLB and PC2. (The glTF of monuments is the bundle's.)
+//! Writing meshes: PLY and OBJ; objects that move: GLB and PC2; meshes with a light map: GLB. (The glTF of monuments is the bundle's.)
 
 mod beside;
 mod glb;
@@ -6,12 +6,14 @@ mod obj;
 mod pc2;
 mod ply;
 pub mod scene;
+mod second_uvs;
 
 pub use beside::{beside, token};
 pub use glb::{glb, write_glb};
 pub use obj::{obj, write_obj};
 pub use pc2::write_pc2;
 pub use ply::{ply, write_ply};
+pub use second_uvs::{LightTextures, WithSecondUvs, glb_with_second_uvs, write_glb_with_second_uvs};
 
 use crate::Mesh;
 use std::fs::File;

@@ -1,11 +1,9 @@
-//! Skies as the reference sees them.
+//! Skies as rays see them: radiance from every direction, and directions picked where they are bright.
 
-use crate::LightError;
-use crate::reference::finite;
+use crate::color::luminance;
+use crate::sh;
+use crate::sphere::{azimuth_elevation_from_direction, direction_from_azimuth_elevation};
 use glam::Vec3;
-use heliodon_math::color::luminance;
-use heliodon_math::sh;
-use heliodon_math::sphere::{azimuth_elevation_from_direction, direction_from_azimuth_elevation};
 use std::f32::consts::{PI, TAU};
 
 /// Light from infinitely far away.
@@ -24,6 +22,18 @@ pub trait Environment: Sync {
     }
 }
 
+/// An image that is no sky.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{pixels} pixels for a sky of {width} x {height}")]
+pub struct DomeError {
+    /// Its columns,
+    pub width: usize,
+    /// its rows,
+    pub height: usize,
+    /// and how many pixels there are.
+    pub pixels: usize,
+}
+
 /// The same radiance from everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConstantSky(pub Vec3);
@@ -31,6 +41,20 @@ pub struct ConstantSky(pub Vec3);
 impl Environment for ConstantSky {
     fn radiance(&self, _direction: Vec3) -> Vec3 {
         self.0
+    }
+}
+
+/// The CIE's standard overcast sky (P. Moon, D. Spencer: "Illumination from a Non-Uniform Sky", 1942; ISO 15469 type 1 is near to it): three times as bright in the
+/// zenith as at the horizon, black below. An open upward surface has 7/9 of the zenith's radiance as its irradiance over pi.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OvercastSky {
+    /// Radiance of the zenith.
+    pub zenith: Vec3,
+}
+
+impl Environment for OvercastSky {
+    fn radiance(&self, direction: Vec3) -> Vec3 {
+        if direction.y >= 0.0 { self.zenith * ((1.0 + 2.0 * direction.y) / 3.0) } else { Vec3::ZERO }
     }
 }
 
@@ -61,12 +85,12 @@ impl LatLongSky {
     ///
     /// # Errors
     /// A number of pixels that is not `width * height`, or none.
-    pub fn new(width: u32, height: u32, pixels: Vec<Vec3>) -> Result<Self, LightError> {
+    pub fn new(width: u32, height: u32, pixels: Vec<Vec3>) -> Result<Self, DomeError> {
         let (width, height) = (width as usize, height as usize);
         if pixels.is_empty() || pixels.len() != width * height {
-            return Err(LightError::Mismatch(format!("{} pixels for a sky of {width} x {height}", pixels.len())));
+            return Err(DomeError { width, height, pixels: pixels.len() });
         }
-        let pixels: Vec<Vec3> = pixels.into_iter().map(finite).collect();
+        let pixels: Vec<Vec3> = pixels.into_iter().map(|p| if p.is_finite() { p } else { Vec3::ZERO }).collect();
         let mut sky = Self { width, height, pixels, rows: Vec::new(), columns: Vec::new() };
         let mut row_sums = Vec::with_capacity(height);
         for y in 0..height {
@@ -162,8 +186,8 @@ fn pick(sums: &[f32], number: f32) -> Option<(usize, f32)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use heliodon_math::random::Pcg32;
-    use heliodon_math::sphere::fibonacci_sphere;
+    use crate::random::Pcg32;
+    use crate::sphere::fibonacci_sphere;
 
     fn spotted() -> LatLongSky {
         let pixels = (0..32 * 16).map(|i| if i == 32 * 5 + 20 { Vec3::splat(1000.0) } else { Vec3::splat(0.1) }).collect();
@@ -204,6 +228,15 @@ mod tests {
         let mean = sum / f64::from(samples);
         let deviation = ((squares / f64::from(samples) - mean * mean) / f64::from(samples)).sqrt();
         assert!((mean - exact).abs() < 5.0 * deviation + 0.002 * exact, "{mean} against {exact}, deviation {deviation}");
+    }
+
+    #[test]
+    fn an_open_roof_has_seven_ninths_of_an_overcast_zenith() {
+        let sky = OvercastSky { zenith: Vec3::new(9.0, 18.0, 0.9) };
+        let count = 100_000;
+        let sum: Vec3 = fibonacci_sphere(count).into_iter().map(|d| sky.radiance(d) * d.y.max(0.0)).sum();
+        let light = sum * (4.0 / count as f32);
+        assert!((light - Vec3::new(7.0, 14.0, 0.7)).abs().max_element() < 2e-3, "{light}");
     }
 
     #[test]

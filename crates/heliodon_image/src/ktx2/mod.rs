@@ -1,6 +1,11 @@
-//! KTX 2: textures of numbers as they are, with layers and mip levels, packed by zlib (Khronos: "KTX File Format Specification", version 2.0).
+//! KTX 2: textures of numbers as they are, with layers and mip levels, packed by zlib, and pictures as BC6H (Khronos: "KTX File Format Specification", version 2.0,
+//! sections 3 and 4; descriptors as of the "Khronos Data Format Specification" 1.3, section 5).
 //!
-//! Only what Heliodon stores in it: two-dimensional, uncompressed formats of whole bytes. Whatever else a file may be is refused in words.
+//! Read is only what Heliodon stores in its bundles: two-dimensional, uncompressed formats of whole bytes. Whatever else a file may be is refused in words.
+
+mod bc6h;
+
+pub use bc6h::ktx2_bc6h;
 
 use crate::ImageError;
 use crate::error::COPY_AGAIN;
@@ -114,7 +119,6 @@ impl Ktx2 {
             return Err(ImageError::Write { name: name.to_owned(), problem });
         }
         let described = self.descriptor();
-        let descriptor_at = HEADER_BYTES + LEVEL_BYTES * self.levels.len();
         let mut packed = vec![Vec::new(); self.levels.len()];
         for (level, packed) in self.levels.iter().zip(&mut packed) {
             let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
@@ -122,29 +126,16 @@ impl Ktx2 {
             encoder.write_all(level).map_err(failed)?;
             *packed = encoder.finish().map_err(failed)?;
         }
-        let mut bytes = MAGIC.to_vec();
+        let head = Head {
+            vk: self.format.vk(),
+            type_bytes: self.format.channel_bytes(),
+            size: [self.width, self.height],
+            packing: ZLIB,
+        };
         let layers = if self.layers == 1 { 0 } else { self.layers };
-        let numbers = [self.format.vk(), self.format.channel_bytes(), self.width, self.height, 0, layers, 1];
-        numbers.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
-        for number in [self.levels.len() as u32, ZLIB, descriptor_at as u32, described.len() as u32, 0, 0] {
-            bytes.extend(number.to_le_bytes());
-        }
-        bytes.extend([0_u8; 16]);
-        // the smallest level lies first
-        let mut at = descriptor_at + described.len();
-        let mut places = vec![0; packed.len()];
-        for level in (0..packed.len()).rev() {
-            places[level] = at;
-            at += packed[level].len();
-        }
-        for (level, packed) in packed.iter().enumerate() {
-            for number in [places[level] as u64, packed.len() as u64, self.level_bytes(level)] {
-                bytes.extend(number.to_le_bytes());
-            }
-        }
-        bytes.extend(described);
-        packed.iter().rev().for_each(|level| bytes.extend(level));
-        Ok(bytes)
+        let whole = (0..packed.len()).map(|level| self.level_bytes(level));
+        let levels: Vec<(&[u8], u64)> = packed.iter().map(Vec::as_slice).zip(whole).collect();
+        Ok(head.file(layers, &levels, &described, &[], 1))
     }
 
     /// A texture from the bytes of a file.
@@ -226,6 +217,49 @@ impl Ktx2 {
             numbers.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
         }
         bytes
+    }
+}
+
+/// What the beginning of a file says of its texture.
+struct Head {
+    /// Vulkan's number of the format.
+    vk: u32,
+    /// Bytes of its type, as far as byte order is concerned.
+    type_bytes: u32,
+    size: [u32; 2],
+    /// How levels are packed.
+    packing: u32,
+}
+
+impl Head {
+    /// A file of levels from the largest on, each with its bytes unpacked, that begin at multiples of `alignment`.
+    fn file(&self, layers: u32, levels: &[(&[u8], u64)], descriptor: &[u8], values: &[u8], alignment: usize) -> Vec<u8> {
+        let descriptor_at = HEADER_BYTES + LEVEL_BYTES * levels.len();
+        let values_at = descriptor_at + descriptor.len();
+        // the smallest level lies first
+        let mut places = vec![0; levels.len()];
+        let mut end = values_at + values.len();
+        for (level, (bytes, _)) in levels.iter().enumerate().rev() {
+            places[level] = end.next_multiple_of(alignment);
+            end = places[level] + bytes.len();
+        }
+        let [width, height] = self.size;
+        let head = [self.vk, self.type_bytes, width, height, 0, layers, 1, levels.len() as u32, self.packing];
+        let values_at = if values.is_empty() { 0 } else { values_at };
+        let index = [descriptor_at, descriptor.len(), values_at, values.len(), 0, 0, 0, 0].map(|word| word as u32);
+        let mut file = MAGIC.to_vec();
+        file.extend(head.iter().chain(&index).flat_map(|word| word.to_le_bytes()));
+        for (place, (bytes, whole)) in places.iter().zip(levels) {
+            let entry = [*place as u64, bytes.len() as u64, *whole];
+            file.extend(entry.iter().flat_map(|word| word.to_le_bytes()));
+        }
+        file.extend(descriptor);
+        file.extend(values);
+        for (place, (bytes, _)) in places.iter().zip(levels).rev() {
+            file.resize(*place, 0);
+            file.extend(*bytes);
+        }
+        file
     }
 }
 

@@ -1,0 +1,98 @@
+//! Lights of a site and of files of their own.
+
+use anyhow::{Context, Result};
+use glam::Vec3;
+use heliodon_bundle::site::{Lamp, Site};
+use heliodon_lightmap::lights::{
+    Amount, EmissiveTriangles, IesProfile, Light, LightFiles, LightSpec, Photometry, PointSpec, SpotSpec,
+};
+use heliodon_mesh::import::{ImportOptions, read};
+use heliodon_rays::{Ray, TriangleScene};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A file of lights.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LightsFile {
+    #[serde(rename = "light", default)]
+    lights: Vec<LightSpec>,
+}
+
+/// Files beside that of the lights, in metres and +Y up, moved by minus the site's origin.
+struct Beside {
+    folder: PathBuf,
+    origin: Vec3,
+}
+
+impl LightFiles for Beside {
+    fn ies(&self, file: &str) -> Result<Arc<IesProfile>, String> {
+        let bytes = std::fs::read(self.folder.join(file))
+            .map_err(|error| format!("{error}; its name is relative to the lights' own file"))?;
+        let text = String::from_utf8_lossy(&bytes);
+        IesProfile::parse(&text).map(Arc::new).map_err(|error| error.to_string())
+    }
+
+    fn mesh(&self, file: &str) -> Result<EmissiveTriangles, String> {
+        let mesh = read(&self.folder.join(file), &ImportOptions::default()).map_err(|error| error.to_string())?;
+        let positions = mesh.positions.iter().map(|&p| p - self.origin).collect();
+        Ok(EmissiveTriangles { positions, triangles: mesh.triangles })
+    }
+}
+
+/// The lights of `site.toml` and of a file.
+///
+/// # Errors
+/// What is wrong with the first light that is.
+pub fn lights(site: &Site, file: Option<&Path>) -> Result<Vec<Light>> {
+    let origin = site.site.origin;
+    let mut lights = Vec::new();
+    for lamp in &site.lamps {
+        let light = Light::new(&spec(lamp).relative_to(origin), Photometry::HOUSE, &heliodon_lightmap::lights::NoFiles);
+        lights.push(light.with_context(|| site.path().display().to_string())?);
+    }
+    if let Some(file) = file {
+        let name = || file.display().to_string();
+        let text = std::fs::read_to_string(file).with_context(|| format!("{}: the lights cannot be read", file.display()))?;
+        let found: LightsFile = toml::from_str(&text).with_context(name)?;
+        let folder = file.parent().unwrap_or(Path::new("")).to_owned();
+        let beside = Beside { folder, origin: glam::DVec3::from(origin).as_vec3() };
+        for spec in &found.lights {
+            lights.push(Light::new(&spec.relative_to(origin), Photometry::HOUSE, &beside).with_context(name)?);
+        }
+    }
+    Ok(lights)
+}
+
+/// A lamp of `[[light]]`, as it is baked: with the square of the distance, however far it reaches.
+fn spec(lamp: &Lamp) -> LightSpec {
+    let (name, place, colour) = (lamp.name.clone(), lamp.place, lamp.intensity);
+    let amount = Amount::RadiantIntensity(1.0);
+    match lamp.look_at {
+        None => LightSpec::Point(PointSpec { name, place, colour, amount }),
+        Some(look_at) => {
+            LightSpec::Spot(SpotSpec { name, place, look_at, angle_deg: lamp.angle_deg, edge: lamp.edge, colour, amount })
+        }
+    }
+}
+
+/// Rays that tell whether a lamp lies inside something.
+const LOOKS: u32 = 64;
+
+/// A warning for each lamp that lies inside of something closed.
+pub fn inside_something(lights: &[Light], rays: &TriangleScene) -> Vec<String> {
+    let directions = heliodon_math::sphere::fibonacci_sphere(LOOKS);
+    let is_inside = |light: &&Light| {
+        let Some(bounds) = light.bounds() else { return false };
+        let ray = |&direction: &Vec3| Ray { origin: bounds.centre(), direction, t_min: 0.0, t_max: f32::INFINITY };
+        let looks: Vec<Ray> = directions.iter().map(ray).collect();
+        let mut counts = vec![0; looks.len()];
+        rays.enclosures(&looks, &mut counts);
+        counts.iter().all(|count| *count > 0)
+    };
+    let told = |light: &Light| {
+        format!("light {} lies inside of something closed, and lights nothing outside of it: move its place", light.title())
+    };
+    lights.iter().filter(is_inside).map(told).collect()
+}

@@ -1,0 +1,255 @@
+//! `heliodon lightmap`: a site's light in textures, for one moment or one sky.
+
+mod lamps;
+mod scene;
+mod sky;
+mod write;
+
+use crate::App;
+use crate::failure::wrong_arguments;
+use crate::output::count;
+use crate::values::{self, Exposure};
+use anyhow::{Context, Result};
+use clap::ValueEnum;
+use heliodon_bake::report::Reporter;
+use heliodon_bundle::site::{Site, TimeOfDay};
+use heliodon_lightmap::packing::PackParams;
+use heliodon_lightmap::solve::models::{Cartoon, Illumination, Lambertian, OcclusionOnly, Realistic, SkyOnly, SurfaceModel};
+use heliodon_lightmap::solve::{self, DenoiseParams, LightMap, Models, Notes, SolveParams, solve};
+use heliodon_lightmap::texels::texels;
+use heliodon_lightmap::unwrap::{UnwrapParams, unwrap};
+use scene::SiteScene;
+use serde::Serialize;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Lights the parts of a site in texels: unwraps them into one texture, solves lamps, sun, sky and bounces for every texel, and writes the light with the model.
+///
+/// Parts with light = "texel" in site.toml have texels; where no part says so, all but those with light = "vertex". The others stand in the light and reflect. Lamps are
+/// those of [[light]] in site.toml; lights of all kinds (suns, panes, discs, meshes that shine, IES files) can be given in a file of their own.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  heliodon lightmap mysite --time 10:00\n  heliodon lightmap mysite --sky overcast --kind ktx2,combined --size 4096 -o grey\n  heliodon lightmap mysite --sky none --lights lamps.toml --error 0.005\n  heliodon lightmap mysite --model occlusion --kind exr --json\n\nA file of lights has tables as these:\n  [[light]]\n  kind = \"rectangle\"\n  corners = [[0, 2, 0], [1, 2, 0], [0, 2, 1]]\n  amount = { flux_lm = 800 }"
+)]
+pub struct Args {
+    /// The site's folder, or its site.toml
+    site: PathBuf,
+    /// The folder to write into [default: lightmap, beside site.toml]
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// What to write: exr and ktx2 (BC6H) are linear; rgbe is a PNG with a common exponent; combined multiplies the albedo in
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "exr")]
+    kind: Vec<Kind>,
+    /// Texels along each side of the texture, 16 to 16384
+    #[arg(long, value_name = "N", default_value_t = 2048, value_parser = clap::value_parser!(u32).range(16..=16_384))]
+    size: u32,
+    /// Texels that stay free between charts
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(0..=64))]
+    margin: u32,
+    /// The time of day, `HH:MM[:SS]`, of the site's sky [default: 12:00]
+    #[arg(long, value_name = "HH:MM")]
+    time: Option<TimeOfDay>,
+    /// Which sky
+    #[arg(long, value_enum, default_value_t = SkyName::Site)]
+    sky: SkyName,
+    /// The radiance of an even sky, or of an overcast one's zenith
+    #[arg(long, value_name = "L", default_value_t = 1.0, value_parser = |text: &str| values::within(text, 0.0, 1e9))]
+    radiance: f64,
+    /// A sun without a disc: its shadows are sharp
+    #[arg(long)]
+    sharp_sun: bool,
+    /// More lights, from a TOML file
+    #[arg(long, value_name = "FILE")]
+    lights: Option<PathBuf>,
+    /// What light there is, and what surfaces make of it
+    #[arg(long, value_enum, default_value_t = ModelName::Realistic)]
+    model: ModelName,
+    /// How often light is reflected [default: the site's own]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1000))]
+    bounces: Option<u32>,
+    /// Directions that a texel looks in at most
+    #[arg(long, value_name = "N", default_value_t = 2048, value_parser = clap::value_parser!(u32).range(64..=1_048_576))]
+    samples: u32,
+    /// The error that is asked for, as a part of the light around
+    #[arg(long, value_name = "E", default_value_t = 0.02, value_parser = |text: &str| values::within(text, 1e-4, 1.0))]
+    error: f64,
+    /// Smooth what noise is left; it is noted in the result
+    #[arg(long)]
+    denoise: bool,
+    /// Exposure of what is multiplied with the albedo: auto, or stops
+    #[arg(long, value_name = "auto|STOPS", default_value = "auto", value_parser = values::exposure, allow_negative_numbers = true)]
+    exposure: Exposure,
+}
+
+/// What is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Kind {
+    /// OpenEXR, linear
+    Exr,
+    /// KTX 2.0, BC6H, with smaller versions
+    Ktx2,
+    /// PNG with a common exponent as alpha
+    Rgbe,
+    /// Multiplied with the albedo, in an unlit model
+    Combined,
+}
+
+/// Which sky.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SkyName {
+    /// The site's, at the time, with its sun
+    Site,
+    /// None
+    None,
+    /// The same from everywhere
+    Even,
+    /// The CIE's overcast sky
+    Overcast,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum ModelName {
+    /// All light
+    Realistic,
+    /// The sky alone
+    Sky,
+    /// How open a place is
+    Occlusion,
+    /// All light, in bands
+    Cartoon,
+}
+
+/// What was done, for programs; `lightmap.json` holds it.
+#[derive(Debug, Serialize)]
+pub struct Report {
+    /// The files that were written.
+    files: Vec<String>,
+    size: u32,
+    texels_per_m: f32,
+    utilisation: f32,
+    charts: usize,
+    sky: String,
+    lights: Vec<String>,
+    error: f64,
+    samples: u32,
+    /// Multiplied light was scaled by two to the power of this.
+    exposure_stops: Option<f32>,
+    notes: Notes,
+    seconds: f64,
+}
+
+/// Runs it.
+pub fn run(app: &App, args: &Args) -> Result<()> {
+    let begun = Instant::now();
+    if args.time.is_some() && args.sky != SkyName::Site {
+        wrong_arguments!("--time is of the site's own sky; leave it out, or leave --sky out");
+    }
+    if args.sharp_sun && args.sky != SkyName::Site {
+        wrong_arguments!("--sharp-sun is of the site's own sky; leave it out, or leave --sky out");
+    }
+    let site = Site::read(&args.site)?;
+    let folder = args.output.clone().unwrap_or_else(|| site.folder().join("lightmap"));
+    // lights first: what is wrong with them is told before anything takes long
+    let mut lights = lamps::lights(&site, args.lights.as_deref())?;
+    let files = site.input_files()?;
+    let scene = SiteScene::read(&site, &files, &app.progress)?;
+    app.progress.stage("sky", 0);
+    let sky = sky::light(&site, &files, args);
+    app.progress.finished();
+    let sky = sky?;
+    sky.notes.iter().for_each(|note| app.progress.warning(note));
+    lights.extend(sky.sun);
+    lamps::inside_something(&lights, &scene.rays).iter().for_each(|warning| app.progress.warning(warning));
+
+    app.progress.stage("unwrapping", 0);
+    let pack = PackParams { width: args.size, height: args.size, margin: args.margin, ..PackParams::default() };
+    let unwrapped = unwrap(&scene.mesh.positions, scene.with_texels(), &[], &UnwrapParams { pack, ..UnwrapParams::default() });
+    app.progress.finished();
+    let unwrapped =
+        unwrapped.context("the light map's texture is too small: give a larger --size, or fewer parts light = \"texel\"")?;
+    let sides = [args.size; 2];
+    let texels = texels(&unwrapped, args.size, args.size);
+
+    let (illumination, surface) = models(args.model);
+    let params = SolveParams {
+        bounces: args.bounces.unwrap_or(site.bake.bounces),
+        error: args.error as f32,
+        samples: args.samples,
+        denoise: args.denoise.then(DenoiseParams::default),
+        ..SolveParams::default()
+    };
+    app.progress.stage("light", 0);
+    let albedo = scene.albedo();
+    let lit = solve::Scene {
+        rays: &scene.rays,
+        positions: &scene.mesh.positions,
+        normals: &scene.mesh.normals,
+        triangles: &scene.mesh.triangles,
+        unwrapped: &unwrapped,
+        texels: &texels,
+        sides,
+        albedo: &|triangle, u, v| albedo.albedo(triangle, u, v),
+        lights: &lights,
+        sky: sky.dome.as_ref(),
+    };
+    let map: LightMap = solve(&lit, &Models { illumination: illumination.as_ref(), surface: surface.as_ref() }, &params)?;
+    app.progress.finished();
+    map.validate()?;
+
+    let output = write::Output { folder: &folder, scene: &scene, unwrapped: &unwrapped, texels: &texels, map: &map, sides };
+    let (mut written, exposure_stops) = output.write(&args.kind, args.exposure)?;
+    written.push(write::REPORT.to_owned());
+    let report = Report {
+        files: written,
+        size: args.size,
+        texels_per_m: unwrapped.packing.per_m,
+        utilisation: unwrapped.packing.utilisation,
+        charts: unwrapped.charts.len(),
+        sky: sky.name,
+        lights: lights.iter().map(|light| light.title().to_owned()).collect(),
+        error: args.error,
+        samples: args.samples,
+        exposure_stops,
+        notes: map.notes,
+        seconds: begun.elapsed().as_secs_f64(),
+    };
+    write::report(&folder, &report)?;
+    app.output.result(&report, |report| describe(report, &folder))
+}
+
+fn models(name: ModelName) -> (Box<dyn Illumination>, Box<dyn SurfaceModel>) {
+    match name {
+        ModelName::Realistic => (Box::new(Realistic), Box::new(Lambertian)),
+        ModelName::Sky => (Box::new(SkyOnly), Box::new(Lambertian)),
+        ModelName::Occlusion => (Box::new(OcclusionOnly::default()), Box::new(Lambertian)),
+        ModelName::Cartoon => (Box::new(Realistic), Box::new(Cartoon::default())),
+    }
+}
+
+fn describe(report: &Report, folder: &std::path::Path) -> String {
+    let notes = &report.notes;
+    let [r, g, b] = notes.mean;
+    format!(
+        "{}: {} in {}\n\
+         {} charts use {:.0} % of {} x {} texels, {:.1} for a metre\n\
+         {} texels, of which {} were sampled for lamps and sky, then {:?}; {} lie inside something\n\
+         mean light {r:.4} {g:.4} {b:.4}, {} by {}, {}{} rays in {:.0} s\n",
+        folder.display(),
+        report.files.join(", "),
+        report.sky,
+        count(report.charts as u64),
+        100.0 * report.utilisation,
+        report.size,
+        report.size,
+        report.texels_per_m,
+        count(notes.texels as u64),
+        count(notes.sampled.first().copied().unwrap_or(0) as u64),
+        notes.sampled.get(1..).unwrap_or(&[]),
+        count(notes.inside as u64),
+        notes.illumination,
+        notes.surface,
+        if notes.denoised { "smoothed, " } else { "" },
+        count(notes.rays),
+        report.seconds,
+    )
+}

@@ -1,0 +1,437 @@
+//! The light of all texels: lamps and suns, the sky, and what surfaces reflect from one to the other.
+//!
+//! Light is **irradiance over pi**. The first light, of lamps and sky, is sampled ([`crate::refine`]: few texels first, more where it changes). Each bounce is a
+//! gather over the light that texels had from the one before, so its cost does not grow with their number, and later ones, which are weaker and smoother, ask
+//! fewer and fewer texels for the same error of the whole. What has no texels (backs, and triangles that others light) reflects as well: paths go on from there.
+//!
+//! Texels that lie inside something take their light from the nearest ones of their chart that do not, and both sides of a border between charts are made to show the
+//! same ([`crate::seams`]). Nothing shines through: rays start off the surface on the side that the texel shows, and off the sides of its triangle, so that no
+//! ray starts in the plane of the wall that rises there.
+
+mod denoise;
+mod directions;
+mod fill;
+mod follow;
+mod gather;
+mod lamps;
+pub mod models;
+mod stage;
+
+pub use denoise::DenoiseParams;
+
+use crate::lights::Light;
+use crate::refine::{Grid, RefineParams, Refined, Sampled, refine};
+use crate::seams::Seams;
+use crate::texels::Texel;
+use crate::unwrap::Unwrapped;
+use denoise::denoise;
+use directions::{EVEN, even_blocks, sky_blocks};
+use gather::{Arriving, Found, Gather};
+use glam::Vec3;
+use heliodon_image::HdrImage;
+use heliodon_math::dome::Environment;
+use heliodon_rays::TriangleScene;
+use models::{Illumination, SurfaceModel};
+use serde::{Deserialize, Serialize};
+use stage::Stage;
+
+/// What part of the light triangles reflect, linear Rec. 709, each component in [0, 1]: of a triangle, at the weights of its second and third corner.
+pub type Albedo<'a> = &'a (dyn Fn(u32, f32, f32) -> Vec3 + Sync);
+
+/// What is lit, and by what.
+#[derive(Clone, Copy)]
+pub struct Scene<'a> {
+    /// Answers rays among all triangles.
+    pub rays: &'a TriangleScene,
+    /// Of all vertices, metres.
+    pub positions: &'a [Vec3],
+    /// Unit, one for each vertex.
+    pub normals: &'a [Vec3],
+    /// Counter-clockwise seen from the front. The first ones have texels, those of `unwrapped`; what follows only stands in the light and reflects.
+    pub triangles: &'a [[u32; 3]],
+    /// Where the first triangles lie in the texture.
+    pub unwrapped: &'a Unwrapped,
+    /// Their texels, of [`crate::texels::texels`].
+    pub texels: &'a [Texel],
+    /// Texels of a texture along u and v.
+    pub sides: [u32; 2],
+    /// What is reflected.
+    pub albedo: Albedo<'a>,
+    /// What shines.
+    pub lights: &'a [Light],
+    /// What is seen where nothing is in the way.
+    pub sky: &'a dyn Environment,
+}
+
+/// How light is solved.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SolveParams {
+    /// How often light is reflected; 0 is direct light alone. Those that are too weak to be seen are left out.
+    pub bounces: u32,
+    /// The error that is asked for, as a part of the light around, above 0: of the samples' mean, and of interpolation. Half of it costs about four times as much.
+    pub error: f32,
+    /// Directions of the upper half that a texel looks in at most, at least 256.
+    pub samples: u32,
+    /// Samples of a lamp with an area that a texel takes at most, at least 48.
+    pub light_samples: u32,
+    /// What is darker than this part of the mean light need not be exact, at least 0.
+    pub dark: f32,
+    /// Texels between samples of the first lattice, a power of two; 1 samples every texel.
+    pub first_stride: u32,
+    /// How far from the surface rays start, metres; none takes what rounding asks for.
+    pub offset_m: Option<f32>,
+    /// Smooths what noise is left; none in truth.
+    pub denoise: Option<DenoiseParams>,
+    /// Whether both sides of borders between charts are matched.
+    pub match_seams: bool,
+    /// Picks the directions.
+    pub seed: u32,
+}
+
+impl Default for SolveParams {
+    fn default() -> Self {
+        Self {
+            bounces: 4,
+            error: 0.02,
+            samples: 2048,
+            light_samples: 256,
+            dark: 0.05,
+            first_stride: 8,
+            offset_m: None,
+            denoise: None,
+            match_seams: true,
+            seed: 1,
+        }
+    }
+}
+
+impl SolveParams {
+    /// For a first look: a tenth of the time, light in blotches.
+    #[must_use]
+    pub fn preview() -> Self {
+        Self {
+            bounces: 2,
+            error: 0.08,
+            samples: 512,
+            light_samples: 64,
+            denoise: Some(DenoiseParams::default()),
+            ..Self::default()
+        }
+    }
+
+    /// For keeping: no error that can be seen.
+    #[must_use]
+    pub fn archival() -> Self {
+        Self { bounces: 16, error: 0.005, samples: 8192, light_samples: 1024, dark: 0.02, ..Self::default() }
+    }
+}
+
+/// Why light was not solved.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SolveError {
+    /// Arrays that contradict one another.
+    #[error("{0}")]
+    Mismatch(String),
+    /// A setting out of its range.
+    #[error("{setting} is {value}; it is to be {allowed}")]
+    Setting {
+        /// Its name.
+        setting: &'static str,
+        /// What was given.
+        value: String,
+        /// What may be.
+        allowed: &'static str,
+    },
+}
+
+/// How light is told: by which models.
+#[derive(Clone, Copy)]
+pub struct Models<'a> {
+    /// What arrives.
+    pub illumination: &'a dyn Illumination,
+    /// What surfaces make of it.
+    pub surface: &'a dyn SurfaceModel,
+}
+
+/// What was done.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Notes {
+    /// The names of the models.
+    pub illumination: String,
+    /// Of surfaces.
+    pub surface: String,
+    /// All texels, and how many were sampled for each light: first that of lamps and sky, then bounce by bounce. Fewer than were asked for: the rest cannot be seen.
+    pub texels: usize,
+    /// See `texels`.
+    pub sampled: Vec<usize>,
+    /// Texels that lie inside something.
+    pub inside: usize,
+    /// Rays that were traced.
+    pub rays: u64,
+    /// Whether it was smoothed: then errors are no more what was asked for.
+    pub denoised: bool,
+    /// By how much both sides of borders between charts differ at most.
+    pub widest_seam: f32,
+    /// The mean light of all texels that are covered and valid.
+    pub mean: [f32; 3],
+}
+
+/// The light of all texels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightMap {
+    /// Irradiance over pi of each texel, or what the surface model shows for it.
+    pub light: Vec<Vec3>,
+    /// Whether it lies where light can be; others have borrowed what those beside them have, or show what there is inside.
+    pub valid: Vec<bool>,
+    /// How it came to be.
+    pub notes: Notes,
+}
+
+/// Samples are no further from each other than so many times the harmonic mean distance of what they see.
+const REACH: f32 = 1.0;
+/// Texels that lie inside something borrow from no further away: filtering asks for one, and one more is asked for by the next smaller version.
+const FILTERED: u32 = 2;
+/// Texels whose mean tells how bright the scene is.
+const LOOKS: usize = 1024;
+/// Samples and light that surfaces share: a part of the mean that is certain to this is left out.
+const UNSEEN: f32 = 0.1;
+
+/// Solves the light of all texels of a scene. Takes Rayon's current pool; the same for any number of threads.
+///
+/// # Errors
+/// Arrays that contradict one another, settings out of range.
+pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<LightMap, SolveError> {
+    scene.validate()?;
+    params.validate()?;
+    let stage = Stage::new(scene, params.offset_m.unwrap_or_else(|| scene.rays.start_offset()));
+    let grid = Grid::new(scene.texels, &scene.unwrapped.chart, stage.places.clone());
+    let blocks = (2 * params.samples).div_ceil(EVEN);
+    let first_blocks = sky_blocks(blocks, params.seed, models.illumination, scene.sky);
+    let mut rays = 0;
+    let mut first = |texels: &[u32], floor: f32| {
+        let gather =
+            Gather { stage: &stage, models, params, blocks: &first_blocks, arriving: Arriving::Sky, beside: &[], floor };
+        let (mut found, of_sky) = gather.all(texels);
+        let mut light: Vec<Vec3> = found.iter().map(|found| found.light).collect();
+        rays += of_sky + lamps::add_lamps(&stage, models, params, floor, texels, &mut light);
+        found.iter_mut().zip(light).for_each(|(found, light)| found.light = light);
+        found
+    };
+    let floor = params.dark * brightness(scene.texels.len(), |texels| first(texels, f32::MAX));
+    let refined = refine(&grid, 3, &refine_params(params, floor, Vec::new()), &mut |texels| sampled(first(texels, floor)));
+    let mut lights = vec![colors(&refined.values)];
+    let Refined { valid, samples, .. } = refined;
+    let mut notes_sampled = vec![samples];
+    let mut light = lights[0].clone();
+
+    let further = even_blocks(blocks, params.seed ^ 0xB0);
+    for _ in 0..models.illumination.bounces(params.bounces) {
+        let beside: Vec<f32> = light.iter().map(|light| light.max_element()).collect();
+        let mut gathered = |texels: &[u32]| {
+            let arriving = Arriving::Reflected(&lights);
+            let gather = Gather { stage: &stage, models, params, blocks: &further, arriving, beside: &beside, floor };
+            let (mut found, traced) = gather.all(texels);
+            rays += traced;
+            // whether a texel is valid is known
+            found.iter_mut().zip(texels).for_each(|(found, &texel)| found.valid = valid[texel as usize]);
+            sampled(found)
+        };
+        let refined = refine(&grid, 3, &refine_params(params, floor, beside.clone()), &mut gathered);
+        notes_sampled.push(refined.samples);
+        let more = colors(&refined.values);
+        let most = more.iter().zip(&beside).map(|(more, beside)| more.max_element() / (beside + floor).max(f32::MIN_POSITIVE));
+        let is_unseen = most.fold(0.0, f32::max) < UNSEEN * params.error;
+        light.iter_mut().zip(&more).for_each(|(light, more)| *light += more);
+        lights.push(more);
+        if is_unseen {
+            break;
+        }
+    }
+    drop(lights);
+    if let Some(settings) = &params.denoise {
+        denoise(&grid, &mut light, settings);
+    }
+    light.iter_mut().zip(&stage.places).for_each(|(light, place)| *light = models.surface.shown(*light, place));
+    let widest_seam = if params.match_seams { match_seams(scene, &mut light) } else { 0.0 };
+    let mut notes = Notes {
+        illumination: models.illumination.name().to_owned(),
+        surface: models.surface.name().to_owned(),
+        texels: light.len(),
+        sampled: notes_sampled,
+        inside: valid.iter().filter(|valid| !**valid).count(),
+        rays,
+        denoised: params.denoise.is_some(),
+        widest_seam,
+        mean: [0.0; 3],
+    };
+    notes.mean = mean(scene.texels, &light, &valid).to_array();
+    Ok(LightMap { light, valid, notes })
+}
+
+fn refine_params(params: &SolveParams, floor: f32, beside: Vec<f32>) -> RefineParams {
+    RefineParams {
+        first_stride: params.first_stride,
+        error: params.error,
+        floor,
+        beside,
+        borrowed_from: FILTERED,
+        reach: REACH,
+        ..RefineParams::default()
+    }
+}
+
+fn sampled(found: Vec<Found>) -> Sampled {
+    Sampled {
+        values: found.iter().flat_map(|found| found.light.to_array()).collect(),
+        valid: found.iter().map(|found| found.valid).collect(),
+        reach_m: found.iter().map(|found| found.reach_m).collect(),
+    }
+}
+
+fn colors(values: &[f32]) -> Vec<Vec3> {
+    values.as_chunks::<3>().0.iter().map(|&color| Vec3::from_array(color)).collect()
+}
+
+/// The mean light of texels from all over the scene.
+fn brightness(texels: usize, light: impl FnOnce(&[u32]) -> Vec<Found>) -> f32 {
+    let stride = texels.div_ceil(LOOKS).max(1);
+    let some: Vec<u32> = (0..texels as u32).step_by(stride).collect();
+    let valid: Vec<f32> = light(&some).iter().filter(|found| found.valid).map(|found| found.light.max_element()).collect();
+    valid.iter().sum::<f32>() / valid.len().max(1) as f32
+}
+
+fn mean(texels: &[Texel], light: &[Vec3], valid: &[bool]) -> Vec3 {
+    let seen = || texels.iter().zip(light).zip(valid).filter(|((texel, _), valid)| texel.is_covered && **valid);
+    let sum: glam::DVec3 = seen().map(|((_, light), _)| light.as_dvec3()).sum();
+    (sum / seen().count().max(1) as f64).as_vec3()
+}
+
+/// Of what is as bright as nearly all texels, so much may differ between both sides of a border: half of what eight bits show.
+const SEAM: f32 = 0.25 / 255.0;
+
+/// Matches both sides of borders; returns by how much they still differ at most.
+fn match_seams(scene: &Scene, light: &mut [Vec3]) -> f32 {
+    let with_texels = &scene.triangles[..scene.unwrapped.triangles.len()];
+    let seams = Seams::new(scene.unwrapped, (scene.positions, scene.normals, with_texels), scene.texels, scene.sides);
+    let mut bright: Vec<f32> = light.iter().map(|light| light.max_element()).collect();
+    let place = bright.len() * 95 / 100;
+    let white = if bright.is_empty() { 0.0 } else { *bright.select_nth_unstable_by(place, f32::total_cmp).1 };
+    let count = light.len();
+    let mut values: Vec<f32> = (0..3).flat_map(|c| light.iter().map(move |light| light[c])).collect();
+    seams.close_all_above(&mut values, SEAM * white, 0.0);
+    for (i, light) in light.iter_mut().enumerate() {
+        *light = Vec3::new(values[i], values[count + i], values[2 * count + i]);
+    }
+    let widest = |c: usize| seams.widest(&light.iter().map(|light| light[c]).collect::<Vec<_>>());
+    (0..3).map(widest).fold(0.0, f32::max)
+}
+
+impl Scene<'_> {
+    fn corners(&self, triangle: u32) -> [Vec3; 3] {
+        self.triangles[triangle as usize].map(|v| self.positions[v as usize])
+    }
+
+    /// What is reflected at a place: no more than all light, and nothing of what is no number.
+    fn handed_on(&self, triangle: u32, u: f32, v: f32) -> Vec3 {
+        let albedo = (self.albedo)(triangle, u, v);
+        if albedo.is_finite() { albedo.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ZERO }
+    }
+
+    /// Whether all arrays agree.
+    ///
+    /// # Errors
+    /// What does not.
+    pub fn validate(&self) -> Result<(), SolveError> {
+        let wrong = |what: String| Err(SolveError::Mismatch(what));
+        let (positions, normals) = (self.positions.len(), self.normals.len());
+        if positions != normals {
+            return wrong(format!("{normals} normals for {positions} positions"));
+        }
+        if let Some(triangle) = self.triangles.iter().position(|t| t.iter().any(|&v| v as usize >= positions)) {
+            return wrong(format!("triangle {triangle} names a vertex that does not exist"));
+        }
+        let unwrapped = self.unwrapped.triangles.len();
+        if unwrapped > self.triangles.len() || self.rays.triangle_count() > self.triangles.len() {
+            return wrong(format!(
+                "{} triangles, of which {unwrapped} were unwrapped and rays meet {}",
+                self.triangles.len(),
+                self.rays.triangle_count()
+            ));
+        }
+        let [width, height] = self.sides;
+        let outside = |texel: &Texel| {
+            texel.triangle as usize >= unwrapped
+                || u32::from(texel.x) >= width
+                || u32::from(texel.y) >= height
+                || u32::from(texel.sheet) >= self.unwrapped.packing.sheets
+        };
+        match self.texels.iter().position(outside) {
+            Some(texel) => wrong(format!("texel {texel} lies outside of {width} by {height}, or on no triangle")),
+            None => Ok(()),
+        }
+    }
+}
+
+impl SolveParams {
+    /// Whether all settings lie in their ranges.
+    ///
+    /// # Errors
+    /// The first that does not.
+    pub fn validate(&self) -> Result<(), SolveError> {
+        let wrong = |setting, value: String, allowed| Err(SolveError::Setting { setting, value, allowed });
+        let positive = |x: f32| x.is_finite() && x > 0.0;
+        if !positive(self.error) {
+            return wrong("error", self.error.to_string(), "above 0");
+        }
+        if !(64..=1 << 20).contains(&self.samples) {
+            return wrong("samples", self.samples.to_string(), "64 to 1,048,576");
+        }
+        if !(1..=1 << 20).contains(&self.light_samples) {
+            return wrong("light_samples", self.light_samples.to_string(), "1 to 1,048,576");
+        }
+        if !(0.0..=10.0).contains(&self.dark) {
+            return wrong("dark", self.dark.to_string(), "0 to 10");
+        }
+        if !(self.first_stride.is_power_of_two() && self.first_stride <= 64) {
+            return wrong("first_stride", self.first_stride.to_string(), "1, 2, 4, 8, 16, 32 or 64");
+        }
+        match self.offset_m {
+            Some(offset_m) if !positive(offset_m) => wrong("offset_m", offset_m.to_string(), "above 0"),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl LightMap {
+    /// Whether all light is finite and not negative, and there is as much of everything as there are texels.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn validate(&self) -> Result<(), SolveError> {
+        if self.light.len() != self.valid.len() || self.light.len() != self.notes.texels {
+            return Err(SolveError::Mismatch(format!("{} lights and {} marks", self.light.len(), self.valid.len())));
+        }
+        match self.light.iter().position(|light| !light.is_finite() || light.min_element() < 0.0) {
+            Some(texel) => Err(SolveError::Mismatch(format!("texel {texel} has the light {}", self.light[texel]))),
+            None => Ok(()),
+        }
+    }
+
+    /// One texture, its first row that of v = 0. What no texel covers is filled from around, so that smaller versions have no dark rims.
+    ///
+    /// # Panics
+    /// When the texels are not those that were solved.
+    #[must_use]
+    pub fn image(&self, texels: &[Texel], sheet: u16, [width, height]: [u32; 2]) -> HdrImage {
+        assert_eq!(texels.len(), self.light.len(), "the texels that were solved");
+        let mut image = HdrImage::filled(width, height, Vec3::ZERO);
+        let mut known = vec![false; image.pixels.len()];
+        for (texel, light) in texels.iter().zip(&self.light).filter(|(texel, _)| texel.sheet == sheet) {
+            let at = usize::from(texel.y) * width as usize + usize::from(texel.x);
+            (image.pixels[at], known[at]) = (*light, true);
+        }
+        fill::fill(&mut image, known);
+        image
+    }
+}

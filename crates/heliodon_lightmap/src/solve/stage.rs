@@ -1,0 +1,112 @@
+//! The scene as the solver knows it: where each texel looks from, and which texel a ray has met.
+
+use super::Scene;
+use crate::refine::Place;
+use crate::texels::Texel;
+use glam::{Vec2, Vec3};
+use heliodon_math::frame::unit_or;
+use heliodon_rays::Hit;
+use rayon::prelude::*;
+
+const NOBODY: u32 = u32::MAX;
+
+/// Places nearer to a side of their triangle than so many starting distances are moved in by as much: a ray that starts in the very plane of the wall that rises
+/// from there would have both sides of it.
+const INWARD: f32 = 4.0;
+
+pub(super) struct Stage<'a> {
+    pub scene: &'a Scene<'a>,
+    pub places: Vec<Place>,
+    /// The normal of the plane of each texel's triangle.
+    pub planes: Vec<Vec3>,
+    /// Where its rays start.
+    pub origins: Vec<Vec3>,
+    /// What it hands on of the light that it has.
+    pub albedo: Vec<Vec3>,
+    pub offset_m: f32,
+    texel_at: Vec<u32>,
+}
+
+/// What a ray has met.
+pub(super) enum Met {
+    /// A front that has a texel.
+    Texel(u32),
+    /// A back, or a triangle without texels: where a path goes on, what it faces there, and what is handed on.
+    Other { origin: Vec3, normal: Vec3, albedo: Vec3 },
+}
+
+impl<'a> Stage<'a> {
+    pub fn new(scene: &'a Scene<'a>, offset_m: f32) -> Self {
+        let [width, height] = scene.sides;
+        let sheets = scene.unwrapped.packing.sheets as usize;
+        let mut texel_at = vec![NOBODY; width as usize * height as usize * sheets];
+        for (index, texel) in scene.texels.iter().enumerate() {
+            texel_at[cell(scene.sides, texel.sheet, u32::from(texel.x), u32::from(texel.y))] = index as u32;
+        }
+        let of_texel = |texel: &Texel| {
+            let corners = scene.corners(texel.triangle);
+            let plane = unit_or((corners[1] - corners[0]).cross(corners[2] - corners[0]), Vec3::ZERO);
+            let shading = texel.mix(scene.triangles[texel.triangle as usize].map(|v| scene.normals[v as usize]));
+            let normal = unit_or(shading, unit_or(plane, Vec3::Y));
+            let plane = unit_or(plane, normal);
+            let position = texel.mix(corners);
+            let origin = inward(corners, position, INWARD * offset_m) + plane * offset_m;
+            let albedo = scene.handed_on(texel.triangle, texel.weights.y, texel.weights.z);
+            ((Place { position, normal }, plane), (origin, albedo))
+        };
+        let (faces, starts): (Vec<_>, Vec<_>) = scene.texels.par_iter().map(of_texel).unzip();
+        let (places, planes) = faces.into_iter().unzip();
+        let (origins, albedo) = starts.into_iter().unzip();
+        Self { scene, places, planes, origins, albedo, offset_m, texel_at }
+    }
+
+    /// What was met by a ray of such a direction.
+    pub fn met(&self, hit: &Hit, direction: Vec3) -> Met {
+        let scene = self.scene;
+        if !hit.back
+            && let Some(corners) = scene.unwrapped.triangles.get(hit.triangle as usize)
+        {
+            let [a, b, c] = corners.map(|v| scene.unwrapped.uvs[v as usize]);
+            let size = Vec2::new(scene.sides[0] as f32, scene.sides[1] as f32);
+            let at = ((a + (b - a) * hit.u + (c - a) * hit.v) * size).max(Vec2::ZERO).min(size - 1.0).as_uvec2();
+            let texel = self.texel_at[cell(scene.sides, scene.unwrapped.sheet[hit.triangle as usize], at.x, at.y)];
+            if texel != NOBODY {
+                return Met::Texel(texel);
+            }
+        }
+        let [a, b, c] = scene.corners(hit.triangle);
+        let plane = unit_or((b - a).cross(c - a), -direction);
+        let plane = if plane.dot(direction) > 0.0 { -plane } else { plane };
+        let place = inward([a, b, c], a + (b - a) * hit.u + (c - a) * hit.v, INWARD * self.offset_m);
+        Met::Other { origin: place + plane * self.offset_m, normal: plane, albedo: scene.handed_on(hit.triangle, hit.u, hit.v) }
+    }
+}
+
+fn cell([width, height]: [u32; 2], sheet: u16, x: u32, y: u32) -> usize {
+    (u32::from(sheet) as usize * height as usize + y as usize) * width as usize + x as usize
+}
+
+/// A place of a triangle, moved towards its middle where it lies nearer than `by_m` to a side.
+fn inward([a, b, c]: [Vec3; 3], place: Vec3, by_m: f32) -> Vec3 {
+    let near_side = [(a, b), (b, c), (c, a)].iter().any(|&(from, to)| {
+        let along = to - from;
+        (place - from).cross(along).length() < by_m * along.length()
+    });
+    let to_middle = (a + b + c) / 3.0 - place;
+    let distance = to_middle.length();
+    if near_side && distance > 0.0 { place + to_middle * (by_m / distance).min(0.5) } else { place }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_at_a_side_move_in_and_others_stay() {
+        let corners = [Vec3::ZERO, Vec3::X * 3.0, Vec3::Y * 3.0];
+        assert_eq!(inward(corners, Vec3::new(1.0, 0.5, 0.0), 0.1), Vec3::new(1.0, 0.5, 0.0));
+        let moved = inward(corners, Vec3::new(1.0, 0.0, 0.0), 0.1);
+        assert!((moved - Vec3::new(1.0, 0.1, 0.0)).length() < 1e-6);
+        assert_eq!(inward([Vec3::ONE; 3], Vec3::ONE, 0.1), Vec3::ONE);
+    }
+}
