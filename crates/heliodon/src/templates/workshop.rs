@@ -6,8 +6,7 @@ use heliodon_bundle::site::{Bake, Lamp, Room, SITE_FILE_NAME, SiteInfo, Transfer
 use heliodon_mesh::workshop::{WorkshopParams, workshop};
 use std::path::Path;
 
-/// A little more than its shapes have, which it has without `--triangles`. More only make the light at vertices finer: 200
-/// thousand tell sun from shade on floor and walls; light in texels does not need them.
+/// A little more than its shapes have, which it has without `--triangles`. More are not needed: its light is in texels.
 pub const LEAST_TRIANGLES: u64 = 40_000;
 /// The equinox: the sun enters the high windows of the south at noon and falls upon the middle of the floor.
 const DATE: &str = "2003-03-21";
@@ -27,7 +26,8 @@ pub fn make(folder: &Path, params: &TemplateParams) -> Result<NewSite> {
         workshop_params.seed = seed;
     }
     let hall = workshop(&workshop_params);
-    let bake = Bake { samples: SAMPLES, bounces: BOUNCES, transfer: Transfer::Rgb, ..Bake::default() };
+    let texels = Some(heliodon_bundle::site::DEFAULT_TEXELS);
+    let bake = Bake { samples: SAMPLES, bounces: BOUNCES, transfer: Transfer::Rgb, texels, ..Bake::default() };
     let mut site = athens("A sculptor's workshop at Olympia", clear_sky(DATE)?, bake);
     site.site = SiteInfo {
         latitude_deg: Some(37.64),

@@ -4,7 +4,7 @@
 //! Sites", VAST 2003, section 3.2. Both are decided for clusters, on the processor, after the view's frustum and the clusters' cones. Shadow culling
 //! ([`shadow`]) changes no pixel: occluders are found inside the stone ([`solids`]) or on its flat faces ([`faces`]), and only those that a site
 //! places itself (`[[matte]]`) may hide what could be seen. Contribution culling ([`contribution`]) leaves out objects ([`objects`]) that are smaller than a
-//! threshold in pixels. What both save is told; what they cost and gain is in docs/decisions/024-shadow-culling.md.
+//! threshold in pixels. What both save is told; what they cost and gain is in docs/decisions/025-shadow-culling.md.
 
 pub mod contribution;
 mod eye;

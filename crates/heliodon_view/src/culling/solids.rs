@@ -4,7 +4,7 @@
 //! that lies wholly inside closed bodies meets a front of one of them before it, so that it hides what it spans, exactly, whatever the surface
 //! looks like; and blocks that reach a little into their neighbours make one wall of it. So planes are laid through the stone, in the directions in
 //! which most of its faces look: through the middles of bodies, and just behind large faces. Where a plane cuts bodies, the largest rectangles
-//! in the union of the cuts are occluders. Why inside and not on faces: docs/decisions/024-shadow-culling.md.
+//! in the union of the cuts are occluders. Why inside and not on faces: docs/decisions/025-shadow-culling.md.
 
 use super::rectangles::{Rectangle, area, in_union};
 use super::shadow::{Kind, Occluder};
