@@ -10,8 +10,8 @@
 //! | `texels/bounce.ktx2` | the sun bounce likewise, a texel for every 4 x 4 of the masks | function-major, then channel |
 //!
 //! Charts lie in whole squares of 4 x 4 texels, so that sun and sky have mip levels down to those squares in which no chart takes from another; a mask's
-//! coarser levels hold what most of four texels have. Sky and bounce are filtered linearly. Of the sun the moment's bits are taken, and what they say is filtered: the part of the
-//! sun that reaches a place. Normals are the mesh's own.
+//! coarser levels hold what most of four texels have. Sky and bounce are filtered linearly. Of the sun the moment's bits are taken, and what each says is mixed from nine
+//! texels by a quadratic B-spline and made steeper by a smooth step from 1/4 to 3/4: the part of the sun that reaches a place, whose edges have no stairs. Normals are the mesh's own.
 
 use crate::chunk::LightLayout;
 use crate::moment::Moment;
@@ -144,10 +144,8 @@ impl TexelLight {
     /// If the light has not the mask bits that the moment names.
     #[must_use]
     pub fn light(&self, layout: LightLayout, moment: &Moment, uv: Vec2, normal: Vec3) -> Light {
-        let reached = filtered(&self.sun, uv, |texel| {
-            let reaches = |bit: u32| f32::from(u8::from(self.mask_word(texel, bit / 32) >> (bit % 32) & 1 == 1));
-            moment.mask_weights[0] * reaches(moment.mask_bits[0]) + moment.mask_weights[1] * reaches(moment.mask_bits[1])
-        });
+        let [first, second] = moment.mask_bits.map(|bit| self.reached(uv, bit));
+        let reached = moment.mask_weights[0] * first + moment.mask_weights[1] * second;
         let channels = layout.channels as usize;
         let numbers = |texture: &Ktx2, count: usize| -> Vec<f32> {
             (0..count).map(|number| filtered(texture, uv, |texel| float_of(texture, texel, number))).collect()
@@ -160,6 +158,22 @@ impl TexelLight {
             sky: weighted(&transfer, channels, moment.shading.sky.iter().copied()).max(Vec3::ZERO),
             bounce: moment.shading.sun_irradiance * weighted(&bounced, channels, functions).max(Vec3::ZERO),
         }
+    }
+
+    /// The part of the sun of a step that reaches a place.
+    fn reached(&self, uv: Vec2, bit: u32) -> f32 {
+        let size = UVec2::new(self.sun.width, self.sun.height);
+        let at = uv * size.as_vec2();
+        let (middle, off) = (at.floor(), at - at.floor() - 0.5);
+        let taps = [0.5 * (0.5 - off) * (0.5 - off), 0.75 - off * off, 0.5 * (0.5 + off) * (0.5 + off)];
+        let mut mixed = 0.0;
+        for (j, i) in (0..3).flat_map(|j| (0..3).map(move |i| (j, i))) {
+            let texel = (middle + Vec2::new(i as f32, j as f32) - 1.0).max(Vec2::ZERO).as_uvec2().min(size - 1);
+            let reaches = self.mask_word(texel, bit / 32) >> (bit % 32) & 1 == 1;
+            mixed += if reaches { taps[i].x * taps[j].y } else { 0.0 };
+        }
+        let step = ((mixed - 0.25) / 0.5).clamp(0.0, 1.0);
+        step * step * (3.0 - 2.0 * step)
     }
 
     fn mask_word(&self, texel: UVec2, word: u32) -> u32 {

@@ -23,6 +23,20 @@ impl Owners {
         Self { side, chart }
     }
 
+    /// Texels beside a chart that a filter of nine asks for too, each with one of the chart's beside it: in the chart's own squares, as `coarsest` has them, which is
+    /// so many levels above.
+    #[must_use]
+    pub fn rim(&self, coarsest: &Self, levels: u32) -> Vec<(usize, usize)> {
+        let square = |texel: usize| ((texel / self.side) >> levels) * coarsest.side + ((texel % self.side) >> levels);
+        let beside = |texel: usize| {
+            let chart = coarsest.chart[square(texel)];
+            (chart != NOBODY).then_some(())?;
+            self.near(texel).find(|&other| self.chart[other] == chart)
+        };
+        let nobodys = (0..self.chart.len()).filter(|&texel| self.chart[texel] == NOBODY);
+        nobodys.filter_map(|texel| Some((texel, beside(texel)?))).collect()
+    }
+
     /// The texels of the level below that are those of a texel of this one, and of its chart.
     fn within<'a>(&'a self, finer: &'a Self, texel: usize) -> impl Iterator<Item = usize> + 'a {
         let (x, y) = (2 * (texel % self.side), 2 * (texel / self.side));
@@ -32,11 +46,16 @@ impl Owners {
 
     /// The texels around one that are of its chart.
     fn around(&self, texel: usize) -> impl Iterator<Item = usize> + '_ {
+        self.near(texel).filter(move |&other| self.chart[other] == self.chart[texel])
+    }
+
+    /// The up to eight texels around one.
+    fn near(&self, texel: usize) -> impl Iterator<Item = usize> + '_ {
         let (x, y) = (texel % self.side, texel / self.side);
         let rows = y.saturating_sub(1)..(y + 2).min(self.side);
         let columns = x.saturating_sub(1)..(x + 2).min(self.side);
         let all = rows.flat_map(move |y| columns.clone().map(move |x| y * self.side + x));
-        all.filter(move |&other| other != texel && self.chart[other] == self.chart[texel])
+        all.filter(move |&other| other != texel)
     }
 }
 
@@ -127,8 +146,11 @@ mod tests {
         for y in 0..4 {
             assert_eq!(above[4 * y..4 * y + 4], [1.0, 1.0, 7.0, 7.0]);
         }
+        // beside the first chart lies the second, beside that one free texel of its own square
+        let rim = fine.rim(&coarse, 1);
+        assert!(rim.len() == 8 && rim.iter().all(|&(texel, of)| texel % 8 == 5 && of % 8 == 4), "{rim:?}");
         let bits: Vec<u32> = (0..64).map(|i| [0b111, 0b011, 0b001, 0b000, 0b10, 0, 0, 0][i % 8]).collect();
         let above = coarser(&coarse, (&fine, &bits), 1, most);
-        assert_eq!(above[..4], [0b011, 0b001, 0b10, 0b10]);
+        assert_eq!(above[..4], [0b111, 0b001, 0b10, 0b10]);
     }
 }

@@ -109,6 +109,12 @@ impl BakedTexels {
         for pair in owners.windows(2) {
             masks.extend(masks.last().map(|finer| coarser(&pair[1], (&pair[0], finer), layout.mask_words(), most)));
         }
+        let words = layout.mask_words();
+        for (level, masks) in masks.iter_mut().enumerate().take(owners.len() - 1) {
+            for (texel, of) in owners[level].rim(&owners[owners.len() - 1], (owners.len() - 1 - level) as u32) {
+                masks.copy_within(of * words..(of + 1) * words, texel * words);
+            }
+        }
         let above = sky_level(layout.channels) as usize;
         let mut sky = vec![spread(&levels[above], &self.sky, layout.transfer_floats())];
         for pair in owners[above..].windows(2) {

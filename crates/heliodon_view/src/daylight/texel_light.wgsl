@@ -13,22 +13,25 @@ fn texel_level(across: vec2<f32>, down: vec2<f32>) -> f32 {
     return max(0.5 * log2(max(dot(across * size, across * size), dot(down * size, down * size))), 0.0);
 }
 
-// The part of the sun that reaches a place: the bits of four texels, mixed.
+// The part of the sun that reaches a place: the bits of nine texels, mixed by a quadratic B-spline, whose edges are smooth, and made as steep as texels allow.
 fn texel_reached(uv: vec2<f32>, level: u32) -> f32 {
     let size = vec2<i32>(textureDimensions(texel_sun, level));
-    let at = uv * vec2<f32>(size) - 0.5;
-    let low = floor(at);
-    let part = at - low;
-    var reached = 0.0;
-    for (var corner = 0u; corner < 4u; corner += 1u) {
-        let step = vec2<i32>(vec2<u32>(corner & 1u, corner >> 1u));
-        let texel = clamp(vec2<i32>(low) + step, vec2<i32>(0), size - 1);
-        let weights = mix(1.0 - part, part, vec2<f32>(step));
+    let at = uv * vec2<f32>(size);
+    let middle = floor(at);
+    let off = at - middle - 0.5;
+    let before = 0.5 * (0.5 - off) * (0.5 - off);
+    let after = 0.5 * (0.5 + off) * (0.5 + off);
+    let own = 1.0 - before - after;
+    var reached = vec2<f32>(0.0);
+    for (var tap = 0u; tap < 9u; tap += 1u) {
+        let step = vec2<i32>(vec2<u32>(tap % 3u, tap / 3u)) - 1;
+        let texel = clamp(vec2<i32>(middle) + step, vec2<i32>(0), size - 1);
+        let weights = select(select(after, own, step == vec2<i32>(0)), before, step < vec2<i32>(0));
         let first = (textureLoad(texel_sun, texel, texel_moment.mask.x, level).r >> texel_moment.mask.y) & 1u;
         let second = (textureLoad(texel_sun, texel, texel_moment.mask.z, level).r >> texel_moment.mask.w) & 1u;
-        reached += weights.x * weights.y * dot(texel_moment.mask_weights.xy, vec2<f32>(vec2<u32>(first, second)));
+        reached += weights.x * weights.y * vec2<f32>(vec2<u32>(first, second));
     }
-    return reached;
+    return dot(texel_moment.mask_weights.xy, smoothstep(vec2<f32>(0.25), vec2<f32>(0.75), reached));
 }
 
 // rgb: the light at a place; a: how much of the sun's irradiance / pi in it comes straight from the sun.
