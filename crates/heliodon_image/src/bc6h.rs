@@ -153,28 +153,28 @@ impl Mode {
         let mut bits = Bits { block: 0, at: 0 };
         bits.put(self.code, 5);
         ends[0].iter().for_each(|&first| bits.put(first & 1023, 10));
-        for c in 0..3 {
-            let second = if self.difference == self.precision { ends[1][c] } else { ends[1][c].wrapping_sub(ends[0][c]) };
+        for (&first, &second) in ends[0].iter().zip(&ends[1]) {
+            let second = if self.difference == self.precision { second } else { second.wrapping_sub(first) };
             bits.put(second & ((1 << self.difference) - 1), self.difference);
             // what ten bits did not hold of the first endpoint follows from its highest bit on
-            (10..self.precision).rev().for_each(|bit| bits.put(ends[0][c] >> bit & 1, 1));
+            (10..self.precision).rev().for_each(|bit| bits.put(first >> bit & 1, 1));
         }
         indices.iter().enumerate().for_each(|(i, &index)| bits.put(u32::from(index), if i == 0 { 3 } else { 4 }));
         bits.block
     }
 
     fn ends(self, bits: &mut Bits) -> Ends {
-        let mut ends = [[0; 3]; 2];
-        ends[0] = std::array::from_fn(|_| bits.take(10));
-        for c in 0..3 {
-            ends[1][c] = bits.take(self.difference);
-            (10..self.precision).rev().for_each(|bit| ends[0][c] |= bits.take(1) << bit);
+        let mut first: [u32; 3] = std::array::from_fn(|_| bits.take(10));
+        let mut second = [0; 3];
+        for (first, second) in first.iter_mut().zip(&mut second) {
+            *second = bits.take(self.difference);
+            (10..self.precision).rev().for_each(|bit| *first |= bits.take(1) << bit);
             if self.difference < self.precision {
-                let signed = (ends[1][c] << (32 - self.difference)) as i32 >> (32 - self.difference);
-                ends[1][c] = ends[0][c].wrapping_add_signed(signed) & self.largest();
+                let signed = (*second << (32 - self.difference)) as i32 >> (32 - self.difference);
+                *second = first.wrapping_add_signed(signed) & self.largest();
             }
         }
-        ends
+        [first, second]
     }
 }
 
