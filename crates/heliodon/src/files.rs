@@ -30,7 +30,6 @@ pub fn write_whole(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>)
 ///
 /// # Errors
 /// What `write` returns, or the operating system says; it speaks of `path`, not of the file beside it.
-#[cfg(any(feature = "viewer", test))]
 pub fn replace(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let beside = beside(path);
     let renamed = write(&beside).and_then(|()| Ok(fs::rename(&beside, path)?));

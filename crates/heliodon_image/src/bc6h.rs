@@ -153,9 +153,9 @@ impl Mode {
         let mut bits = Bits { block: 0, at: 0 };
         bits.put(self.code, 5);
         ends[0].iter().for_each(|&first| bits.put(first & 1023, 10));
-        for (first, &second) in ends[0].iter().zip(&ends[1]) {
-            let told = if self.difference == self.precision { second } else { second.wrapping_sub(*first) };
-            bits.put(told & ((1 << self.difference) - 1), self.difference);
+        for (&first, &second) in ends[0].iter().zip(&ends[1]) {
+            let second = if self.difference == self.precision { second } else { second.wrapping_sub(first) };
+            bits.put(second & ((1 << self.difference) - 1), self.difference);
             // what ten bits did not hold of the first endpoint follows from its highest bit on
             (10..self.precision).rev().for_each(|bit| bits.put(first >> bit & 1, 1));
         }
@@ -164,9 +164,9 @@ impl Mode {
     }
 
     fn ends(self, bits: &mut Bits) -> Ends {
-        let mut firsts: [u32; 3] = std::array::from_fn(|_| bits.take(10));
-        let mut seconds = [0; 3];
-        for (first, second) in firsts.iter_mut().zip(&mut seconds) {
+        let mut first: [u32; 3] = std::array::from_fn(|_| bits.take(10));
+        let mut second = [0; 3];
+        for (first, second) in first.iter_mut().zip(&mut second) {
             *second = bits.take(self.difference);
             (10..self.precision).rev().for_each(|bit| *first |= bits.take(1) << bit);
             if self.difference < self.precision {
@@ -174,7 +174,7 @@ impl Mode {
                 *second = first.wrapping_add_signed(signed) & self.largest();
             }
         }
-        [firsts, seconds]
+        [first, second]
     }
 }
 
