@@ -12,8 +12,8 @@ use heliodon_view::bench::walk::{WalkBench, around_the_room, kinds, walk_times};
 /// Where it goes, and how.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// For walk: points between which the eye goes around [default: around the first room]
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::point, allow_hyphen_values = true, num_args = 2..)]
+    /// For walk: a point of the way that the eye goes around; give several [default: around the first room]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::point, allow_hyphen_values = true)]
     path: Vec<Vec3>,
     /// For walk: frames of a walk
     #[arg(long, value_name = "N", default_value_t = WalkBench::default().frames, value_parser = clap::value_parser!(u32).range(1..=100_000))]
@@ -42,7 +42,7 @@ pub fn run(args: &super::Args) -> Result<Figures> {
     let asked = &args.walk;
     let path = if asked.path.is_empty() { around_the_room(bundle.manifest()) } else { asked.path.clone() };
     if path.is_empty() {
-        wrong_arguments!("the bundle has no room to walk around; give --path X,Y,Z X,Y,Z ...");
+        wrong_arguments!("the bundle has no room to walk around; give --path X,Y,Z --path X,Y,Z ...");
     }
     drop(bundle);
     let bench = WalkBench {
