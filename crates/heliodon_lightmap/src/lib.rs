@@ -1,4 +1,4 @@
-//! Light in texels, for what is modelled with few polygons: charts, packing, lights and the texel solve.
+//! Light in texels, for what is modelled with few polygons: charts, packing, lights, the texel solve and weathering.
 
 pub mod charts;
 mod cover;
@@ -8,3 +8,4 @@ pub mod refine;
 pub mod seams;
 pub mod texels;
 pub mod unwrap;
+pub mod weathering;

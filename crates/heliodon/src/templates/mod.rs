@@ -154,6 +154,7 @@ fn part(file: &str, name: &str, role: Role) -> Part {
         crease_deg: None,
         light: LightStorage::Auto,
         texels: 1.0,
+        weathering: None,
     }
 }
 
@@ -200,6 +201,7 @@ fn athens(name: &str, sky: Sky, bake: Bake) -> SiteFile {
         actors: Vec::new(),
         lamps: Vec::new(),
         prepare: None,
+        weathering: None,
         display: Display::default(),
         budget: Budget::default(),
     }
