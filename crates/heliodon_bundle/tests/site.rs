@@ -1,8 +1,8 @@
 //! `site.toml`: what is read, what is refused and where, the schema, the template.
 
 use heliodon_bundle::site::{
-    Actor, Albedo, Bake, Between, Date, Display, Ground, Lamp, LightStorage, Mapping, Prepare, ProbeTimes, Role, Room, Site,
-    SiteFile, SkyModel, Transfer, Unit, UpAxis, Walk, Weathering, Winding,
+    Actor, Albedo, Bake, Between, Date, Display, Ground, Lamp, LightStorage, Mapping, OwnWeathering, PartWeathering, Prepare,
+    ProbeTimes, Role, Room, Site, SiteFile, SkyModel, Transfer, Unit, UpAxis, Walk, Weathering, Winding,
 };
 use proptest::prelude::*;
 use std::path::Path;
@@ -40,12 +40,10 @@ translate = [1, 2, 3]
 rotate_deg = [0, 90, 0]
 scale = -2.0
 light = "vertex"
-weathering = { dust = 0.25, corrosion_color = [0.1, 0.2, 0.1] }
 
 [[part]]
 file = "ground.glb"
 role = "ground"
-weathering = false
 
 [sky]
 model = "atmosphere"
@@ -204,6 +202,9 @@ fn every_key_of_the_design_is_read() {
     assert_eq!(site.display, Display { width_px: 1280, height_px: 800, fov_deg: 40.0 });
     let weathering = site.weathering.as_ref().unwrap();
     assert_eq!((weathering.corrosion, weathering.wind_from_deg, weathering.wind_m_per_s), (0.75, Some(225.0), 3.0));
+    let own = "light = \"vertex\"\nweathering = { dust = 0.25, corrosion_color = [0.1, 0.2, 0.1] }";
+    let site =
+        parse(&FULL.replacen("light = \"vertex\"", own, 1).replacen("role = \"ground\"", "weathering = false", 1)).unwrap();
     let of = |part: usize| weathering.of_part(site.parts[part].weathering.as_ref());
     let own = of(0).unwrap();
     assert_eq!((own.dust, own.corrosion, own.dust_color, own.corrosion_color), (0.25, 0.75, [0.4, 0.3, 0.2], [0.1, 0.2, 0.1]));
@@ -348,21 +349,22 @@ fn values_out_of_range_are_told_with_their_place_and_remedy() {
     refused(SMALLEST, "mapping", "date = \"2000-01-01\"\nmapping", (9, 8), &["date belongs to a sky model"]);
     refused(SMALLEST, "mapping", "times = [\"07:00\", \"06:00\"]\nmapping", (9, 1), &["06:00 comes after 07:00"]);
     refused(FULL, "latitude_deg = 37.9715", "latitude_deg = 137.9", (3, 16), &["latitude_deg is 137.9", "-90 to 90"]);
-    refused(FULL, "longitude_deg = 23.7267", "", (28, 9), &["needs the place"]);
+    refused(FULL, "longitude_deg = 23.7267", "", (26, 9), &["needs the place"]);
     refused(FULL, "origin = [475000.5", "origin = [inf", (7, 1), &["origin holds inf"]);
     refused(FULL, "scale = -2.0", "scale = 0", (18, 9), &["scale is 0"]);
     refused(FULL, "scale = -2.0", "crease_deg = 181", (18, 14), &["crease_deg is 181", "from 0 to 180"]);
-    refused(FULL, "min = [-50, 1, 0]", "min = [-50, 3, 0]", (50, 1), &["min 3 is not below max 2 along y"]);
-    refused(FULL, "min = [-50, 1, 0]", "min = [-50, nan, 0]", (50, 1), &["min holds NaN"]);
-    refused(FULL, "fov_deg = 40", "fov_deg = 180", (58, 11), &["fov_deg is 180"]);
+    refused(FULL, "min = [-50, 1, 0]", "min = [-50, 3, 0]", (48, 1), &["min 3 is not below max 2 along y"]);
+    refused(FULL, "min = [-50, 1, 0]", "min = [-50, nan, 0]", (48, 1), &["min holds NaN"]);
+    refused(FULL, "fov_deg = 40", "fov_deg = 180", (56, 11), &["fov_deg is 180"]);
     let line = |text, column| line_of(FULL, text, column);
     refused(FULL, "dust = 0.5", "dust = 1.5", line("dust = 0.5", 8), &["dust is 1.5", "from 0 to 1"]);
     refused(FULL, "corrosion = 0.75", "corrosion = nan", line("corrosion = 0.75", 13), &["corrosion is NaN"]);
     refused(FULL, "dust_color = [0.4,", "dust_color = [140,", line("dust_color", 1), &["dust_color holds 140", "linear"]);
     refused(FULL, "wind_from_deg = 225", "wind_from_deg = 500", line("wind_from_deg", 17), &["wind_from_deg is 500"]);
     refused(FULL, "wind_m_per_s = 3", "wind_m_per_s = -1", line("wind_m_per_s", 16), &["wind_m_per_s is -1", "from 0 to 40"]);
-    refused(FULL, "dust = 0.25,", "dust = -0.25,", line("weathering = {", 23), &["dust is -0.25"]);
-    refused(FULL, "dust = 0.25,", "dirt = 0.25,", line("weathering = {", 14), &["weathering is false, or a table"]);
+    let own = |weathering: &str| format!("scale = -2.0\nweathering = {{ {weathering} }}");
+    refused(FULL, "scale = -2.0", &own("dust = -0.25"), (19, 23), &["dust is -0.25"]);
+    refused(FULL, "scale = -2.0", &own("dirt = 0.25"), (19, 14), &["weathering is false, or a table"]);
     refused(SMALLEST, "role = \"scan\"", "weathering = { dust = 0.1 }", (5, 1), &["no table [weathering]", "empty"]);
     refused(
         FULL,
@@ -499,6 +501,8 @@ fn the_template_says_what_it_was_given() {
     series.sky.sun_irradiance = Some([1.0, 2.0, 3.5]);
     series.site.name = "with \"quotes\" and a \\".to_owned();
     series.bake.transfer = Transfer::Rgb;
+    series.weathering = Some(Weathering { dust: 0.5, wind_from_deg: Some(-30.0), ..Weathering::default() });
+    series.parts[0].weathering = Some(PartWeathering::Own(OwnWeathering { corrosion: Some(0.5), ..OwnWeathering::default() }));
     series.rooms.push(Room { name: "r".into(), min: [0.0; 3], max: [1.0; 3], windows: vec![], looks_at: None });
     sites.push(series);
     for site in sites {
