@@ -70,6 +70,10 @@ pub(super) fn write(site: &SiteFile) -> String {
     }
     write_sky(&mut w, &site.sky);
     write_bake(&mut w, &site.bake);
+    match &site.weathering {
+        Some(weathering) => write_weathering(&mut w, weathering),
+        None => write_example(&mut w, |w| write_weathering(w, &Weathering::default())),
+    }
     for room in &site.rooms {
         write_room(&mut w, room);
     }
@@ -94,10 +98,6 @@ pub(super) fn write(site: &SiteFile) -> String {
     match &site.prepare {
         Some(prepare) => write_prepare(&mut w, prepare),
         None => write_example(&mut w, |w| write_prepare(w, &Prepare::default())),
-    }
-    match &site.weathering {
-        Some(weathering) => write_weathering(&mut w, weathering),
-        None => write_example(&mut w, |w| write_weathering(w, &Weathering::default())),
     }
     write_display(&mut w, &site.display);
     write_budget(&mut w, &site.budget);
