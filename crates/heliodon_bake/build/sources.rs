@@ -5,11 +5,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// The crates whose code decides a bake's result, in their folders beside one another.
-pub const CRATES: [&str; 10] = [
+pub const CRATES: [&str; 11] = [
     "heliodon_bake",
     "heliodon_bundle",
     "heliodon_image",
     "heliodon_light",
+    "heliodon_lightmap",
     "heliodon_math",
     "heliodon_mesh",
     "heliodon_prepare",

@@ -18,7 +18,9 @@ use crate::plan::Plan;
 use crate::report::{Reporter, WarningsKept};
 use crate::scene::{Scene, Traceable};
 use crate::sky::{BakedSky, bake_sky, sky_names};
-use crate::texels::Atlas;
+use crate::stages::Work;
+use crate::texels::{Atlas, weathering_layer};
+use crate::weathering::{BakedWeathering, WeatherPlan, WeatheredAlbedo, bake_weathering};
 use glam::Vec3;
 use heliodon_bundle::grid::AXES;
 use heliodon_bundle::manifest::Counts;
@@ -106,10 +108,11 @@ pub(crate) fn bake_where(
     clock.lap("sky");
     let sky_steps = sky.lapse.steps.len();
     let suns = sky.suns();
-    let (light, grid, actors, names) =
+    let solved =
         means.run(|| scene_light(plan, (&scene, &digests, &record, atlas.as_ref()), rays, (&suns, means), &cache, reporter))?;
     clock.lap("light");
-    let manifest = write_bundle(plan, (&scene, atlas.as_ref()), sky, (&light, &grid), actors, &cache, reporter)?;
+    let names = solved.names.clone();
+    let manifest = write_bundle(plan, (&scene, atlas.as_ref()), sky, solved, &cache, reporter)?;
     clock.lap("writing");
     let needs =
         viewer_bytes(manifest.counts, manifest.light, scene.mesh.texture_bytes() as u64, atlas.as_ref().map(Atlas::side));
@@ -119,7 +122,7 @@ pub(crate) fn bake_where(
         cache.remove(&plan.owner());
         0
     } else {
-        cache.finish(&[sky_names(plan)?.all(), names.all()].concat(), &plan.owner())?
+        cache.finish(&[sky_names(plan)?.all(), names].concat(), &plan.owner())?
     };
     let report = report_of(plan, &manifest, false);
     Ok(BakeReport { seconds: clock.laps, sky_steps, warnings: reporter.warnings(), taken, kept_bytes, ..report })
@@ -145,6 +148,17 @@ impl Clock {
     }
 }
 
+/// What is solved of a scene.
+struct Solved {
+    light: BakedLight,
+    grid: GridPlan,
+    actors: Vec<Actor>,
+    /// Where the site wants it.
+    weather: Option<(WeatherPlan, BakedWeathering)>,
+    /// Of all blocks that it was made of.
+    names: Vec<String>,
+}
+
 fn scene_light(
     plan: &Plan,
     (scene, digests, record, atlas): (&Scene, &SceneDigests, &SceneRecord, Option<&Atlas>),
@@ -152,7 +166,7 @@ fn scene_light(
     (suns, means): (&[Vec3], Means),
     cache: &Cache,
     reporter: &dyn Reporter,
-) -> Result<(BakedLight, GridPlan, Vec<Actor>, LightNames), BakeError> {
+) -> Result<Solved, BakeError> {
     let mesh = &scene.mesh;
     let traceable = Traceable::new(scene, rays);
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
@@ -165,13 +179,25 @@ fn scene_light(
     let grid = plan.grid(Some(&traceable.rays))?;
     let sun_bounce = plan.site.bake.sun_bounce;
     let names = LightNames::new(digests, &params, (suns, sun_bounce), &grid, atlas.map(Atlas::digest));
-    cache.adopt(&names.all())?;
+    let weather = WeatherPlan::new(&plan.site);
+    let weather = weather.map(|plan| (plan.names(digests, params.offset_m, atlas), plan));
+    let of_weather = weather.iter().flat_map(|(names, _)| names.all());
+    let all_names: Vec<String> = names.all().into_iter().chain(of_weather).collect();
+    cache.adopt(&all_names)?;
     let (surfaces, params, of_grid) = (traceable.surfaces(), &params, &grid);
     let texels = atlas.map(|atlas| (scene, atlas));
     let input = LightInput { surfaces, suns, sun_bounce, params, grid: of_grid, texels, names: &names, record };
     let light = bake_light(&input, Some(cache), reporter)?;
     tell_of_darkness(&plan.site.parts, scene, &traceable.rays, &light.light.validity, params.offset_m, reporter);
-    Ok((light, grid, actors, names))
+    let weather = match weather {
+        None => None,
+        Some((names, plan)) => {
+            let work = Work { cache: Some(cache), reporter, shard: None };
+            let baked = bake_weathering((&plan, &names), &input, &light.light.validity, &work)?;
+            Some((plan, baked))
+        }
+    };
+    Ok(Solved { light, grid, actors, weather, names: all_names })
 }
 
 /// With what the light may be solved within the site's budget: threads, and hits that are kept.
@@ -197,12 +223,11 @@ fn write_bundle(
     plan: &Plan,
     (scene, atlas): (&Scene, Option<&Atlas>),
     sky: BakedSky,
-    (light, grid): (&BakedLight, &GridPlan),
-    actors: Vec<Actor>,
+    Solved { light, grid, actors, weather, names: _ }: Solved,
     cache: &Cache,
     reporter: &dyn Reporter,
 ) -> Result<Manifest, BakeError> {
-    let mesh = &scene.mesh;
+    let (mesh, light) = (&scene.mesh, &light);
     let bounce = light.light.sun_bounce.as_ref();
     let layout = plan.layout(sky.sun_steps, bounce.map_or(0, |bounce| bounce.functions.len() as u32));
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
@@ -215,7 +240,11 @@ fn write_bundle(
         let (textures, count) = texels.textures(scene, atlas, layout);
         writer.add_texels(&textures, atlas.info(count))?;
     }
-    let maker = ChunkMaker::new(scene, atlas, light, layout);
+    if let (Some(atlas), Some((weather, baked))) = (atlas, weather.as_ref().filter(|(_, baked)| !baked.texels.is_empty())) {
+        writer.add_texel_weathering(&weathering_layer(scene, atlas, &baked.texels, &weather.looks))?;
+    }
+    let weathered = weather.as_ref().map(|(weather, baked)| WeatheredAlbedo::new(weather, baked, mesh));
+    let maker = ChunkMaker::new(scene, atlas, light, layout).weathered(weathered);
     let mut textures = Textures::default();
     reporter.stage("writing", mesh.triangles.len() as u64);
     reporter.progress(0);
@@ -236,7 +265,7 @@ fn write_bundle(
         writer.add_sky_map(path, &sky.map_bytes(cache, index)?)?;
     }
     if let Some(baked) = &light.grid {
-        writer.add_grid(&grid_points(grid, baked, layout))?;
+        writer.add_grid(&grid_points(&grid, baked, layout))?;
     }
     for actor in actor_metas(&plan.files, actors) {
         writer.add_actor(&actor)?;

@@ -4,6 +4,7 @@
 use crate::light::BakedLight;
 use crate::scene::Scene;
 use crate::texels::Atlas;
+use crate::weathering::WeatheredAlbedo;
 use heliodon_bundle::chunk::MAX_CHUNK_TRIANGLES;
 use heliodon_bundle::{LightLayout, LitChunk, VertexLight};
 use heliodon_mesh::Mesh;
@@ -15,13 +16,20 @@ pub struct ChunkMaker<'a> {
     atlas: Option<&'a Atlas>,
     light: &'a BakedLight,
     layout: LightLayout,
+    weathered: Option<WeatheredAlbedo<'a>>,
 }
 
 impl<'a> ChunkMaker<'a> {
     /// For `scene`, whose vertices have `light`.
     #[must_use]
     pub fn new(scene: &'a Scene, atlas: Option<&'a Atlas>, light: &'a BakedLight, layout: LightLayout) -> Self {
-        Self { scene, atlas, light, layout }
+        Self { scene, atlas, light, layout, weathered: None }
+    }
+
+    /// With the weathered albedo of vertices; what is lit by texels has its weathering in texels.
+    #[must_use]
+    pub fn weathered(self, weathered: Option<WeatheredAlbedo<'a>>) -> Self {
+        Self { weathered, ..self }
     }
 
     /// The pieces of a part; indices of their vertices count from the part's first, or are those of the atlas where it is lit by texels.
@@ -81,7 +89,11 @@ impl<'a> ChunkMaker<'a> {
         let vertex = |&vertex: &u32| atlas.map_or(first + vertex as usize, |atlas| atlas.vertex(vertex));
         let vertices: Vec<usize> = piece.vertices.iter().map(vertex).collect();
         // where there is a texture, it brings the rest
-        let albedo = |(&vertex, &material): (&usize, &u16)| mesh.corner_albedo(vertex, material);
+        let weathered = self.weathered.as_ref().filter(|_| atlas.is_none());
+        let albedo = |(&vertex, &material): (&usize, &u16)| {
+            let albedo = mesh.corner_albedo(vertex, material);
+            weathered.map_or(albedo, |weathered| weathered.of(part, vertex, texture.map(|_| material), albedo))
+        };
         LitChunk {
             part: part as u16,
             texture,

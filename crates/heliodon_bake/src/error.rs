@@ -39,6 +39,9 @@ pub enum BakeError {
     /// The solver refuses its input.
     #[error("the light cannot be solved: {0}")]
     Light(#[from] heliodon_light::LightError),
+    /// The weather's solver refuses its input.
+    #[error("the weathering cannot be solved: {0}")]
+    Weather(#[from] heliodon_lightmap::weathering::WeatherError),
     /// A mesh that shows what was found cannot be written.
     #[error(transparent)]
     Export(#[from] heliodon_mesh::export::ExportError),

@@ -333,6 +333,7 @@ impl BundleSummary {
             ("bake", serde_json::to_value(&parameters.bake)),
             ("display", serde_json::to_value(display)),
             ("prepare", serde_json::to_value(&parameters.prepare)),
+            ("weathering", serde_json::to_value(&parameters.weathering)),
         ] {
             // plain structs always have a JSON form, and a table that is not there has no keys
             let values = values.unwrap_or_default();

@@ -28,7 +28,7 @@ use std::ops::Range;
 
 /// Version of the glTF profile.
 pub const PROFILE_VERSION: u32 = 1;
-/// The latest version of the bundle's manifest, which bundles with light in texels have.
+/// The latest version of the bundle's manifest, which bundles with light in texels or weathering have.
 pub const FORMAT_VERSION: u32 = 3;
 /// The version of those without, but with a light grid, actors, lamps or prepared geometry.
 pub const MOVING_FORMAT_VERSION: u32 = 2;

@@ -6,7 +6,9 @@ use crate::chunk::LightLayout;
 use crate::grid::GridInfo;
 use crate::layout::{FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION};
 use crate::lineage::Prepared;
-use crate::site::{Actor, Bake, Display, Lamp, Matte, Prepare, Role, Room, SiteFile, SiteInfo, Sky};
+use crate::site::{
+    Actor, Bake, Display, Lamp, Matte, PartWeathering, Prepare, Role, Room, SiteFile, SiteInfo, Sky, Weathering,
+};
 use crate::storage::StoredFile;
 use crate::texels::TexelInfo;
 use serde::{Deserialize, Serialize};
@@ -64,7 +66,7 @@ impl BundleMeta {
             lamps: site.lamps.iter().map(|lamp| lamp.relative_to(site.site.origin)).collect(),
             mattes: site.mattes.iter().map(|matte| matte.relative_to(site.site.origin)).collect(),
             display: site.display.clone(),
-            parameters: Parameters { sky: site.sky.clone(), bake: site.bake.clone(), prepare: site.prepare.clone() },
+            parameters: Parameters::from_site(site),
             offset_m,
             light,
             inputs: Vec::new(),
@@ -94,6 +96,26 @@ pub struct Parameters {
     /// `[prepare]`, where the geometry was prepared: from version 2 on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prepare: Option<Prepare>,
+    /// `[weathering]`, where there is any: from version 3 on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weathering: Option<Weathering>,
+    /// Of each part how it departs from it, in bundle order; empty where none does.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub part_weathering: Vec<Option<PartWeathering>>,
+}
+
+impl Parameters {
+    fn from_site(site: &SiteFile) -> Self {
+        let own: Vec<_> = site.parts.iter().map(|part| part.weathering.clone()).collect();
+        let departs = site.weathering.is_some() && own.iter().any(Option::is_some);
+        Self {
+            sky: site.sky.clone(),
+            bake: site.bake.clone(),
+            prepare: site.prepare.clone(),
+            weathering: site.weathering.clone(),
+            part_weathering: if departs { own } else { Vec::new() },
+        }
+    }
 }
 
 /// All of `manifest.json`.
@@ -263,7 +285,7 @@ impl Manifest {
             || meta.parameters.prepare.is_some()
             || meta.prepared.is_some();
         Self {
-            version: match (self.texels.is_some(), moving) {
+            version: match (self.texels.is_some() || meta.parameters.weathering.is_some(), moving) {
                 (true, _) => FORMAT_VERSION,
                 (false, true) => MOVING_FORMAT_VERSION,
                 (false, false) => STILL_FORMAT_VERSION,

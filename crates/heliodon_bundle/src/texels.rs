@@ -8,10 +8,13 @@
 //! | `texels/sun.ktx2` | W words of the sun mask, one a layer | bit t is bit t mod 32 of word t / 32 |
 //! | `texels/sky.ktx2` | the sky transfer's numbers as 16-bit floats, four a layer, zero-padded; of coloured light a texel for every 2 x 2 of the masks | coefficient-major, then channel |
 //! | `texels/bounce.ktx2` | the sun bounce likewise, a texel for every 4 x 4 of the masks | function-major, then channel |
+//! | `texels/weathering.ktx2` | where there is any: 8 bits RGBA, a texel for every 2 x 2 of the masks | what the weather has left, over the albedo: colour times cover as sRGB, and the cover |
 //!
 //! Charts lie in whole squares of 4 x 4 texels, so that sun and sky have mip levels down to those squares in which no chart takes from another; a mask's
 //! coarser levels hold what most of four texels have. Sky and bounce are filtered linearly. Of the sun the moment's bits are taken, and what each says is mixed from nine
 //! texels by a quadratic B-spline and made steeper by a smooth step from 1/4 to 3/4: the part of the sun that reaches a place, whose edges have no stairs. Normals are the mesh's own.
+//!
+//! Weathering is filtered linearly, decoded before: `albedo * (1 - cover) + colour` is the albedo beneath the light. Readers may leave it out.
 
 use crate::chunk::LightLayout;
 use crate::moment::Moment;
@@ -20,6 +23,7 @@ use glam::{UVec2, Vec2, Vec3};
 use half::f16;
 use heliodon_image::ImageError;
 use heliodon_image::ktx2::{Ktx2, TexelFormat};
+use heliodon_math::color::{linear_from_srgb, srgb8_from_linear};
 use serde::{Deserialize, Serialize};
 use std::f32::consts::FRAC_1_PI;
 use thiserror::Error;
@@ -34,6 +38,7 @@ pub const MAX_TEXEL_SIDE: u32 = 16_384;
 pub const TEXELS_FOLDER: &str = "texels";
 pub(crate) const SUN_FILE: &str = "texels/sun.ktx2";
 pub(crate) const SKY_FILE: &str = "texels/sky.ktx2";
+pub(crate) const WEATHERING_FILE: &str = "texels/weathering.ktx2";
 pub(crate) const BOUNCE_FILE: &str = "texels/bounce.ktx2";
 
 /// What a manifest says of light in texels.
@@ -182,6 +187,42 @@ impl TexelLight {
     }
 }
 
+/// The level whose texels weathering has on its finest.
+pub const WEATHERING_LEVEL: u32 = 1;
+
+/// The texture of weathering from levels of layers, the finest of so many texels: of each texel its colour times its cover, linear in [0, 1], and its cover.
+#[must_use]
+pub fn weathering_texture([width, height]: [u32; 2], levels: &[Vec<[f32; 4]>]) -> Ktx2 {
+    // from 0 to 1 onto 8 bits, to the nearest
+    let cover = |cover: f32| (cover.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+    let texel = |&[r, g, b, a]: &[f32; 4]| [srgb8_from_linear(r), srgb8_from_linear(g), srgb8_from_linear(b), cover(a)];
+    let levels = levels.iter().map(|level| level.iter().flat_map(texel).collect()).collect();
+    Ktx2 { format: TexelFormat::Rgba8Srgb, width, height, layers: 1, levels }
+}
+
+/// Whether weathering is that of an atlas of this size.
+///
+/// # Errors
+/// What is not.
+pub fn validate_weathering(layer: &Ktx2, info: &TexelInfo) -> Result<(), TexelFault> {
+    let sides = [info.width, info.height].map(|texels| side(texels, WEATHERING_LEVEL));
+    let wanted = (TexelFormat::Rgba8Srgb, sides, 1, TEXEL_LEVELS - WEATHERING_LEVEL);
+    let found = (layer.format, [layer.width, layer.height], layer.layers, layer.levels.len() as u32);
+    if found == wanted { Ok(()) } else { Err(TexelFault(format!("weathering is {found:?}, not {wanted:?}"))) }
+}
+
+/// What weathering leaves of an albedo at a place of the atlas, on the finest level: the reference of shaders.
+#[must_use]
+pub fn weathered(layer: &Ktx2, uv: Vec2, albedo: Vec3) -> Vec3 {
+    let part = |channel: usize| {
+        filtered(layer, uv, |texel| {
+            let code = f32::from(layer.levels[0][place(layer, texel, 0) * 4 + channel]) / 255.0;
+            if channel == 3 { code } else { linear_from_srgb(code) }
+        })
+    };
+    albedo * (1.0 - part(3)) + Vec3::new(part(0), part(1), part(2))
+}
+
 /// The number of a texel of the first level, counted through the layers.
 fn place(texture: &Ktx2, texel: UVec2, layer: u32) -> usize {
     ((layer as usize * texture.height as usize) + texel.y as usize) * texture.width as usize + texel.x as usize
@@ -281,6 +322,22 @@ mod tests {
         let between = filtered(bounce, Vec2::new(0.5, 0.3), |texel| float_of(bounce, texel, 0));
         assert_eq!(between, 2.5);
         assert_eq!(filtered(bounce, Vec2::new(0.0, 1.0), |texel| float_of(bounce, texel, 1)), 1.0);
+    }
+
+    #[test]
+    fn weathering_is_an_albedo_over_another() {
+        // paint of half cover in the left half, none in the right
+        let texel = |i: u32| if i % 4 < 2 { [0.3, 0.2, 0.1, 0.5] } else { [0.0; 4] };
+        let levels = [(0..8).map(texel).collect(), (0..2).map(texel).collect()];
+        let layer = weathering_texture([4, 2], &levels);
+        validate_weathering(&layer, &INFO).unwrap();
+        let (left, right) = (weathered(&layer, Vec2::new(0.2, 0.5), Vec3::ONE), weathered(&layer, Vec2::ONE, Vec3::ONE));
+        assert!(left.abs_diff_eq(Vec3::new(0.8, 0.7, 0.6), 0.005), "{left}");
+        assert_eq!(right, Vec3::ONE);
+        let between = weathered(&layer, Vec2::new(0.5, 0.5), Vec3::ONE);
+        assert!(between.abs_diff_eq(Vec3::new(0.9, 0.85, 0.8), 0.005), "{between}");
+        let other = validate_weathering(&layer, &TexelInfo { width: 16, ..INFO }).unwrap_err();
+        assert!(other.to_string().contains("weathering is"), "{other}");
     }
 
     #[test]

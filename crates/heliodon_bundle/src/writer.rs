@@ -10,9 +10,12 @@ use crate::layout::PROFILE_VERSION;
 use crate::manifest::{BundleMeta, Counts, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, TextureInfo};
 use crate::staging::{Staging, sync_folder};
 use crate::storage::{StoredFile, WriteFault, io_fault, store};
-use crate::texels::{BOUNCE_FILE, SKY_FILE, SUN_FILE, TEXELS_FOLDER, TexelInfo, TexelLight};
+use crate::texels::{
+    BOUNCE_FILE, SKY_FILE, SUN_FILE, TEXELS_FOLDER, TexelInfo, TexelLight, WEATHERING_FILE, validate_weathering,
+};
 use glam::Vec3;
 use heliodon_image::TextureWrap;
+use heliodon_image::ktx2::Ktx2;
 use heliodon_sky::lapse::Lapse;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -221,6 +224,25 @@ impl BundleWriter {
             self.manifest.files.push(store(self.staging.folder(), name, &bytes)?);
         }
         self.manifest.texels = Some(info);
+        Ok(())
+    }
+
+    /// Adds what the weather has left on parts that are lit by texels, as [`crate::texels::weathering_texture`] has it, after their light; at most once.
+    ///
+    /// # Errors
+    /// If the bundle has no light in texels, it is of another size, is there already, the bundle's parameters have no weathering, or it cannot be written.
+    pub fn add_texel_weathering(&mut self, layer: &Ktx2) -> Result<(), WriteError> {
+        let unfit = |what: &str| Err(WriteError::Unfit(what.to_owned()));
+        let Some(info) = &self.manifest.texels else { return unfit("weathering in texels needs light in texels") };
+        validate_weathering(layer, info).map_err(|fault| WriteError::Unfit(fault.to_string()))?;
+        if self.manifest.files.iter().any(|file| file.path == WEATHERING_FILE) {
+            return unfit("the bundle has weathering in texels already");
+        }
+        if self.meta.parameters.weathering.is_none() {
+            return unfit("the bundle's parameters have no weathering");
+        }
+        let bytes = layer.to_bytes(WEATHERING_FILE).map_err(|e| WriteError::Unfit(e.to_string()))?;
+        self.manifest.files.push(store(self.staging.folder(), WEATHERING_FILE, &bytes)?);
         Ok(())
     }
 

@@ -1,8 +1,8 @@
 //! `site.toml`: what is read, what is refused and where, the schema, the template.
 
 use heliodon_bundle::site::{
-    Actor, Albedo, Bake, Between, Date, Display, Ground, Lamp, LightStorage, Mapping, Matte, Prepare, ProbeTimes, Role, Room,
-    Site, SiteFile, SkyModel, Transfer, Unit, UpAxis, Walk, Winding,
+    Actor, Albedo, Bake, Between, Date, Display, Ground, Lamp, LightStorage, Mapping, Matte, OwnWeathering, PartWeathering,
+    Prepare, ProbeTimes, Role, Room, Site, SiteFile, SkyModel, Transfer, Unit, UpAxis, Walk, Weathering, Winding,
 };
 use proptest::prelude::*;
 use std::path::Path;
@@ -137,6 +137,12 @@ bake_mib = 4096
 [[matte]]
 name = "in the wall"
 corners = [[475000.5, 150.25, 4201000.75], [475002.5, 150.25, 4201000.75], [475002.5, 153.25, 4201000.75]]
+[weathering]
+dust = 0.5
+corrosion = 0.75
+dust_color = [0.4, 0.3, 0.2]
+wind_from_deg = 225
+wind_m_per_s = 3
 "#;
 
 fn parse(text: &str) -> Result<Site, heliodon_bundle::site::SiteError> {
@@ -203,6 +209,17 @@ fn every_key_of_the_design_is_read() {
     assert_eq!(parse(SMALLEST).unwrap().prepare, None);
     assert_eq!(parse(&SMALLEST.replacen("[bake]", "[prepare]\n[bake]", 1)).unwrap().prepare, Some(Prepare::default()));
     assert_eq!(site.display, Display { width_px: 1280, height_px: 800, fov_deg: 40.0 });
+    let weathering = site.weathering.as_ref().unwrap();
+    assert_eq!((weathering.corrosion, weathering.wind_from_deg, weathering.wind_m_per_s), (0.75, Some(225.0), 3.0));
+    let own = "light = \"vertex\"\nweathering = { dust = 0.25, corrosion_color = [0.1, 0.2, 0.1] }";
+    let site =
+        parse(&FULL.replacen("light = \"vertex\"", own, 1).replacen("role = \"ground\"", "weathering = false", 1)).unwrap();
+    let of = |part: usize| weathering.of_part(site.parts[part].weathering.as_ref());
+    let own = of(0).unwrap();
+    assert_eq!((own.dust, own.corrosion, own.dust_color, own.corrosion_color), (0.25, 0.75, [0.4, 0.3, 0.2], [0.1, 0.2, 0.1]));
+    assert_eq!((of(1), weathering.of_part(None)), (None, Some(weathering.clone())));
+    assert_eq!(parse(SMALLEST).unwrap().weathering, None);
+    assert_eq!(Weathering::default().of_part(None), None, "the table alone weathers nothing");
 }
 
 /// A text with one line replaced, and where the fault is to be found: line, column, words of the message.
@@ -367,6 +384,15 @@ fn values_out_of_range_are_told_with_their_place_and_remedy() {
     refused(FULL, "min = [-50, 1, 0]", "min = [-50, nan, 0]", (48, 1), &["min holds NaN"]);
     refused(FULL, "fov_deg = 40", "fov_deg = 180", (56, 11), &["fov_deg is 180"]);
     let line = |text, column| line_of(FULL, text, column);
+    refused(FULL, "dust = 0.5", "dust = 1.5", line("dust = 0.5", 8), &["dust is 1.5", "from 0 to 1"]);
+    refused(FULL, "corrosion = 0.75", "corrosion = nan", line("corrosion = 0.75", 13), &["corrosion is NaN"]);
+    refused(FULL, "dust_color = [0.4,", "dust_color = [140,", line("dust_color", 1), &["dust_color holds 140", "linear"]);
+    refused(FULL, "wind_from_deg = 225", "wind_from_deg = 500", line("wind_from_deg", 17), &["wind_from_deg is 500"]);
+    refused(FULL, "wind_m_per_s = 3", "wind_m_per_s = -1", line("wind_m_per_s", 16), &["wind_m_per_s is -1", "from 0 to 40"]);
+    let own = |weathering: &str| format!("scale = -2.0\nweathering = {{ {weathering} }}");
+    refused(FULL, "scale = -2.0", &own("dust = -0.25"), (19, 23), &["dust is -0.25"]);
+    refused(FULL, "scale = -2.0", &own("dirt = 0.25"), (19, 14), &["weathering is false, or a table"]);
+    refused(SMALLEST, "role = \"scan\"", "weathering = { dust = 0.1 }", (5, 1), &["no table [weathering]", "empty"]);
     refused(
         FULL,
         "intensity = [3, 2, 1]",
@@ -502,6 +528,8 @@ fn the_template_says_what_it_was_given() {
     series.sky.sun_irradiance = Some([1.0, 2.0, 3.5]);
     series.site.name = "with \"quotes\" and a \\".to_owned();
     series.bake.transfer = Transfer::Rgb;
+    series.weathering = Some(Weathering { dust: 0.5, wind_from_deg: Some(-30.0), ..Weathering::default() });
+    series.parts[0].weathering = Some(PartWeathering::Own(OwnWeathering { corrosion: Some(0.5), ..OwnWeathering::default() }));
     series.rooms.push(Room { name: "r".into(), min: [0.0; 3], max: [1.0; 3], windows: vec![], looks_at: None });
     sites.push(series);
     for site in sites {

@@ -1,4 +1,4 @@
-//! Light in texels, for what is modelled with few polygons: charts, packing, lights and the texel solve.
+//! Light in texels, for what is modelled with few polygons: charts, packing, lights, the texel solve and weathering.
 
 pub mod charts;
 mod cover;
@@ -9,3 +9,4 @@ pub mod seams;
 pub mod solve;
 pub mod texels;
 pub mod unwrap;
+pub mod weathering;

@@ -154,6 +154,7 @@ fn part(file: &str, name: &str, role: Role) -> Part {
         crease_deg: None,
         light: LightStorage::Auto,
         texels: 1.0,
+        weathering: None,
     }
 }
 
@@ -201,6 +202,7 @@ fn athens(name: &str, sky: Sky, bake: Bake) -> SiteFile {
         lamps: Vec::new(),
         mattes: Vec::new(),
         prepare: None,
+        weathering: None,
         display: Display::default(),
         budget: Budget::default(),
     }

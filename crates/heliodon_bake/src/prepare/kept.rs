@@ -8,7 +8,7 @@ use crate::key::{Digest, told_name};
 use crate::plan::Plan;
 use crate::referenced::referenced_files;
 use crate::scene::{Original, PartRange, Scene};
-use heliodon_bundle::site::{InputKind, Prepare, SITE_FILE_NAME};
+use heliodon_bundle::site::{InputKind, Part, Prepare, SITE_FILE_NAME};
 
 /// What the folders of prepared geometry are called, before their key.
 pub(crate) const GEOMETRY: &str = "geometry-";
@@ -55,7 +55,8 @@ pub(super) fn part_digest(plan: &Plan, settings: &Prepare, part: usize) -> Diges
     let mut digest = Digest::default();
     digest.run(crate::TOOL.as_bytes());
     digest.json(&inputs);
-    digest.json(&site.parts[part]);
+    // what the weather leaves on it moves nothing
+    digest.json(&Part { weathering: None, ..site.parts[part].clone() });
     digest.json(&(site.site.origin, settings, &site.rooms, &site.display));
     digest
 }

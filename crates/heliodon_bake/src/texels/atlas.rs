@@ -129,6 +129,14 @@ impl Atlas {
         triangle
     }
 
+    /// The part of the site that an unwrapped triangle belongs to.
+    #[must_use]
+    pub fn part_of_triangle(&self, triangle: u32) -> usize {
+        let triangle = self.triangle_of_scene(triangle) as usize;
+        let index = self.triangles.iter().position(|range| range.contains(&triangle));
+        index.map_or(0, |index| self.parts[index])
+    }
+
     /// The texels of a level: 0 is the finest, [`TEXEL_LEVELS`] - 1 that of the bounce.
     #[must_use]
     pub fn texels(&self, scene: &Scene, level: u32) -> Texels {

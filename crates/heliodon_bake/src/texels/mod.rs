@@ -7,9 +7,11 @@
 mod atlas;
 mod levels;
 mod stage;
+mod weathering;
 
 pub use atlas::{Atlas, expects_texels};
 pub use stage::SolvedScene;
+pub use weathering::{weather_texels, weathering_layer};
 
 use crate::codec::{Decoder, Encoder};
 use crate::error::BakeError;

@@ -16,7 +16,7 @@ use crate::layout::{FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION}
 use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, Preamble};
 use crate::site::{Actor, Albedo, Lamp, check_actor, check_lamp, check_matte};
 use crate::storage::StoredFile;
-use crate::texels::{BOUNCE_FILE, SKY_FILE, SUN_FILE, TexelLight};
+use crate::texels::{BOUNCE_FILE, SKY_FILE, SUN_FILE, TexelLight, WEATHERING_FILE, validate_weathering};
 use error::{io_error, malformed};
 use glb::{ChunkPlace, EmbeddedImage, GlbFile, GridPlace};
 use heliodon_image::ktx2::Ktx2;
@@ -217,17 +217,32 @@ impl BundleReader {
     /// If it cannot be read, or is malformed.
     pub fn read_texels(&self) -> Result<Option<TexelLight>, ReadError> {
         let Some(info) = &self.manifest.texels else { return Ok(None) };
-        let read = |name: &str| -> Result<Ktx2, ReadError> {
-            let path = self.folder.join(name);
-            let bytes = std::fs::read(&path).map_err(io_error(&path))?;
-            Ktx2::from_bytes(&bytes, name).map_err(|e| malformed(&path, e.to_string()))
-        };
+        let read = |name: &str| self.read_texture(name);
         let bounces = self.manifest.light.bounce_floats() > 0;
         let bounce = if bounces { Some(read(BOUNCE_FILE)?) } else { None };
         let light = TexelLight { sun: read(SUN_FILE)?, sky: read(SKY_FILE)?, bounce };
         let wrong = |fault: crate::texels::TexelFault| malformed(&self.folder.join(SUN_FILE), fault.to_string());
         light.validate(self.manifest.light, info).map_err(wrong)?;
         Ok(Some(light))
+    }
+
+    /// Reads what the weather has left on parts that are lit by texels, as [`crate::texels::weathering_texture`] has it; `None` where the bundle has none.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is malformed.
+    pub fn read_texel_weathering(&self) -> Result<Option<Ktx2>, ReadError> {
+        let is_there = self.manifest.files.iter().any(|file| file.path == WEATHERING_FILE);
+        let Some(info) = self.manifest.texels.as_ref().filter(|_| is_there) else { return Ok(None) };
+        let layer = self.read_texture(WEATHERING_FILE)?;
+        let wrong = |fault: crate::texels::TexelFault| malformed(&self.folder.join(WEATHERING_FILE), fault.to_string());
+        validate_weathering(&layer, info).map_err(wrong)?;
+        Ok(Some(layer))
+    }
+
+    fn read_texture(&self, name: &str) -> Result<Ktx2, ReadError> {
+        let path = self.folder.join(name);
+        let bytes = std::fs::read(&path).map_err(io_error(&path))?;
+        Ktx2::from_bytes(&bytes, name).map_err(|e| malformed(&path, e.to_string()))
     }
 
     /// The bytes of a base colour image, a PNG or JPEG file; empty for one that no chunk shows.
@@ -322,6 +337,9 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
     }
     if manifest.texels.is_some() && manifest.version < FORMAT_VERSION {
         return Err(malformed(&path, format!("version {} has no light in texels", manifest.version)));
+    }
+    if manifest.parameters.weathering.is_some() && manifest.version < FORMAT_VERSION {
+        return Err(malformed(&path, format!("version {} has no weathering", manifest.version)));
     }
     let moving =
         manifest.grid.is_some() || !manifest.actors.is_empty() || !manifest.lamps.is_empty() || !manifest.mattes.is_empty();

@@ -7,6 +7,7 @@ use super::matte::Matte;
 use super::prepare::Prepare;
 use super::types::{Albedo, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part, Room, SiteFile, Sky};
 use super::values::ProbeTimes;
+use super::weathering::{PartWeathering, WIND_M_PER_S, Weathering};
 use crate::texels::{BOUNCE_BLOCK, MAX_TEXEL_SIDE};
 
 /// A fault with the path of the key that has it.
@@ -70,7 +71,9 @@ pub(super) fn check(site: &SiteFile) -> Checked {
         return fault(&["part"], format!("{} parts", site.parts.len()), "a bundle holds 65,535; join some with globs");
     }
     for (i, part) in site.parts.iter().enumerate() {
-        check_part(&["part", &i.to_string()], part)?;
+        let index = i.to_string();
+        check_part(&["part", &index], part)?;
+        check_part_weathering(&["part", &index, "weathering"], part.weathering.as_ref(), site.weathering.is_some())?;
     }
     check_sky(site, &site.sky)?;
     check_bake(site)?;
@@ -98,6 +101,9 @@ pub(super) fn check(site: &SiteFile) -> Checked {
     }
     if let Some(prepare) = &site.prepare {
         check_prepare(prepare)?;
+    }
+    if let Some(weathering) = &site.weathering {
+        check_weathering(&["weathering"], weathering)?;
     }
     let display = &site.display;
     within(&["display", "width_px"], f64::from(display.width_px), 1.0, 65_536.0)?;
@@ -144,6 +150,50 @@ fn check_albedo(key: &[&str], albedo: Option<&Albedo>) -> Checked {
         }
         Some(Albedo::Image(image)) => not_empty(key, image),
         None => Ok(()),
+    }
+}
+
+fn check_weathering(at: &[&str], weathering: &Weathering) -> Checked {
+    let key = |name| [at, &[name]].concat();
+    within(&key("dust"), weathering.dust, 0.0, 1.0)?;
+    within(&key("corrosion"), weathering.corrosion, 0.0, 1.0)?;
+    check_color(&key("dust_color"), weathering.dust_color)?;
+    check_color(&key("corrosion_color"), weathering.corrosion_color)?;
+    within(&key("wind_from_deg"), weathering.wind_from_deg.unwrap_or(0.0), -360.0, 360.0)?;
+    within(&key("wind_m_per_s"), weathering.wind_m_per_s, *WIND_M_PER_S.start(), *WIND_M_PER_S.end())
+}
+
+fn check_color(key: &[&str], rgb: [f64; 3]) -> Checked {
+    match rgb.iter().find(|c| !(0.0..=1.0).contains(*c)) {
+        None => Ok(()),
+        Some(wrong) => {
+            let remedy = "give three linear numbers from 0 to 1; 8-bit colours must be divided by 255 and linearised";
+            fault(key, format!("{} holds {wrong}", key.last().unwrap_or(&"")), remedy)
+        }
+    }
+}
+
+/// `whole`: the site has a table `[weathering]`.
+fn check_part_weathering(at: &[&str; 3], part: Option<&PartWeathering>, whole: bool) -> Checked {
+    match part {
+        None | Some(PartWeathering::As(false)) => Ok(()),
+        Some(_) if !whole => fault(
+            at,
+            "the part is weathered, but the site has no table [weathering]",
+            "add [weathering]; empty, it weathers no other part",
+        ),
+        Some(PartWeathering::As(true)) => Ok(()),
+        Some(PartWeathering::Own(own)) => {
+            let default = Weathering::default();
+            let whole = Weathering {
+                dust: own.dust.unwrap_or(0.0),
+                corrosion: own.corrosion.unwrap_or(0.0),
+                dust_color: own.dust_color.unwrap_or(default.dust_color),
+                corrosion_color: own.corrosion_color.unwrap_or(default.corrosion_color),
+                ..default
+            };
+            check_weathering(at, &whole)
+        }
     }
 }
 

@@ -16,6 +16,7 @@ mod prepare;
 mod template;
 mod types;
 mod values;
+mod weathering;
 
 pub use actor::{Actor, CACHE_FRAMES_PER_S_RANGE, DEFAULT_WALK_SPEED, Ground, Walk};
 pub use budget::Budget;
@@ -33,6 +34,7 @@ pub use types::{
     Mapping, Part, Role, Room, SiteFile, SiteInfo, Sky, SkyModel, Transfer, UpAxis,
 };
 pub use values::{Date, ProbeTimes, TimeOfDay, UtcOffset};
+pub use weathering::{OwnWeathering, PartWeathering, Weathering};
 
 use parse::Source;
 use std::ops::Deref;

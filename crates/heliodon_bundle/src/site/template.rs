@@ -7,6 +7,7 @@ use super::matte::Matte;
 use super::prepare::{Prepare, Winding};
 use super::types::{Albedo, Bake, Display, Part, Room, SiteFile, SiteInfo, Sky};
 use super::values::ProbeTimes;
+use super::weathering::Weathering;
 use heliodon_math::unit::Unit;
 use serde::Serialize;
 use std::fmt::Write;
@@ -70,6 +71,10 @@ pub(super) fn write(site: &SiteFile) -> String {
     }
     write_sky(&mut w, &site.sky);
     write_bake(&mut w, &site.bake);
+    match &site.weathering {
+        Some(weathering) => write_weathering(&mut w, weathering),
+        None => write_example(&mut w, |w| write_weathering(w, &Weathering::default())),
+    }
     for room in &site.rooms {
         write_room(&mut w, room);
     }
@@ -141,6 +146,7 @@ fn write_part(w: &mut Writer, part: &Part) {
     w.absent("crease_deg", part.crease_deg.as_ref(), "60.0", "sharper edges are hard; default: the files' normals");
     w.optional("light", &part.light, &super::LightStorage::Auto, "auto, vertex or texel");
     w.optional("texels", &part.texels, &1.0, "along a metre, beside other parts lit by texels");
+    w.absent("weathering", part.weathering.as_ref(), "{ dust = 0.2 }", "in place of what [weathering] says; or false");
 }
 
 fn write_sky(w: &mut Writer, sky: &Sky) {
@@ -263,6 +269,22 @@ fn write_prepare(w: &mut Writer, prepare: &Prepare) {
     );
     w.optional("purge", &prepare.purge, &default.purge, "drop what no eye in any room can see; it still gives shadow");
     w.optional("ring", &prepare.ring, &default.ring, "rings of neighbours kept around what is seen");
+}
+
+fn write_weathering(w: &mut Writer, weathering: &Weathering) {
+    let default = Weathering::default();
+    w.line("\n[weathering]  # dust and corrosion over the albedo; light bounces as without them");
+    w.optional("dust", &weathering.dust, &default.dust, "how far it covers where it lies thickest, 0 to 1");
+    w.optional("corrosion", &weathering.corrosion, &default.corrosion, "how far it shows where rain and sky reach, 0 to 1");
+    w.optional("dust_color", &weathering.dust_color, &default.dust_color, "albedo, linear");
+    w.optional("corrosion_color", &weathering.corrosion_color, &default.corrosion_color, "");
+    w.absent(
+        "wind_from_deg",
+        weathering.wind_from_deg.as_ref(),
+        "225.0",
+        "compass bearing that rain is driven from; default: none prevails",
+    );
+    w.optional("wind_m_per_s", &weathering.wind_m_per_s, &default.wind_m_per_s, "at the walls, while it rains");
 }
 
 fn write_display(w: &mut Writer, display: &Display) {

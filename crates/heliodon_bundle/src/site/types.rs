@@ -8,6 +8,7 @@ use super::lamp::Lamp;
 use super::matte::Matte;
 use super::prepare::Prepare;
 use super::values::{Date, ProbeTimes, TimeOfDay, UtcOffset};
+use super::weathering::{PartWeathering, Weathering};
 use heliodon_math::unit::Unit;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
@@ -53,6 +54,9 @@ pub struct SiteFile {
     /// How geometry is cleaned and reduced; without it, it is taken as it comes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prepare: Option<Prepare>,
+    /// What the weather has left on the surfaces; without it, nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weathering: Option<Weathering>,
     /// The display that the site is prepared for.
     #[serde(default)]
     pub display: Display,
@@ -134,6 +138,9 @@ pub struct Part {
     #[serde(default = "one", skip_serializing_if = "is_one")]
     #[schemars(range(min = 0.01, max = 100))]
     pub texels: f64,
+    /// How the part departs from `[weathering]`: `false`, or a table of what is its own. Default: it does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weathering: Option<PartWeathering>,
 }
 
 pub(super) fn unit_schema(_: &mut SchemaGenerator) -> Schema {

@@ -42,10 +42,13 @@ pub enum TexelFormat {
     R16Float,
     /// Four of them.
     Rgba16Float,
+    /// Four unsigned numbers of 8 bits, from 0 to 1: colour coded as sRGB, and what is linear.
+    Rgba8Srgb,
 }
 
 impl TexelFormat {
-    const ALL: [Self; 5] = [Self::R32Uint, Self::Rg32Uint, Self::Rgba32Uint, Self::R16Float, Self::Rgba16Float];
+    const ALL: [Self; 6] =
+        [Self::R32Uint, Self::Rg32Uint, Self::Rgba32Uint, Self::R16Float, Self::Rgba16Float, Self::Rgba8Srgb];
 
     /// Numbers of a texel.
     #[must_use]
@@ -53,14 +56,18 @@ impl TexelFormat {
         match self {
             Self::R32Uint | Self::R16Float => 1,
             Self::Rg32Uint => 2,
-            Self::Rgba32Uint | Self::Rgba16Float => 4,
+            Self::Rgba32Uint | Self::Rgba16Float | Self::Rgba8Srgb => 4,
         }
     }
 
     /// Bytes of each of them.
     #[must_use]
     pub fn channel_bytes(self) -> u32 {
-        if self.is_float() { 2 } else { 4 }
+        match self {
+            Self::Rgba8Srgb => 1,
+            Self::R16Float | Self::Rgba16Float => 2,
+            Self::R32Uint | Self::Rg32Uint | Self::Rgba32Uint => 4,
+        }
     }
 
     /// Bytes of a texel.
@@ -76,6 +83,7 @@ impl TexelFormat {
     /// Vulkan's number.
     fn vk(self) -> u32 {
         match self {
+            Self::Rgba8Srgb => 43,
             Self::R16Float => 76,
             Self::Rgba16Float => 97,
             Self::R32Uint => 98,
@@ -195,24 +203,34 @@ impl Ktx2 {
     fn descriptor(&self) -> Vec<u8> {
         const BLOCK_BYTES: u32 = 24;
         const SAMPLE_BYTES: u32 = 16;
-        /// RGBSDA, BT.709, linear.
+        /// RGBSDA, BT.709, linear,
         const MODEL: [u8; 4] = [1, 1, 1, 0];
+        /// or coded as sRGB, and multiplied with alpha.
+        const SRGB_MODEL: [u8; 4] = [1, 1, 2, 1];
         const VERSION: u32 = 2;
         const ALPHA: u32 = 15;
+        const LINEAR: u32 = 0x10;
         let (format, channels) = (self.format, self.format.channels());
         let block = BLOCK_BYTES + SAMPLE_BYTES * channels;
         let mut bytes = Vec::new();
         for number in [4 + block, 0, VERSION | block << 16] {
             bytes.extend(number.to_le_bytes());
         }
-        bytes.extend(MODEL);
+        let is_srgb = format == TexelFormat::Rgba8Srgb;
+        bytes.extend(if is_srgb { SRGB_MODEL } else { MODEL });
         bytes.extend([0_u8; 4]);
         bytes.extend([format.texel_bytes() as u8, 0, 0, 0, 0, 0, 0, 0]);
         let bits = 8 * format.channel_bytes();
         // floats are signed, from -1 to 1 as far as programs that know nothing else are concerned
-        let (kind, low, high) = if format.is_float() { (0xC0, (-1.0_f32).to_bits(), 1.0_f32.to_bits()) } else { (0, 0, 1) };
+        let (kind, low, high) = match format {
+            _ if format.is_float() => (0xC0, (-1.0_f32).to_bits(), 1.0_f32.to_bits()),
+            TexelFormat::Rgba8Srgb => (0, 0, 255),
+            _ => (0, 0, 1),
+        };
         for channel in 0..channels {
             let id = if channel == 3 { ALPHA } else { channel };
+            // alpha is never coded
+            let kind = if is_srgb && channel == 3 { LINEAR } else { kind };
             let numbers = [(channel * bits) | (bits - 1) << 16 | (id | kind) << 24, 0, low, high];
             numbers.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
         }
@@ -277,7 +295,7 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read() {
-        for (format, layers) in TexelFormat::ALL.into_iter().zip([1, 1, 3, 7, 2]) {
+        for (format, layers) in TexelFormat::ALL.into_iter().zip([1, 1, 3, 7, 2, 1]) {
             let written = texture(format, layers);
             let bytes = written.to_bytes("a.ktx2").unwrap();
             assert_eq!(Ktx2::from_bytes(&bytes, "a.ktx2").unwrap(), written);

@@ -252,6 +252,7 @@ impl Default for StagePipelines {
                         texture_2d_array(TextureSampleType::Float { filterable: true }),
                         image(),
                         sampler(SamplerBindingType::Filtering),
+                        image(),
                     ),
                 ),
             ),

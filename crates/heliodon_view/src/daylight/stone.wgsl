@@ -73,11 +73,16 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
 #ifdef TEXTURED
     albedo *= textureSample(albedo_texture, albedo_sampler, in.uv).rgb;
 #endif
+#ifdef TEXELS
+    let across = dpdx(in.texel_uv);
+    let down = dpdy(in.texel_uv);
+    albedo = texel_weathered(albedo, in.texel_uv, across, down);
+#endif
 #ifdef VERTICES
     var light = in.light;
 #endif
 #ifdef TEXELS
-    let lit = texel_light(in.texel_uv, dpdx(in.texel_uv), dpdy(in.texel_uv), normalize(in.normal));
+    let lit = texel_light(in.texel_uv, across, down, normalize(in.normal));
     var light = lit.rgb;
 #endif
 #ifdef SHADED

@@ -6,6 +6,8 @@
 // rgb: the bounced light of the moment.
 @group(1) @binding(5) var texel_bounced: texture_2d<f32>;
 @group(1) @binding(6) var texel_sampler: sampler;
+// rgb: the colour of what has settled, times how much of the surface it covers; a: that part.
+@group(1) @binding(7) var texel_weathering: texture_2d<f32>;
 
 // The level of the masks whose texels are about as large as a pixel.
 fn texel_level(across: vec2<f32>, down: vec2<f32>) -> f32 {
@@ -32,6 +34,12 @@ fn texel_reached(uv: vec2<f32>, level: u32) -> f32 {
         reached += weights.x * weights.y * vec2<f32>(vec2<u32>(first, second));
     }
     return dot(texel_moment.mask_weights.xy, smoothstep(vec2<f32>(0.25), vec2<f32>(0.75), reached));
+}
+
+// An albedo beneath what the weather has left on it, which lies on the masks' second level.
+fn texel_weathered(albedo: vec3<f32>, uv: vec2<f32>, across: vec2<f32>, down: vec2<f32>) -> vec3<f32> {
+    let layer = textureSampleLevel(texel_weathering, texel_sampler, uv, texel_level(across, down) - 1.0);
+    return albedo * (1.0 - layer.a) + layer.rgb;
 }
 
 // rgb: the light at a place; a: how much of the sun's irradiance / pi in it comes straight from the sun.

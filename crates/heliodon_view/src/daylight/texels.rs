@@ -79,6 +79,8 @@ pub enum Of {
     Sky,
     /// Sun bounce.
     Bounce,
+    /// What the weather has left.
+    Weathering,
 }
 
 /// A layer of a level of an atlas's texture, on its way to the GPU.
@@ -99,9 +101,10 @@ pub struct TexelPiece {
 }
 
 /// The pieces of an atlas, texture after texture.
-pub fn pieces(light: TexelLight) -> impl Iterator<Item = TexelPiece> {
-    let textures = [(Of::Sun, Some(light.sun)), (Of::Sky, Some(light.sky)), (Of::Bounce, light.bounce)];
-    textures.into_iter().filter_map(|(of, texture)| Some((of, texture?))).flat_map(|(of, texture)| {
+pub fn pieces(light: TexelLight, weathering: Option<Ktx2>) -> impl Iterator<Item = TexelPiece> {
+    let of_light = [(Of::Sun, Some(light.sun)), (Of::Sky, Some(light.sky)), (Of::Bounce, light.bounce)];
+    let textures = of_light.into_iter().chain([(Of::Weathering, weathering)]);
+    textures.filter_map(|(of, texture)| Some((of, texture?))).flat_map(|(of, texture)| {
         let Ktx2 { format, width, height, layers, levels } = texture;
         let shape = [width, height, layers, levels.len() as u32];
         (0..).zip(levels).flat_map(move |(level, bytes)| {
@@ -118,6 +121,7 @@ pub struct TexelsGpu {
     sun: Option<Texture>,
     sky: Option<Texture>,
     bounce: Option<Texture>,
+    weathering: Option<Texture>,
     ready: Option<Ready>,
     moment: Option<TexelMoment>,
     /// Whether the bounced sun has not yet the moment's light: told to the GPU's work of the frame, which is asked for once a frame and more.
@@ -142,6 +146,7 @@ impl TexelsGpu {
             Of::Sun => &mut self.sun,
             Of::Sky => &mut self.sky,
             Of::Bounce => &mut self.bounce,
+            Of::Weathering => &mut self.weathering,
         };
         let [width, height, layers, levels] = piece.shape;
         let limits = device.limits();
@@ -149,7 +154,11 @@ impl TexelsGpu {
             return;
         }
         let texture = slot.get_or_insert_with(|| {
-            let format = if piece.format == TexelFormat::R32Uint { TextureFormat::R32Uint } else { TextureFormat::Rgba16Float };
+            let format = match piece.format {
+                TexelFormat::R32Uint => TextureFormat::R32Uint,
+                TexelFormat::Rgba8Srgb => TextureFormat::Rgba8UnormSrgb,
+                _ => TextureFormat::Rgba16Float,
+            };
             create(device, "texels", [width, height, layers, levels], format, TextureUsages::COPY_DST)
         });
         let side = |texels: u32| (texels >> piece.level).max(1);
@@ -207,12 +216,15 @@ impl TexelsGpu {
             TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4), rows_per_image: None },
             Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
         );
+        // nothing, where the weather has left none: textures begin with zeros
+        let clean = create(device, "clean", [1, 1, 1, 1], TextureFormat::Rgba8UnormSrgb, TextureUsages::COPY_DST);
+        let weathering = self.weathering.as_ref().unwrap_or(&clean).create_view(&TextureViewDescriptor::default());
         let white = (white.create_view(&TextureViewDescriptor::default()), sampler.clone());
         let (sun, sky) = (sun.create_view(&array()), sky.create_view(&array()));
         let layout = cache.get_bind_group_layout(&pipelines.texels_layout);
         let group = |(image, of_image): &(TextureView, Sampler)| {
             let whole = uniform.as_entire_buffer_binding();
-            let entries = BindGroupEntries::sequential((image, of_image, whole, &sun, &sky, &bounced, &sampler));
+            let entries = BindGroupEntries::sequential((image, of_image, whole, &sun, &sky, &bounced, &sampler, &weathering));
             device.create_bind_group("stone_texels", &layout, &entries)
         };
         let groups = images.iter().chain([&white]).map(group).collect();

@@ -64,7 +64,8 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
         }
     }
     if let Some(light) = reader.read_texels().map_err(|error| error.to_string())? {
-        for piece in pieces(light) {
+        let weathering = reader.read_texel_weathering().map_err(|error| error.to_string())?;
+        for piece in pieces(light, weathering) {
             if to_gpu.send(Delivery::Texels(piece)).is_err() {
                 return Ok(());
             }
