@@ -5,6 +5,7 @@ use crate::budget::{Means, viewer_bytes, viewer_doubt};
 use crate::cache::{Cache, Taken};
 use crate::chunks::ChunkMaker;
 use crate::darkness::tell_of_darkness;
+use crate::details::Details;
 use crate::earlier::SceneRecord;
 use crate::error::BakeError;
 use crate::estimate::light_need;
@@ -85,7 +86,10 @@ pub(crate) fn bake_where(
     plan.check_target()?;
     let reporter = &WarningsKept::new(reporter);
     let mut clock = Clock::default();
+    let details = Details::read(&plan.site, &plan.files, reporter)?;
+    plan.check_unchanged(|kind| matches!(kind, InputKind::Detail(_)))?;
     let mut scene = plan.read_scene(reporter)?;
+    details.doubts(&plan.site, &scene).iter().for_each(|doubt| reporter.warning(doubt));
     let (digests, record) = (SceneDigests::new(&scene), SceneRecord::new(&scene));
     let key = plan.key(&digests);
     may_go_on(&key)?;
@@ -109,7 +113,7 @@ pub(crate) fn bake_where(
     let (light, grid, actors, names) =
         means.run(|| scene_light(plan, (&scene, &digests, &record, atlas.as_ref()), rays, (&suns, means), &cache, reporter))?;
     clock.lap("light");
-    let manifest = write_bundle(plan, (&scene, atlas.as_ref()), sky, (&light, &grid), actors, &cache, reporter)?;
+    let manifest = write_bundle(plan, (&scene, atlas.as_ref(), &details), sky, (&light, &grid), actors, &cache, reporter)?;
     clock.lap("writing");
     let needs = viewer_bytes(manifest.counts, manifest.light, scene.mesh.texture_bytes() as u64);
     viewer_doubt(plan.site.budget.viewer_bytes(), needs).iter().for_each(|doubt| reporter.warning(doubt));
@@ -194,7 +198,7 @@ fn within_budget(plan: &Plan, scene: &Scene, rays: &TriangleScene, reporter: &dy
 /// Writes everything into the bundle, which appears whole or not at all.
 fn write_bundle(
     plan: &Plan,
-    (scene, atlas): (&Scene, Option<&Atlas>),
+    (scene, atlas, details): (&Scene, Option<&Atlas>, &Details),
     sky: BakedSky,
     (light, grid): (&BakedLight, &GridPlan),
     actors: Vec<Actor>,
@@ -214,6 +218,7 @@ fn write_bundle(
         let (textures, count) = texels.textures(scene, atlas, layout);
         writer.add_texels(&textures, atlas.info(count))?;
     }
+    details.write(&plan.site, &mut writer)?;
     let maker = ChunkMaker::new(scene, atlas, light, layout);
     let mut textures = Textures::default();
     reporter.stage("writing", mesh.triangles.len() as u64);

@@ -154,6 +154,7 @@ fn part(file: &str, name: &str, role: Role) -> Part {
         crease_deg: None,
         light: LightStorage::Auto,
         texels: 1.0,
+        detail: None,
     }
 }
 

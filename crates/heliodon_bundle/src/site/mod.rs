@@ -6,6 +6,7 @@
 mod actor;
 mod budget;
 mod check;
+mod detail;
 mod error;
 mod files;
 mod lamp;
@@ -20,6 +21,7 @@ pub use actor::{Actor, CACHE_FRAMES_PER_S_RANGE, DEFAULT_WALK_SPEED, Ground, Wal
 pub use budget::Budget;
 pub(crate) use check::check_lone_actor as check_actor;
 pub(crate) use check::check_lone_lamp as check_lamp;
+pub use detail::{Along, DEFAULT_DETAIL_TEXELS, Detail, DetailMapping, DetailPattern};
 pub use error::SiteError;
 pub use files::{InputFile, InputKind};
 pub use heliodon_math::unit::Unit;

@@ -133,6 +133,12 @@ fn write_part(w: &mut Writer, part: &Part) {
     w.absent("crease_deg", part.crease_deg.as_ref(), "60.0", "sharper edges are hard; default: the files' normals");
     w.optional("light", &part.light, &super::LightStorage::Auto, "auto, vertex or texel");
     w.optional("texels", &part.texels, &1.0, "along a metre, beside other parts lit by texels");
+    w.absent(
+        "detail",
+        part.detail.as_ref(),
+        "{ kind = \"stone\" }",
+        "a grey pattern seen from near: noise, stone, plaster, wood; or file",
+    );
 }
 
 fn write_sky(w: &mut Writer, sky: &Sky) {

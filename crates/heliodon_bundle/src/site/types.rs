@@ -4,6 +4,7 @@
 
 use super::actor::Actor;
 use super::budget::Budget;
+use super::detail::Detail;
 use super::lamp::Lamp;
 use super::prepare::Prepare;
 use super::values::{Date, ProbeTimes, TimeOfDay, UtcOffset};
@@ -130,6 +131,9 @@ pub struct Part {
     #[serde(default = "one", skip_serializing_if = "is_one")]
     #[schemars(range(min = 0.01, max = 100))]
     pub texels: f64,
+    /// A fine pattern on its surfaces, for who comes near: `detail = { kind = "stone" }`. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub detail: Option<Detail>,
 }
 
 pub(super) fn unit_schema(_: &mut SchemaGenerator) -> Schema {

@@ -6,6 +6,7 @@ use crate::daylight::chunk::{KeptChunk, PreparedChunk};
 use crate::daylight::closed::ClosedBodies;
 use crate::daylight::layout::VertexLayout;
 use crate::daylight::texels::pieces;
+use crate::detail::PartDetails;
 use bevy::log::debug;
 use heliodon_bundle::BundleReader;
 use heliodon_image::SrgbImage;
@@ -68,10 +69,13 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
         }
         to_gpu.send(Delivery::TexelsDone).ok();
     }
+    let details =
+        PartDetails::read(reader, |detail| to_gpu.send(Delivery::Detail(detail)).is_ok()).map_err(|error| error.to_string())?;
     let mut bodies = ClosedBodies::default();
     for index in 0..reader.chunk_count() {
         let chunk = reader.read_chunk(index).map_err(|error| error.to_string())?;
-        let prepared = PreparedChunk::new(layout, &chunk);
+        let detail = details.of(chunk.part, chunk.texture.is_some());
+        let prepared = PreparedChunk { detail, ..PreparedChunk::new(layout, &chunk) };
         drop(chunk);
         let kept = Arc::clone(&prepared.kept);
         bodies.push(&kept);
