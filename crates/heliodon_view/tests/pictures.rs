@@ -197,12 +197,17 @@ fn mixed(values: &[Vec3], at: Vec2) -> Vec3 {
     corners.iter().map(|&(v, w)| values[v] * w).sum()
 }
 
+/// What leaves the wall at a point of it where its vertices have this light.
+fn lit_wall(chunk: &LitChunk, light: &[Vec3], at: Vec2) -> Vec3 {
+    mixed(light, at) * mixed(&chunk.albedo, at)
+}
+
 /// What the CPU says of the light of the wall at a point of it.
 fn expected(reader: &BundleReader, chunk: &LitChunk, moment: &Moment) -> impl Fn(Vec2) -> Vec3 {
     let (layout, texels) = (reader.manifest().light, reader.read_texels().unwrap());
     let (light, moment, chunk) = (chunk_light(moment, chunk), moment.clone(), chunk.clone());
     move |at: Vec2| match &texels {
-        None => mixed(&light, at) * mixed(&chunk.albedo, at),
+        None => lit_wall(&chunk, &light, at),
         Some(texels) => {
             let uvs: Vec<Vec3> = chunk.texel_uvs.iter().map(|uv| uv.extend(0.0)).collect();
             let normal = heliodon_math::frame::unit_or(mixed(&chunk.normals, at), Vec3::Z);
@@ -216,6 +221,8 @@ fn compare(folder: &Path, renderer: &mut Renderer, clock_s: f64, blend: Blend) {
     let chunk = reader.read_chunk(0).unwrap();
     let moment: Moment = Day::new(reader.lapse()).at(clock_s, blend);
     let expected = expected(&reader, &chunk, &moment);
+    // textures are filtered in steps of 1/256 of a texel
+    let rounded = if chunk.texel_uvs.is_empty() { 0.004 } else { 0.012 };
     // From 1.25 in front of it, 60 degrees see a part of the wall that fills the picture.
     let eye = Vec3::new(0.0, 0.0, 1.25);
     let shot = Shot {
@@ -239,12 +246,12 @@ fn compare(folder: &Path, renderer: &mut Renderer, clock_s: f64, blend: Blend) {
             let wanted = expected(Vec2::new(screen.x, -screen.y) * half);
             let got = linear.pixel(x, y);
             let off = (got - wanted).abs().max_element();
-            assert!(off <= 0.004 * wanted.max_element() + 0.003 * mean, "{x} {y}: {got} for {wanted} at {clock_s}");
+            assert!(off <= rounded * wanted.max_element() + 0.003 * mean, "{x} {y}: {got} for {wanted} at {clock_s}");
             let codes = shown.pixel(x, y);
             for c in 0..3 {
                 let display = (wanted[c] * exposure).clamp(0.0, 1.0);
                 let code = linear_from_srgb(f32::from(codes[c]) / 255.0);
-                assert!((code - display).abs() <= 0.012 * display + 0.004, "{x} {y}: {code} for {display}");
+                assert!((code - display).abs() <= (rounded + 0.008) * display + 0.004, "{x} {y}: {code} for {display}");
             }
         }
     }
@@ -329,7 +336,7 @@ fn a_texture_hangs_upright_and_is_decoded() {
         }
         let [r, g, b, _] = quadrants[usize::from(at.y < 0.0)][usize::from(at.x > 0.0)];
         let colour = Vec3::from([r, g, b].map(|code| linear_from_srgb(f32::from(code) / 255.0)));
-        let wanted = expected(&chunk, &light, at) * colour;
+        let wanted = lit_wall(&chunk, &light, at) * colour;
         let got = picture.pixel(x, y);
         assert!((got - wanted).abs().max_element() <= 0.01 * wanted.max_element() + 2e-3, "{at}: {got} for {wanted}");
         seen += usize::from(wanted.max_element() > 0.05);
@@ -346,7 +353,7 @@ fn a_texture_finer_than_pixels_is_averaged_in_linear_light() {
     let (chunk, light) = textured_wall(&bundle, &SrgbImage { width: side, height: side, pixels });
     let (picture, at) = picture_of_wall(&bundle, 1.0);
     for (x, y) in (0..SIZE).flat_map(|y| (0..SIZE).map(move |x| (x, y))) {
-        let wanted = expected(&chunk, &light, at(x, y)) * linear_from_srgb(188.0 / 255.0);
+        let wanted = lit_wall(&chunk, &light, at(x, y)) * linear_from_srgb(188.0 / 255.0);
         let got = picture.pixel(x, y);
         assert!((got - wanted).abs().max_element() <= 0.01 * wanted.max_element() + 2e-3, "{x} {y}: {got} for {wanted}");
     }
@@ -363,7 +370,7 @@ fn open_stone_is_seen_from_behind_in_the_same_light() {
     let light = chunk_light(&Day::new(reader.lapse()).at(6.0 * 3600.0, Blend::Smooth), &chunk);
     let (picture, at) = picture_of_wall(&bundle, -1.0);
     for (x, y) in (0..SIZE).flat_map(|y| (0..SIZE).map(move |x| (x, y))) {
-        let wanted = expected(&chunk, &light, at(x, y));
+        let wanted = lit_wall(&chunk, &light, at(x, y));
         let got = picture.pixel(x, y);
         assert!((got - wanted).abs().max_element() <= 0.01 * wanted.max_element() + 2e-3, "{x} {y}: {got} for {wanted}");
     }
