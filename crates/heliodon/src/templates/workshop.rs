@@ -24,7 +24,7 @@ const FLAME: [f64; 3] = [9.0, 5.0, 1.9];
 const FLAME_REACH_M: f64 = 9.0;
 
 /// Details: parts that show one, its image's name and kind, the length of a tile in metres, the axis along which fibres run, and how much of it is shown.
-/// A fleck of stone is then 4 mm, a ring of wood 3 mm.
+/// A texel is then 2 to 6 mm, a ring of wood 3 cm.
 const DETAILS: [(&[&str], &str, DetailKind, f64, Along, f64); 6] = [
     (&["walls"], "plaster.png", DetailKind::Plaster, 1.6, Along::Y, 1.0),
     (&["columns", "floor"], "stone.png", DetailKind::Stone, 1.0, Along::Y, 0.8),
