@@ -12,6 +12,7 @@ use heliodon_light::reference::{Camera, ReferenceFrame};
 use heliodon_view::actors::Actors;
 use heliodon_view::headless::{RenderOptions, Renderer, Shot, ShotExposure};
 use heliodon_view::navigation::pose::{Pose, fov_deg};
+use heliodon_view::stage::frame::StageFrame;
 use heliodon_view::{Blend, ToneCurve, tonemap};
 use std::path::Path;
 
@@ -40,6 +41,8 @@ pub struct Look {
     pub actors_s: f64,
     /// How they are lit.
     pub acting: acting::Args,
+    /// Whether details are switched off.
+    pub without_details: bool,
 }
 
 impl Look {
@@ -57,6 +60,7 @@ impl Look {
             samples: RenderOptions::film().samples,
             actors_s: 0.0,
             acting: acting::Args::default(),
+            without_details: false,
         }
     }
 }
@@ -94,6 +98,7 @@ impl Studio {
                 let options = RenderOptions { samples: look.samples };
                 let mut renderer = Renderer::new(folder, look.width, look.height, options)?;
                 look.acting.apply(&mut renderer.app_mut().world_mut().resource_mut::<Actors>().options);
+                renderer.app_mut().world_mut().resource_mut::<StageFrame>().without_details = look.without_details;
                 Painter::Viewer(Box::new(renderer))
             }
         };
@@ -102,14 +107,14 @@ impl Studio {
     }
 
     /// What the viewer would show and these pictures do not, if they are traced.
-    pub fn left_out(&self) -> Option<&'static str> {
-        let there = [!self.bundle.actors().is_empty(), !self.bundle.lamps().is_empty()];
-        match (&self.painter, there) {
-            (Painter::Viewer(_), _) | (_, [false, false]) => None,
-            (_, [true, false]) => Some("the path tracer knows no actors: they are left out"),
-            (_, [false, true]) => Some("the path tracer knows no lamps: their light is left out"),
-            (_, [true, true]) => Some("the path tracer knows neither actors nor lamps: they are left out"),
-        }
+    pub fn left_out(&self) -> Option<String> {
+        let details = self.bundle.manifest().parts.iter().any(|part| part.detail.is_some());
+        let there =
+            [("actors", !self.bundle.actors().is_empty()), ("lamps", !self.bundle.lamps().is_empty()), ("details", details)];
+        let names: Vec<&str> = there.into_iter().filter_map(|(name, there)| there.then_some(name)).collect();
+        let traced = matches!(self.painter, Painter::Reference(_));
+        (traced && !names.is_empty())
+            .then(|| format!("the path tracer leaves out what it knows nothing of: {}", names.join(", ")))
     }
 
     /// The bundle's day in seconds after midnight.

@@ -5,6 +5,7 @@ use crate::budget::{Means, viewer_bytes, viewer_doubt};
 use crate::cache::{Cache, Taken};
 use crate::chunks::ChunkMaker;
 use crate::darkness::tell_of_darkness;
+use crate::details::Details;
 use crate::earlier::SceneRecord;
 use crate::error::BakeError;
 use crate::estimate::light_need;
@@ -87,7 +88,10 @@ pub(crate) fn bake_where(
     plan.check_target()?;
     let reporter = &WarningsKept::new(reporter);
     let mut clock = Clock::default();
+    let details = Details::read(&plan.site, &plan.files, reporter)?;
+    plan.check_unchanged(|kind| matches!(kind, InputKind::Detail(_)))?;
     let mut scene = plan.read_scene(reporter)?;
+    details.doubts(&plan.site, &scene).iter().for_each(|doubt| reporter.warning(doubt));
     let (digests, record) = (SceneDigests::new(&scene), SceneRecord::new(&scene));
     let key = plan.key(&digests);
     may_go_on(&key)?;
@@ -112,7 +116,7 @@ pub(crate) fn bake_where(
         means.run(|| scene_light(plan, (&scene, &digests, &record, atlas.as_ref()), rays, (&suns, means), &cache, reporter))?;
     clock.lap("light");
     let names = solved.names.clone();
-    let manifest = write_bundle(plan, (&scene, atlas.as_ref()), sky, solved, &cache, reporter)?;
+    let manifest = write_bundle(plan, (&scene, atlas.as_ref(), &details), sky, solved, &cache, reporter)?;
     clock.lap("writing");
     let needs =
         viewer_bytes(manifest.counts, manifest.light, scene.mesh.texture_bytes() as u64, atlas.as_ref().map(Atlas::side));
@@ -221,7 +225,7 @@ fn within_budget(plan: &Plan, scene: &Scene, rays: &TriangleScene, reporter: &dy
 /// Writes everything into the bundle, which appears whole or not at all.
 fn write_bundle(
     plan: &Plan,
-    (scene, atlas): (&Scene, Option<&Atlas>),
+    (scene, atlas, details): (&Scene, Option<&Atlas>, &Details),
     sky: BakedSky,
     Solved { light, grid, actors, weather, names: _ }: Solved,
     cache: &Cache,
@@ -240,6 +244,7 @@ fn write_bundle(
         let (textures, count) = texels.textures(scene, atlas, layout);
         writer.add_texels(&textures, atlas.info(count))?;
     }
+    details.write(&plan.site, &mut writer)?;
     if let (Some(atlas), Some((weather, baked))) = (atlas, weather.as_ref().filter(|(_, baked)| !baked.texels.is_empty())) {
         writer.add_texel_weathering(&weathering_layer(scene, atlas, &baked.texels, &weather.looks))?;
     }

@@ -2,6 +2,7 @@
 
 use crate::actors::read_figures;
 use crate::budget::{viewer_bytes, viewer_doubt};
+use crate::details::Details;
 use crate::error::BakeError;
 use crate::estimate::USUAL_FUNCTIONS;
 use crate::grid::GridPlan;
@@ -100,6 +101,7 @@ pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeEr
         sun_bounce_functions: 0,
     };
     let mut grid = GridPlan::new(site, &as_given(site), layout, None)?;
+    let details = Details::read(site, &files, reporter)?;
     let scene = scene::read(site, &files, reporter)?;
     let mut warnings: Vec<String> = figures.iter().flat_map(|figure| figure.warnings.iter().cloned()).collect();
     if !site.actors.is_empty() {
@@ -134,6 +136,7 @@ pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeEr
     if let (Some(date), 0) = (site.sky.date, built.suns.iter().flatten().count()) {
         warnings.push(format!("the sun does not rise at this place on {date}: no step of the day has one"));
     }
+    warnings.extend(details.doubts(site, &scene));
     warnings.extend(viewer_warning(site, &scene, LightLayout { sun_steps: built.sun_steps, ..layout }));
     for warning in &warnings {
         reporter.warning(warning);

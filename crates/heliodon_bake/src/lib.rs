@@ -24,6 +24,7 @@ pub mod check;
 pub mod chunks;
 pub mod codec;
 mod darkness;
+mod details;
 pub mod division;
 pub mod earlier;
 mod error;

@@ -255,7 +255,11 @@ impl fmt::Display for BundleSummary {
             size[2],
         )?;
         for part in &self.parts {
-            writeln!(f, "  part {} ({}): {} triangles", part.name, role_name(part.role), thousands(part.counts.triangles))?;
+            let (name, role) = (&part.name, role_name(part.role));
+            let detail = part.detail.as_ref().map_or_else(String::new, |detail| {
+                format!(", detail {} up to {} m", detail.file, rounded(2.0 * detail.near_m))
+            });
+            writeln!(f, "  part {name} ({role}): {} triangles{detail}", thousands(part.counts.triangles))?;
         }
         let channels = if self.light.channels == 1 { "mono" } else { "rgb" };
         writeln!(

@@ -28,9 +28,11 @@ use std::ops::Range;
 
 /// Version of the glTF profile.
 pub const PROFILE_VERSION: u32 = 1;
-/// The latest version of the bundle's manifest, which bundles with light in texels or weathering have.
-pub const FORMAT_VERSION: u32 = 3;
-/// The version of those without, but with a light grid, actors, lamps or prepared geometry.
+/// The latest version of the bundle's manifest, which bundles with details have.
+pub const FORMAT_VERSION: u32 = 4;
+/// The version of those without, but with light in texels or weathering.
+pub const TEXEL_FORMAT_VERSION: u32 = 3;
+/// The version of those without that too, but with a light grid, actors, lamps or prepared geometry.
 pub const MOVING_FORMAT_VERSION: u32 = 2;
 /// The version of bundles without: they are what they were before there were any, and programs of that time read them.
 pub const STILL_FORMAT_VERSION: u32 = 1;

@@ -5,6 +5,7 @@
 //!   by chunk and trusts nothing in it.
 //! - [`moment`] and [`shade`]: the light of a vertex at an hour of the day; the reference that every viewer mirrors.
 //! - [`grid`]: the light of space, for what moves in it; [`texels`]: that of surfaces whose triangles are large.
+//! - [`detail`]: fine patterns that are multiplied onto albedo near the eye; the reference that viewers mirror.
 //! - [`arrays`], [`export`], [`inspect`]: bundles for numpy, for stock viewers, for people.
 //!
 //! The layout of the glTF profile is described in [`layout`].
@@ -13,6 +14,7 @@ mod actors;
 mod albedo;
 pub mod arrays;
 pub mod chunk;
+pub mod detail;
 pub mod export;
 pub mod file_lock;
 mod glb;
@@ -36,6 +38,7 @@ mod writer;
 pub use actors::{ACTORS_FOLDER, ActorFile, ActorMeta};
 pub use albedo::VertexAlbedo;
 pub use chunk::{LightLayout, LitChunk, VertexLight};
+pub use detail::DetailInfo;
 pub use grid::{AmbientCube, Grid, GridInfo, GridPoints, GridSample};
 pub use lapse_check::check_lapse;
 pub use manifest::{BundleMeta, Manifest, Parameters, PartMeta};

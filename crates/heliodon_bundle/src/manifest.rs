@@ -3,8 +3,9 @@
 //! It holds no times and no paths of the machine, so that the same input makes the same bytes.
 
 use crate::chunk::LightLayout;
+use crate::detail::DetailInfo;
 use crate::grid::GridInfo;
-use crate::layout::{FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION};
+use crate::layout::{FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION};
 use crate::lineage::Prepared;
 use crate::site::{
     Actor, Bake, Display, Lamp, Matte, PartWeathering, Prepare, Role, Room, SiteFile, SiteInfo, Sky, Weathering,
@@ -220,6 +221,9 @@ pub struct PartInfo {
     pub role: Role,
     /// How much it holds.
     pub counts: Counts,
+    /// The pattern that is multiplied onto its albedo, where there is one: from version 4 on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub detail: Option<DetailInfo>,
 }
 
 /// A base colour image of a bundle.
@@ -257,7 +261,7 @@ impl Manifest {
             parts: meta
                 .parts
                 .iter()
-                .map(|part| PartInfo { name: part.name.clone(), role: part.role, counts: Counts::default() })
+                .map(|part| PartInfo { name: part.name.clone(), role: part.role, counts: Counts::default(), detail: None })
                 .collect(),
             textures: Vec::new(),
             grid: None,
@@ -285,10 +289,14 @@ impl Manifest {
             || meta.parameters.prepare.is_some()
             || meta.prepared.is_some();
         Self {
-            version: match (self.texels.is_some() || meta.parameters.weathering.is_some(), moving) {
-                (true, _) => FORMAT_VERSION,
-                (false, true) => MOVING_FORMAT_VERSION,
-                (false, false) => STILL_FORMAT_VERSION,
+            version: if self.parts.iter().any(|part| part.detail.is_some()) {
+                FORMAT_VERSION
+            } else if self.texels.is_some() || meta.parameters.weathering.is_some() {
+                TEXEL_FORMAT_VERSION
+            } else if moving {
+                MOVING_FORMAT_VERSION
+            } else {
+                STILL_FORMAT_VERSION
             },
             tool: meta.tool,
             site: meta.site,

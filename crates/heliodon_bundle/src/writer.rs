@@ -2,12 +2,14 @@
 
 use crate::actors::{ActorMeta, copy_actor, folders_of};
 use crate::chunk::{ChunkFault, LitChunk};
+use crate::detail::{DETAIL_FOLDER, DetailInfo};
 use crate::glb::{GlbBuilder, bounds};
 use crate::gltf::{Asset, AssetExtras, Material, Mesh, Node, NodeExtras, Pbr, Primitive, Scene, TextureRef};
 use crate::grid::{GridInfo, GridPoints, POINTS_PER_PRIMITIVE};
 use crate::lapse_check::check_lapse;
 use crate::layout::PROFILE_VERSION;
 use crate::manifest::{BundleMeta, Counts, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, TextureInfo};
+use crate::site::Detail;
 use crate::staging::{Staging, sync_folder};
 use crate::storage::{StoredFile, WriteFault, io_fault, store};
 use crate::texels::{
@@ -15,6 +17,7 @@ use crate::texels::{
 };
 use glam::Vec3;
 use heliodon_image::TextureWrap;
+use heliodon_image::detail::DetailTexture;
 use heliodon_image::ktx2::Ktx2;
 use heliodon_sky::lapse::Lapse;
 use std::collections::BTreeMap;
@@ -243,6 +246,39 @@ impl BundleWriter {
         }
         let bytes = layer.to_bytes(WEATHERING_FILE).map_err(|e| WriteError::Unfit(e.to_string()))?;
         self.manifest.files.push(store(self.staging.folder(), WEATHERING_FILE, &bytes)?);
+        Ok(())
+    }
+
+    /// Adds the detail of a part; parts with the same image share its file.
+    ///
+    /// # Errors
+    /// If there is no such part, it has one already, the image is not square or of another size than a detail's, a number is out of
+    /// range, or it cannot be written.
+    pub fn add_detail(&mut self, part: usize, texture: &DetailTexture, settings: &Detail) -> Result<(), WriteError> {
+        let unfit = |what: String| WriteError::Unfit(format!("the detail of part {part}: {what}"));
+        match self.manifest.parts.get(part) {
+            None => return Err(unfit("there is no such part".to_owned())),
+            Some(known) if known.detail.is_some() => return Err(unfit("it has one already".to_owned())),
+            Some(_) => {}
+        }
+        let bytes = texture.to_png_bytes().map_err(|e| unfit(e.to_string()))?;
+        DetailInfo::texture(&bytes, "the image").map_err(|fault| unfit(fault.to_string()))?;
+        let stored = StoredFile::of_bytes(&bytes, "");
+        let in_folder = |file: &&StoredFile| file.path.starts_with(DETAIL_FOLDER);
+        let known = self.manifest.files.iter().filter(in_folder).find(|file| file.blake3 == stored.blake3);
+        let name = match known {
+            Some(file) => file.path.clone(),
+            None => {
+                let folder = self.staging.folder().join(DETAIL_FOLDER);
+                std::fs::create_dir_all(&folder).map_err(io_fault(&folder))?;
+                let name = format!("{DETAIL_FOLDER}/{}.png", self.manifest.files.iter().filter(in_folder).count());
+                self.manifest.files.push(store(self.staging.folder(), &name, &bytes)?);
+                name
+            }
+        };
+        let info = DetailInfo::new(name, settings);
+        info.validate().map_err(|fault| unfit(fault.to_string()))?;
+        self.manifest.parts[part].detail = Some(info);
         Ok(())
     }
 

@@ -4,7 +4,7 @@ mod common;
 
 use common::{MONO, chunk, lapse, meta};
 use glam::Vec2;
-use heliodon_bundle::layout::FORMAT_VERSION;
+use heliodon_bundle::layout::TEXEL_FORMAT_VERSION;
 use heliodon_bundle::texels::{float_texture, sun_texture};
 use heliodon_bundle::{BundleReader, BundleWriter, LightLayout, LitChunk, TexelInfo, TexelLight};
 
@@ -44,7 +44,7 @@ fn light_in_texels_reads_back() {
             writer.add_sky_map(path, b"unread").unwrap();
         }
         let manifest = writer.finish(&lapse(layout)).unwrap();
-        assert_eq!((manifest.version, manifest.texels.as_ref()), (FORMAT_VERSION, Some(&INFO)));
+        assert_eq!((manifest.version, manifest.texels.as_ref()), (TEXEL_FORMAT_VERSION, Some(&INFO)));
         let reader = BundleReader::open(&target).unwrap();
         assert_eq!(reader.read_texels().unwrap().unwrap(), light(layout));
         assert_eq!(reader.read_chunk(0).unwrap().texel_uvs, lit_by_texels(layout).texel_uvs);

@@ -1,8 +1,9 @@
 //! Prints how long a frame of 720,000 triangles takes at 1024x768: the scene, the eye and the counting of Bevy's peer
 //! (36 shafts of 20,000 triangles, off screen, the mean of 100 frames after 60), in a day that passes, sky included.
 //!
-//! `cargo run -p heliodon_view --example frame_time [BUNDLE] [--paused] [--swaying] [--small] [--empty]`; `--swaying`
-//! moves the eye in every frame, `--small` takes a court with a ground instead, `--empty` nothing at all, to compare memory with.
+//! `cargo run -p heliodon_view --example frame_time [BUNDLE] [--paused] [--swaying] [--small] [--empty] [--no-details]`; `--swaying`
+//! moves the eye in every frame, `--small` takes a court with a ground instead, `--empty` nothing at all, to compare memory with; `--no-details` switches off the details of
+//! a bundle that has some.
 
 #![expect(clippy::print_stdout, reason = "an example speaks to people")]
 
@@ -19,6 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let playing = !arguments.iter().any(|a| a == "--paused");
     let empty = arguments.iter().any(|a| a == "--empty");
     let swaying = arguments.iter().any(|a| a == "--swaying");
+    let without_details = arguments.iter().any(|a| a == "--no-details");
     let folder = tempfile::tempdir()?;
     let (bundle, pose) = match arguments.iter().find(|a| !a.starts_with("--")) {
         Some(path) => (PathBuf::from(path), None),
@@ -33,8 +35,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     };
     let before = resident_bytes();
-    let times =
-        frame_times((!empty).then_some(bundle.as_path()), FrameBench { playing, swaying, pose, ..FrameBench::default() })?;
+    let times = frame_times(
+        (!empty).then_some(bundle.as_path()),
+        FrameBench { playing, swaying, pose, without_details, ..FrameBench::default() },
+    )?;
     let mib = |bytes: Option<u64>| bytes.map_or(0, |b| b >> 20);
     println!(
         "{:.1} ms a frame, {:.1} ms of processor time, on {}; {} MiB resident, {} before",

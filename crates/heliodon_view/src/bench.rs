@@ -7,6 +7,7 @@ use crate::actors::{Actors, ActorsOptions, Told};
 use crate::daylight::DaylightCamera;
 use crate::headless::fault::DeviceFault;
 use crate::navigation::pose::{Pose, fov_deg};
+use crate::stage::frame::StageFrame;
 use crate::stage::{Stage, StageStatus};
 use crate::time_lapse::TimeLapse;
 use bevy::app::ScheduleRunnerPlugin;
@@ -45,6 +46,8 @@ pub struct FrameBench {
     pub pose: Option<Pose>,
     /// How actors are lit.
     pub actors: ActorsOptions,
+    /// Whether details are switched off.
+    pub without_details: bool,
 }
 
 impl Default for FrameBench {
@@ -59,6 +62,7 @@ impl Default for FrameBench {
             frames: 100,
             pose: None,
             actors: ActorsOptions::default(),
+            without_details: false,
         }
     }
 }
@@ -152,6 +156,7 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
     .add_plugins((HeliodonPlugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
     app.world_mut().resource_mut::<TimeLapse>().playing = bench.playing;
     app.world_mut().resource_mut::<Actors>().options = bench.actors;
+    app.world_mut().resource_mut::<StageFrame>().without_details = bench.without_details;
     let sides: &[f32] = if bench.stereo { &[-0.5, 0.5] } else { &[0.0] };
     let cameras: Vec<(Entity, f32)> = sides
         .iter()

@@ -5,7 +5,7 @@
 //! depth and its light. `examples/guest.rs` is such a program. [`window::run_window`] is the viewer's own window, and
 //! [`headless::Renderer`] makes the same pictures without a display.
 //!
-//! One folder a feature, one plugin a folder: [`stage`] loads a bundle, [`daylight`] lights and draws the stone, [`sky`] the
+//! One folder a feature, one plugin a folder: [`stage`] loads a bundle, [`daylight`] lights and draws the stone, [`detail`] adds what is fine to it, [`sky`] the
 //! dome, [`culling`] leaves out what is hidden or too small, [`actors`] move and light what moves, [`lamps`] light both, [`time_lapse`] holds the hour, [`tonemap`] brings light to the display, [`guests`] lights what others add,
 //! [`navigation`] walks and flies, [`hud`] tells and takes the hour.
 
@@ -13,6 +13,7 @@ pub mod actors;
 pub mod bench;
 pub mod culling;
 pub mod daylight;
+pub mod detail;
 pub mod guests;
 pub mod headless;
 pub mod hud;

@@ -15,17 +15,21 @@ use bevy::prelude::{
 use bevy::render::RenderApp;
 use bevy::render::renderer::RenderAdapterInfo;
 use glam::{Vec2, Vec3};
+use heliodon_bundle::detail::{ShownDetail, ShownPlace};
 use heliodon_bundle::moment::{Blend, Day, Moment};
 use heliodon_bundle::shade::chunk_light;
-use heliodon_bundle::site::Site;
+use heliodon_bundle::site::{Along, Detail, DetailMapping, DetailPattern, Site};
 use heliodon_bundle::texels::{float_texture, sky_level, sun_texture};
 use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, LightLayout, LitChunk, TexelInfo, TexelLight, VertexLight};
+use heliodon_image::detail::DetailTexture;
 use heliodon_image::{HdrImage, SrgbImage};
 use heliodon_math::color::{linear_from_srgb, srgb_from_linear};
 use heliodon_math::random::{hash3_u32, unit_f32};
 use heliodon_math::sphere::direction_from_azimuth_elevation;
 use heliodon_sky::lapse::{Fitted, Lapse, LapseStep, Sun, SunBounceBasis};
 use heliodon_view::headless::{RenderOptions, Renderer, Shot, ShotExposure};
+use heliodon_view::lamps::{Lamp, Lamps};
+use heliodon_view::stage::frame::StageFrame;
 use heliodon_view::{DaylightCamera, ExactAtRest, Pose, Stage, ToneCurve};
 use std::path::Path;
 
@@ -150,6 +154,10 @@ fn wall_of_texels(layout: LightLayout) -> LitChunk {
 }
 
 fn write_chunk(folder: &Path, layout: LightLayout, chunk: &LitChunk, texture: Option<&SrgbImage>) {
+    write_detailed(folder, layout, chunk, texture, None);
+}
+
+fn write_detailed(folder: &Path, layout: LightLayout, chunk: &LitChunk, texture: Option<&SrgbImage>, detail: Option<&Detail>) {
     let site = Site::parse(
         "[site]\nname = \"A wall\"\n[[part]]\nfile = \"wall.obj\"\n[sky]\nprobes = \"*.hdr\"\nmapping = \"lat-long\"\n",
         "wall/site.toml",
@@ -162,6 +170,10 @@ fn write_chunk(folder: &Path, layout: LightLayout, chunk: &LitChunk, texture: Op
     if !chunk.texel_uvs.is_empty() {
         let (light, info) = texels(layout);
         writer.add_texels(&light, info).unwrap();
+    }
+    if let Some(detail) = detail {
+        let made = DetailTexture::generate(&detail.generated().unwrap()).unwrap();
+        writer.add_detail(0, &made, detail).unwrap();
     }
     writer.push_chunk(chunk).unwrap();
     for which in 0..4 {
@@ -639,4 +651,99 @@ fn the_same_shot_is_the_same_picture() {
         .unwrap();
     assert!(film.iter().eq(one_by_one.iter().rev()));
     assert!(film[0] != film[3]);
+}
+
+/// The wall with a detail, of every kind of stone, and whether its detail goes by texture coordinates.
+fn detailed_walls(layout: LightLayout) -> [(&'static str, LitChunk, Option<SrgbImage>, Detail); 5] {
+    let stone = || Detail { size_m: Some(3.0), near_m: 1.35, strength: 0.9, ..Detail::of_kind(DetailPattern::Stone) };
+    let uvs = |wall: &LitChunk| wall.positions.iter().map(|p| Vec2::new(1.0 + p.x, 1.0 - p.y) * 0.5).collect::<Vec<_>>();
+    let textured =
+        |wall: LitChunk| LitChunk { texture: Some(0), uvs: uvs(&wall), albedo: vec![Vec3::ONE; wall.positions.len()], ..wall };
+    // with 2.9 texels a pixel, where the detail has 3.8: half as dense would be full, as dense would be none
+    let dense = Some(SrgbImage::filled(384, 384, [188, 150, 120, 255]));
+    let coarse = Some(SrgbImage::filled(32, 32, [120, 150, 188, 255]));
+    let by_uv = Detail { mapping: DetailMapping::Uv, size_m: None, repeat: Some(2.0), ..stone() };
+    let wood =
+        Detail { along: Along::X, seed: Some(5), texels: Some(128), size_m: Some(1.0), ..Detail::of_kind(DetailPattern::Wood) };
+    [
+        ("plain", wall(layout), None, stone()),
+        ("along x", wall(layout), None, wood),
+        ("by coordinates", textured(wall(layout)), dense, by_uv),
+        ("textured", textured(wall(layout)), coarse, stone()),
+        ("texels", wall_of_texels(layout), None, Detail { along: Along::Z, ..stone() }),
+    ]
+}
+
+/// What the reference says of a wall's detail at a pixel's place.
+fn factor_at(shown: &ShownDetail, chunk: &LitChunk, image: Option<&SrgbImage>, by_uv: bool, at: Vec2) -> f32 {
+    let eye = Vec3::new(0.0, 0.0, 1.25);
+    let pixel_m = 2.0 * 1.25 * 30f32.to_radians().tan() / SIZE as f32;
+    let place = at.extend(0.0);
+    shown.factor(&ShownPlace {
+        place,
+        normal: heliodon_math::frame::unit_or(mixed(&chunk.normals, at), Vec3::Z),
+        uv: Vec2::new(1.0 + at.x, 1.0 - at.y) * 0.5,
+        distance_m: eye.distance(place),
+        // a unit of the coordinates is two metres
+        pixel: if by_uv { pixel_m * 0.5 } else { pixel_m },
+        base_texels: image.map_or(0.0, |image| pixel_m * 0.5 * image.width as f32),
+    })
+}
+
+#[test]
+fn details_are_the_references_on_every_kind_of_stone_beside_lamps_too_and_go_at_a_key() {
+    let layout = LightLayout { sun_steps: 5, coefficients: 4, channels: 1, sun_bounce_functions: 3 };
+    let lamp =
+        Lamp { place: Vec3::new(0.4, 0.3, 1.5), intensity: Vec3::new(2.0, 1.5, 1.0), cone: None, reach_m: 8.0, shadows: false };
+    for (name, chunk, image, detail) in detailed_walls(layout) {
+        let folder = tempfile::tempdir().unwrap();
+        let bundle = folder.path().join("wall");
+        write_detailed(&bundle, layout, &chunk, image.as_ref(), Some(&detail));
+        let reader = BundleReader::open(&bundle).unwrap();
+        let info = reader.manifest().parts[0].detail.clone().unwrap();
+        let shown = ShownDetail::new(info, &reader.read_detail(0).unwrap().unwrap());
+        let mut renderer = Renderer::new(&bundle, SIZE, SIZE, RenderOptions { samples: 1 }).unwrap();
+        let pose = Pose::looking(Vec3::new(0.0, 0.0, 1.25), Vec3::ZERO);
+        let shot = Shot { pose, fov_deg: 60.0, ..renderer.home_shot(6.0 * 3600.0) };
+        let half = 1.25 * 30f32.to_radians().tan();
+        for lamps in [Vec::new(), vec![lamp]] {
+            let beside = !lamps.is_empty();
+            renderer.app_mut().world_mut().resource_mut::<Lamps>().lamps = lamps;
+            let mut picture = |without: bool| {
+                renderer.app_mut().world_mut().resource_mut::<StageFrame>().without_details = without;
+                // what a lamp needs comes in the frame after it
+                renderer.render_linear(&shot).unwrap();
+                renderer.render_linear(&shot).unwrap()
+            };
+            let (with, without) = (picture(false), picture(true));
+            let mean = without.pixels.iter().sum::<Vec3>().element_sum() / (3.0 * without.pixels.len() as f32);
+            let (mut squares, mut sums) = (0.0f64, [0.0f64; 2]);
+            for (x, y) in (0..SIZE).flat_map(|y| (0..SIZE).map(move |x| (x, y))) {
+                let screen = (Vec2::new(x as f32, y as f32) + 0.5) / SIZE as f32 * 2.0 - 1.0;
+                let at = Vec2::new(screen.x, -screen.y) * half;
+                let by_uv = detail.mapping == DetailMapping::Uv;
+                let factor = factor_at(&shown, &chunk, image.as_ref(), by_uv, at);
+                let (got, wanted) = (with.pixel(x, y), without.pixel(x, y) * factor);
+                let off = (got - wanted).abs().max_element();
+                let allowed = 0.015 * wanted.max_element() + 0.002 * mean;
+                assert!(off <= allowed, "{name}, {x} {y}, lamps {beside}: {got} for {wanted}, factor {factor}");
+                squares += f64::from(factor - 1.0).powi(2);
+                sums[0] += f64::from(got.element_sum());
+                sums[1] += f64::from(without.pixel(x, y).element_sum());
+            }
+            let contrast = (squares / f64::from(SIZE * SIZE)).sqrt();
+            assert!(contrast > 0.015, "{name}: {contrast} is hardly a detail");
+            let brighter = sums[0] / sums[1] - 1.0;
+            assert!(brighter.abs() < 0.01, "{name}: {brighter} brighter with its detail");
+        }
+        if name == "by coordinates" {
+            // an eye that comes no nearer, but to texels that are no denser than those of the image
+            let far = Shot { pose: Pose::looking(Vec3::new(0.0, 0.0, 3.0), Vec3::ZERO), ..shot };
+            let mut picture = |without: bool| {
+                renderer.app_mut().world_mut().resource_mut::<StageFrame>().without_details = without;
+                renderer.render_linear(&far).unwrap()
+            };
+            assert!(picture(false) == picture(true), "beyond twice near_m there is none");
+        }
+    }
 }

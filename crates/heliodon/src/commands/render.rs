@@ -80,6 +80,9 @@ pub struct Args {
     /// Let each step hold until the next instead of blending between them
     #[arg(long)]
     hard_steps: bool,
+    /// Leave out the details of parts, the grain that is seen from near
+    #[arg(long)]
+    no_details: bool,
 }
 
 /// A tone curve by name.
@@ -126,6 +129,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         samples: args.samples.unwrap_or_else(|| usual_samples(work)),
         actors_s: args.actors_time,
         acting: args.acting,
+        without_details: args.no_details,
         ..Look::new(args.size.width, args.size.height)
     };
     files::check_place(&args.output)?;
@@ -136,7 +140,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     app.progress.finished();
     let mut studio = studio?;
     if let Some(left_out) = studio.left_out() {
-        app.progress.warning(left_out);
+        app.progress.warning(&left_out);
     }
     let pictures = match work {
         Work::Still { time } => {

@@ -155,6 +155,7 @@ fn part(file: &str, name: &str, role: Role) -> Part {
         light: LightStorage::Auto,
         texels: 1.0,
         weathering: None,
+        detail: None,
     }
 }
 

@@ -2,7 +2,10 @@
 
 use super::{NewSite, TemplateParams, athens, clear_sky, short_seed, write_parts, write_site};
 use anyhow::Result;
-use heliodon_bundle::site::{Bake, Lamp, Room, SITE_FILE_NAME, SiteInfo, Transfer, UtcOffset};
+use heliodon_bundle::site::{
+    Along, Bake, Detail, DetailPattern, Lamp, Part, Room, SITE_FILE_NAME, SiteFile, SiteInfo, Transfer, UtcOffset,
+};
+use heliodon_image::detail::{DetailKind, DetailParams, DetailTexture};
 use heliodon_mesh::workshop::{WorkshopParams, workshop};
 use std::path::Path;
 
@@ -18,6 +21,39 @@ const BOUNCES: u32 = 6;
 const FLAME: [f64; 3] = [9.0, 5.0, 1.9];
 /// How far it reaches, metres.
 const FLAME_REACH_M: f64 = 9.0;
+
+/// Details: parts that show one, its image's name and kind, the length of a tile in metres, the axis along which fibres run, and how much of it is shown.
+/// A texel is then 2 to 6 mm, a ring of wood 3 cm.
+const DETAILS: [(&[&str], &str, DetailKind, f64, Along, f64); 6] = [
+    (&["walls"], "plaster.png", DetailKind::Plaster, 1.6, Along::Y, 1.0),
+    (&["columns", "floor"], "stone.png", DetailKind::Stone, 1.0, Along::Y, 0.8),
+    // tie beams span the nave, benches and what lies on trestles stand along it
+    (&["roof"], "wood.png", DetailKind::Wood { knots: 0 }, 0.7, Along::Z, 0.9),
+    (&["benches"], "wood.png", DetailKind::Wood { knots: 0 }, 0.6, Along::X, 0.9),
+    (&["scaffold"], "wood.png", DetailKind::Wood { knots: 0 }, 0.6, Along::Y, 0.9),
+    (&["ground"], "noise.png", DetailKind::Noise, 0.5, Along::Y, 0.8),
+];
+/// Texels along a side of each.
+const DETAIL_TEXELS: u32 = 256;
+/// Up to where they are full, metres: the nave's width.
+const DETAIL_NEAR_M: f64 = 8.0;
+
+/// Generates the details' images and lays them onto the parts; answers the files' names.
+fn write_details(folder: &Path, seed: u64, site: &mut SiteFile) -> Result<Vec<String>> {
+    let mut files = Vec::new();
+    for (parts, file, kind, size_m, along, strength) in DETAILS {
+        if !files.iter().any(|known| known == file) {
+            let params = DetailParams { size: DETAIL_TEXELS, seed, ..DetailParams::new(kind) };
+            DetailTexture::generate(&params)?.write_png(folder.join(file))?;
+            files.push(file.to_owned());
+        }
+        let of_file = Detail { file: Some(file.to_owned()), kind: None, ..Detail::of_kind(DetailPattern::Stone) };
+        let detail = Detail { size_m: Some(size_m), along, strength, near_m: DETAIL_NEAR_M, ..of_file };
+        let named = |part: &&mut Part| part.name.as_deref().is_some_and(|name| parts.contains(&name));
+        site.parts.iter_mut().filter(named).for_each(|part| part.detail = Some(detail.clone()));
+    }
+    Ok(files)
+}
 
 pub fn make(folder: &Path, params: &TemplateParams) -> Result<NewSite> {
     let mut workshop_params =
@@ -36,6 +72,7 @@ pub fn make(folder: &Path, params: &TemplateParams) -> Result<NewSite> {
         ..site.site
     };
     let mut files = write_parts(folder, &hall.parts, &mut site)?;
+    files.extend(write_details(folder, params.seed, &mut site)?);
     let point = |point: glam::Vec3| point.to_array().map(f64::from);
     site.rooms.push(Room {
         name: "the nave".to_owned(),

@@ -10,15 +10,17 @@ mod positional;
 pub use error::ReadError;
 
 use crate::chunk::LitChunk;
+use crate::detail::DetailInfo;
 use crate::grid::{Grid, MAX_GRID_POINTS};
 use crate::lapse_check::check_lapse;
-use crate::layout::{FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION};
+use crate::layout::{FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION};
 use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, Preamble};
 use crate::site::{Actor, Albedo, Lamp, check_actor, check_lamp, check_matte};
 use crate::storage::StoredFile;
 use crate::texels::{BOUNCE_FILE, SKY_FILE, SUN_FILE, TexelLight, WEATHERING_FILE, validate_weathering};
 use error::{io_error, malformed};
 use glb::{ChunkPlace, EmbeddedImage, GlbFile, GridPlace};
+use heliodon_image::detail::DetailTexture;
 use heliodon_image::ktx2::Ktx2;
 use heliodon_image::{SrgbImage, TextureWrap};
 use heliodon_sky::lapse::Lapse;
@@ -245,6 +247,20 @@ impl BundleReader {
         Ktx2::from_bytes(&bytes, name).map_err(|e| malformed(&path, e.to_string()))
     }
 
+    /// Reads the detail of a part; `None` where it has none.
+    ///
+    /// # Errors
+    /// If it cannot be read, is no detail texture, or has not the mean of 128.
+    ///
+    /// # Panics
+    /// If there is no such part.
+    pub fn read_detail(&self, part: usize) -> Result<Option<DetailTexture>, ReadError> {
+        let Some(info) = &self.manifest.parts[part].detail else { return Ok(None) };
+        let path = self.folder.join(&info.file);
+        let bytes = std::fs::read(&path).map_err(io_error(&path))?;
+        DetailInfo::texture(&bytes, &info.file).map(Some).map_err(|fault| malformed(&path, fault.to_string()))
+    }
+
     /// The bytes of a base colour image, a PNG or JPEG file; empty for one that no chunk shows.
     ///
     /// # Errors
@@ -335,10 +351,10 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
     if manifest.prepared.is_some() && manifest.version < MOVING_FORMAT_VERSION {
         return Err(malformed(&path, format!("version {} tells nothing of preparation", manifest.version)));
     }
-    if manifest.texels.is_some() && manifest.version < FORMAT_VERSION {
+    if manifest.texels.is_some() && manifest.version < TEXEL_FORMAT_VERSION {
         return Err(malformed(&path, format!("version {} has no light in texels", manifest.version)));
     }
-    if manifest.parameters.weathering.is_some() && manifest.version < FORMAT_VERSION {
+    if manifest.parameters.weathering.is_some() && manifest.version < TEXEL_FORMAT_VERSION {
         return Err(malformed(&path, format!("version {} has no weathering", manifest.version)));
     }
     let moving =
@@ -347,6 +363,17 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
         return Err(malformed(&path, format!("version {} has no light grid, actors, lamps or mattes", manifest.version)));
     }
     let is_there = |name: &String| manifest.files.iter().any(|f| f.path == *name);
+    for part in &manifest.parts {
+        let Some(detail) = &part.detail else { continue };
+        let wrong = |what: String| malformed(&path, format!("the detail of part `{}`: {what}", part.name));
+        if manifest.version < FORMAT_VERSION {
+            return Err(wrong(format!("version {} has none", manifest.version)));
+        }
+        if !is_there(&detail.file) {
+            return Err(wrong(format!("`{}` is not among its files", detail.file)));
+        }
+        detail.validate().map_err(|fault| wrong(fault.to_string()))?;
+    }
     if let Some(grid) = &manifest.grid
         && (!is_there(&grid.file) || grid.points > MAX_GRID_POINTS as u64)
     {

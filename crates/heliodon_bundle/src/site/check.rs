@@ -2,6 +2,7 @@
 
 use super::actor::{Actor, CACHE_FRAMES_PER_S_RANGE};
 use super::budget;
+use super::detail::{Detail, DetailMapping};
 use super::lamp::Lamp;
 use super::matte::Matte;
 use super::prepare::Prepare;
@@ -133,10 +134,59 @@ fn check_part(at: &[&str; 2], part: &Part) -> Checked {
     finite(&key("translate"), &part.translate)?;
     finite(&key("rotate_deg"), &part.rotate_deg)?;
     within(&key("texels"), part.texels, 0.01, 100.0)?;
+    if let Some(detail) = &part.detail {
+        check_detail(&[at[0], at[1], "detail"], detail)?;
+    }
     if let Some(crease) = part.crease_deg {
         within(&key("crease_deg"), crease, 0.0, 180.0)?;
     }
     check_scale(&key("scale"), part.scale)
+}
+
+fn check_detail(at: &[&str; 3], detail: &Detail) -> Checked {
+    let key = |name| [at[0], at[1], at[2], name];
+    match (&detail.file, detail.kind) {
+        (Some(_), Some(_)) => return fault(&key("kind"), "the detail has both a file and a kind", "take one of the two out"),
+        (None, None) => {
+            let remedy = "add kind = \"stone\" (noise, stone, plaster, wood), or file = \"detail/stone.png\"";
+            return fault(at, "the detail has neither a file nor a kind", remedy);
+        }
+        (Some(file), None) => {
+            not_empty(&key("file"), file)?;
+            for (name, given) in [("texels", detail.texels.is_some()), ("seed", detail.seed.is_some())] {
+                if given {
+                    return fault(&key(name), format!("{name} belongs to a built-in kind, not to a file"), "take it out");
+                }
+            }
+        }
+        (None, Some(_)) => {
+            if detail.correct {
+                let remedy = "take it out: the mean of what is built in is 128";
+                return fault(&key("correct"), "correct belongs to a file, not to a built-in kind", remedy);
+            }
+        }
+    }
+    if let Some(texels) = detail.texels.filter(|texels| ![64, 128, 256, 512].contains(texels)) {
+        return fault(&key("texels"), format!("texels is {texels}"), "give 64, 128, 256 or 512");
+    }
+    match (detail.mapping, detail.size_m, detail.repeat) {
+        (DetailMapping::Triplanar, _, Some(_)) => {
+            return fault(&key("repeat"), "repeat belongs to mapping = \"uv\"", "give size_m, the length of a tile in metres");
+        }
+        (DetailMapping::Uv, Some(_), _) => {
+            let remedy = "give repeat, the tiles in a unit of the texture coordinates";
+            return fault(&key("size_m"), "size_m belongs to mapping = \"triplanar\"", remedy);
+        }
+        _ => {}
+    }
+    if let Some(size_m) = detail.size_m {
+        within(&key("size_m"), size_m, 0.001, 1000.0)?;
+    }
+    if let Some(repeat) = detail.repeat {
+        within(&key("repeat"), repeat, 0.001, 100_000.0)?;
+    }
+    within(&key("strength"), detail.strength, 0.0, 1.0)?;
+    within(&key("near_m"), detail.near_m, 0.01, 100_000.0)
 }
 
 fn check_albedo(key: &[&str], albedo: Option<&Albedo>) -> Checked {

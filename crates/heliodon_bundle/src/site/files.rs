@@ -11,6 +11,8 @@ pub enum InputKind {
     Geometry(usize),
     /// The albedo image of the part with that index.
     Albedo(usize),
+    /// The detail image of the part with that index.
+    Detail(usize),
     /// An HDR image of the sky.
     Probe,
     /// The model of the actor with that index.
@@ -33,7 +35,7 @@ pub struct InputFile {
 }
 
 impl Site {
-    /// All files that the site names: geometry by part, each part's sorted by name, with its albedo image after it; then the
+    /// All files that the site names: geometry by part, each part's sorted by name, with its albedo image and its detail image after it; then the
     /// probes, sorted by name; then each actor's model, vertex cache and albedo image. Files that these name in turn (materials, textures) are not among them.
     ///
     /// # Errors
@@ -46,6 +48,10 @@ impl Site {
             self.expand(&part.file, &at("file".to_owned()), InputKind::Geometry(i), &mut files)?;
             if let Some(Albedo::Image(image)) = &part.albedo {
                 self.expand_one(image, &at("albedo".to_owned()), InputKind::Albedo(i), &mut files)?;
+            }
+            if let Some(image) = part.detail.as_ref().and_then(|detail| detail.file.as_ref()) {
+                let at = [at("detail".to_owned()), vec!["file".to_owned()]].concat();
+                self.expand_one(image, &at, InputKind::Detail(i), &mut files)?;
             }
         }
         if let Some(probes) = &self.sky.probes {

@@ -6,6 +6,7 @@
 mod actor;
 mod budget;
 mod check;
+mod detail;
 mod error;
 mod files;
 mod lamp;
@@ -23,6 +24,7 @@ pub use budget::Budget;
 pub(crate) use check::check_lone_actor as check_actor;
 pub(crate) use check::check_lone_lamp as check_lamp;
 pub(crate) use check::check_lone_matte as check_matte;
+pub use detail::{Along, DEFAULT_DETAIL_TEXELS, Detail, DetailMapping, DetailPattern};
 pub use error::SiteError;
 pub use files::{InputFile, InputKind};
 pub use heliodon_math::unit::Unit;

@@ -2,6 +2,7 @@
 
 use super::actor::{Actor, Ground, Walk};
 use super::budget::Budget;
+use super::detail::{Detail, DetailPattern};
 use super::lamp::{self, Lamp};
 use super::matte::Matte;
 use super::prepare::{Prepare, Winding};
@@ -68,6 +69,9 @@ pub(super) fn write(site: &SiteFile) -> String {
     write_info(&mut w, &site.site);
     for part in &site.parts {
         write_part(&mut w, part);
+    }
+    if site.parts.iter().all(|part| part.detail.is_none()) {
+        write_example(&mut w, |w| write_detail(w, &Detail::of_kind(DetailPattern::Stone)));
     }
     write_sky(&mut w, &site.sky);
     write_bake(&mut w, &site.bake);
@@ -147,6 +151,26 @@ fn write_part(w: &mut Writer, part: &Part) {
     w.optional("light", &part.light, &super::LightStorage::Auto, "auto, vertex or texel");
     w.optional("texels", &part.texels, &1.0, "along a metre, beside other parts lit by texels");
     w.absent("weathering", part.weathering.as_ref(), "{ dust = 0.2 }", "in place of what [weathering] says; or false");
+    match &part.detail {
+        Some(detail) => write_detail(w, detail),
+        None => w.absent::<Detail>("detail", None, "{ kind = \"stone\" }", "a fine pattern for who comes near: [part.detail]"),
+    }
+}
+
+fn write_detail(w: &mut Writer, detail: &Detail) {
+    let default = Detail::of_kind(DetailPattern::Stone);
+    w.line("\n[part.detail]  # of the part above: a grey pattern on its surfaces, for who comes near");
+    w.absent("kind", detail.kind.as_ref(), "\"stone\"", "noise, stone, plaster or wood; or an image:");
+    w.absent("file", detail.file.as_ref(), "\"stone.png\"", "square, grey, 64 to 512 texels, of mean 128");
+    w.optional("correct", &detail.correct, &false, "shift an image whose mean is not 128");
+    w.absent("texels", detail.texels.as_ref(), "256", "along a side of a built-in kind: 64, 128, 256 or 512");
+    w.absent("seed", detail.seed.as_ref(), "0", "of a built-in kind");
+    w.optional("mapping", &detail.mapping, &default.mapping, "triplanar, or uv: by the part's texture coordinates");
+    w.absent("size_m", detail.size_m.as_ref(), "1.0", "of triplanar: the length of a tile");
+    w.absent("repeat", detail.repeat.as_ref(), "1.0", "of uv: tiles in a unit of the coordinates");
+    w.optional("along", &detail.along, &default.along, "x, y or z: the axis along which fibres run, of triplanar");
+    w.optional("strength", &detail.strength, &default.strength, "0 to 1");
+    w.optional("near_m", &detail.near_m, &default.near_m, "full up to this distance, gone at twice as much");
 }
 
 fn write_sky(w: &mut Writer, sky: &Sky) {

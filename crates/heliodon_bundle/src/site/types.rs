@@ -4,6 +4,7 @@
 
 use super::actor::Actor;
 use super::budget::Budget;
+use super::detail::Detail;
 use super::lamp::Lamp;
 use super::matte::Matte;
 use super::prepare::Prepare;
@@ -141,6 +142,9 @@ pub struct Part {
     /// How the part departs from `[weathering]`: `false`, or a table of what is its own. Default: it does not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weathering: Option<PartWeathering>,
+    /// A fine pattern on its surfaces, for who comes near: `detail = { kind = "stone" }`. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub detail: Option<Detail>,
 }
 
 pub(super) fn unit_schema(_: &mut SchemaGenerator) -> Schema {

@@ -38,15 +38,24 @@ impl Laid<'_> {
 }
 
 /// Everything that could be carried out of the hall.
-pub fn furnishing(palette: &mut Palette) -> Vec<SolidMesh> {
-    let mut solids = Vec::new();
+#[derive(Default)]
+pub struct Furnishing {
+    /// Benches, stools, buckets, beams and planks: what is of wood.
+    pub wooden: Vec<SolidMesh>,
+    /// Lamps, tools, and what is worked on.
+    pub wares: Vec<SolidMesh>,
+}
+
+/// All of it.
+pub fn furnishing(palette: &mut Palette) -> Furnishing {
+    let mut all = Furnishing::default();
     for foot in LAMPS {
-        solids.extend(placed(props::lamp_stand(palette), foot, palette.between(0.0, 1.0)));
+        all.wares.extend(placed(props::lamp_stand(palette), foot, palette.between(0.0, 1.0)));
     }
-    benches(palette, &mut solids);
-    let mut stand = |things: Vec<SolidMesh>, x: f32, z: f32, yaw_rad: f32| {
-        solids.extend(placed(things, Vec3::new(x, STANDS_OVER, z), yaw_rad));
-    };
+    benches(palette, &mut all);
+    let Furnishing { mut wooden, mut wares } = all;
+    let at = |x: f32, z: f32| Vec3::new(x, STANDS_OVER, z);
+    let mut stand = |things: Vec<SolidMesh>, x: f32, z: f32, yaw_rad: f32| wares.extend(placed(things, at(x, z), yaw_rad));
     stand(props::unfinished_youth(palette), 6.3, 3.3, PI + 0.35);
     stand(props::sledge(palette), 10.4, -3.3, 0.06);
     // blocks along the southern wall
@@ -63,22 +72,23 @@ pub fn furnishing(palette: &mut Palette) -> Vec<SolidMesh> {
     {
         stand(props::amphora(height, palette), x, z, palette.between(0.0, 3.0));
     }
-    stand(props::bucket(palette), 8.15, 2.75, 0.0);
-    stand(props::bucket(palette), -3.2, -3.2, 0.0);
-    stand(props::stool(palette), 2.6, 2.6, 0.3);
-    stand(props::stool(palette), 8.2, 4.9, 0.9);
-    stand(props::stool(palette), 5.1, -4.9, 0.0);
-    chips(palette, &mut solids);
-    timber(palette, &mut solids);
-    solids
+    for (x, z) in [(8.15, 2.75), (-3.2, -3.2)] {
+        wooden.extend(placed(props::bucket(palette), at(x, z), 0.0));
+    }
+    for (x, z, yaw_rad) in [(2.6, 2.6, 0.3), (8.2, 4.9, 0.9), (5.1, -4.9, 0.0)] {
+        wooden.extend(placed(props::stool(palette), at(x, z), yaw_rad));
+    }
+    chips(palette, &mut wares);
+    timber(palette, &mut wooden);
+    Furnishing { wooden, wares }
 }
 
 /// Three benches with what is worked on.
-fn benches(palette: &mut Palette, solids: &mut Vec<SolidMesh>) {
+fn benches(palette: &mut Palette, all: &mut Furnishing) {
     // in the nave, before the statue: the model of its head
     let (at, yaw_rad) = (Vec3::new(2.1, STANDS_OVER, 3.2), 0.0);
-    solids.extend(placed(props::bench(2.7, 0.8, palette), at, yaw_rad));
-    let mut top = Laid { solids, at, yaw_rad };
+    all.wooden.extend(placed(props::bench(2.7, 0.8, palette), at, yaw_rad));
+    let mut top = Laid { solids: &mut all.wares, at, yaw_rad };
     top.lay(props::clay_head(palette), -0.75, 0.05, PI - 0.5);
     top.lay(props::mallet(palette), 0.1, -0.1, 0.6);
     top.lay(props::chisels(4, palette), 0.55, -0.05, 0.25);
@@ -86,8 +96,8 @@ fn benches(palette: &mut Palette, solids: &mut Vec<SolidMesh>) {
     top.lay(vec![props::rough_block(Vec3::new(0.24, 0.2, 0.2), palette)], -0.2, 0.2, 0.4);
     // opposite: ivory
     let (at, yaw_rad) = (Vec3::new(-2.0, STANDS_OVER, -3.25), 0.0);
-    solids.extend(placed(props::bench(2.4, 0.75, palette), at, yaw_rad));
-    let mut top = Laid { solids, at, yaw_rad };
+    all.wooden.extend(placed(props::bench(2.4, 0.75, palette), at, yaw_rad));
+    let mut top = Laid { solids: &mut all.wares, at, yaw_rad };
     for (x, z, turn) in [(-1.0, 0.05, 0.1), (-0.9, -0.15, -0.15), (-0.2, 0.2, 0.35)] {
         top.lay(vec![props::tusk(palette.between(0.85, 1.05), palette)], x, z, turn);
     }
@@ -95,8 +105,8 @@ fn benches(palette: &mut Palette, solids: &mut Vec<SolidMesh>) {
     top.lay(props::mallet(palette), 0.75, 0.2, 2.4);
     // along the northern wall: moulds for the golden robe
     let (at, yaw_rad) = (Vec3::new(5.6, STANDS_OVER, -5.65), 0.0);
-    solids.extend(placed(props::bench(4.2, 0.8, palette), at, yaw_rad));
-    let mut top = Laid { solids, at, yaw_rad };
+    all.wooden.extend(placed(props::bench(4.2, 0.8, palette), at, yaw_rad));
+    let mut top = Laid { solids: &mut all.wares, at, yaw_rad };
     for (x, z, turn) in [(-1.75, 0.0, 0.4), (-1.1, 0.1, 1.3), (-0.45, -0.05, 0.1), (0.25, 0.05, 2.0)] {
         top.lay(vec![props::mould(palette)], x, z, turn);
     }

@@ -52,7 +52,7 @@ impl Default for WorkshopParams {
 /// A built site.
 #[derive(Clone, Debug)]
 pub struct Workshop {
-    /// Its meshes: walls, roof, floor, columns, statue, scaffold, benches, ground.
+    /// Its meshes: walls, roof, floor, columns, statue, scaffold, benches and what else is of wood, wares, ground.
     pub parts: Vec<SitePart>,
     /// The box of the visitors' eyes, its least and greatest corner: the middle of the hall.
     pub room: (Vec3, Vec3),
@@ -82,6 +82,7 @@ type Solids = (&'static str, PartRole, Vec<SolidMesh>);
 fn solids(seed: u32) -> Vec<Solids> {
     // a stream for each part, so that a change of one leaves the others as they were
     let palette = |stream: u64| Palette::new(seed, stream);
+    let furnishing = furnishing::furnishing(&mut palette(7));
     vec![
         ("walls", PartRole::Filling, building::walls(&mut palette(1))),
         ("roof", PartRole::Filling, roof::roof(&mut palette(2))),
@@ -89,7 +90,8 @@ fn solids(seed: u32) -> Vec<Solids> {
         ("columns", PartRole::Filling, columns::columns(&mut palette(4))),
         ("statue", PartRole::Filling, seated_god(&mut palette(5))),
         ("scaffold", PartRole::Prop, scaffold::scaffold(&mut palette(6))),
-        ("benches", PartRole::Prop, furnishing::furnishing(&mut palette(7))),
+        ("benches", PartRole::Prop, furnishing.wooden),
+        ("wares", PartRole::Prop, furnishing.wares),
         ("ground", PartRole::Ground, building::ground(&mut palette(8))),
     ]
 }

@@ -109,7 +109,7 @@ fn the_building_has_its_measures_and_everything_in_it_is_inside() {
     assert!((low.x + 16.09).abs() < 1e-3 && (high.z - low.z - 14.57).abs() < 1e-3, "{low} {high}");
     let (low, high) = mesh("roof").bounds().unwrap();
     assert!((high.x - low.x - 33.3).abs() < 0.2 && (high.y - 13.2).abs() < 0.2, "{low} {high}");
-    for name in ["columns", "statue", "scaffold", "benches"] {
+    for name in ["columns", "statue", "scaffold", "benches", "wares"] {
         let (low, high) = mesh(name).bounds().unwrap();
         assert!(
             low.cmpgt(Vec3::new(-15.0, -0.1, -6.3)).all() && high.cmplt(Vec3::new(15.0, 10.5, 6.3)).all(),

@@ -56,6 +56,8 @@ pub struct PreparedChunk {
     pub baked: Vec<u32>,
     /// Index of the bundle's texture.
     pub texture: Option<u32>,
+    /// Number of its detail.
+    pub detail: Option<u32>,
 }
 
 impl PreparedChunk {
@@ -94,6 +96,7 @@ impl PreparedChunk {
                 albedo: order.iter().map(|&v| albedo_roots(chunk.albedo[v as usize])).collect(),
             }),
             texture: chunk.texture,
+            detail: None,
         }
     }
 }

@@ -129,6 +129,8 @@ pub struct GpuChunk {
     pub parts: OnceLock<Parts>,
     /// Index of the bundle's texture.
     pub texture: Option<u32>,
+    /// Number of its detail.
+    pub detail: Option<u32>,
     /// Where its colour and its light come from.
     pub kind: StoneKind,
     /// Whether it is part of closed bodies only: their backs are not drawn.
@@ -293,6 +295,7 @@ pub fn upload(
         kept: Arc::clone(kept),
         parts: OnceLock::new(),
         texture: chunk.texture,
+        detail: chunk.detail,
         kind,
         closed: false,
         lit_at: vec![0; kept.positions.len().div_ceil(GROUP as usize)],

@@ -7,7 +7,7 @@
 use super::encoded::Encoded;
 use super::occlusion::{DepthReadback, may_show};
 use super::pages::GpuChunk;
-use super::pipelines::{Near, STONES, StoneKind, Subject};
+use super::pipelines::{Near, STONES, SUBJECTS, StoneKind, Subject};
 use super::prepare::{Drawn, StageGpu, StageView};
 use super::seen::{Draw, Seen, split};
 use crate::actors::render::ActorsGpu;
@@ -16,8 +16,8 @@ use bevy::camera::{MainPassResolutionOverride, Viewport};
 use bevy::prelude::*;
 use bevy::render::camera::ExtractedCamera;
 use bevy::render::render_resource::{
-    BindGroup, Buffer, CommandEncoder, CommandEncoderDescriptor, ComputePassDescriptor, IndexFormat, LoadOp, Operations,
-    PipelineCache, RenderPassColorAttachment, RenderPassDescriptor, RenderPipeline, StoreOp,
+    BindGroup, Buffer, CachedRenderPipelineId, CommandEncoder, CommandEncoderDescriptor, ComputePassDescriptor, IndexFormat,
+    LoadOp, Operations, PipelineCache, RenderPassColorAttachment, RenderPassDescriptor, RenderPipeline, StoreOp,
 };
 use bevy::render::renderer::{PendingCommandBuffers, RenderContext, RenderDevice, RenderQueue, ViewQuery};
 use bevy::render::view::{ExtractedView, ViewDepthTexture, ViewTarget};
@@ -95,6 +95,13 @@ pub fn draw_stage(
         let lamps = (near == Near::Lamps).then_some(&*lamps);
         stone.iter().all(Option::is_some).then_some(Shaded { stone, shade, actors: &actors, lamps })
     });
+    let detailed = stage_view.detailed_pipelines.map(|ids| {
+        let stone = |ids: [CachedRenderPipelineId; SUBJECTS.len()]| {
+            let [stone @ .., _] = ids.map(|id| cache.get_render_pipeline(id));
+            stone
+        };
+        Detailed { alone: stone(ids.alone), near: ids.near.map_or([None; STONES], stone) }
+    });
     let lamps = shaded.as_ref().and_then(|shaded| shaded.lamps);
     let (plain_actors, shaded_actors) = (closed_stone(stone), shaded.as_ref().map(|shaded| closed_stone(shaded.stone)));
     let size = UVec2::new(depth.texture.width(), depth.texture.height());
@@ -103,7 +110,7 @@ pub fn draw_stage(
         _ => Encoded::new(&device, size, format),
     });
     let begun = Cell::new(false);
-    let canvas = Canvas { target, encoded: encoded.as_ref(), begun, depth, viewport, view_group, stone, shaded };
+    let canvas = Canvas { target, encoded: encoded.as_ref(), begun, depth, viewport, view_group, stone, shaded, detailed };
 
     let moving = stage_view.undecided.is_some() || stage_view.drawn.seen.single.is_none();
     // A day that passes before an eye at rest is what must be quick: that is one pass.
@@ -182,6 +189,14 @@ struct Canvas<'a> {
     stone: [Option<&'a RenderPipeline>; STONES],
     /// Stone near actors and lamps.
     shaded: Option<Shaded<'a>>,
+    /// Stone with details.
+    detailed: Option<Detailed<'a>>,
+}
+
+/// How stone with a detail is drawn, which is the group after its texture.
+struct Detailed<'a> {
+    alone: [Option<&'a RenderPipeline>; STONES],
+    near: [Option<&'a RenderPipeline>; STONES],
 }
 
 /// How stone is drawn near actors and lamps: what they cast is group 1, and the texture group 2.
@@ -269,17 +284,27 @@ impl Canvas<'_> {
     ) {
         let chunk = &gpu.chunks[draw.chunk as usize];
         let subject = Subject::stone_index(chunk.kind, chunk.closed);
-        let lamps = self.shaded.as_ref().is_some_and(|shaded| shaded.lamps.is_some());
-        bound.shade(pass, shaded.map(|shaded| shaded.shade), lamps);
-        let (pipelines, number, group) = match shaded {
-            Some(shaded) => (&shaded.stone, subject + self.stone.len(), 2),
-            None => (&self.stone, subject, 1),
+        bound.shade(pass, shaded.map(|shaded| shaded.shade));
+        let (pipelines, group) = match shaded {
+            Some(shaded) => (&shaded.stone, 2),
+            None => (&self.stone, 1),
         };
-        // Until its pipeline and texture are there, nothing is drawn of a chunk.
-        if let Some(pipeline) = pipelines[subject]
+        let detailed = self.detailed.as_ref().zip(chunk.detail).and_then(|(detailed, number)| {
+            let pipelines = if shaded.is_some() { &detailed.near } else { &detailed.alone };
+            Some((pipelines[subject]?, gpu.details.bind_group(number)?, number))
+        });
+        let of_lamps = shaded.is_some_and(|shaded| shaded.lamps.is_some());
+        bound.normals(of_lamps || detailed.is_some());
+        // Until its pipeline and texture are there, nothing is drawn of a chunk; without its detail's it is drawn as if it had none.
+        if let Some(pipeline) = detailed.map_or(pipelines[subject], |(pipeline, ..)| Some(pipeline))
             && bound.texture(pass, gpu, chunk, group)
         {
-            bound.pipeline(pass, number, pipeline);
+            if let Some((_, detail, number)) = detailed {
+                let after = if chunk.kind == StoneKind::Plain { group } else { group + 1 };
+                bound.group(pass, after, Held::Detail(number), detail);
+            }
+            let variant = usize::from(shaded.is_some()) + 2 * usize::from(detailed.is_some());
+            bound.pipeline(pass, subject + variant * STONES, pipeline);
             bound.draw(pass, gpu, drawn.indices.as_ref(), draw, 0);
         }
     }
@@ -310,12 +335,21 @@ impl Canvas<'_> {
     }
 }
 
+/// What is in a bind group after the camera's and that of what casts shade.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Held {
+    /// What stone of this kind with this texture binds.
+    Texture(StoneKind, Option<u32>),
+    /// The detail of this number.
+    Detail(u32),
+}
+
 /// What a pass has bound already.
 #[derive(Default)]
 pub struct Bound {
     pipeline: Option<usize>,
     page: Option<usize>,
-    texture: Option<(StoneKind, Option<u32>)>,
+    groups: [Option<Held>; 4],
     shaded: bool,
     /// Whether normals come before texture coordinates.
     normals: bool,
@@ -330,23 +364,35 @@ impl Bound {
         }
     }
 
-    /// Goes over to stone that is shaded, or is not: their groups have other numbers, and where there are lamps normals are among their buffers.
-    fn shade(&mut self, pass: &mut RenderPass<'_>, shade: Option<&BindGroup>, lamps: bool) {
+    /// Goes over to stone that is shaded, or is not: their groups have other numbers.
+    fn shade(&mut self, pass: &mut RenderPass<'_>, shade: Option<&BindGroup>) {
         if self.shaded != shade.is_some() {
-            (self.shaded, self.texture) = (shade.is_some(), None);
-            if lamps {
-                (self.normals, self.page) = (shade.is_some(), None);
-            }
+            (self.shaded, self.groups) = (shade.is_some(), [None; 4]);
             if let Some(shade) = shade {
                 pass.set_bind_group(1, &**shade, &[]);
             }
         }
     }
 
+    /// Goes over to stone with normals among its buffers, or without.
+    fn normals(&mut self, normals: bool) {
+        if self.normals != normals {
+            (self.normals, self.page) = (normals, None);
+        }
+    }
+
+    /// Sets a group, unless it is that already.
+    fn group(&mut self, pass: &mut RenderPass<'_>, number: usize, held: Held, group: &BindGroup) {
+        if self.groups[number] != Some(held) {
+            pass.set_bind_group(number as u32, &**group, &[]);
+            self.groups[number] = Some(held);
+        }
+    }
+
     /// Sets the texture, if there is to be one; false if it is not there.
-    fn texture(&mut self, pass: &mut RenderPass<'_>, gpu: &StageGpu, chunk: &GpuChunk, group: u32) -> bool {
-        let wanted = Some((chunk.kind, chunk.texture));
-        if chunk.kind == StoneKind::Plain || self.texture == wanted {
+    fn texture(&mut self, pass: &mut RenderPass<'_>, gpu: &StageGpu, chunk: &GpuChunk, group: usize) -> bool {
+        let wanted = Held::Texture(chunk.kind, chunk.texture);
+        if chunk.kind == StoneKind::Plain || self.groups[group] == Some(wanted) {
             return true;
         }
         let found = match chunk.kind {
@@ -354,8 +400,7 @@ impl Bound {
             _ => chunk.texture.and_then(|texture| gpu.textures.get(texture as usize)).map(|image| &image.bind_group),
         };
         if let Some(found) = found {
-            pass.set_bind_group(group, &**found, &[]);
-            self.texture = wanted;
+            self.group(pass, group, wanted, found);
         }
         found.is_some()
     }

@@ -8,6 +8,7 @@ use super::view::VIEW_BYTES;
 use crate::actors::SHADE_WGSL;
 use crate::actors::render::shade_layout;
 use crate::daylight::moment::MOMENT_BYTES;
+use crate::detail::{DETAIL_BYTES, DETAIL_WGSL};
 use crate::lamps::LAMPS_WGSL;
 use crate::tonemap::{DisplayKey, ToneCurve};
 use bevy::asset::uuid::Uuid;
@@ -104,6 +105,7 @@ pub enum Near {
 pub struct PipelineKey {
     subject: Subject,
     near: Near,
+    detailed: bool,
     display: DisplayKey,
     samples: u32,
 }
@@ -112,13 +114,29 @@ impl PipelineKey {
     /// The key for a target of `format` with `samples` samples.
     #[must_use]
     pub fn new(subject: Subject, curve: ToneCurve, format: TextureFormat, samples: u32) -> Self {
-        Self { subject, near: Near::Nothing, display: DisplayKey { curve, format }, samples }
+        Self { subject, near: Near::Nothing, detailed: false, display: DisplayKey { curve, format }, samples }
     }
 
     /// The key for stone that is near to something; what that casts is bound as group 1, and the texture is group 2.
     #[must_use]
     pub fn near(self, near: Near) -> Self {
         Self { near: if self.subject == Subject::Sky { Near::Nothing } else { near }, ..self }
+    }
+
+    /// The key for stone with a detail, which is the last group.
+    #[must_use]
+    pub fn detailed(self) -> Self {
+        Self { detailed: self.subject != Subject::Sky, ..self }
+    }
+
+    /// Whether vertices have normals.
+    fn has_normals(self) -> bool {
+        self.near == Near::Lamps || self.detailed || self.subject.by_texels()
+    }
+
+    /// The group of the detail: after the camera's, what casts shade, and the textures.
+    fn detail_group(self) -> u32 {
+        1 + u32::from(self.near != Near::Nothing) + u32::from(self.subject.textured())
     }
 
     /// The shader's whole text.
@@ -131,16 +149,28 @@ impl PipelineKey {
                 let (textured, texels) = (self.subject.textured(), self.subject.by_texels());
                 let defined = [
                     ("TEXTURED", textured),
+                    ("PLAIN", !textured),
                     ("TEXELS", texels),
                     ("VERTICES", !texels),
                     ("SHADED", shaded),
                     ("LAMPS", lamps),
-                    ("NORMALS", lamps || texels),
+                    ("NORMALS", self.has_normals()),
+                    ("PLACED", shaded || self.detailed),
+                    ("DETAIL", self.detailed),
                 ];
                 let stone = resolved(include_str!("stone.wgsl"), &defined);
                 let stone = if texels { format!("{TEXELS_WGSL}{TEXEL_LIGHT_WGSL}{stone}") } else { stone };
                 let lamps = if lamps { LAMPS_WGSL } else { "" };
-                if shaded { before + SHADE_WGSL + lamps + &stone.replace("@group(1)", "@group(2)") } else { before + &stone }
+                let detail = if self.detailed {
+                    DETAIL_WGSL.replace("DETAIL_GROUP", &self.detail_group().to_string())
+                } else {
+                    String::new()
+                };
+                if shaded {
+                    before + SHADE_WGSL + lamps + &stone.replace("@group(1)", "@group(2)") + &detail
+                } else {
+                    before + &stone + &detail
+                }
             }
             Subject::Sky => before + crate::sky::SKY_WGSL,
         }
@@ -191,6 +221,8 @@ pub struct StagePipelines {
     pub texture_layout: BindGroupLayoutDescriptor,
     /// A base colour texture, and an atlas of light in texels.
     pub texels_layout: BindGroupLayoutDescriptor,
+    /// A detail.
+    pub detail_layout: BindGroupLayoutDescriptor,
     /// What the bounced sun's texels are lit from, and they.
     pub texel_bounce_layout: BindGroupLayoutDescriptor,
     /// The dome's two maps.
@@ -254,6 +286,13 @@ impl Default for StagePipelines {
                         sampler(SamplerBindingType::Filtering),
                         image(),
                     ),
+                ),
+            ),
+            detail_layout: BindGroupLayoutDescriptor::new(
+                "stone_detail",
+                &BindGroupLayoutEntries::sequential(
+                    ShaderStages::FRAGMENT,
+                    (uniform(DETAIL_BYTES), image(), sampler(SamplerBindingType::Filtering)),
                 ),
             ),
             texel_bounce_layout: BindGroupLayoutDescriptor::new(
@@ -470,6 +509,9 @@ impl StagePipelines {
             Subject::Stone { kind: StoneKind::Texels, .. } => layout.push(self.texels_layout.clone()),
             Subject::Sky => layout.push(self.sky_layout.clone()),
         }
+        if key.detailed {
+            layout.push(self.detail_layout.clone());
+        }
         let id = cache.queue_render_pipeline(RenderPipelineDescriptor {
             label: Some(if stone { "stone" } else { "sky" }.into()),
             layout,
@@ -520,10 +562,10 @@ fn vertex_buffer(location: u32, format: VertexFormat) -> VertexBufferLayout {
     }
 }
 
-/// Position, light, albedo, the normal where there are lamps or texels, and texture coordinates, each from a buffer of its own.
+/// Position, light, albedo, the normal where there are lamps, texels or a detail, and texture coordinates, each from a buffer of its own.
 fn vertex_buffers(key: PipelineKey) -> Vec<VertexBufferLayout> {
     let mut formats = vec![(0, VertexFormat::Float32x3), (1, VertexFormat::Float16x4), (2, VertexFormat::Unorm10_10_10_2)];
-    if key.near == Near::Lamps || key.subject.by_texels() {
+    if key.has_normals() {
         formats.push((4, VertexFormat::Snorm16x2));
     }
     if key.subject.textured() {

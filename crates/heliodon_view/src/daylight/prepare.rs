@@ -15,6 +15,7 @@ use super::view::{ClusterRef, Eye, ViewUniform, cull};
 use super::{DaylightCamera, ExactAtRest, allocator};
 use crate::actors::render::ActorsGpu;
 use crate::culling::{Culler, Culling, CullingScene, CullingTold, Saved, ViewCulling};
+use crate::detail::DetailsGpu;
 use crate::lamps::maps::LampsGpu;
 use crate::sky::SkyResources;
 use crate::stage::feed::Delivery;
@@ -53,6 +54,8 @@ pub struct StageGpu {
     uploaded: [Remaining; KINDS.len()],
     /// Light in texels.
     pub texels: TexelsGpu,
+    /// Details of parts.
+    pub details: DetailsGpu,
     /// What lights the bounced sun's texels.
     pub texel_pipeline: Option<CachedComputePipelineId>,
     moment: Option<MomentUniform>,
@@ -148,6 +151,15 @@ impl StageGpu {
     }
 }
 
+/// Pipelines of stone with a detail.
+#[derive(Clone, Copy, Debug)]
+pub struct DetailedPipelines {
+    /// Stone that nothing is near to.
+    pub alone: [CachedRenderPipelineId; SUBJECTS.len()],
+    /// Stone near actors and lamps, while there are any.
+    pub near: Option<[CachedRenderPipelineId; SUBJECTS.len()]>,
+}
+
 /// A camera's share of a frame.
 #[derive(Component, Default)]
 pub struct StageView {
@@ -178,6 +190,8 @@ pub struct StageView {
     pub pipelines: Option<[CachedRenderPipelineId; SUBJECTS.len()]>,
     /// The same for stone that actors shade, while they do.
     pub near_pipelines: Option<(Near, [CachedRenderPipelineId; SUBJECTS.len()])>,
+    /// The same two for stone with a detail, while any is shown.
+    pub detailed_pipelines: Option<DetailedPipelines>,
     /// Pipelines that find out what is seen, for surfaces and for closed bodies.
     pub sight_pipelines: Option<[CachedRenderPipelineId; 2]>,
     /// The dome's maps, when there are any.
@@ -324,6 +338,11 @@ pub fn receive(
                 gpu.texels.finish((&device, &queue), (&cache, &pipelines), &images);
                 gpu.texel_pipeline = Some(pipelines.texel_bounce(&mut cache));
             }
+            Some(Delivery::Detail(detail)) => {
+                bytes += detail.bytes();
+                let layout = cache.get_bind_group_layout(&pipelines.detail_layout);
+                gpu.details.push(&device, &queue, &layout, &detail);
+            }
             Some(Delivery::Closed(closed)) => {
                 gpu.closed_known = true;
                 gpu.chunks.iter_mut().zip(closed).for_each(|(chunk, closed)| chunk.closed = closed);
@@ -338,6 +357,11 @@ pub fn receive(
                 gpu.chunks.push(placed);
             }
         }
+    }
+    if !gpu.details.is_empty() && feed.is_uploaded() {
+        let pipeline = pipelines.normals(&mut cache, feed.layout);
+        let layout = cache.get_bind_group_layout(&pipelines.normals_layout);
+        gpu.want_normals(&device, pipeline, &layout);
     }
     if gpu.software && feed.is_uploaded() {
         gpu.settled_frames = gpu.settled_frames.saturating_add(1);
@@ -417,6 +441,12 @@ pub fn prepare_views(
         let near = if lamps.any() && gpu.has_normals() { Near::Lamps } else { Near::Actors };
         stage_view.near_pipelines =
             actors.shade().map(|_| (near, keys.map(|key| pipelines.colour(&mut cache, key.near(near)))));
+        // Details take part of their place from normals, which are there once all chunks are.
+        let shows_details = !gpu.details.is_empty() && !frame.without_details;
+        stage_view.detailed_pipelines = (shows_details && gpu.has_normals()).then(|| DetailedPipelines {
+            alone: keys.map(|key| pipelines.colour(&mut cache, key.detailed())),
+            near: actors.shade().map(|_| keys.map(|key| pipelines.colour(&mut cache, key.near(near).detailed()))),
+        });
         let key = SightKey {
             clip_from_world,
             viewport: view.viewport,
@@ -444,8 +474,9 @@ pub fn prepare_views(
             && TextureUsages::from(camera_3d.depth_texture_usages).contains(TextureUsages::COPY_SRC);
         let stage_view = &mut *stage_view;
         stage_view.clip_from_world = clip_from_world;
-        // Stone that nothing else lights or shades is lit pixel by pixel.
-        let by_pixel = may_ask.filter(|&size| Raster::can_be(size) && !exact.contains(entity) && actors.shade().is_none());
+        // Stone that nothing else lights or shades, and that shows no detail, is lit pixel by pixel.
+        let by_pixel = may_ask
+            .filter(|&size| Raster::can_be(size) && !exact.contains(entity) && actors.shade().is_none() && !shows_details);
         let wanted = by_pixel
             .filter(|_| stage_view.relight_pipeline.is_some_and(|id| cache.get_render_pipeline(id).is_some()))
             .and_then(|size| Some(Wanted { key, size, lens: Lens::new(&clip_from_world)? }));
@@ -475,7 +506,7 @@ pub fn prepare_views(
         } else {
             world_from_view * view.clip_from_view.inverse()
         };
-        let uniform = crate::sky::view_uniform(&frame, clip_from_world, direction_from_clip, pixel_rad);
+        let uniform = crate::sky::view_uniform(&frame, clip_from_world, direction_from_clip, pixel_rad, eye);
         write_uniform(
             &mut stage_view.buffer,
             &device,

@@ -6,6 +6,7 @@ use super::pipelines::{CASTER_WGSL, Near, PipelineKey, SUBJECTS, Subject, religh
 use super::texels::{TEXEL_BOUNCE_WGSL, TEXEL_MOMENT_BYTES, TEXELS_WGSL};
 use super::view::VIEW_BYTES;
 use crate::actors::shade::SHADE_BYTES;
+use crate::detail::DETAIL_BYTES;
 use crate::lamps::uniform::LAMPS_BYTES;
 use crate::tonemap::{DisplayKey, ToneCurve};
 use bevy::render::render_resource::TextureFormat;
@@ -26,6 +27,12 @@ fn size_of_struct(module: &naga::Module, name: &str) -> Option<u32> {
         naga::TypeInner::Struct { span, .. } => Some(*span),
         _ => None,
     })
+}
+
+/// Bind groups that a shader has, from the first to the last.
+fn bound_groups(module: &naga::Module) -> u32 {
+    let bindings = module.global_variables.iter().filter_map(|(_, variable)| variable.binding);
+    bindings.map(|binding| binding.group + 1).max().unwrap_or_default()
 }
 
 #[test]
@@ -49,6 +56,11 @@ fn the_colour_shaders_are_valid_for_every_target() {
                 let key = PipelineKey::new(subject, curve, format, 1);
                 assert_eq!(size_of_struct(&compile(&key.wgsl()), "View"), Some(VIEW_BYTES as u32));
                 if subject != Subject::Sky {
+                    for near in [Near::Nothing, Near::Actors, Near::Lamps] {
+                        let module = compile(&key.near(near).detailed().wgsl());
+                        assert_eq!(size_of_struct(&module, "Detail"), Some(DETAIL_BYTES as u32));
+                        assert!(bound_groups(&module) <= 4, "no more than portable devices have");
+                    }
                     for near in [Near::Actors, Near::Lamps] {
                         let module = compile(&key.near(near).wgsl());
                         assert_eq!(size_of_struct(&module, "Shade"), Some(SHADE_BYTES as u32));

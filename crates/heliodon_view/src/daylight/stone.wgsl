@@ -27,7 +27,7 @@ struct Fragment {
 #ifdef TEXTURED
     @location(2) uv: vec2<f32>,
 #endif
-#ifdef SHADED
+#ifdef PLACED
     // xyz: the place in the world; w: the share of the sun's light, and twice the number of the actor.
     @location(3) place: vec4<f32>,
 #endif
@@ -53,7 +53,7 @@ fn vertex(in: Vertex, @builtin(instance_index) own: u32) -> Fragment {
 #ifdef TEXTURED
     out.uv = in.uv;
 #endif
-#ifdef SHADED
+#ifdef PLACED
     out.place = vec4<f32>(in.position, in.light.a + f32(2u * own));
 #endif
 #ifdef TEXELS
@@ -72,6 +72,19 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
     var albedo = in.albedo;
 #ifdef TEXTURED
     albedo *= textureSample(albedo_texture, albedo_sampler, in.uv).rgb;
+#endif
+#ifdef DETAIL
+    let pixel_m = longer(dpdx(in.place.xyz), dpdy(in.place.xyz));
+#endif
+#ifdef DETAIL TEXTURED
+    let uv_across = vec3<f32>(dpdx(in.uv), 0.0);
+    let uv_down = vec3<f32>(dpdy(in.uv), 0.0);
+    let base_size = vec3<f32>(vec2<f32>(textureDimensions(albedo_texture, 0)), 0.0);
+    let base = longer(uv_across * base_size, uv_down * base_size);
+    albedo *= detail_factor(in.place.xyz, normalize(in.normal), pixel_m, in.uv, longer(uv_across, uv_down), base);
+#endif
+#ifdef DETAIL PLAIN
+    albedo *= detail_factor(in.place.xyz, normalize(in.normal), pixel_m, vec2<f32>(0.0), 0.0, 0.0);
 #endif
 #ifdef TEXELS
     let across = dpdx(in.texel_uv);

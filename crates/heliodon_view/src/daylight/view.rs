@@ -18,10 +18,12 @@ pub struct ViewUniform {
     pub sun_disc: Vec4,
     /// Weights of the two sky maps, exposure included.
     pub sky_weights: Vec4,
+    /// The eye, and 1; in a parallel projection 0, for everything is as far from it.
+    pub eye: Vec4,
 }
 
 /// Size of `View` in view.wgsl, which a test compares with what the shader's compiler says.
-pub const VIEW_BYTES: usize = 2 * 64 + 3 * 16;
+pub const VIEW_BYTES: usize = 2 * 64 + 4 * 16;
 const _: () = assert!(size_of::<ViewUniform>() == VIEW_BYTES);
 
 /// Where a view is seen from.
@@ -34,6 +36,15 @@ pub enum Eye {
 }
 
 impl Eye {
+    /// [`ViewUniform::eye`].
+    #[must_use]
+    pub fn uniform(self) -> Vec4 {
+        match self {
+            Self::At(eye) => eye.extend(1.0),
+            Self::Along(_) => Vec4::ZERO,
+        }
+    }
+
     /// How far a box is.
     fn distance(self, (low, high): (Vec3, Vec3)) -> f32 {
         match self {
@@ -125,6 +136,7 @@ pub(super) mod tests {
             }),
             parts: OnceLock::new(),
             texture: None,
+            detail: None,
             kind: crate::daylight::pipelines::StoneKind::Plain,
             closed: false,
             lit_at: vec![0],

@@ -9,6 +9,8 @@ struct View {
     sun_disc: vec4<f32>,
     // x, y: weights of the two sky maps, exposure included.
     sky_weights: vec4<f32>,
+    // xyz: the eye, w: 1; in parallel projections 0.
+    eye: vec4<f32>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;

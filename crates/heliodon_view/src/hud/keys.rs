@@ -12,7 +12,7 @@ use bevy::render::view::screenshot::{Screenshot, save_to_disk};
 use bevy::window::{PrimaryWindow, WindowMode};
 
 /// All keys, as the help lists them.
-pub(super) const HELP: [(&str, &str); 23] = [
+pub(super) const HELP: [(&str, &str); 24] = [
     ("Space", "let the day pass, or pause it"),
     ("Left  Right", "one step of the day back or on"),
     ("[  ]", "slower, faster"),
@@ -21,6 +21,7 @@ pub(super) const HELP: [(&str, &str); 23] = [
     ("+  -", "exposure, a quarter of a stop"),
     ("E", "exposure follows the day, or is held"),
     ("T", "tone curve: clamped or filmic"),
+    ("G", "the grain of near surfaces, or none"),
     ("Click", "look around with the mouse"),
     ("W A S D", "move; Shift hurries"),
     ("Page Up  Down", "rise and sink in flight"),
@@ -65,6 +66,7 @@ pub(super) fn day_keys(
                 }
             }
             KeyCode::KeyE => exposure.held = !exposure.held,
+            KeyCode::KeyG => frame.without_details = !frame.without_details,
             KeyCode::KeyT => frame.curve = frame.curve.toggled(),
             KeyCode::KeyO => culling.shadow = !culling.shadow,
             KeyCode::KeyC => culling.contribution = !culling.contribution,

@@ -6,7 +6,7 @@
 pub(crate) mod pack;
 mod residency;
 
-use crate::daylight::view::ViewUniform;
+use crate::daylight::view::{Eye, ViewUniform};
 use crate::stage::frame::{SkyFrame, StageFrame};
 use crate::time_lapse::SettleMoment;
 use bevy::asset::AssetEventSystems;
@@ -38,6 +38,7 @@ pub(crate) fn view_uniform(
     clip_from_world: Mat4,
     direction_from_clip: Mat4,
     pixel_rad: f32,
+    eye: Eye,
 ) -> ViewUniform {
     let exposure = frame.exposure_stops.exp2();
     let [a, b] = frame.sky.maps.map(|(_, weight)| weight * exposure);
@@ -49,6 +50,7 @@ pub(crate) fn view_uniform(
         sun_direction: frame.sky.sun_direction.extend(outer),
         sun_disc: (frame.sky.disc_radiance * exposure).extend(1.0 / pixel_rad),
         sky_weights: Vec4::new(a, b, 0.0, 0.0),
+        eye: eye.uniform(),
     }
 }
 

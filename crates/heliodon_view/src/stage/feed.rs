@@ -7,6 +7,7 @@ use crate::daylight::layout::VertexLayout;
 use crate::daylight::pages::Remaining;
 use crate::daylight::pipelines::KINDS;
 use crate::daylight::texels::TexelPiece;
+use crate::detail::PreparedDetail;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -20,6 +21,8 @@ pub enum Delivery {
     Texels(TexelPiece),
     /// After all of these.
     TexelsDone,
+    /// A detail, in the order of their numbers; before the chunks.
+    Detail(PreparedDetail),
     /// A chunk.
     Chunk(Box<PreparedChunk>),
     /// After all chunks: which of them, in their order, are parts of closed bodies.

@@ -20,6 +20,8 @@ pub struct StageFrame {
     pub exposure_stops: f32,
     /// The tone curve.
     pub curve: ToneCurve,
+    /// Whether details are switched off.
+    pub without_details: bool,
     /// The dome.
     pub sky: SkyFrame,
 }

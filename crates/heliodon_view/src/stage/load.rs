@@ -7,6 +7,7 @@ use crate::daylight::chunk::{KeptChunk, PreparedChunk};
 use crate::daylight::closed::ClosedBodies;
 use crate::daylight::layout::VertexLayout;
 use crate::daylight::texels::pieces;
+use crate::detail::PartDetails;
 use bevy::log::debug;
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::site::Role;
@@ -72,12 +73,15 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
         }
         to_gpu.send(Delivery::TexelsDone).ok();
     }
+    let details =
+        PartDetails::read(reader, |detail| to_gpu.send(Delivery::Detail(detail)).is_ok()).map_err(|error| error.to_string())?;
     let mut bodies = ClosedBodies::default();
     let mut chunks = Vec::with_capacity(reader.chunk_count());
     let mut is_ground = Vec::with_capacity(reader.chunk_count());
     for index in 0..reader.chunk_count() {
         let chunk = reader.read_chunk(index).map_err(|error| error.to_string())?;
-        let prepared = PreparedChunk::new(layout, &chunk);
+        let detail = details.of(chunk.part, chunk.texture.is_some());
+        let prepared = PreparedChunk { detail, ..PreparedChunk::new(layout, &chunk) };
         is_ground.push(reader.manifest().parts.get(usize::from(chunk.part)).is_some_and(|part| part.role == Role::Ground));
         drop(chunk);
         let kept = Arc::clone(&prepared.kept);

@@ -1,0 +1,137 @@
+//! The details of a site's parts: read and generated before the light is solved, for what is wrong with them should be known then.
+
+use crate::error::BakeError;
+use crate::report::Reporter;
+use crate::scene::Scene;
+use heliodon_bundle::detail::{DetailFault, import};
+use heliodon_bundle::site::{DetailMapping, InputFile, InputKind, Site};
+use heliodon_bundle::{BundleWriter, WriteError};
+use heliodon_image::SrgbImage;
+use heliodon_image::detail::{DetailError, DetailImport, DetailTexture};
+
+/// The detail textures of a site's parts that have one.
+#[derive(Debug, Default)]
+pub(crate) struct Details {
+    of_parts: Vec<(usize, DetailTexture)>,
+}
+
+impl Details {
+    /// Reads images and generates what is built in.
+    ///
+    /// # Errors
+    /// An image that cannot serve, with its place in `site.toml` and a remedy.
+    pub fn read(site: &Site, files: &[InputFile], reporter: &dyn Reporter) -> Result<Self, BakeError> {
+        let mut of_parts = Vec::new();
+        for (index, part) in site.parts.iter().enumerate() {
+            let Some(detail) = &part.detail else { continue };
+            let fault = |fault: &DetailFault| {
+                let (message, remedy) = told(fault);
+                site.error_at(&["part", &index.to_string(), "detail", "file"], message, remedy)
+            };
+            let texture = match detail.generated() {
+                Some(params) => DetailTexture::generate(&params).map_err(|error| fault(&error.into()))?,
+                None => {
+                    let Some(file) = files.iter().find(|file| file.kind == InputKind::Detail(index)) else { continue };
+                    let how = if detail.correct { DetailImport::corrected() } else { DetailImport::strict() };
+                    let image = SrgbImage::read(&file.path).map_err(|error| fault(&DetailError::from(error).into()))?;
+                    let (texture, doubts) = import(&image, &file.name, how).map_err(|error| fault(&error))?;
+                    doubts.iter().for_each(|doubt| reporter.warning(doubt));
+                    texture
+                }
+            };
+            of_parts.push((index, texture));
+        }
+        Ok(Self { of_parts })
+    }
+
+    /// Sentences of parts whose detail goes by texture coordinates that some of their faces have not.
+    pub fn doubts(&self, site: &Site, scene: &Scene) -> Vec<String> {
+        let mesh = &scene.mesh;
+        let is_bare = |triangle: usize| {
+            let material = mesh.triangle_material.get(triangle).map_or(0, |&material| usize::from(material));
+            mesh.materials.get(material).is_none_or(|material| material.texture.is_none())
+        };
+        let bare = |(part, _): &(usize, DetailTexture)| {
+            let of_site = &site.parts[*part];
+            let by_uv = of_site.detail.as_ref().is_some_and(|detail| detail.mapping == DetailMapping::Uv);
+            let range = &scene.parts[*part].drawn_triangles();
+            let count = if by_uv { range.clone().filter(|&triangle| is_bare(triangle)).count() } else { 0 };
+            (count > 0).then(|| {
+                format!(
+                    "part {}: {count} of {} triangles have no texture, whose coordinates its detail goes by: they show none; write mapping = \"triplanar\"",
+                    of_site.display_name(),
+                    range.len()
+                )
+            })
+        };
+        self.of_parts.iter().filter_map(bare).collect()
+    }
+
+    /// Puts them into a bundle.
+    ///
+    /// # Errors
+    /// As [`BundleWriter::add_detail`].
+    pub fn write(&self, site: &Site, writer: &mut BundleWriter) -> Result<(), WriteError> {
+        self.of_parts.iter().try_for_each(|(part, texture)| match &site.parts[*part].detail {
+            Some(detail) => writer.add_detail(*part, texture, detail),
+            None => Ok(()),
+        })
+    }
+}
+
+/// What is wrong, and what to do about it in `site.toml`.
+fn told(fault: &DetailFault) -> (String, &'static str) {
+    match fault {
+        DetailFault::Image(DetailError::Mean { name, mean }) => (
+            format!("{name}: its mean is {mean:.2}, not 128: surfaces would change their brightness where it fades in"),
+            "add correct = true, which shifts it, or shift its brightness",
+        ),
+        other => (
+            other.to_string(),
+            "`heliodon detail IMAGE` tells what is wrong with an image, `heliodon detail --kind stone` makes one",
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::Silent;
+    use std::path::Path;
+
+    fn read(folder: &Path, detail: &str) -> Result<Details, BakeError> {
+        let text = format!(
+            "[site]\nname = \"a\"\n[[part]]\nfile = \"a.ply\"\ndetail = {detail}\n[sky]\nprobes = \"a.hdr\"\nmapping = \"angular\"\n"
+        );
+        let site = Site::parse(&text, folder.join("site.toml")).unwrap();
+        let files = site.input_files().unwrap();
+        Details::read(&site, &files, &Silent)
+    }
+
+    #[test]
+    fn an_image_that_cannot_serve_is_told_before_the_light_is_solved() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.ply", "a.hdr"] {
+            std::fs::write(folder.path().join(name), "x").unwrap();
+        }
+        let save = |side: u32, of: &dyn Fn(u32) -> [u8; 4]| {
+            let image = SrgbImage { width: side, height: side, pixels: (0..side * side).map(of).collect() };
+            std::fs::write(folder.path().join("d.png"), image.to_png_bytes().unwrap()).unwrap();
+        };
+        let file = "{ file = \"d.png\" }";
+        let told = |detail: &str| read(folder.path(), detail).unwrap_err().to_string();
+        save(64, &|i| [[90, 90, 90, 255], [130, 130, 130, 255]][i as usize % 2]);
+        let dark = told(file);
+        assert!(dark.contains("its mean is 110.00, not 128") && dark.contains("correct = true"), "{dark}");
+        assert!(dark.contains("site.toml:5:"), "{dark}");
+        let corrected = read(folder.path(), "{ file = \"d.png\", correct = true }").unwrap();
+        corrected.of_parts[0].1.validate().unwrap();
+        save(64, &|i| [[128, 90, 90, 255], [128, 166, 166, 255]][i as usize % 2]);
+        assert!(told(file).contains("save it as a grey image"));
+        save(32, &|i| [[90, 90, 90, 255], [166, 166, 166, 255]][i as usize % 2]);
+        assert!(told(file).contains("64, 128, 256 or 512"));
+        std::fs::write(folder.path().join("d.png"), "no image").unwrap();
+        assert!(told(file).contains("d.png"));
+        assert_eq!(read(folder.path(), "{ kind = \"wood\", texels = 64 }").unwrap().of_parts[0].1.width(), 64);
+    }
+}
