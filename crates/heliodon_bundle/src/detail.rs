@@ -315,11 +315,11 @@ mod tests {
             pixels: (0..side * side).map(|i| [of(i), of(i), of(i), 255]).collect(),
         };
         let told = |image: &SrgbImage| import(image, "a.png", DetailImport::strict()).unwrap_err().to_string();
-        let checks = |i: u32| if i % 2 == 0 { 100 } else { 156 };
+        let checks = |i: u32| if i.is_multiple_of(2) { 100 } else { 156 };
         assert!(told(&grey(32, checks)).contains("32 x 32") && told(&grey(32, checks)).contains("side by side"));
         assert!(told(&grey(1024, checks)).contains("scale it down"));
         assert!(told(&SrgbImage { height: 32, pixels: vec![[128; 4]; 64 * 32], ..grey(64, checks) }).contains("64 x 32"));
-        assert!(told(&grey(64, |i| if i % 2 == 0 { 100 } else { 140 })).contains("its mean is 120.00, not 128"));
+        assert!(told(&grey(64, |i| if i.is_multiple_of(2) { 100 } else { 140 })).contains("its mean is 120.00, not 128"));
         let mut coloured = grey(64, checks);
         coloured.pixels[7] = [90, 140, 128, 255];
         assert!(told(&coloured).contains("save it as a grey image"));

@@ -1,4 +1,5 @@
 //! Details of parts: what `site.toml` may say of them, and their way into a bundle and out of it.
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
 
