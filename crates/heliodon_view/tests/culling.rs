@@ -74,7 +74,18 @@ fn lit(positions: Vec<Vec3>, normals: Vec<Vec3>, albedo: Vec<Vec3>, triangles: V
         light.sky_transfer[4 * v..4 * v + 4].copy_from_slice(&open_transfer9(*normal)[..4]);
     }
     let valid = vec![1; positions.len()];
-    LitChunk { part: 0, texture: None, positions, normals, uvs: Vec::new(), albedo, triangles, valid, light }
+    LitChunk {
+        part: 0,
+        texture: None,
+        positions,
+        normals,
+        uvs: Vec::new(),
+        texel_uvs: Vec::new(),
+        albedo,
+        triangles,
+        valid,
+        light,
+    }
 }
 
 /// How the pictures of a walk are drawn.
