@@ -22,16 +22,43 @@ const FLAME: [f64; 3] = [9.0, 5.0, 1.9];
 /// How far it reaches, metres.
 const FLAME_REACH_M: f64 = 9.0;
 
-/// Details: parts that show one, its image's name and kind, the length of a tile in metres, the axis along which fibres run, and how much of it is shown.
-/// A texel is then 2 to 6 mm, a ring of wood 3 cm.
-const DETAILS: [(&[&str], &str, DetailKind, f64, Along, f64); 6] = [
-    (&["walls"], "plaster.png", DetailKind::Plaster, 1.6, Along::Y, 1.0),
-    (&["columns", "floor"], "stone.png", DetailKind::Stone, 1.0, Along::Y, 0.8),
+/// A detail of some parts. A texel is then 2 to 6 mm, a ring of wood 3 cm.
+struct Laid {
+    parts: &'static [&'static str],
+    file: &'static str,
+    kind: DetailKind,
+    /// The length of a tile, metres.
+    size_m: f64,
+    /// The axis along which fibres run.
+    along: Along,
+    /// How much of it is shown.
+    strength: f64,
+}
+
+const WOOD: Laid = Laid {
+    parts: &["roof"],
+    file: "wood.png",
+    kind: DetailKind::Wood { knots: 0 },
+    size_m: 0.6,
+    along: Along::X,
+    strength: 0.9,
+};
+
+const DETAILS: [Laid; 6] = [
+    Laid { parts: &["walls"], file: "plaster.png", kind: DetailKind::Plaster, size_m: 1.6, along: Along::Y, strength: 1.0 },
+    Laid {
+        parts: &["columns", "floor"],
+        file: "stone.png",
+        kind: DetailKind::Stone,
+        size_m: 1.0,
+        along: Along::Y,
+        strength: 0.8,
+    },
     // tie beams span the nave, benches and what lies on trestles stand along it
-    (&["roof"], "wood.png", DetailKind::Wood { knots: 0 }, 0.7, Along::Z, 0.9),
-    (&["benches"], "wood.png", DetailKind::Wood { knots: 0 }, 0.6, Along::X, 0.9),
-    (&["scaffold"], "wood.png", DetailKind::Wood { knots: 0 }, 0.6, Along::Y, 0.9),
-    (&["ground"], "noise.png", DetailKind::Noise, 0.5, Along::Y, 0.8),
+    Laid { size_m: 0.7, along: Along::Z, ..WOOD },
+    Laid { parts: &["benches"], ..WOOD },
+    Laid { parts: &["scaffold"], along: Along::Y, ..WOOD },
+    Laid { parts: &["ground"], file: "noise.png", kind: DetailKind::Noise, size_m: 0.5, along: Along::Y, strength: 0.8 },
 ];
 /// Texels along a side of each.
 const DETAIL_TEXELS: u32 = 256;
@@ -41,7 +68,7 @@ const DETAIL_NEAR_M: f64 = 8.0;
 /// Generates the details' images and lays them onto the parts; answers the files' names.
 fn write_details(folder: &Path, seed: u64, site: &mut SiteFile) -> Result<Vec<String>> {
     let mut files = Vec::new();
-    for (parts, file, kind, size_m, along, strength) in DETAILS {
+    for Laid { parts, file, kind, size_m, along, strength } in DETAILS {
         if !files.iter().any(|known| known == file) {
             let params = DetailParams { size: DETAIL_TEXELS, seed, ..DetailParams::new(kind) };
             DetailTexture::generate(&params)?.write_png(folder.join(file))?;
