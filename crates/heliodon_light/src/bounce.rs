@@ -211,7 +211,7 @@ impl<'a> Transport<'a> {
     }
 }
 
-/// What cells reflected at the last bounces, from which points that come later take their light ([`crate::receive`]).
+/// What cells reflected at the last bounces, from which points that come later take their light ([`crate::Receivers`]).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CellLight {
     /// Lanes that bounced together, in order.

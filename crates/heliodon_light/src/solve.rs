@@ -53,7 +53,7 @@ pub fn solve(
     solve_all(surfaces, layout, blocks, sun, params, None).map(|(of_vertices, _)| of_vertices)
 }
 
-/// As [`solve`], with the light of the layout's points in free space; where it is asked for, what the cells reflect is kept for [`crate::receive`].
+/// As [`solve`], with the light of the layout's points in free space; where it is asked for, what the cells reflect is kept for [`crate::Receivers`].
 ///
 /// # Errors
 /// As [`solve`].

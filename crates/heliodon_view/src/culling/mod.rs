@@ -2,8 +2,8 @@
 //!
 //! Georgios Papaioannou, Athanasios Gaitatzes, Dimitrios Christopoulos: "Enhancing Virtual Reality Walkthroughs of Archaeological
 //! Sites", VAST 2003, section 3.2. Both are decided for clusters, on the processor, after the view's frustum and the clusters' cones. Shadow culling
-//! ([`shadow`]) changes no pixel: occluders are found inside the stone ([`solids`]) or on its flat faces ([`faces`]), and only those that a site
-//! places itself (`[[matte]]`) may hide what could be seen. Contribution culling ([`contribution`]) leaves out objects ([`objects`]) that are smaller than a
+//! (`shadow`) changes no pixel: occluders are found inside the stone (`solids`) or on its flat faces (`faces`), and only those that a site
+//! places itself (`[[matte]]`) may hide what could be seen. Contribution culling (`contribution`) leaves out objects (`objects`) that are smaller than a
 //! threshold in pixels. What both save is told; what they cost and gain is in docs/decisions/025-shadow-culling.md.
 
 pub mod contribution;

@@ -39,7 +39,7 @@ pub struct Feed {
     pub serial: u64,
     /// Shape of its light.
     pub layout: VertexLayout,
-    /// All chunks that will come, by their [`KINDS`].
+    /// All chunks that will come, by kinds of stone: plain, textured, lit by texels.
     pub total: [Remaining; KINDS.len()],
     receiver: Mutex<Receiver<Delivery>>,
     uploaded: AtomicBool,

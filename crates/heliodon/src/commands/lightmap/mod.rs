@@ -26,7 +26,7 @@ use std::time::Instant;
 /// Lights the parts of a site in texels: unwraps them into one texture, solves lamps, sun, sky and bounces for every texel, and writes the light with the model.
 ///
 /// Parts with light = "texel" in site.toml have texels; where no part says so, all but those with light = "vertex". The others stand in the light and reflect. Lamps are
-/// those of [[light]] in site.toml; lights of all kinds (suns, panes, discs, meshes that shine, IES files) can be given in a file of their own.
+/// those of `[[light]]` in site.toml; lights of all kinds (suns, panes, discs, meshes that shine, IES files) can be given in a file of their own.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  heliodon lightmap mysite --time 10:00\n  heliodon lightmap mysite --sky overcast --kind ktx2,combined --size 4096 -o grey\n  heliodon lightmap mysite --sky none --lights lamps.toml --error 0.005\n  heliodon lightmap mysite --model occlusion --kind exr --json\n\nA file of lights has tables as these:\n  [[light]]\n  kind = \"rectangle\"\n  corners = [[0, 2, 0], [1, 2, 0], [0, 2, 1]]\n  amount = { flux_lm = 800 }"
