@@ -44,7 +44,7 @@ fn a_wrong_site_toml_is_told_with_line_and_column() {
         ("mapping = \"lat-long\"", "mapping = \"sphere\"", &["site.toml:9:", "lat-long"]),
         ("mesh.obj", "nowhere.obj", &["site.toml:4:", "nowhere.obj"]),
         ("mesh.obj", "scans/*.ply", &["site.toml:4:", "scans/*.ply"]),
-        ("role = \"scan\"", "role = \"scan\"\nlight = \"texels\"", &["site.toml:6:", "texel", "vertex"]),
+        ("role = \"scan\"", "role = \"scan\"\nlight = \"texels\"", &["site.toml:6:", "did you mean `texel`"]),
         ("role = \"scan\"", "role = \"scan\"\ntexels = 0.0", &["site.toml:6:", "texels"]),
         ("samples = 64", "texels = 130", &["site.toml:12:", "texels", "multiple of 4"]),
         ("grey.hdr", "nowhere.hdr", &["site.toml:8:", "nowhere.hdr"]),
