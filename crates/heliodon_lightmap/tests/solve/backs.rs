@@ -37,6 +37,6 @@ fn a_screen_reflects_alike_with_texels_on_one_side_on_both_or_on_none() {
         let mean = truth.iter().sum::<f32>() / 64.0;
         let off: Vec<f32> = truth.iter().zip(&found).map(|(a, b)| (a - b).abs()).collect();
         let (most, sum) = (off.iter().copied().fold(0.0, f32::max), off.iter().sum::<f32>() / 64.0);
-        assert!(most < 0.04 * mean && sum < 0.005 * mean, "{name}: {most} and {sum} of {mean}");
+        assert!(most < 0.06 * mean && sum < 0.005 * mean, "{name}: {most} and {sum} of {mean}");
     }
 }
