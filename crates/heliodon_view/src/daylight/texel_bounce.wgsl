@@ -15,6 +15,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var layer = 0u; layer < texel_moment.layers.y; layer += 1u) {
         sum += textureLoad(baked, id.xy, layer, 0) * texel_moment.bounce[layer];
     }
-    let light = min(texel_moment.sun.rgb * max(sum, vec3<f32>(0.0)), HALF_MAX);
+    // As it is, below nothing too: it is filtered before it is cut off, as the reference has it.
+    let light = clamp(texel_moment.sun.rgb * sum, -HALF_MAX, HALF_MAX);
     textureStore(bounced, id.xy, vec4<f32>(light, 0.0));
 }

@@ -55,5 +55,5 @@ fn texel_light(uv: vec2<f32>, across: vec2<f32>, down: vec2<f32>, normal: vec3<f
         sky += textureSampleLevel(texel_sky, texel_sampler, uv, layer, level - above) * texel_moment.sky[layer];
     }
     let bounced = textureSampleLevel(texel_bounced, texel_sampler, uv, 0.0).rgb;
-    return vec4<f32>(direct * texel_moment.sun_over_pi.rgb + max(sky, vec3<f32>(0.0)) + bounced, direct);
+    return vec4<f32>(direct * texel_moment.sun_over_pi.rgb + max(sky, vec3<f32>(0.0)) + max(bounced, vec3<f32>(0.0)), direct);
 }
