@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """xatlas on meshes, for comparison with `cargo run -p heliodon_lightmap --example unwrap_cost`.
 
-    scripts/lightmap/xatlas_peer.py MESH... [--size 2048] [--margin 2] [--runs 1] [--brute]
+    scripts/lightmap/xatlas_peer.py MESH... [--size 2048] [--margin 2] [--runs 1] [--brute] [--extent 100]
 
 Needs xatlas and trimesh (PyPI). Prints a line of JSON for each mesh: charts, seconds for charts and packing together, of several runs the median, and of the processor's, the texture that came of it, and
 the part of it that triangles cover, measured from their texture coordinates as ours is: of the texture that was asked for and of the one that came.
@@ -24,11 +24,14 @@ def main():
     parser.add_argument("--margin", type=int, default=2)
     parser.add_argument("--runs", type=int, default=1)
     parser.add_argument("--brute", action="store_true")
+    parser.add_argument("--extent", type=float, help="scales each mesh to this size first: xatlas leaves out what is small in its units")
     arguments = parser.parse_args()
     for path in arguments.meshes:
         mesh = trimesh.load(path, process=False, force="mesh")
         positions = np.ascontiguousarray(mesh.vertices, dtype=np.float32)
         triangles = np.ascontiguousarray(mesh.faces, dtype=np.uint32)
+        if arguments.extent:
+            positions *= arguments.extent / float((positions.max(0) - positions.min(0)).max())
         runs = []
         for _ in range(max(1, arguments.runs)):
             begun, processor = time.monotonic(), time.process_time()

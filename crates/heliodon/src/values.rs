@@ -71,6 +71,12 @@ pub fn point(text: &str) -> Result<Vec3, String> {
     Ok(Vec3::new(x, y, z))
 }
 
+/// A finite number of pixels, 0 or more.
+pub fn pixels(text: &str) -> Result<f32, String> {
+    let pixels = text.parse().ok().filter(|x: &f32| x.is_finite() && *x >= 0.0);
+    pixels.ok_or_else(|| "write a number of pixels, 0 or more, as in 1.5".to_owned())
+}
+
 /// How bright a picture is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {

@@ -105,7 +105,7 @@ pub(crate) fn bake_where(
     let rays = scene.take_rays()?;
     reporter.finished();
     clock.lap("rays");
-    let atlas = Atlas::new(&plan.site, &scene)?;
+    let atlas = Atlas::new(&plan.site, &scene, Some(&cache))?;
     clock.lap("charts");
     let means = within_budget(plan, &scene, &rays, reporter)?;
     let sky = bake_sky(plan, &cache, reporter)?;
@@ -126,7 +126,8 @@ pub(crate) fn bake_where(
         cache.remove(&plan.owner());
         0
     } else {
-        cache.finish(&[sky_names(plan)?.all(), names].concat(), &plan.owner())?
+        let charts = atlas.iter().map(|atlas| atlas.name().to_owned()).collect();
+        cache.finish(&[sky_names(plan)?.all(), names, charts].concat(), &plan.owner())?
     };
     let report = report_of(plan, &manifest, false);
     Ok(BakeReport { seconds: clock.laps, sky_steps, warnings: reporter.warnings(), taken, kept_bytes, ..report })

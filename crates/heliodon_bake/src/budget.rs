@@ -134,9 +134,9 @@ mod tests {
         let needs = viewer_bytes(counts, layout, 0, None);
         assert!((150 << 20..=178 << 20).contains(&needs), "{}", needs >> 20);
         assert_eq!(viewer_bytes(counts, layout, 3 << 20, None) - needs, 4 << 20);
-        // 12 bytes of masks on three levels, 24 of sky on two of a quarter, 12 x 8 of bounce, and 8 that it is lit into, of a sixteenth
+        // 12 bytes of masks on three levels, 24 of sky and 8 that it is lit into on two of a quarter, 12 x 8 of bounce and 8 of a sixteenth
         let texels = viewer_bytes(counts, layout, 0, Some(2048)) - needs;
-        assert_eq!(texels, (12 << 22) + (12 << 20) + (12 << 18) + (24 << 20) + (24 << 18) + (104 << 18));
+        assert_eq!(texels, (12 << 22) + (12 << 20) + (12 << 18) + (32 << 20) + (32 << 18) + (104 << 18));
         assert_eq!(viewer_doubt(None, needs), None);
         assert_eq!(viewer_doubt(Some(needs), needs), None);
         assert!(viewer_doubt(Some(100 << 20), needs).unwrap().contains("gives 100;"));

@@ -114,7 +114,7 @@ pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeEr
     }
     if site.prepare.is_none() {
         // what is prepared has other triangles
-        drop(Atlas::new(site, &scene)?);
+        drop(Atlas::new(site, &scene, None)?);
     }
     let parts: Vec<CheckedPart> = scene.parts.iter().enumerate().map(|(index, _)| checked_part(site, &scene, index)).collect();
     for (index, part) in parts.iter().enumerate() {
@@ -180,7 +180,7 @@ fn viewer_warning(site: &Site, scene: &scene::Scene, layout: LightLayout) -> Opt
     let functions = if site.bake.sun_bounce { USUAL_FUNCTIONS.min(layout.sun_steps) } else { 0 };
     let counts = Counts { vertices, triangles, ..Counts::default() };
     let layout = LightLayout { sun_bounce_functions: functions, ..layout };
-    let atlas = expects_texels(site, scene).then(|| site.bake.effective_texels());
+    let atlas = expects_texels(scene).then(|| site.bake.effective_texels());
     let needs = viewer_bytes(counts, layout, mesh.texture_bytes() as u64, atlas);
     viewer_doubt(site.budget.viewer_bytes(), needs)
 }

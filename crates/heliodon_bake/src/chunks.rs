@@ -9,6 +9,7 @@ use heliodon_bundle::chunk::MAX_CHUNK_TRIANGLES;
 use heliodon_bundle::{LightLayout, LitChunk, VertexLight};
 use heliodon_mesh::Mesh;
 use heliodon_mesh::chunk::{Chunk, split};
+use std::collections::HashMap;
 
 /// Makes the chunks of a scene, part by part.
 pub struct ChunkMaker<'a> {
@@ -36,7 +37,7 @@ impl<'a> ChunkMaker<'a> {
     #[must_use]
     pub fn pieces(&self, part: usize) -> Vec<Chunk> {
         if let Some((atlas, triangles)) = self.in_texels(part) {
-            return split(&self.unwrapped(part, atlas, triangles), MAX_CHUNK_TRIANGLES);
+            return self.unwrapped(part, atlas, triangles);
         }
         let range = &self.scene.parts[part];
         let mesh = &self.scene.mesh;
@@ -63,21 +64,31 @@ impl<'a> ChunkMaker<'a> {
         Some((atlas, atlas.of_part(part)?))
     }
 
-    /// What decides the division of a part whose vertices are split where charts meet.
-    fn unwrapped(&self, part: usize, atlas: &Atlas, triangles: &[[u32; 3]]) -> Mesh {
+    /// The pieces of a part whose vertices are split where charts meet.
+    fn unwrapped(&self, part: usize, atlas: &Atlas, triangles: &[[u32; 3]]) -> Vec<Chunk> {
         let mesh = &self.scene.mesh;
-        let vertices = || (0..atlas.unwrapped().original_vertex.len() as u32).map(|vertex| atlas.vertex(vertex));
-        Mesh {
+        // the part's own of all that the atlas has
+        let mut own = triangles.as_flattened().to_vec();
+        own.sort_unstable();
+        own.dedup();
+        let numbers: HashMap<u32, u32> = own.iter().copied().zip(0..).collect();
+        let vertices = || own.iter().map(|&vertex| atlas.vertex(vertex));
+        let of_part = Mesh {
             positions: vertices().map(|vertex| mesh.positions[vertex]).collect(),
             uvs: if mesh.uvs.is_empty() { Vec::new() } else { vertices().map(|vertex| mesh.uvs[vertex]).collect() },
-            triangles: triangles.to_vec(),
+            triangles: triangles.iter().map(|t| t.map(|vertex| numbers[&vertex])).collect(),
             triangle_material: match mesh.triangle_material.len() {
                 0 => Vec::new(),
                 _ => mesh.triangle_material[self.scene.parts[part].drawn_triangles()].to_vec(),
             },
             materials: mesh.materials.clone(),
             ..Mesh::default()
+        };
+        let mut pieces = split(&of_part, MAX_CHUNK_TRIANGLES);
+        for vertex in pieces.iter_mut().flat_map(|piece| &mut piece.vertices) {
+            *vertex = own[*vertex as usize];
         }
+        pieces
     }
 
     /// The chunk of a piece; `texture` is the bundle's number of its texture.

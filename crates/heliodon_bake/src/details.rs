@@ -88,7 +88,7 @@ fn told(fault: &DetailFault) -> (String, &'static str) {
         ),
         other => (
             other.to_string(),
-            "`heliodon detail IMAGE` tells what is wrong with an image, `heliodon detail --kind stone` makes one",
+            "`heliodon detail IMAGE` tells what is wrong with an image, `heliodon detail stone -o stone.png` makes one",
         ),
     }
 }
@@ -129,7 +129,7 @@ mod tests {
         save(64, &|i| [[128, 90, 90, 255], [128, 166, 166, 255]][i as usize % 2]);
         assert!(told(file).contains("save it as a grey image"));
         save(32, &|i| [[90, 90, 90, 255], [166, 166, 166, 255]][i as usize % 2]);
-        assert!(told(file).contains("64, 128, 256 or 512"));
+        assert!(told(file).contains("64, 128, 256 or 512") && told(file).contains("`heliodon detail stone -o stone.png`"));
         std::fs::write(folder.path().join("d.png"), "no image").unwrap();
         assert!(told(file).contains("d.png"));
         assert_eq!(read(folder.path(), "{ kind = \"wood\", texels = 64 }").unwrap().of_parts[0].1.width(), 64);

@@ -15,7 +15,7 @@ use glam::Vec3;
 use heliodon_bundle::LightLayout;
 use heliodon_bundle::grid::point_bytes;
 use heliodon_bundle::manifest::Counts;
-use heliodon_bundle::texels::{BOUNCE_BLOCK, sky_level};
+use heliodon_bundle::texels::{BOUNCE_BLOCK, atlas_bytes, sky_level};
 use heliodon_light::{
     AXES, BouncedSun, GatherBlock, Layout, LightParams, MaskParams, PatchPlan, SunOnSurfaces, Surfaces, bake_sun_masks, gather,
     light_patches,
@@ -50,7 +50,7 @@ pub struct Estimate {
     pub memory_bytes: u64,
     /// The finished work that is kept on disk.
     pub cache_bytes: u64,
-    /// The bundle's geometry with its light.
+    /// The bundle's geometry with its light, at vertices and in texels.
     pub bundle_bytes: u64,
     /// What the viewer needs for it beyond what its empty window takes.
     pub viewer_bytes: u64,
@@ -95,6 +95,11 @@ const COVERED: f64 = 0.74;
 const SKY_ASKED: f64 = 0.6;
 /// Bytes of a texel beside its light: itself, its place, and where it lies among others.
 const TEXEL_BYTES: u64 = 120;
+/// Copies of a texel's light at once: as it is solved, with its seams closed, at its place in the atlas, and as a texture's bytes. With these the
+/// workshop's atlas of 2048 x 2048 texels comes to 1.1 GB; its bake took 1.55 GB in all (BENCHMARKS.md, "Daylight in texels").
+const TEXEL_COPIES: u64 = 4;
+/// What an atlas packs to in the bundle, over what a viewer holds of it: the workshop's 169 MB are 67.2 MB.
+const ATLAS_PACKS_TO: f64 = 0.4;
 /// Copies of a block while it is written: itself, and its bytes.
 const BLOCK_COPIES: u64 = 2;
 
@@ -123,7 +128,9 @@ pub fn estimate(plan: &Plan, reporter: &dyn Reporter) -> Result<Estimate, BakeEr
     let timed = Timed::measure(plan, &surfaces, &layout, &suns, &params)?;
     reporter.finished();
     let grid_points = plan.grid(Some(&traceable.rays))?.cells.len() as u64;
-    let atlas = expects_texels(&plan.site, &scene).then(|| plan.site.bake.effective_texels());
+    // the coarse form has no parts that could be asked
+    let by_texels = prepare.as_ref().map_or_else(|| expects_texels(&scene), |prepare| prepare.by_texels);
+    let atlas = by_texels.then(|| plan.site.bake.effective_texels());
     let size = match &prepare {
         None => Size::of(&scene, &traceable.rays, &layout, &timed),
         Some(prepare) => Size::expected(prepare, &scene, &layout, &timed),
@@ -219,16 +226,16 @@ pub(crate) fn light_need(plan: &Plan, scene: &Scene, rays: &TriangleScene, grid_
     // only large triangles are divided, each into a few dozens
     let cells = plan.light_params(&scene.mesh.positions, &scene.mesh.triangles).max_sub_cells.min(64 * triangles);
     let points = (vertices + cells + AXES.len() * grid_points) as u64;
-    need(plan, points, vertices as u64, geometry_bytes(scene) + rays.memory_bytes() as u64)
+    need(plan, points, vertices as u64, geometry_bytes(scene) + rays.memory_bytes() as u64, expects_texels(scene))
 }
 
 /// What the light of what preparation will leave needs; points of the light grid not counted, for nobody knows yet where the ground is.
 pub(crate) fn expected_light_need(plan: &Plan, prepare: &PrepareEstimate) -> Need {
     let points = (prepare.vertices as f64 * (1.0 + CELLS_A_VERTEX)) as u64;
-    need(plan, points, prepare.vertices, expected_geometry_bytes(prepare))
+    need(plan, points, prepare.vertices, expected_geometry_bytes(prepare), prepare.by_texels)
 }
 
-fn need(plan: &Plan, points: u64, vertices: u64, geometry_bytes: u64) -> Need {
+fn need(plan: &Plan, points: u64, vertices: u64, geometry_bytes: u64, by_texels: bool) -> Need {
     let bake = &plan.site.bake;
     // one probe is one sun, however many steps the site names; what is wrong with the sky is told where it is made
     let sun_steps = lapse_params(&plan.site, &plan.files).map_or(bake.sun_steps, |sky| sky.effective_sun_steps());
@@ -237,8 +244,11 @@ fn need(plan: &Plan, points: u64, vertices: u64, geometry_bytes: u64) -> Need {
     let light_bytes = 4 * (light.mask_words() + light.transfer_floats() + light.bounce_floats()) as u64;
     let hit_bytes = u64::from(bake.samples) * HIT_BYTES as u64;
     let block = points_per_block(points as usize, u64::from(bake.samples)) as u64;
+    let atlas = by_texels.then(|| TexelCounts::of(bake.effective_texels(), light));
     Need {
-        least: geometry_bytes + bytes_of_points(points, vertices, light_bytes),
+        least: geometry_bytes
+            + bytes_of_points(points, vertices, light_bytes)
+            + atlas.map_or(0, |atlas| atlas.memory_bytes(light)),
         thread: block.min(points) * (hit_bytes + light_bytes) * BLOCK_COPIES,
         kept: (points * hit_bytes).min(LightParams::default().hit_budget_bytes),
     }
@@ -255,6 +265,42 @@ fn expected_geometry_bytes(prepare: &PrepareEstimate) -> u64 {
 /// Points, and light: of the points twice, gathered and solved, and of the vertices.
 fn bytes_of_points(points: u64, vertices: u64, light_bytes: u64) -> u64 {
     points * (size_of::<[f32; 6]>() as u64 + 8 + 2 * light_bytes) + vertices * light_bytes
+}
+
+/// How many texels of an atlas hold light, about: of all, masks; fewer the rest.
+#[derive(Clone, Copy, Debug, Default)]
+struct TexelCounts {
+    masks: u64,
+    sky: u64,
+    bounce: u64,
+}
+
+impl TexelCounts {
+    /// Of an atlas of so many texels along a side.
+    fn of(side: u32, light: LightLayout) -> Self {
+        let masks = (COVERED * f64::from(side).powi(2)) as u64;
+        let squares = u64::from(BOUNCE_BLOCK * BOUNCE_BLOCK);
+        let bounce = if light.sun_bounce_functions > 0 { masks / squares } else { 0 };
+        Self { masks, sky: masks >> (2 * sky_level(light.channels)), bounce }
+    }
+
+    /// Bytes of their light: of masks, of the sky, of the bounced sun.
+    fn light_bytes(self, light: LightLayout) -> [u64; 3] {
+        let Self { masks, sky, bounce } = self;
+        let numbers = [light.mask_words(), light.transfer_floats(), light.bounce_floats()].map(|numbers| 4 * numbers as u64);
+        [masks * numbers[0], sky * numbers[1], bounce * numbers[2]]
+    }
+
+    /// The memory that they take at once.
+    fn memory_bytes(self, light: LightLayout) -> u64 {
+        self.masks * TEXEL_BYTES + TEXEL_COPIES * self.light_bytes(light).iter().sum::<u64>()
+    }
+
+    /// What is kept of them on disk: blocks of all that was asked for, and their light when it is done.
+    fn kept_bytes(self, light: LightLayout) -> u64 {
+        let [masks, sky, bounce] = self.light_bytes(light);
+        2 * masks + sky + (SKY_ASKED * sky as f64) as u64 + 2 * bounce
+    }
 }
 
 /// The suns to reckon with: that of a single probe, if it has one; else as many as the site has steps, somewhere in the upper half, where
@@ -405,11 +451,12 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
         + patches * 4 * u64::from(1 + sun_steps.div_ceil(32))
         + bytes_of_points(points, vertices, light_bytes);
     // texels ask the suns everywhere, the sky where it changes, the bounced sun in every square
-    let texels = size.atlas.map_or(0.0, |side| COVERED * f64::from(side).powi(2));
-    let on_sky = SKY_ASKED * texels / f64::from(1 << (2 * sky_level(light.channels)));
-    let gathered = on_sky + if functions > 0 { texels / f64::from(BOUNCE_BLOCK * BOUNCE_BLOCK) } else { 0.0 };
+    let atlas = size.atlas.map_or_else(TexelCounts::default, |side| TexelCounts::of(side, light));
+    let texels = atlas.masks as f64;
+    let gathered = SKY_ASKED * atlas.sky as f64 + atlas.bounce as f64;
     let texel_seconds = size.depth * (gathered * timed.gather_seconds + texels * timed.mask_seconds);
-    let texel_bytes = texels as u64 * (TEXEL_BYTES + 2 * light_bytes);
+    let texel_bytes = atlas.memory_bytes(light);
+    let packed = size.atlas.map_or(0.0, |side| ATLAS_PACKS_TO * atlas_bytes(light, [side; 2]) as f64) as u64;
     let encoding = size.geometry_bytes + vertices * light_bytes + ENCODED_TIMES * size.largest_texture_bytes / 2;
     Estimate {
         vertices,
@@ -420,10 +467,11 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
         mask_rays: (all(timed.mask_rays) + texels * timed.mask_rays) as u64 + (size.surfaces * timed.sun_rays as f64) as u64,
         seconds: all(traced_seconds + bounce_seconds) + size.surfaces * size.depth * timed.sun_seconds + texel_seconds,
         memory_bytes: (solving + texel_bytes).max(encoding + texel_bytes),
-        cache_bytes: kept + traces + points * (light_bytes + 16) + vertices * light_bytes,
+        cache_bytes: kept + traces + points * (light_bytes + 16) + vertices * light_bytes + atlas.kept_bytes(light),
         bundle_bytes: vertices * (BUNDLE_VERTEX_BYTES + light_bytes)
             + triangles * BUNDLE_TRIANGLE_BYTES
-            + grid_points * point_bytes(light),
+            + grid_points * point_bytes(light)
+            + packed,
         viewer_bytes: viewer_bytes(counts, light, size.texture_bytes, size.atlas),
         prepare: None,
     }
@@ -441,5 +489,21 @@ mod tests {
             assert!(runs.windows(2).all(|pair| pair[0].end <= pair[1].start));
             assert_eq!(runs.is_empty(), points == 0);
         }
+    }
+
+    #[test]
+    fn an_atlas_is_reckoned_as_the_workshops_was_measured() {
+        let light = LightLayout { sun_steps: 92, coefficients: 4, channels: 3, sun_bounce_functions: 44 };
+        let atlas = TexelCounts::of(2048, light);
+        // 3,163,272, 902,005 and 257,530 were there: texels at the rims of charts count on each level
+        assert!((3_000_000..3_200_000).contains(&atlas.masks), "{atlas:?}");
+        assert!((700_000..902_005).contains(&atlas.sky) && (180_000..257_530).contains(&atlas.bounce), "{atlas:?}");
+        let memory = atlas.memory_bytes(light);
+        assert!((900_000_000..1_550_000_000).contains(&memory), "{memory}");
+        let packed = ATLAS_PACKS_TO * atlas_bytes(light, [2048; 2]) as f64;
+        assert!((60e6..75e6).contains(&packed), "{packed}");
+        let grey = LightLayout { channels: 1, sun_bounce_functions: 0, ..light };
+        let atlas = TexelCounts::of(2048, grey);
+        assert_eq!((atlas.sky, atlas.bounce), (atlas.masks, 0));
     }
 }

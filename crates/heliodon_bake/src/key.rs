@@ -54,6 +54,12 @@ impl Digest {
         *self.0.finalize().as_bytes()
     }
 
+    /// Thirty-two hexadecimal digits of it, for names of folders.
+    #[must_use]
+    pub fn folder_digits(&self) -> String {
+        self.0.finalize().to_hex()[..32].to_owned()
+    }
+
     /// Sixteen hexadecimal digits of it, for names of blocks.
     #[must_use]
     pub fn digits(&self) -> String {
@@ -77,7 +83,7 @@ pub fn bake_key(site: &Site, scene: &SceneDigests, probes: &[&StoredFile]) -> St
     digest.json(&probes);
     digest.run(&scene.geometry);
     digest.run(&scene.albedo);
-    digest.0.finalize().to_hex()[..32].to_owned()
+    digest.folder_digits()
 }
 
 #[cfg(test)]

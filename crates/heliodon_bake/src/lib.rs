@@ -52,6 +52,7 @@ pub mod weathering;
 
 pub use error::BakeError;
 pub use key::TOOL;
+pub use texels::texel_density;
 
 /// The hidden folder beside a bundle that keeps what an interrupted bake has computed.
 pub const CACHE_FOLDER: &str = ".heliodon";

@@ -12,7 +12,7 @@ use crate::stages::{LightStages, Work, lay_out};
 use crate::texels::{Atlas, BakedTexels, SolvedScene, bake_texels};
 use glam::Vec3;
 use heliodon_light::{
-    BouncedSun, CellLight, Channels, LatticeLight, Layout, LightParams, SunMasks, Surfaces, VertexLight, solve_all,
+    BouncedSun, CellLight, Channels, LatticeLight, Layout, LightParams, Receiving, SunMasks, Surfaces, VertexLight, solve_all,
     vertex_masks,
 };
 
@@ -129,7 +129,8 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
     }
     reporter.finished();
     if let (Some(of), Some(names), Some(cells)) = (input.texels, &names.texels, &cells) {
-        let solved = SolvedScene { input, layout: &layout, cells, sun };
+        let receiving = Receiving::new(surfaces, &layout, params);
+        let solved = SolvedScene { input, receiving: &receiving, cells, sun };
         let texels = baked.texels.insert(bake_texels(&solved, of, &work, names)?);
         if let Some(cache) = cache {
             cache.store(&names.light, 0, &texels.to_bytes())?;

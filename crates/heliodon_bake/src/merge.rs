@@ -6,6 +6,7 @@
 use crate::bake::{BakeReport, bake_where};
 use crate::blocks::Share;
 use crate::cache::{Cache, has_block};
+use crate::details::Details;
 use crate::division::{Division, PlanNote, shards_of};
 use crate::earlier::{Earlier, SceneRecord, leave_record};
 use crate::error::BakeError;
@@ -18,6 +19,8 @@ use crate::scene::Traceable;
 use crate::shard::Shard;
 use crate::sky::{SkyShare, sky_names};
 use crate::stages::{LightStages, Work, lay_out};
+use crate::texels::Atlas;
+use heliodon_bundle::site::InputKind;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -119,6 +122,7 @@ pub fn bake_shard(
         reporter.note("the bundle is up to date");
         return Ok(report);
     }
+    check_details(plan, reporter)?;
     let mut scene = plan.read_scene(reporter)?;
     let (digests, record) = (SceneDigests::new(&scene), SceneRecord::new(&scene));
     let key = plan.key(&digests);
@@ -130,6 +134,8 @@ pub fn bake_shard(
         return Err(MergeError::OtherPlan { site, expected, differences }.into());
     }
     let cache = Cache::join(&plan.cache_root(), &key, &plan.owner())?;
+    // the merge alone needs it: one that is too small is told before hours are spent, and what fits is kept
+    drop(Atlas::new(&plan.site, &scene, Some(&cache))?);
     note.keep(&cache)?;
     cache.adopt(&sky_names(plan)?.all())?;
     reporter.stage("rays", 0);
@@ -180,10 +186,19 @@ pub fn bake_shard(
 /// As [`crate::bake::bake`].
 pub fn begin_shards(plan: &Plan, count: u32, reporter: &dyn Reporter) -> Result<String, BakeError> {
     plan.check_target()?;
-    let key = plan.key(&SceneDigests::new(&plan.read_scene(reporter)?));
+    check_details(plan, reporter)?;
+    let scene = plan.read_scene(reporter)?;
+    let key = plan.key(&SceneDigests::new(&scene));
     let cache = Cache::join(&plan.cache_root(), &key, &plan.owner())?;
+    drop(Atlas::new(&plan.site, &scene, Some(&cache))?);
     PlanNote::new(plan, &key, count).keep(&cache)?;
     Ok(key)
+}
+
+/// Looks at the details, which the merge alone needs: what is wrong with them is told before hours are spent.
+fn check_details(plan: &Plan, reporter: &dyn Reporter) -> Result<(), BakeError> {
+    drop(Details::read(&plan.site, &plan.files, reporter)?);
+    plan.check_unchanged(|kind| matches!(kind, InputKind::Detail(_)))
 }
 
 /// Makes the bundle of what shards have left in the cache.

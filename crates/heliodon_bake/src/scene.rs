@@ -3,6 +3,7 @@
 use crate::albedo::SceneAlbedo;
 use crate::error::BakeError;
 use crate::report::Reporter;
+use crate::texels::Choice;
 use glam::Vec3;
 use heliodon_bundle::lineage::Prepared;
 use heliodon_bundle::site::{Albedo, InputFile, InputKind, Part, Site};
@@ -106,6 +107,8 @@ pub struct PartRange {
     pub drawn: usize,
     /// The files it was read from.
     pub files: usize,
+    /// Whether it is lit by texels, as its triangles decided when they were read.
+    pub by_texels: bool,
 }
 
 impl PartRange {
@@ -130,11 +133,14 @@ pub fn read(site: &Site, files: &[InputFile], reporter: &dyn Reporter) -> Result
         let (first_vertex, first_triangle) = (scene.mesh.positions.len(), scene.mesh.triangles.len());
         read_files(site, files, index, &mut scene.mesh, &mut report, &|read| reporter.progress(done + read))?;
         done += part_bytes(files, index);
+        let (mesh, choice) = (&scene.mesh, Choice::of(site, index));
+        let by_texels = choice.is_texels(&site.rooms, &mesh.positions, &mesh.triangles[first_triangle..]);
         scene.parts.push(PartRange {
             vertices: first_vertex..scene.mesh.positions.len(),
             triangles: first_triangle..scene.mesh.triangles.len(),
             drawn: scene.mesh.triangles.len() - first_triangle,
             files: files_of(files, index).count(),
+            by_texels,
         });
     }
     reporter.finished();

@@ -4,11 +4,11 @@
 use glam::Vec3;
 use heliodon_bake::bake::{BakeReport, bake};
 use heliodon_bake::plan::{BakeOptions, Plan};
-use heliodon_bake::prepare::{PrepareReport, prepare};
+use heliodon_bake::prepare::{PrepareReport, estimate, prepare};
 use heliodon_bake::report::{Collector, Silent};
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::site::Site;
-use heliodon_image::HdrImage;
+use heliodon_image::{HdrImage, SrgbImage};
 use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
@@ -133,6 +133,50 @@ fn geometry_is_prepared_once_and_a_damaged_piece_again() {
     let (_, notes) = baked(folder.path(), "third");
     assert!(!notes.iter().any(|note| note.contains("geometry is prepared")), "{notes:?}");
     assert_eq!(of("first"), of("third"));
+}
+
+#[test]
+fn what_moves_no_vertex_keeps_the_prepared_geometry() {
+    let folder = site(PREPARE);
+    let text = fs::read_to_string(folder.path().join("site.toml")).unwrap();
+    let is_kept = |wall: &str, more: &str| {
+        let wall = format!("file = \"wall.obj\"\n{wall}");
+        fs::write(folder.path().join("site.toml"), text.replace("file = \"wall.obj\"\n", &wall) + more).unwrap();
+        let plan = Plan::new(Site::read(folder.path()).unwrap(), BakeOptions::new(folder.path().join("bundle"))).unwrap();
+        estimate(&plan, plan.site.prepare.as_ref().unwrap(), &Silent).unwrap().kept
+    };
+    assert!(!is_kept("", ""));
+    prepared(folder.path());
+    let grey = SrgbImage { width: 64, height: 64, pixels: vec![[128, 128, 128, 255]; 64 * 64] };
+    fs::write(folder.path().join("grey.png"), grey.to_png_bytes().unwrap()).unwrap();
+    assert!(is_kept("", ""));
+    assert!(is_kept("detail = { kind = \"stone\" }\n", "[weathering]\n"));
+    assert!(is_kept("detail = { file = \"grey.png\" }\nweathering = false\n", "[weathering]\n"));
+    // without an atlas what is left to itself is lit at its vertices, as it says here
+    assert!(is_kept("light = \"vertex\"\ntexels = 2\n", ""));
+    assert!(!is_kept("light = \"texel\"\n", ""), "not split");
+    assert!(!is_kept("scale = 2.0\n", ""));
+    fs::write(folder.path().join("wall.obj"), sheet(Vec3::new(30.0, 0.0, -3.0), Vec3::Z * 6.0, Vec3::Y * 4.0, 100)).unwrap();
+    assert!(!is_kept("", ""));
+}
+
+#[test]
+fn what_is_lit_by_texels_is_not_split() {
+    let folder = site(PREPARE);
+    let text = fs::read_to_string(folder.path().join("site.toml")).unwrap();
+    // the ground by its word, the finely scanned wall left to itself, the tower by its edges of a metre
+    let text = text.replace("role = \"ground\"\n", "role = \"ground\"\nlight = \"texel\"\n");
+    fs::write(folder.path().join("site.toml"), text.replace("bounces = 1\n", "bounces = 1\ntexels = 256\n")).unwrap();
+    let report = prepared(folder.path());
+    let [ground, wall, tower] = &report.parts[..] else { panic!("{report}") };
+    assert_eq!([ground, wall, tower].map(|part| part.by_texels), [true, false, false], "{report}");
+    assert!(ground.split.is_none() && ground.triangles_drawn <= 2, "{report}");
+    let (bake, _) = baked(folder.path(), "bundle");
+    let bundle = BundleReader::open(folder.path().join("bundle")).unwrap();
+    assert_eq!((bundle.manifest().texels.is_some(), bake.counts.triangles), (true, report.triangles_drawn));
+    for chunk in (0..bundle.chunk_count()).map(|chunk| bundle.chunk_info(chunk)) {
+        assert_eq!(chunk.by_texels, chunk.part == 0, "part {}", chunk.part);
+    }
 }
 
 #[test]

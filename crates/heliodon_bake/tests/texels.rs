@@ -3,6 +3,7 @@
 
 use glam::{Vec2, Vec3};
 use heliodon_bake::bake::{BakeReport, bake};
+use heliodon_bake::merge::{bake_shard, begin_shards};
 use heliodon_bake::plan::{BakeOptions, Plan};
 use heliodon_bake::report::Silent;
 use heliodon_bundle::moment::{Blend, Day, Moment};
@@ -149,7 +150,13 @@ fn what_is_baked_again_is_the_same_and_nothing_is_solved_twice() {
     fs::rename(baked.folder.path().join("bundle"), baked.folder.path().join("before")).unwrap();
     let (report, again) = bake_again(baked.folder.path());
     assert_eq!(hashes(&again), hashes(&BundleReader::open(baked.folder.path().join("before")).unwrap()));
-    assert!(report.taken.iter().any(|taken| taken.stage == "all light" && taken.blocks == taken.of), "{:?}", report.taken);
+    for stage in ["all light", "charts"] {
+        assert!(
+            report.taken.iter().any(|taken| taken.stage == stage && taken.blocks == taken.of),
+            "{stage}: {:?}",
+            report.taken
+        );
+    }
     again.verify().unwrap();
 }
 
@@ -206,11 +213,32 @@ fn what_an_atlas_cannot_hold_is_told_before_anything_is_traced() {
     let plan = Plan::new(Site::read(folder.path()).unwrap(), BakeOptions::new(folder.path().join("bundle"))).unwrap();
     let error = bake(&plan, &Silent).unwrap_err().to_string();
     assert!(error.contains("360 charts") && error.contains("texels = "), "{error}");
+    // and to shards, though the merge alone needs it
+    assert_eq!(begin_shards(&plan, 2, &Silent).unwrap_err().to_string(), error);
+    assert_eq!(bake_shard(&plan, "1/2".parse().unwrap(), None, &Silent).unwrap_err().to_string(), error);
     for wrong in [2, 130, 20_000] {
         fs::write(folder.path().join("site.toml"), site(wrong)).unwrap();
         let error = Site::read(folder.path()).unwrap_err().to_string();
         assert!(error.contains("texels"), "{wrong}: {error}");
     }
+}
+
+#[test]
+fn an_atlas_counts_in_the_memory_that_a_bake_needs() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.obj"), rectangles(&[(Vec3::ZERO, Vec3::X, Vec3::NEG_Z, 1)])).unwrap();
+    sky().write_hdr(folder.path().join("sky.hdr")).unwrap();
+    let baked = |light: &str, texels: u32| {
+        let site = format!(
+            "[site]\nname = \"a\"\n[[part]]\nfile = \"a.obj\"\nlight = \"{light}\"\n{SKY}[bake]\nsamples = 16\nbounces = 0\ntexels = {texels}\n[budget]\nbake_mib = 200\n"
+        );
+        fs::write(folder.path().join("site.toml"), site).unwrap();
+        bake(&Plan::new(Site::read(folder.path()).unwrap(), BakeOptions::new(folder.path().join("bundle"))).unwrap(), &Silent)
+    };
+    let refused = baked("texel", 2048).unwrap_err().to_string();
+    assert!(refused.contains("the light") && refused.contains("bake_mib"), "{refused}");
+    baked("texel", 128).unwrap();
+    baked("vertex", 2048).unwrap();
 }
 
 #[test]

@@ -125,11 +125,11 @@ impl DetailInfo {
     }
 }
 
-/// A detail texture of an image, and doubts about it, each in a sentence; `import` says whether another mean is corrected.
+/// Whether an image has the sides of a detail.
 ///
 /// # Errors
-/// An image that is not square, not of one of [`DETAIL_SIDES`], or has colours; and as [`DetailTexture::from_image`].
-pub fn import(image: &SrgbImage, name: &str, import: DetailImport) -> Result<(DetailTexture, Vec<String>), DetailFault> {
+/// One that is not square, or not of one of [`DETAIL_SIDES`]; `name` is its in the message.
+pub fn check_sides(image: &SrgbImage, name: &str) -> Result<(), DetailFault> {
     let (width, height) = (image.width, image.height);
     if width != height || !DETAIL_SIDES.contains(&width) {
         let remedy = match width.min(height) {
@@ -139,10 +139,28 @@ pub fn import(image: &SrgbImage, name: &str, import: DetailImport) -> Result<(De
         };
         return Err(DetailFault::Size { name: name.to_owned(), width, height, remedy });
     }
+    Ok(())
+}
+
+/// Whether an image is grey, as far as compression lets it.
+///
+/// # Errors
+/// One that has colours; `name` is its in the message.
+pub fn check_grey(image: &SrgbImage, name: &str) -> Result<(), DetailFault> {
     // compression leaves greys a code or two apart
     if image.pixels.iter().any(|p| p[0].abs_diff(p[1]).max(p[1].abs_diff(p[2])).max(p[0].abs_diff(p[2])) > 4) {
         return Err(DetailFault::Coloured(name.to_owned()));
     }
+    Ok(())
+}
+
+/// A detail texture of an image, and doubts about it, each in a sentence; `import` says whether another mean is corrected.
+///
+/// # Errors
+/// As [`check_sides`], [`check_grey`] and [`DetailTexture::from_image`].
+pub fn import(image: &SrgbImage, name: &str, import: DetailImport) -> Result<(DetailTexture, Vec<String>), DetailFault> {
+    check_sides(image, name)?;
+    check_grey(image, name)?;
     let imported = DetailTexture::from_image(image, name, &import)?;
     Ok((imported.texture, imported.warnings))
 }

@@ -30,7 +30,7 @@ use std::ops::Range;
 pub const PROFILE_VERSION: u32 = 1;
 /// The latest version of the bundle's manifest, which bundles with details have.
 pub const FORMAT_VERSION: u32 = 4;
-/// The version of those without, but with light in texels or weathering.
+/// The version of those without, but with light in texels or a size for it in `[bake]`, weathering or mattes.
 pub const TEXEL_FORMAT_VERSION: u32 = 3;
 /// The version of those without that too, but with a light grid, actors, lamps or prepared geometry.
 pub const MOVING_FORMAT_VERSION: u32 = 2;

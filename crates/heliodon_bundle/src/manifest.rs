@@ -156,7 +156,8 @@ pub struct Manifest {
     /// The lamps, in the bundle's space, the site's origin subtracted. From version 2 on.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lamps: Vec<Lamp>,
-    /// Invisible polygons that hide what lies behind them, in the bundle's space, the site's origin subtracted. From version 2 on.
+    /// Invisible polygons that hide what lies behind them, in the bundle's space, the site's origin subtracted. From version 3 on; some bundles of version 2
+    /// have them, which programs that read no later version call malformed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub mattes: Vec<Matte>,
     /// Where a visitor's eyes can be.
@@ -282,22 +283,7 @@ impl Manifest {
 
     /// The manifest with what was completed in `meta` since [`Manifest::new`].
     pub(crate) fn with_late_meta(self, meta: BundleMeta) -> Self {
-        let moving = self.grid.is_some()
-            || !self.actors.is_empty()
-            || !meta.lamps.is_empty()
-            || !meta.mattes.is_empty()
-            || meta.parameters.prepare.is_some()
-            || meta.prepared.is_some();
-        Self {
-            version: if self.parts.iter().any(|part| part.detail.is_some()) {
-                FORMAT_VERSION
-            } else if self.texels.is_some() || meta.parameters.weathering.is_some() {
-                TEXEL_FORMAT_VERSION
-            } else if moving {
-                MOVING_FORMAT_VERSION
-            } else {
-                STILL_FORMAT_VERSION
-            },
+        let complete = Self {
             tool: meta.tool,
             site: meta.site,
             offset_m: meta.offset_m,
@@ -310,6 +296,25 @@ impl Manifest {
             prepared: meta.prepared,
             inputs: meta.inputs,
             ..self
+        };
+        Self { version: complete.least_version(), ..complete }
+    }
+
+    /// The earliest version that has all of it: programs refuse a key that they do not know as malformed, a later version as what it is.
+    fn least_version(&self) -> u32 {
+        let parameters = &self.parameters;
+        let has_details = self.parts.iter().any(|part| part.detail.is_some());
+        // `[bake]` says how large an atlas would be, even where no part is lit by texels
+        let of_texels = self.texels.is_some() || parameters.bake.texels.is_some();
+        let moving = self.grid.is_some() || !self.actors.is_empty() || !self.lamps.is_empty();
+        if has_details {
+            FORMAT_VERSION
+        } else if of_texels || parameters.weathering.is_some() || !self.mattes.is_empty() {
+            TEXEL_FORMAT_VERSION
+        } else if moving || parameters.prepare.is_some() || self.prepared.is_some() {
+            MOVING_FORMAT_VERSION
+        } else {
+            STILL_FORMAT_VERSION
         }
     }
 

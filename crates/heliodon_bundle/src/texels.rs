@@ -11,7 +11,7 @@
 //! | `texels/weathering.ktx2` | where there is any: 8 bits RGBA, a texel for every 2 x 2 of the masks | what the weather has left, over the albedo: colour times cover as sRGB, and the cover |
 //!
 //! Charts lie in whole squares of 4 x 4 texels, so that sun and sky have mip levels down to those squares in which no chart takes from another; a mask's
-//! coarser levels hold what most of four texels have. Sky and bounce are filtered linearly. Of the sun the moment's bits are taken, and what each says is mixed from nine
+//! coarser levels hold what most of four texels have, and of a tie one of them. Sky and bounce are filtered linearly. Of the sun the moment's bits are taken, and what each says is mixed from nine
 //! texels by a quadratic B-spline and made steeper by a smooth step from 1/4 to 3/4: the part of the sun that reaches a place, whose edges have no stairs. Normals are the mesh's own.
 //!
 //! Weathering is filtered linearly, decoded before: `albedo * (1 - cover) + colour` is the albedo beneath the light. Readers may leave it out.
@@ -22,7 +22,7 @@ use crate::shade::{Light, weighted};
 use glam::{UVec2, Vec2, Vec3};
 use half::f16;
 use heliodon_image::ImageError;
-use heliodon_image::ktx2::{Ktx2, TexelFormat};
+use heliodon_image::ktx2::{Ktx2, Ktx2Shape, TexelFormat};
 use heliodon_math::color::{linear_from_srgb, srgb8_from_linear};
 use serde::{Deserialize, Serialize};
 use std::f32::consts::FRAC_1_PI;
@@ -57,14 +57,14 @@ pub struct TexelInfo {
     pub texels: u64,
 }
 
-/// Bytes in the memory of a viewer of an atlas of so many texels along both sides: what its textures take, and what the bounced sun is lit into.
+/// Bytes in the memory of a viewer of an atlas of so many texels along both sides: what its textures take, and what sky and bounced sun are lit into.
 #[must_use]
 pub fn atlas_bytes(layout: LightLayout, [width, height]: [u32; 2]) -> u64 {
     let texels = |level: u32| u64::from(side(width, level)) * u64::from(side(height, level));
     let fours = |numbers: usize| numbers.div_ceil(4) as u64;
     let sun: u64 = (0..TEXEL_LEVELS).map(|level| texels(level) * 4 * layout.mask_words() as u64).sum();
     let sky: u64 =
-        (sky_level(layout.channels)..TEXEL_LEVELS).map(|level| texels(level) * 8 * fours(layout.transfer_floats())).sum();
+        (sky_level(layout.channels)..TEXEL_LEVELS).map(|level| texels(level) * 8 * (fours(layout.transfer_floats()) + 1)).sum();
     let lit = u64::from(layout.sun_bounce_functions > 0);
     sun + sky + texels(TEXEL_LEVELS - 1) * 8 * (fours(layout.bounce_floats()) + lit)
 }
@@ -97,36 +97,74 @@ fn side(texels: u32, level: u32) -> u32 {
     (texels >> level).max(1)
 }
 
+/// What the textures of an atlas must be.
+pub(crate) struct Shapes {
+    pub(crate) sun: Ktx2Shape,
+    pub(crate) sky: Ktx2Shape,
+    pub(crate) bounce: Option<Ktx2Shape>,
+}
+
+impl Shapes {
+    /// Of light of a layout.
+    ///
+    /// # Errors
+    /// Sides that an atlas cannot have.
+    pub(crate) fn of(layout: LightLayout, info: &TexelInfo) -> Result<Self, TexelFault> {
+        let (width, height) = (info.width, info.height);
+        let sides = [width, height].iter().all(|side| (4..=MAX_TEXEL_SIDE).contains(side) && side.is_multiple_of(BOUNCE_BLOCK));
+        if !sides {
+            return Err(TexelFault(format!("an atlas of {width} x {height}; sides are multiples of 4 up to 16,384")));
+        }
+        let above = sky_level(layout.channels);
+        let floats = |numbers: usize, level: u32, levels: u32| Ktx2Shape {
+            format: TexelFormat::Rgba16Float,
+            size: [width >> level, height >> level],
+            layers: numbers.div_ceil(4) as u32,
+            levels,
+        };
+        let bounced = layout.bounce_floats();
+        Ok(Self {
+            sun: Ktx2Shape {
+                format: TexelFormat::R32Uint,
+                size: [width, height],
+                layers: layout.mask_words() as u32,
+                levels: TEXEL_LEVELS,
+            },
+            sky: floats(layout.transfer_floats(), above, TEXEL_LEVELS - above),
+            bounce: (bounced > 0).then(|| floats(bounced, TEXEL_LEVELS - 1, 1)),
+        })
+    }
+
+    /// Of weathering.
+    pub(crate) fn weathering(info: &TexelInfo) -> Ktx2Shape {
+        let size = [info.width, info.height].map(|texels| side(texels, WEATHERING_LEVEL));
+        Ktx2Shape { format: TexelFormat::Rgba8Srgb, size, layers: 1, levels: TEXEL_LEVELS - WEATHERING_LEVEL }
+    }
+}
+
+/// Whether a texture is what is wanted.
+///
+/// # Errors
+/// What it is.
+pub(crate) fn is_shape(name: &str, found: Ktx2Shape, wanted: Ktx2Shape) -> Result<(), TexelFault> {
+    if found == wanted { Ok(()) } else { Err(TexelFault(format!("{name} is {found}, not {wanted}"))) }
+}
+
 impl TexelLight {
     /// Whether the textures are those of an atlas of this size and of light of this layout.
     ///
     /// # Errors
     /// What is not.
     pub fn validate(&self, layout: LightLayout, info: &TexelInfo) -> Result<(), TexelFault> {
-        let (width, height) = (info.width, info.height);
         let fault = |what: String| Err(TexelFault(what));
-        let sides = [width, height].iter().all(|side| (4..=MAX_TEXEL_SIDE).contains(side) && side.is_multiple_of(BOUNCE_BLOCK));
-        if !sides {
-            return fault(format!("an atlas of {width} x {height}; sides are multiples of 4 up to 16,384"));
-        }
-        let fours = |numbers: usize| numbers.div_ceil(4) as u32;
-        let (words, above) = (layout.mask_words() as u32, sky_level(layout.channels));
-        let half = [width >> above, height >> above];
-        let bounced = fours(layout.bounce_floats());
-        let block = [width / BOUNCE_BLOCK, height / BOUNCE_BLOCK];
-        let wanted = [
-            ("sun", Some(&self.sun), (TexelFormat::R32Uint, [width, height], words, TEXEL_LEVELS)),
-            ("sky", Some(&self.sky), (TexelFormat::Rgba16Float, half, fours(layout.transfer_floats()), TEXEL_LEVELS - above)),
-            ("bounce", self.bounce.as_ref(), (TexelFormat::Rgba16Float, block, bounced.max(1), 1)),
-        ];
-        if self.bounce.is_some() != (bounced > 0) {
+        let wanted = Shapes::of(layout, info)?;
+        if self.bounce.is_some() != wanted.bounce.is_some() {
             return fault("a bounce that the vertices have not, or the other way round".to_owned());
         }
-        for (name, texture, wanted) in wanted.into_iter().filter_map(|(name, texture, wanted)| Some((name, texture?, wanted))) {
-            let found = (texture.format, [texture.width, texture.height], texture.layers, texture.levels.len() as u32);
-            if found != wanted {
-                return fault(format!("{name} is {found:?}, not {wanted:?}"));
-            }
+        is_shape("sun", self.sun.shape(), wanted.sun)?;
+        is_shape("sky", self.sky.shape(), wanted.sky)?;
+        if let (Some(bounce), Some(wanted)) = (&self.bounce, wanted.bounce) {
+            is_shape("bounce", bounce.shape(), wanted)?;
         }
         let floats = self.sky.levels.iter().chain(self.bounce.iter().flat_map(|bounce| &bounce.levels));
         let is_finite = |two: &[u8; 2]| f16::from_le_bytes(*two).is_finite();
@@ -205,10 +243,7 @@ pub fn weathering_texture([width, height]: [u32; 2], levels: &[Vec<[f32; 4]>]) -
 /// # Errors
 /// What is not.
 pub fn validate_weathering(layer: &Ktx2, info: &TexelInfo) -> Result<(), TexelFault> {
-    let sides = [info.width, info.height].map(|texels| side(texels, WEATHERING_LEVEL));
-    let wanted = (TexelFormat::Rgba8Srgb, sides, 1, TEXEL_LEVELS - WEATHERING_LEVEL);
-    let found = (layer.format, [layer.width, layer.height], layer.layers, layer.levels.len() as u32);
-    if found == wanted { Ok(()) } else { Err(TexelFault(format!("weathering is {found:?}, not {wanted:?}"))) }
+    is_shape("weathering", layer.shape(), Shapes::weathering(info))
 }
 
 /// What weathering leaves of an albedo at a place of the atlas, on the finest level: the reference of shaders.
@@ -314,7 +349,8 @@ mod tests {
     fn numbers_are_found_where_they_were_put() {
         let light = light();
         light.validate(LAYOUT, &INFO).unwrap();
-        assert_eq!(light.bytes() + 2 * 8, atlas_bytes(LAYOUT, [8, 4]));
+        // what is lit: the sky on three levels, the bounce on the last
+        assert_eq!(light.bytes() + (32 + 8 + 2 + 2) * 8, atlas_bytes(LAYOUT, [8, 4]));
         assert_eq!((light.mask_word(UVec2::new(3, 2), 0), light.mask_word(UVec2::new(3, 2), 1)), (38 << 3, 1));
         assert_eq!(float_of(&light.sky, UVec2::new(3, 2), 2), (4.0 * 19.0 + 2.0) / 8.0);
         let bounce = light.bounce.as_ref().unwrap();

@@ -2,32 +2,11 @@
 
 mod common;
 
-use common::{MONO, chunk, lapse, meta};
-use glam::Vec2;
-use heliodon_bundle::layout::TEXEL_FORMAT_VERSION;
-use heliodon_bundle::texels::{float_texture, sun_texture};
-use heliodon_bundle::{BundleReader, BundleWriter, LightLayout, LitChunk, TexelInfo, TexelLight};
-
-const INFO: TexelInfo = TexelInfo { width: 8, height: 8, per_m: 20.0, utilisation: 0.75, texels: 50 };
-
-fn light(layout: LightLayout) -> TexelLight {
-    let (words, floats, bounced) = (layout.mask_words(), layout.transfer_floats(), layout.bounce_floats());
-    let masks: Vec<Vec<u32>> = [64, 16, 4].map(|texels| (0..texels * words).map(|i| i as u32).collect()).into();
-    let level = |texels: usize| (0..texels * floats).map(|i| i as f32 / 512.0).collect();
-    let (side, levels): (u32, Vec<Vec<f32>>) =
-        if layout.channels == 3 { (4, [16, 4].map(level).into()) } else { (8, [64, 16, 4].map(level).into()) };
-    TexelLight {
-        sun: sun_texture(layout, [8, 8], &masks),
-        sky: float_texture([side; 2], floats, &levels),
-        bounce: (bounced > 0).then(|| float_texture([2, 2], bounced, &[vec![0.25; 4 * bounced]])),
-    }
-}
-
-fn lit_by_texels(layout: LightLayout) -> LitChunk {
-    let mut chunk = chunk(layout, 0, None, 4, 0.0);
-    chunk.texel_uvs = (0..chunk.vertex_count()).map(|i| Vec2::new(i as f32 / 64.0, 0.5)).collect();
-    chunk
-}
+use common::{MONO, TEXELS, chunk, lapse, lit_by_texels, meta, texel_light, write_texels};
+use heliodon_bundle::layout::{MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION};
+use heliodon_bundle::site::{Lamp, Matte};
+use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, LightLayout};
+use heliodon_image::ktx2::Ktx2;
 
 #[test]
 fn light_in_texels_reads_back() {
@@ -36,17 +15,17 @@ fn light_in_texels_reads_back() {
         let target = folder.path().join("bundle");
         let mut writer = BundleWriter::create(&target, meta(layout)).unwrap();
         assert!(writer.push_chunk(&lit_by_texels(layout)).unwrap_err().to_string().contains("none were added"));
-        writer.add_texels(&light(layout), INFO).unwrap();
-        assert!(writer.add_texels(&light(layout), INFO).unwrap_err().to_string().contains("already"));
+        writer.add_texels(&texel_light(layout), TEXELS).unwrap();
+        assert!(writer.add_texels(&texel_light(layout), TEXELS).unwrap_err().to_string().contains("already"));
         writer.push_chunk(&lit_by_texels(layout)).unwrap();
         writer.push_chunk(&chunk(layout, 1, None, 4, 0.0)).unwrap();
         for path in ["sky/0000.hdr", "sky/0001.hdr"] {
             writer.add_sky_map(path, b"unread").unwrap();
         }
         let manifest = writer.finish(&lapse(layout)).unwrap();
-        assert_eq!((manifest.version, manifest.texels.as_ref()), (TEXEL_FORMAT_VERSION, Some(&INFO)));
+        assert_eq!((manifest.version, manifest.texels.as_ref()), (TEXEL_FORMAT_VERSION, Some(&TEXELS)));
         let reader = BundleReader::open(&target).unwrap();
-        assert_eq!(reader.read_texels().unwrap().unwrap(), light(layout));
+        assert_eq!(reader.read_texels().unwrap().unwrap(), texel_light(layout));
         assert_eq!(reader.read_chunk(0).unwrap().texel_uvs, lit_by_texels(layout).texel_uvs);
         assert!(reader.read_chunk(1).unwrap().texel_uvs.is_empty());
         reader.verify().unwrap();
@@ -62,9 +41,65 @@ fn light_in_texels_reads_back() {
 fn textures_of_another_layout_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let mut writer = BundleWriter::create(folder.path().join("bundle"), meta(MONO)).unwrap();
-    let other = light(LightLayout { coefficients: 9, ..MONO });
-    assert!(writer.add_texels(&other, INFO).unwrap_err().to_string().contains("sky is"));
+    let other = texel_light(LightLayout { coefficients: 9, ..MONO });
+    assert!(writer.add_texels(&other, TEXELS).unwrap_err().to_string().contains("sky is"));
     let mut chunk = lit_by_texels(MONO);
     chunk.texel_uvs[3].x = 1.5;
     assert!(writer.push_chunk(&chunk).unwrap_err().to_string().contains("atlas"));
+}
+
+#[test]
+fn a_key_of_a_later_version_makes_the_bundle_one_of_that_version() {
+    let version = |change: &dyn Fn(&mut BundleMeta)| {
+        let folder = tempfile::tempdir().unwrap();
+        let mut meta = meta(MONO);
+        change(&mut meta);
+        let mut writer = BundleWriter::create(folder.path().join("bundle"), meta).unwrap();
+        writer.push_chunk(&chunk(MONO, 0, None, 4, 0.0)).unwrap();
+        for path in ["sky/0000.hdr", "sky/0001.hdr"] {
+            writer.add_sky_map(path, b"unread").unwrap();
+        }
+        let manifest = writer.finish(&lapse(MONO)).unwrap();
+        assert_eq!(BundleReader::open(folder.path().join("bundle")).unwrap().manifest(), &manifest);
+        manifest.version
+    };
+    assert_eq!(version(&|_| ()), STILL_FORMAT_VERSION);
+    assert_eq!(version(&|meta| meta.lamps.push(Lamp::at([0.0; 3], [1.0; 3]))), MOVING_FORMAT_VERSION);
+    let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    assert_eq!(version(&|meta| meta.mattes.push(Matte::new(triangle))), TEXEL_FORMAT_VERSION);
+    assert_eq!(version(&|meta| meta.parameters.bake.texels = Some(128)), TEXEL_FORMAT_VERSION);
+    assert_eq!(version(&|meta| meta.parameters.weathering = Some(Default::default())), TEXEL_FORMAT_VERSION);
+}
+
+#[test]
+fn textures_that_the_manifest_does_not_tell_of_are_not_unpacked() {
+    let folder = tempfile::tempdir().unwrap();
+    let target = folder.path().join("bundle");
+    write_texels(&target, MONO, None);
+    let read = || BundleReader::open(&target).and_then(|reader| reader.read_texels().map(|_| reader.read_texel_weathering()));
+    read().unwrap().unwrap();
+    // well formed, and a hundred times as large
+    let path = target.join("texels/sun.ktx2");
+    let sun = Ktx2 { width: 80, height: 80, levels: vec![vec![0; 80 * 80 * 4]], ..texel_light(MONO).sun };
+    let before = std::fs::read(&path).unwrap();
+    std::fs::write(&path, sun.to_bytes("sun").unwrap()).unwrap();
+    let error = read().unwrap_err().to_string();
+    assert!(error.contains("80 x 80") && error.contains("8 x 8") && error.contains("sun.ktx2"), "{error}");
+    std::fs::write(&path, before).unwrap();
+    let weathering = target.join("texels/weathering.ktx2");
+    std::fs::write(&weathering, sun.to_bytes("sun").unwrap()).unwrap();
+    assert!(read().unwrap().unwrap_err().to_string().contains("Rgba8Srgb of 4 x 4"));
+
+    let manifest = target.join("manifest.json");
+    let text = std::fs::read_to_string(&manifest).unwrap();
+    for (from, to, word) in [
+        ("\"path\": \"texels/sky.ktx2\"", "\"path\": \"texels/sky.png\"", "`texels/sky.ktx2` is not among its files"),
+        ("\"path\": \"texels/bounce.ktx2\"", "\"path\": \"bounce.ktx2\"", "`texels/bounce.ktx2` is not among its files"),
+        ("\"width\": 8", "\"width\": 10", "sides are multiples of 4"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        std::fs::write(&manifest, text.replacen(from, to, 1)).unwrap();
+        let error = BundleReader::open(&target).unwrap_err().to_string();
+        assert!(error.contains(word), "{error}");
+    }
 }

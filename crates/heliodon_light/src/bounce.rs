@@ -98,7 +98,7 @@ impl<'a> Transport<'a> {
                 (albedo_of(cell), points)
             })
             .unzip();
-        Self { seen: Seen { surfaces, layout, lattice }, blocks, albedo, lit_by }
+        Self { seen: Seen { surfaces, among: layout.own(), lattice }, blocks, albedo, lit_by }
     }
 
     /// The points that light a cell, and its albedo in the channels solved.
@@ -117,7 +117,7 @@ impl<'a> Transport<'a> {
     /// points that come later.
     pub fn bounced(&self, lanes: Lanes, bounces: u32, mut keep: Option<&mut CellLight>) -> Vec<f32> {
         let (count, going_on) = (lanes.count(), lanes.going_on());
-        let mut all = vec![0.0; self.seen.layout.points().len() * count];
+        let mut all = vec![0.0; self.seen.among.points.len() * count];
         for first in (0..going_on).step_by(LANES) {
             let width = (going_on - first).min(LANES);
             let mut put = |light: &[f32], padded: usize| {
@@ -149,7 +149,7 @@ impl<'a> Transport<'a> {
         bounces: u32,
         keep: Option<&mut CellLight>,
     ) -> Vec<[f32; W]> {
-        let points = self.seen.layout.points().len();
+        let points = self.seen.among.points.len();
         let channels = lanes.channels.count();
         // reckoned once: a division for each lane of each cell took as long as the sums
         let channel_of: [usize; W] = std::array::from_fn(|l| (first + l) % channels);

@@ -100,7 +100,8 @@ impl SunOnSurfaces {
             .zip(known)
             .map(|(range, known)| {
                 let known = known.and_then(|mut known| known.units.pop().flatten()).map(KnownUnit::from);
-                let (unit, of_unit) = gather_unit(surfaces, layout, Some(&self.0), range.clone(), params, &lattices, known);
+                let (unit, of_unit) =
+                    gather_unit(surfaces, layout.own(), Some(&self.0), range.clone(), params, &lattices, known);
                 let first = unit.first_bounce(params.coefficients * channels, steps * channels);
                 let level = |light: &[f32]| luminance(Vec3::from_array(std::array::from_fn(|c| light[c.min(channels - 1)])));
                 let mut curves = Vec::new();

@@ -10,7 +10,7 @@
 use crate::gather::{counted, sees_only_backs};
 use crate::points::{Place, inward_shifts};
 use crate::refine::{cells_by_sight, sight};
-use crate::{GatherBlock, LightError, LightParams, PointSet, SurfacePlace, Surfaces, median_edge_m};
+use crate::{GatherBlock, LightError, LightParams, PointSet, Surfaces, median_edge_m};
 use glam::Vec3;
 use heliodon_rays::Hit;
 use std::borrow::Cow;
@@ -83,6 +83,22 @@ pub struct Layout {
     seen: Vec<u32>,
     cell_size_m: f32,
     rounds: u32,
+}
+
+/// Points whose rays meet the cells of a layout: the layout's own, or others that light none of its cells.
+#[derive(Clone, Copy)]
+pub(crate) struct Among<'a> {
+    pub layout: &'a Layout,
+    pub points: &'a PointSet,
+    /// Those from here on light no cell.
+    pub first_free: u32,
+}
+
+impl Among<'_> {
+    /// What tells a point's random numbers from others': of one in free space, its place among its like, however many points come before.
+    pub fn label_of(self, point: u32) -> u32 {
+        point.checked_sub(self.first_free).map_or(point, |free| free | FREE)
+    }
 }
 
 /// Cells are at most this many median edges long, so that a triangle among many like it is not divided.
@@ -277,28 +293,9 @@ impl Layout {
         first..self.points.len()
     }
 
-    /// The same cells, seen from other points: places on the surfaces, whose sites count from 0. They receive light and reflect none.
-    pub(crate) fn with_receivers(&self, surfaces: &Surfaces, places: &[SurfacePlace], offset_m: f32) -> Self {
-        let inward = inward_shifts(surfaces);
-        let mut layout = Self { points: PointSet::default(), free_points: Vec::new(), ..self.clone() };
-        let place = |(site, &SurfacePlace { triangle, u, v }): (usize, &SurfacePlace)| {
-            let [a, b, c] = surfaces.triangles[triangle as usize].map(|vertex| inward[vertex as usize]);
-            Place {
-                position: surfaces.position_at(triangle, u, v),
-                normal: surfaces.normal_at(triangle, u, v),
-                inward: a * (1.0 - u - v) + b * u + c * v,
-                lift_m: offset_m + surfaces.clearance_m(triangle),
-                site: site as u32,
-            }
-        };
-        layout.append_free(places.iter().enumerate().map(place));
-        layout
-    }
-
-    /// What tells a point's random numbers from others': of one in free space, its place among its like, however many points come before.
-    pub(crate) fn label_of(&self, point: u32) -> u32 {
-        let first_free = (self.points.len() - self.free_points.len()) as u32;
-        point.checked_sub(first_free).map_or(point, |free| free | FREE)
+    /// The layout's own points among its cells.
+    pub(crate) fn own(&self) -> Among<'_> {
+        Among { layout: self, points: &self.points, first_free: (self.points.len() - self.free_points.len()) as u32 }
     }
 
     /// The points in free space, in the order in which they were given.

@@ -9,9 +9,10 @@
 //! What paths bring is kept for the bounces as the hits are: with each contribution goes the bounce at which it arrives, so that
 //! light that has bounced at most B times is the same sum as without paths.
 
+use crate::cells::Among;
 use crate::gather::UNIT;
 use crate::traces::{KeptHit, MISSED, Rays, kept, of_kept};
-use crate::{BouncedSun, Layout, LightError, LightParams, Surfaces};
+use crate::{BouncedSun, LightError, LightParams, Surfaces};
 use glam::Vec3;
 use heliodon_math::color::rgb9e5_from_linear;
 use heliodon_math::random::{hash3_u32, unit_f32};
@@ -94,7 +95,7 @@ pub(crate) struct Done {
 /// surfaces of the same albedo, with the same bounces.
 pub(crate) fn follow(
     surfaces: &Surfaces,
-    layout: &Layout,
+    among: Among,
     sun: Option<&BouncedSun>,
     params: &LightParams,
     (first, mut near): (usize, Vec<Near>),
@@ -114,7 +115,7 @@ pub(crate) fn follow(
     let follow_group = |(near, known): (&[Near], &[KeptHit])| {
         let sums = (0..(MAX_FOLLOWED + 1) * GROUP as usize).map(|_| None).collect();
         let (ends, met, rays) = (Vec::new(), Vec::new(), Rays::default());
-        Run { surfaces, layout, sun, params, first, sums, ends, known, met, rays }.follow(near)
+        Run { surfaces, among, sun, params, first, sums, ends, known, met, rays }.follow(near)
     };
     let of_groups: Vec<Done> = groups.into_par_iter().zip(known_of).map(follow_group).collect();
     let mut done = Done::default();
@@ -143,10 +144,10 @@ struct Sums {
 
 struct Run<'a> {
     surfaces: &'a Surfaces<'a>,
-    layout: &'a Layout,
+    among: Among<'a>,
     sun: Option<&'a BouncedSun>,
     params: &'a LightParams,
-    /// The layout's point that the first of the points is.
+    /// The point that the first of the run is.
     first: usize,
     /// By bounce and point of the group.
     sums: Vec<Option<Box<Sums>>>,
@@ -229,7 +230,7 @@ impl Run<'_> {
         let directions: Vec<Vec3> = paths
             .iter()
             .map(|path| {
-                let point = self.layout.label_of(self.first as u32 + path.point);
+                let point = self.among.label_of(self.first as u32 + path.point);
                 let turn = hash3_u32(self.params.seed ^ 0x5EED, point, bounce as u32);
                 sample_cosine_hemisphere(path.normal, numbers(turn, path.index))
             })
@@ -250,11 +251,11 @@ impl Run<'_> {
             if let Some(sun) = self.sun {
                 sun.patches.add_reflected(surfaces, hit, path.share, &mut self.sums(bounce + 1, path.point).sun);
             }
-            if bounce < most && self.layout.is_near(hit) {
+            if bounce < most && self.among.layout.is_near(hit) {
                 next.extend(self.reflected((path.point, path.index), path.share, direction, hit));
             } else {
                 let key = Arrival { point: path.point as usize, bounce }.key();
-                self.ends.push([key, rgb9e5_from_linear(path.share), self.layout.cell_of_hit(hit)]);
+                self.ends.push([key, rgb9e5_from_linear(path.share), self.among.layout.cell_of_hit(hit)]);
             }
         }
         next

@@ -1,19 +1,20 @@
 //! From the light of cells to that of the points which see them: the last step of every bounce, and all that receivers need.
 
 use crate::bounce::Lanes;
-use crate::cells::{BACK, Layout};
+use crate::cells::{Among, BACK};
 use crate::follow::Arrival;
-use crate::gather::{GatherBlock, Lattice, UnitHits, bits, trace_hits};
+use crate::gather::{GatherBlock, Lattice, UnitHits, trace_hits};
 use crate::{Followed, Surfaces};
 use heliodon_math::color::linear_from_rgb9e5;
+use heliodon_rays::set_bits;
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// What the points of a layout see.
+/// What points among cells see.
 #[derive(Clone, Copy)]
 pub(crate) struct Seen<'a> {
     pub surfaces: &'a Surfaces<'a>,
-    pub layout: &'a Layout,
+    pub among: Among<'a>,
     pub lattice: &'a Lattice,
 }
 
@@ -24,14 +25,14 @@ impl Seen<'_> {
         if cell & BACK == 0 {
             return Some(cell as usize);
         }
-        let back = self.layout.back_cells().binary_search(&(cell & !BACK)).ok()?;
-        Some(self.layout.front_cell_count() + back)
+        let back = self.among.layout.back_cells().binary_search(&(cell & !BACK)).ok()?;
+        Some(self.among.layout.front_cell_count() + back)
     }
 
     fn hits_of<'b>(&self, unit: &UnitOf<'b>) -> Cow<'b, UnitHits> {
         match &unit.block.hits[unit.index] {
             Some(hits) => Cow::Borrowed(hits),
-            None => Cow::Owned(trace_hits(self.surfaces, self.layout, unit.range.clone(), self.lattice)),
+            None => Cow::Owned(trace_hits(self.surfaces, self.among, unit.range.clone(), self.lattice)),
         }
     }
 
@@ -47,7 +48,7 @@ impl Seen<'_> {
     ) -> Vec<[f32; W]> {
         let (channels, sky_lanes, sun_lanes) = (lanes.channels.count(), lanes.sky(), lanes.sun());
         let channel_of: [usize; W] = std::array::from_fn(|l| (first + l) % channels);
-        let normals = &self.layout.points().normals[unit.range.clone()];
+        let normals = &self.among.points.normals[unit.range.clone()];
         let hits = self.hits_of(unit);
         let first_bounce = |point: usize| {
             let sun = &unit.block.sun[(unit.offset() + point) * sun_lanes..(unit.offset() + point + 1) * sun_lanes];
@@ -56,7 +57,7 @@ impl Seen<'_> {
         let mut sums: Vec<[f32; W]> = (0..normals.len()).map(first_bounce).collect();
         let mut next = hits.cells.iter();
         for (met, &direction) in hits.met.chunks_exact(normals.len().div_ceil(64)).zip(&self.lattice.directions) {
-            for (point, &cell) in bits(met).zip(&mut next) {
+            for (point, &cell) in set_bits(met).zip(&mut next) {
                 let Some(cell) = self.cell_index(cell) else { continue };
                 let cos = normals[point].dot(direction);
                 for (sum, x) in sums[point].iter_mut().zip(&reflected[0][cell]) {

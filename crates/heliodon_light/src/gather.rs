@@ -9,7 +9,7 @@
 //! coefficients `O_i` of an open surface, the sums `E_i` over escaped and `A_i` over all directions, and the visible part
 //! `V = E_0 / A_0`, `T_i = E_i + V (O_i - A_i)` is exact for an open point and 0 for a closed one.
 
-use crate::cells::BACK;
+use crate::cells::{Among, BACK};
 use crate::change::KnownTraces;
 use crate::directions::gather_directions;
 use crate::follow::{Arrival, Followed, follow};
@@ -19,7 +19,7 @@ use crate::traces::{KnownUnit, Rays, Traces, UnitTraces};
 use crate::{BouncedSun, Layout, LightError, LightParams, PointSet, Surfaces};
 use glam::Vec3;
 use heliodon_math::sh::{basis9, open_transfer9};
-use heliodon_rays::{Hit, NO_HIT, beam_order, facing};
+use heliodon_rays::{Hit, NO_HIT, beam_order, facing, set_bits};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -149,7 +149,7 @@ pub fn gather_knowing(
         .into_par_iter()
         .zip(known)
         .map(|(unit, known)| {
-            let (mut unit, traces) = gather_unit(surfaces, layout, sun, unit, params, &lattices, known);
+            let (mut unit, traces) = gather_unit(surfaces, layout.own(), sun, unit, params, &lattices, known);
             let budget = budget_per_point * unit.scale.len() as f64;
             let hits = Some(std::mem::take(&mut unit.hits)).filter(|hits| hits.bytes() as f64 <= budget);
             let traces = hits.is_some().then_some(traces);
@@ -234,10 +234,11 @@ impl Unit {
 }
 
 /// Only the hits of some points, for bounces whose hits were not kept.
-pub(crate) fn trace_hits(surfaces: &Surfaces, layout: &Layout, range: Range<usize>, lattice: &Lattice) -> UnitHits {
+pub(crate) fn trace_hits(surfaces: &Surfaces, among: Among, range: Range<usize>, lattice: &Lattice) -> UnitHits {
     let mut hits = UnitHits::default();
-    let (origins, normals) = layout.points().run(range);
-    for_each_direction(surfaces, origins, normals, lattice.directions.iter().copied(), |at| at.keep(layout, &mut hits));
+    let (origins, normals) = among.points.run(range);
+    let directions = lattice.directions.iter().copied();
+    for_each_direction(surfaces, origins, normals, directions, |at| at.keep(among.layout, &mut hits));
     hits
 }
 
@@ -245,7 +246,7 @@ pub(crate) fn trace_hits(surfaces: &Surfaces, layout: &Layout, range: Range<usiz
 /// `known` are not traced.
 pub(crate) fn gather_unit(
     surfaces: &Surfaces,
-    layout: &Layout,
+    among: Among,
     sun: Option<&BouncedSun>,
     range: Range<usize>,
     params: &LightParams,
@@ -253,7 +254,7 @@ pub(crate) fn gather_unit(
     known: Option<KnownUnit>,
 ) -> (Unit, UnitTraces) {
     let (first, coefficients, lattice) = (range.start, params.coefficients, &lattices[0]);
-    let (origins, normals) = layout.points().run(range);
+    let (layout, (origins, normals)) = (among.layout, among.points.run(range));
     let count = normals.len();
     let mut hits = UnitHits::default();
     let known = known.as_ref();
@@ -273,7 +274,7 @@ pub(crate) fn gather_unit(
         }
         None => {
             let mut back: Vec<f32> = (0..count).map(|point| look.back[point] * scale[point] / counted(point)).collect();
-            let mut rays = look_from_unmoved(surfaces, layout, first..first + count, lattice, params.offset_m, &mut back);
+            let mut rays = look_from_unmoved(surfaces, among.points, first..first + count, lattice, params.offset_m, &mut back);
             let is_shut = |&point: &usize| back[point] <= BACK_LIMIT && look.open_part(point) < SHUT;
             let shut: Vec<usize> = (0..count).filter(is_shut).collect();
             rays += look_through(surfaces, origins, &shut, lattice, &mut back);
@@ -339,7 +340,7 @@ pub(crate) fn gather_unit(
     let mut near = look.near;
     near.retain(|n| unit.back[n.point as usize] <= BACK_LIMIT);
     let known_paths = known.map(|known| (known.path_counts.as_slice(), known.paths.as_slice()));
-    let done = follow(surfaces, layout, sun, params, (first, near), known_paths);
+    let done = follow(surfaces, among, sun, params, (first, near), known_paths);
     unit.followed = done.followed;
     unit.rays.all += done.rays.all;
     unit.rays.traced += done.rays.traced;
@@ -358,7 +359,7 @@ pub(crate) fn sees_only_backs(surfaces: &Surfaces, points: &PointSet, params: &L
         let mut closed = vec![true; range.len()];
         let (origins, normals) = points.run(range);
         for_each_direction(surfaces, origins, normals, directions.iter().copied().step_by(PROBE_STRIDE), |at| {
-            for point in bits(at.active) {
+            for point in set_bits(at.active) {
                 closed[point] &= at.hits[point].triangle != NO_HIT && at.hits[point].back;
             }
         });
@@ -373,7 +374,7 @@ fn met_back_cells(hits: &UnitHits, back: &[f32]) -> Vec<[u32; 2]> {
     let mut cells = Vec::new();
     let mut next = hits.cells.iter();
     for met in hits.met.chunks(words.max(1)) {
-        for (point, &cell) in bits(met).zip(&mut next) {
+        for (point, &cell) in set_bits(met).zip(&mut next) {
             if cell & BACK != 0 && back[point] <= BACK_LIMIT {
                 cells.push([cell & !BACK, 1]);
             }
@@ -407,7 +408,7 @@ impl Direction<'_> {
     pub fn keep(&self, layout: &Layout, kept: &mut UnitHits) {
         for (word, &active) in self.active.iter().enumerate() {
             let mut met = 0;
-            for bit in bits(&[active]) {
+            for bit in set_bits(&[active]) {
                 let hit = &self.hits[word * 64 + bit];
                 if hit.triangle != NO_HIT && !layout.is_near(hit) {
                     met |= 1 << bit;
@@ -439,21 +440,6 @@ pub(crate) fn for_each_direction(
         then(&Direction { index, direction, active: &active, hits: &hits });
     }
     rays
-}
-
-/// The indices of the bits that are set, ascending.
-#[inline]
-pub(crate) fn bits(words: &[u64]) -> impl Iterator<Item = usize> {
-    words.iter().enumerate().flat_map(|(i, &word)| {
-        let mut rest = word;
-        std::iter::from_fn(move || {
-            (rest != 0).then(|| {
-                let bit = rest.trailing_zeros() as usize;
-                rest &= rest - 1;
-                i * 64 + bit
-            })
-        })
-    })
 }
 
 impl GatherBlock {

@@ -1,9 +1,9 @@
 //! Whether points lie inside something: further looks around for those of which the gather's own rays do not tell.
 
-use crate::gather::{Lattice, bits, for_each_direction};
-use crate::{Layout, Surfaces};
+use crate::gather::{Lattice, for_each_direction};
+use crate::{PointSet, Surfaces};
 use glam::Vec3;
-use heliodon_rays::{NO_HIT, Ray};
+use heliodon_rays::{NO_HIT, Ray, set_bits};
 use std::ops::Range;
 
 /// A point of whose rays more than this part meets back faces lies inside something; see [`crate::GatherBlock::back`].
@@ -25,13 +25,12 @@ const FEW_STRIDE: usize = 8;
 /// it: the larger `back` of both places counts. Returns the number of rays.
 pub(crate) fn look_from_unmoved(
     surfaces: &Surfaces,
-    layout: &Layout,
+    points: &PointSet,
     range: Range<usize>,
     lattice: &Lattice,
     offset_m: f32,
     back: &mut [f32],
 ) -> u64 {
-    let points = layout.points();
     let within = |end: usize| points.unmoved.partition_point(|u| (u.0 as usize) < end);
     let unmoved = &points.unmoved[within(range.start)..within(range.end)];
     let origins: Vec<Vec3> = unmoved.iter().map(|u| u.1).collect();
@@ -39,7 +38,7 @@ pub(crate) fn look_from_unmoved(
     let (mut all, mut inside) = (vec![0.0_f32; origins.len()], vec![0.0_f32; origins.len()]);
     let directions = lattice.directions.iter().copied().skip(LOOK_STRIDE / 2).step_by(LOOK_STRIDE);
     let rays = for_each_direction(surfaces, &origins, &normals, directions, |at| {
-        for point in bits(at.active) {
+        for point in set_bits(at.active) {
             let (cos, hit) = (normals[point].dot(at.direction), &at.hits[point]);
             all[point] += cos;
             // a wall in whose very plane the place lies is met or not as rounding has it: that tells nothing

@@ -4,12 +4,12 @@
 //! fills few directions (a streak of sun in the shade of a colonnade), and the point looks again in other lattices.
 
 use crate::follow::Near;
-use crate::gather::{Lattice, UnitHits, bits};
+use crate::gather::{Lattice, UnitHits};
 use crate::traces::{Known, Met, Rays, for_each_known_direction};
 use crate::{BouncedSun, Layout, Surfaces};
 use glam::Vec3;
 use heliodon_math::sh::basis9;
-use heliodon_rays::{NO_HIT, facing};
+use heliodon_rays::{NO_HIT, facing, set_bits};
 
 /// Light (irradiance / pi, of suns of unit irradiance or of a sky of unit radiance) below which errors do not count: a twentieth of
 /// about the mean of a sunny scene, and as much of a sky.
@@ -57,7 +57,7 @@ impl Look {
         let mut look = Self::nothing_seen(count, len);
         let (met, rays) = for_each_known_direction(surfaces, (origins, normals), &lattice.directions, known, |at| {
             let (basis, half) = (&lattice.basis[at.index], at.index % 2);
-            for point in bits(at.active) {
+            for point in set_bits(at.active) {
                 let cos = normals[point].dot(at.direction);
                 let hit = &at.hits[point];
                 let escapes = hit.triangle == NO_HIT;
@@ -98,7 +98,7 @@ impl Look {
             surfaces.rays.occluded_fan(origins, &directions, &active[asked.clone()], &mut occluded[asked]);
             for (i, (&index, &direction)) in fan.iter().zip(&directions).enumerate() {
                 let of_direction = i * words..(i + 1) * words;
-                for point in bits(&active[of_direction.clone()]) {
+                for point in set_bits(&active[of_direction.clone()]) {
                     let stopped = occluded[of_direction.start + point / 64] >> (point % 64) & 1 == 1;
                     let cos = normals[point].dot(direction);
                     look.add_sky(point, (cos, !stopped), (index as usize % 2, &lattice.basis[index as usize]));

@@ -4,12 +4,11 @@
 //! Computers & Graphics 30, 2006, section 4.
 
 use crate::change::{Change, bounds_of, crosses_any};
-use crate::gather::bits;
 use crate::params::MAX_SUN_STEPS;
 use crate::traces::Rays;
 use crate::{LightError, PointSet, Surfaces};
 use glam::Vec3;
-use heliodon_rays::facing;
+use heliodon_rays::{facing, set_bits};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -271,7 +270,7 @@ fn unit_masks(
                     // what was lit may be shaded by what has come, what was shaded lit past what has gone
                     let doubtful = if come.is_empty() { 0 } else { lit } | if gone.is_empty() { 0 } else { !lit };
                     let mut skipped = active[at] & known & !doubtful;
-                    for bit in bits(&[active[at] & known & doubtful]) {
+                    for bit in set_bits(&[active[at] & known & doubtful]) {
                         let boxes = if lit >> bit & 1 == 1 { &come } else { &gone };
                         if !crosses_any(boxes, origins[word * 64 + bit], sun, f32::INFINITY) {
                             skipped |= 1 << bit;

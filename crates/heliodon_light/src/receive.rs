@@ -4,10 +4,13 @@
 //! its rays are traced, and what they met is kept no longer than that: a light map of millions of texels takes the memory of a few thousand.
 
 use crate::bounce::{CellGroup, CellLight, LANES, Lanes};
+use crate::cells::{Among, NONE};
 use crate::from_cells::{Seen, UnitOf, arrivals};
 use crate::gather::{GatherBlock, Lattice, gather_unit, unit_ranges};
 use crate::inside::BACK_LIMIT;
+use crate::points::{Place, inward_shifts};
 use crate::{BouncedSun, Layout, LightError, LightParams, PointSet, Surfaces};
+use glam::Vec3;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -22,10 +25,21 @@ pub struct SurfacePlace {
     pub v: f32,
 }
 
+/// Where receivers can be: solved surfaces, with what is the same for all of them however often others are asked for.
+pub struct Receiving<'a> {
+    surfaces: &'a Surfaces<'a>,
+    layout: &'a Layout,
+    params: &'a LightParams,
+    /// See [`inward_shifts`].
+    inward: Vec<Vec3>,
+}
+
 /// Receivers, in an order in which neighbours in space lie together.
-#[derive(Clone, Debug)]
-pub struct Receivers {
-    layout: Layout,
+pub struct Receivers<'a> {
+    among: &'a Receiving<'a>,
+    points: PointSet,
+    /// For each of the places the receiver there.
+    point_of_place: Vec<u32>,
 }
 
 /// The light of a range of receivers, P of them, in their own order.
@@ -44,49 +58,72 @@ pub struct Received {
     pub rays: u64,
 }
 
-impl Receivers {
-    /// Receivers at places of the surfaces that a layout has divided, all back sides added ([`Layout::add_back_sides`]).
+impl<'a> Receiving<'a> {
+    /// On surfaces that a layout has divided, all back sides added ([`Layout::add_back_sides`]), and that were solved with these parameters.
     #[must_use]
-    pub fn new(surfaces: &Surfaces, layout: &Layout, places: &[SurfacePlace], params: &LightParams) -> Self {
-        Self { layout: layout.with_receivers(surfaces, places, params.offset_m) }
+    pub fn new(surfaces: &'a Surfaces<'a>, layout: &'a Layout, params: &'a LightParams) -> Self {
+        Self { surfaces, layout, params, inward: inward_shifts(surfaces) }
     }
 
+    /// Receivers at places.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    #[must_use]
+    pub fn at(&'a self, places: &[SurfacePlace]) -> Receivers<'a> {
+        let surfaces = self.surfaces;
+        let place = |(site, &SurfacePlace { triangle, u, v }): (usize, &SurfacePlace)| {
+            let [a, b, c] = surfaces.triangles[triangle as usize].map(|vertex| self.inward[vertex as usize]);
+            Place {
+                position: surfaces.position_at(triangle, u, v),
+                normal: surfaces.normal_at(triangle, u, v),
+                inward: a * (1.0 - u - v) + b * u + c * v,
+                lift_m: self.params.offset_m + surfaces.clearance_m(triangle),
+                site: site as u32,
+            }
+        };
+        let mut points = PointSet::new(places.iter().enumerate().map(place));
+        let mut point_of_place = vec![NONE; points.len()];
+        for (point, site) in points.sites.iter_mut().enumerate() {
+            point_of_place[*site as usize] = point as u32;
+            // of no vertex and no cell
+            *site = NONE;
+        }
+        Receivers { among: self, points, point_of_place }
+    }
+}
+
+impl Receivers<'_> {
     /// The receivers, in their order: [`crate::bake_sun_masks`] asks them for the suns.
     #[must_use]
     pub fn points(&self) -> &PointSet {
-        self.layout.points()
+        &self.points
     }
 
     /// Numbers of the receivers in their order, `width` each, in the order of the places instead.
     #[must_use]
     pub fn in_order_of_places<T: Copy>(&self, numbers: &[T], width: usize) -> Vec<T> {
         let of_place = |&point: &u32| &numbers[point as usize * width..(point as usize + 1) * width];
-        self.layout.free_points().iter().flat_map(of_place).copied().collect()
+        self.point_of_place.iter().flat_map(of_place).copied().collect()
     }
 
-    /// The light of the receivers in `range`, any of their order; every number is the same however they are divided. `cells` are those of a solve
-    /// ([`crate::solve_all`]) with these parameters, and with `sun` where its light is asked for; without, there is sky light alone.
+    /// The light of the receivers in `range`, any of their order; every number is the same however they are divided. `cells` are those of the solve
+    /// ([`crate::solve_all`]), and with `sun` where its light is asked for; without, there is sky light alone.
     ///
     /// # Errors
     /// Parameters that are not valid, a range beyond the receivers, cells of another solve.
-    pub fn receive(
-        &self,
-        surfaces: &Surfaces,
-        cells: &CellLight,
-        sun: Option<&BouncedSun>,
-        range: Range<usize>,
-        params: &LightParams,
-    ) -> Result<Received, LightError> {
+    pub fn receive(&self, cells: &CellLight, sun: Option<&BouncedSun>, range: Range<usize>) -> Result<Received, LightError> {
+        let params = self.among.params;
         params.validate()?;
         let functions = sun.map_or(0, BouncedSun::function_count);
-        if range.start > range.end || range.end > self.points().len() {
-            return Err(LightError::Mismatch(format!("receivers {range:?} of {}", self.points().len())));
+        if range.start > range.end || range.end > self.points.len() {
+            return Err(LightError::Mismatch(format!("receivers {range:?} of {}", self.points.len())));
         }
         if cells.bounces != params.bounces || (sun.is_some() && functions != cells.functions) {
             return Err(LightError::Mismatch("receivers and cells of another solve".into()));
         }
         let lattices = Lattice::all(params);
-        let of_unit = |unit: Range<usize>| self.of_unit(surfaces, cells, sun, unit, params, &lattices);
+        let of_unit = |unit: Range<usize>| self.of_unit(cells, sun, unit, &lattices);
         let units: Vec<Received> = unit_ranges(&range).into_par_iter().map(of_unit).collect();
         let mut all = Received::default();
         for unit in units {
@@ -95,19 +132,14 @@ impl Receivers {
         Ok(all)
     }
 
-    fn of_unit(
-        &self,
-        surfaces: &Surfaces,
-        cells: &CellLight,
-        sun: Option<&BouncedSun>,
-        range: Range<usize>,
-        params: &LightParams,
-        lattices: &[Lattice],
-    ) -> Received {
-        let (unit, _) = gather_unit(surfaces, &self.layout, sun, range.clone(), params, lattices, None);
+    fn of_unit(&self, cells: &CellLight, sun: Option<&BouncedSun>, range: Range<usize>, lattices: &[Lattice]) -> Received {
+        let &Receiving { surfaces, layout, params, .. } = self.among;
+        // they light no cell
+        let among = Among { layout, points: &self.points, first_free: 0 };
+        let (unit, _) = gather_unit(surfaces, among, sun, range.clone(), params, lattices, None);
         let reach_m = unit.reach_m.clone();
         let block = unit.into_block(range.clone());
-        let seen = Seen { surfaces, layout: &self.layout, lattice: &lattices[0] };
+        let seen = Seen { surfaces, among, lattice: &lattices[0] };
         let lanes = Lanes::new(params, sun.map_or(0, BouncedSun::function_count));
         let unit = UnitOf { block: &block, index: 0, range: range.clone() };
         let bounced = bounced(&seen, &unit, lanes, cells);

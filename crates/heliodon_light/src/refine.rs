@@ -5,9 +5,9 @@
 //! and these are divided first, as long as the number of cells allows: into few cells with points of their own, and into many
 //! patches that only the sun is asked for.
 
-use crate::gather::{bits, for_each_direction};
+use crate::gather::for_each_direction;
 use crate::{LightParams, PointSet, Surfaces, gather_directions};
-use heliodon_rays::NO_HIT;
+use heliodon_rays::{NO_HIT, set_bits};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -96,7 +96,7 @@ pub(crate) fn sight(surfaces: &Surfaces, longest: &[f32], params: &LightParams) 
     let look = |range: Range<usize>| {
         let (origins, normals) = points.run(range);
         for_each_direction(surfaces, origins, normals, directions.iter().copied(), |at| {
-            for hit in bits(at.active).map(|point| &at.hits[point]).filter(|hit| hit.triangle != NO_HIT) {
+            for hit in set_bits(at.active).map(|point| &at.hits[point]).filter(|hit| hit.triangle != NO_HIT) {
                 let shown = longest[hit.triangle as usize] / hit.t;
                 let weight = (UNIT_WEIGHT * shown * shown).min(MAX_WEIGHT) as u32;
                 weights[hit.triangle as usize].fetch_add(weight, Ordering::Relaxed);

@@ -1,10 +1,9 @@
 //! The surfaces that light falls on.
 
-use crate::gather::bits;
 use crate::{Channels, LightError};
 use glam::Vec3;
 use heliodon_math::color::luminance;
-use heliodon_rays::{Hit, NO_HIT, TriangleScene};
+use heliodon_rays::{Hit, NO_HIT, TriangleScene, set_bits};
 
 /// Triangles with normals, albedo and the structure that answers rays among them.
 ///
@@ -105,7 +104,7 @@ impl Surfaces<'_> {
     /// As [`TriangleScene::closest_parallel`], with what was met told in these triangles.
     pub(crate) fn closest_parallel(&self, origins: &[Vec3], direction: Vec3, active: &[u64], hits: &mut [Hit]) {
         self.rays.closest_parallel(origins, direction, active, hits);
-        for i in bits(active) {
+        for i in set_bits(active) {
             hits[i] = self.told(origins[i], direction, hits[i]);
         }
     }

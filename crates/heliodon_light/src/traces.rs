@@ -6,10 +6,10 @@
 
 use crate::block_bytes::{number, put_list, take, take_groups, take_list};
 use crate::cells::BACK;
-use crate::gather::{Direction, bits, unit_ranges};
+use crate::gather::{Direction, unit_ranges};
 use crate::{LightError, LightParams, Surfaces};
 use glam::Vec3;
-use heliodon_rays::{Hit, NO_HIT, facing};
+use heliodon_rays::{Hit, NO_HIT, facing, set_bits};
 use std::ops::Range;
 
 /// Eight bytes that name the format and its version.
@@ -68,7 +68,7 @@ impl Known {
             let known_words = self.known.as_ref().map(|known| &known[direction * words..(direction + 1) * words]);
             let is_known = |point: usize| known_words.is_none_or(|known| known[point / 64] >> (point % 64) & 1 == 1);
             of_point.fill(None);
-            for point in bits(met_words) {
+            for point in set_bits(met_words) {
                 of_point[point] = met.hits.get(first).copied();
                 first += 1;
             }
@@ -136,7 +136,7 @@ pub(crate) fn for_each_known_direction(
         for word in 0..words {
             let known_met = known.map_or(0, |known| known.met.bits[of_direction.start + word]);
             let mut met_now = 0;
-            for bit in bits(&[active[word]]) {
+            for bit in set_bits(&[active[word]]) {
                 let point = word * 64 + bit;
                 let hit = if asked[word] >> bit & 1 == 1 {
                     kept(&raw[point])

@@ -6,7 +6,7 @@ mod common;
 use common::{Lit, params};
 use glam::Vec3;
 use heliodon_light::{
-    BouncedSun, CellLight, Layout, LightParams, Received, Receivers, SurfacePlace, VertexLight, gather, solve_all,
+    BouncedSun, CellLight, Layout, LightParams, Received, Receiving, SurfacePlace, VertexLight, gather, solve_all,
 };
 use heliodon_testkit::scenes::{cuboid, ground};
 
@@ -55,9 +55,10 @@ fn receivers_are_lit_as_the_vertices_in_whose_places_they_lie() {
     let solved = solve(&lit, &SUNS, &params);
     let surfaces = lit.surfaces();
     let (vertices, places): (Vec<usize>, Vec<SurfacePlace>) = corners(&lit).into_iter().unzip();
-    let receivers = Receivers::new(&surfaces, &solved.layout, &places, &params);
+    let receiving = Receiving::new(&surfaces, &solved.layout, &params);
+    let receivers = receiving.at(&places);
     let all = 0..receivers.points().len();
-    let received = receivers.receive(&surfaces, &solved.cells, solved.sun.as_ref(), all.clone(), &params).unwrap();
+    let received = receivers.receive(&solved.cells, solved.sun.as_ref(), all.clone()).unwrap();
     let functions = solved.light.sun_bounce.as_ref().unwrap().functions.len();
     received.validate(places.len(), functions, &params).unwrap();
     let transfer = receivers.in_order_of_places(&received.sky_transfer, 4);
@@ -88,12 +89,12 @@ fn receivers_are_lit_as_the_vertices_in_whose_places_they_lie() {
     let parts: Vec<Received> = [0..100, 100..1024, 1024..1025, 1025..all.end.max(1025)]
         .into_iter()
         .filter(|range| range.end <= all.end)
-        .map(|range| receivers.receive(&surfaces, &solved.cells, solved.sun.as_ref(), range, &params).unwrap())
+        .map(|range| receivers.receive(&solved.cells, solved.sun.as_ref(), range).unwrap())
         .collect();
     let mut together = Received::default();
     parts.into_iter().for_each(|part| together.append(part));
     assert_eq!(together.sky_transfer, received.sky_transfer[..together.sky_transfer.len()]);
-    let sky = receivers.receive(&surfaces, &solved.cells, None, all, &params).unwrap();
+    let sky = receivers.receive(&solved.cells, None, all).unwrap();
     sky.validate(places.len(), 0, &params).unwrap();
     for (a, b) in sky.sky_transfer.iter().zip(&received.sky_transfer) {
         assert!((a - b).abs() < 0.02, "{a} and {b}");
@@ -112,8 +113,9 @@ fn between_vertices_receivers_find_the_shadow_that_vertices_miss() {
     let (u, v) = [(0.5, 0.5), (0.5, 0.0), (0.0, 0.5)].into_iter().find(is_middle).unwrap();
     let along = |i: u8| SurfacePlace { triangle: 0, u: u * f32::from(i) / 40.0, v: v * f32::from(i) / 40.0 };
     let places: Vec<SurfacePlace> = (1..40).map(along).collect();
-    let receivers = Receivers::new(&surfaces, &solved.layout, &places, &params);
-    let received = receivers.receive(&surfaces, &solved.cells, None, 0..places.len(), &params).unwrap();
+    let receiving = Receiving::new(&surfaces, &solved.layout, &params);
+    let receivers = receiving.at(&places);
+    let received = receivers.receive(&solved.cells, None, 0..places.len()).unwrap();
     let transfer = receivers.in_order_of_places(&received.sky_transfer, 4);
     let valid = receivers.in_order_of_places(&received.valid, 1);
     let reach = receivers.in_order_of_places(&received.reach_m, 1);

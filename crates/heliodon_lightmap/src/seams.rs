@@ -1,14 +1,16 @@
 //! Seams: where a smooth surface goes on in another chart, both sides are to show the same.
 //!
 //! Along every border both charts are filtered on grids of their own. Values of texels are changed, each as little as may be, until at four places on a texel's length both
-//! filtered values are equal (S. Kaczmarz: "Angenäherte Auflösung von Systemen linearer Gleichungen", 1937: begun at the values that were found, it comes to those
-//! nearest to them that fit). Texels that only filtering asks for change more easily than those that lie on the surface. At creases light changes, and nothing
-//! is matched.
+//! filtered values are equal: begun at the values that were found, conjugate gradients come to those nearest to them that fit (E. J. Craig: "The N-step iteration procedures",
+//! 1955). Texels that only filtering asks for change more easily than those that lie on the surface. At creases light changes, and nothing is matched; nor is it where
+//! texels lie inside something: every match changes eight texels at once, and light would go from one to the next through a wall that stands on the border.
 
-use crate::texels::Texel;
+use crate::charts::for_each_pair;
+use crate::texels::{Texel, cell};
 use crate::unwrap::Unwrapped;
 use glam::{Vec2, Vec3};
-use heliodon_mesh::topology::{Edges, HalfEdge, places};
+use heliodon_math::frame::unit_or;
+use heliodon_mesh::topology::HalfEdge;
 use rayon::prelude::*;
 
 /// Places that are matched for a texel's length.
@@ -17,12 +19,17 @@ const A_TEXEL: f32 = 4.0;
 const EASY: f32 = 2.0;
 /// Normals with a lesser cosine between them are a crease.
 const SMOOTH: f32 = 0.999;
-/// Rounds over all seams at most.
-const MOST_ROUNDS: usize = 400;
+/// Steps of the conjugate gradients at most, ...
+const MOST_STEPS: usize = 400;
+/// ... and, each time, once some values are held: the others are near already.
+const MOST_STEPS_HELD: usize = 100;
+/// How often values that came to lie below what is allowed are held there, and the others asked again.
+const MOST_HOLDS: usize = 12;
 
 /// One place on a border: what it takes from the texels around it on one side is to be what it takes on the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Match {
+    /// Numbers of [`Seams::touched`].
     texels: [u32; 8],
     /// Positive on one side, negative on the other; each side's are 1 together.
     weights: [f32; 8],
@@ -32,34 +39,52 @@ struct Match {
 #[derive(Clone, Debug, Default)]
 pub struct Seams {
     matches: Vec<Match>,
-    /// How easily each texel changes.
+    /// The texels that matches know, ascending.
+    touched: Vec<u32>,
+    /// How easily each of them changes.
     ease: Vec<f32>,
+    /// All texels.
+    texels: usize,
 }
 
 impl Seams {
     /// Of an unwrapped surface: `positions`, `normals` and `triangles` as they were before, `texels` as of [`crate::texels::texels`] with these sides. Without
-    /// normals, those of the triangles tell creases.
+    /// normals, those of the triangles tell creases. Places that take from a texel that is not `valid` are not matched; an empty slice stands for all valid.
     ///
     /// # Panics
     /// When the arrays contradict one another.
     #[must_use]
-    pub fn new(unwrapped: &Unwrapped, surface: (&[Vec3], &[Vec3], &[[u32; 3]]), texels: &[Texel], sides: [u32; 2]) -> Self {
-        Self::with_places(unwrapped, surface, texels, sides, A_TEXEL)
+    pub fn new(
+        unwrapped: &Unwrapped,
+        surface: (&[Vec3], &[Vec3], &[[u32; 3]]),
+        texels: &[Texel],
+        sides: [u32; 2],
+        valid: &[bool],
+    ) -> Self {
+        Self::with_places(unwrapped, surface, (texels, valid), sides, A_TEXEL)
     }
 
     /// As [`Seams::new`], with so many places for a texel's length.
     fn with_places(
         unwrapped: &Unwrapped,
         (positions, normals, triangles): (&[Vec3], &[Vec3], &[[u32; 3]]),
-        texels: &[Texel],
-        [width, height]: [u32; 2],
+        (texels, valid): (&[Texel], &[bool]),
+        sides: [u32; 2],
         a_texel: f32,
     ) -> Self {
-        let mut texel_at = vec![NOBODY; width as usize * height as usize * unwrapped.packing.sheets as usize];
-        let place = |sheet: u16, x: u32, y: u32| ((u32::from(sheet) * height + y) * width + x) as usize;
+        assert!(valid.is_empty() || valid.len() == texels.len(), "a mark for each texel");
+        let [width, height] = sides;
+        let mut texel_at = vec![NOBODY; cell(sides, unwrapped.packing.sheets as u16, 0, 0)];
         for (index, texel) in texels.iter().enumerate() {
-            texel_at[place(texel.sheet, u32::from(texel.x), u32::from(texel.y))] = index as u32;
+            texel_at[cell(sides, texel.sheet, u32::from(texel.x), u32::from(texel.y))] = index as u32;
         }
+        let own = |triangle: usize, x: u32, y: u32| {
+            let texel = texel_at[cell(sides, unwrapped.sheet[triangle], x.min(width - 1), y.min(height - 1))];
+            let chart = |triangle: usize| unwrapped.chart[triangle];
+            let is_own = texel != NOBODY && chart(texels[texel as usize].triangle as usize) == chart(triangle);
+            if is_own { texel } else { NOBODY }
+        };
+        let is_valid = |(texel, weight): &(u32, f32)| *weight == 0.0 || valid.get(*texel as usize).copied().unwrap_or(true);
         let surface = Surface {
             unwrapped,
             positions,
@@ -67,23 +92,18 @@ impl Seams {
             triangles,
             size: Vec2::new(width as f32, height as f32),
             a_texel,
-            filter: &|sheet, at| filter(at, |x, y| texel_at[place(sheet, x.min(width - 1), y.min(height - 1))]),
+            filter: &|triangle, at| filter(at, |x, y| own(triangle, x, y)).filter(|four| four.iter().all(is_valid)),
         };
-        let at_place = places(positions, 0.0);
         let mut matches = Vec::new();
-        let with_places = |t: usize| {
-            let [a, b, c] = triangles[t].map(|v| at_place[v as usize]);
-            a != b && b != c && c != a
-        };
-        Edges::new(triangles, &at_place, with_places).for_each(|_, sides| {
-            if let (2, Some(a), Some(b)) = (sides.len(), sides.next(), sides.next())
-                && a.down != b.down
-            {
-                surface.match_sides(a, b, &mut matches);
-            }
-        });
-        let ease = texels.iter().map(|texel| if texel.is_covered { 1.0 } else { EASY }).collect();
-        Self { matches, ease }
+        let has_area = |t: usize| unwrapped.charts[unwrapped.chart[t] as usize].scale > 0.0;
+        for_each_pair(positions, triangles, has_area, |a, b| surface.match_sides(a, b, &mut matches));
+        let mut number = vec![NOBODY; texels.len()];
+        matches.iter().flat_map(|matched| matched.texels).for_each(|texel| number[texel as usize] = 0);
+        let touched: Vec<u32> = (0..texels.len() as u32).filter(|&texel| number[texel as usize] == 0).collect();
+        touched.iter().zip(0..).for_each(|(&texel, own)| number[texel as usize] = own);
+        matches.iter_mut().for_each(|matched| matched.texels = matched.texels.map(|texel| number[texel as usize]));
+        let ease = touched.iter().map(|&texel| if texels[texel as usize].is_covered { 1.0 } else { EASY }).collect();
+        Self { matches, touched, ease, texels: texels.len() }
     }
 
     /// How many places are matched.
@@ -111,26 +131,75 @@ impl Seams {
     /// # Panics
     /// As [`Seams::close`].
     pub fn close_above(&self, values: &mut [f32], tolerance: f32, least: f32) -> f32 {
-        assert_eq!(values.len(), self.ease.len(), "a value for each texel");
-        for _ in 0..MOST_ROUNDS {
-            let mut most = 0.0_f32;
-            for matched in &self.matches {
-                let off = matched.off(values);
-                most = most.max(off.abs());
-                let ease = |i: usize| self.ease[matched.texels[i] as usize];
-                let sum: f32 = (0..8).map(|i| ease(i) * matched.weights[i] * matched.weights[i]).sum();
-                if sum > 0.0 {
-                    for i in 0..8 {
-                        let value = &mut values[matched.texels[i] as usize];
-                        *value = (*value - off * ease(i) * matched.weights[i] / sum).max(least);
-                    }
-                }
+        let mut own = self.of_touched(values);
+        let mut ease = self.ease.clone();
+        for hold in 0..MOST_HOLDS {
+            self.approach(&mut own, &ease, tolerance, if hold == 0 { MOST_STEPS } else { MOST_STEPS_HELD });
+            let below: Vec<usize> = (0..own.len()).filter(|&i| own[i] < least).collect();
+            for &i in &below {
+                (own[i], ease[i]) = (least, 0.0);
             }
-            if most <= tolerance {
+            if below.is_empty() {
                 break;
             }
         }
-        self.widest(values)
+        for (&texel, value) in self.touched.iter().zip(&own) {
+            values[texel as usize] = *value;
+        }
+        self.most_off(&own)
+    }
+
+    /// Goes towards the nearest values at which no two sides differ by more than `tolerance`, in a number of steps at most.
+    ///
+    /// Of A, the matches' weights, E, how easily texels change, and D, the diagonal of A E A', these are conjugate gradients of A E A' l = - A x, told by x + E A' l.
+    fn approach(&self, values: &mut [f32], ease: &[f32], tolerance: f32, most_steps: usize) {
+        let scaled = |matched: &Match| -> f32 {
+            let sum: f32 = (0..8).map(|i| ease[matched.texels[i] as usize] * matched.weights[i] * matched.weights[i]).sum();
+            if sum > 0.0 { sum.recip() } else { 0.0 }
+        };
+        let scale: Vec<f32> = self.matches.iter().map(scaled).collect();
+        let mut left: Vec<f32> = self.matches.iter().map(|matched| -matched.off(values)).collect();
+        let squares =
+            |left: &[f32]| left.iter().zip(&scale).map(|(left, scale)| f64::from(*left * *left * *scale)).sum::<f64>();
+        let mut toward: Vec<f32> = left.iter().zip(&scale).map(|(left, scale)| left * scale).collect();
+        let (mut size, mut change) = (squares(&left), vec![0.0_f32; values.len()]);
+        for _ in 0..most_steps {
+            if left.iter().all(|left| left.abs() <= tolerance) {
+                return;
+            }
+            change.fill(0.0);
+            for (matched, toward) in self.matches.iter().zip(&toward) {
+                for i in 0..8 {
+                    change[matched.texels[i] as usize] += matched.weights[i] * toward;
+                }
+            }
+            let length: f64 = change.iter().zip(ease).map(|(change, ease)| f64::from(change * change * ease)).sum();
+            if length <= 0.0 || size <= 0.0 {
+                return;
+            }
+            let far = (size / length) as f32;
+            for ((value, change), ease) in values.iter_mut().zip(&mut change).zip(ease) {
+                *change *= far * ease;
+                *value += *change;
+            }
+            left.iter_mut().zip(&self.matches).for_each(|(left, matched)| *left -= matched.off(&change));
+            let before = std::mem::replace(&mut size, squares(&left));
+            let again = (size / before) as f32;
+            toward
+                .iter_mut()
+                .zip(&left)
+                .zip(&scale)
+                .for_each(|((toward, left), scale)| *toward = left * scale + again * *toward);
+        }
+    }
+
+    fn of_touched(&self, values: &[f32]) -> Vec<f32> {
+        assert_eq!(values.len(), self.texels, "a value for each texel");
+        self.touched.iter().map(|&texel| values[texel as usize]).collect()
+    }
+
+    fn most_off(&self, own: &[f32]) -> f32 {
+        self.matches.iter().map(|matched| matched.off(own).abs()).fold(0.0, f32::max)
     }
 
     /// As [`Seams::close`], for several values of each texel, one after the other in `values`.
@@ -140,7 +209,7 @@ impl Seams {
 
     /// As [`Seams::close_above`], for several values of each texel, one after the other in `values`.
     pub fn close_all_above(&self, values: &mut [f32], tolerance: f32, least: f32) -> f32 {
-        let count = self.ease.len();
+        let count = self.texels;
         if count == 0 {
             return 0.0;
         }
@@ -148,9 +217,12 @@ impl Seams {
     }
 
     /// By how much both sides differ at most.
+    ///
+    /// # Panics
+    /// As [`Seams::close`].
     #[must_use]
     pub fn widest(&self, values: &[f32]) -> f32 {
-        self.matches.iter().map(|matched| matched.off(values).abs()).fold(0.0, f32::max)
+        self.most_off(&self.of_touched(values))
     }
 }
 
@@ -162,7 +234,7 @@ impl Match {
 
 const NOBODY: u32 = u32::MAX;
 
-/// The four texels that a place is filtered from, and their weights; texels that nobody has, by the other ones.
+/// The four texels that a place is filtered from, and their weights, together 1; what has no texel is left out: rounding alone asks for it.
 fn filter(at: Vec2, texel: impl Fn(u32, u32) -> u32) -> Option<[(u32, f32); 4]> {
     let from = (at - 0.5).floor().max(Vec2::ZERO);
     let share = (at - 0.5 - from).clamp(Vec2::ZERO, Vec2::ONE);
@@ -172,9 +244,9 @@ fn filter(at: Vec2, texel: impl Fn(u32, u32) -> u32) -> Option<[(u32, f32); 4]> 
     };
     let mut four = [one(0, 0), one(1, 0), one(0, 1), one(1, 1)];
     let known = four.iter().find(|(texel, _)| *texel != NOBODY)?.0;
-    // only what rounding asks for has no texel: its weight is nothing
     four.iter_mut().filter(|(texel, _)| *texel == NOBODY).for_each(|one| *one = (known, 0.0));
-    Some(four)
+    let sum: f32 = four.iter().map(|(_, weight)| weight).sum();
+    (sum > 0.0).then(|| four.map(|(texel, weight)| (texel, weight / sum)))
 }
 
 struct Surface<'a, F> {
@@ -187,7 +259,7 @@ struct Surface<'a, F> {
     filter: &'a F,
 }
 
-impl<F: Fn(u16, Vec2) -> Option<[(u32, f32); 4]>> Surface<'_, F> {
+impl<F: Fn(usize, Vec2) -> Option<[(u32, f32); 4]>> Surface<'_, F> {
     /// Adds the places along an edge whose two triangles run along it in opposite ways.
     fn match_sides(&self, a: HalfEdge, b: HalfEdge, matches: &mut Vec<Match>) {
         let (one, other) = (a.triangle as usize, b.triangle as usize);
@@ -205,8 +277,7 @@ impl<F: Fn(u16, Vec2) -> Option<[(u32, f32); 4]>> Surface<'_, F> {
         let steps = (self.a_texel * length).ceil().clamp(1.0, 65_536.0) as u32;
         for step in 0..=steps {
             let at = |ends: [Vec2; 2]| ends[0].lerp(ends[1], step as f32 / steps as f32);
-            let sheet = |t: usize| self.unwrapped.sheet[t];
-            let sides = ((self.filter)(sheet(one), at(of_one)), (self.filter)(sheet(other), at(of_other)));
+            let sides = ((self.filter)(one, at(of_one)), (self.filter)(other, at(of_other)));
             if let (Some(one), Some(other)) = sides {
                 let mut matched = Match { texels: [0; 8], weights: [0.0; 8] };
                 for (place, (texel, weight)) in one.into_iter().chain(other).enumerate() {
@@ -222,15 +293,14 @@ impl<F: Fn(u16, Vec2) -> Option<[(u32, f32); 4]>> Surface<'_, F> {
         let normals = |side: HalfEdge| {
             let corners = self.triangles[side.triangle as usize];
             let corner = usize::from(side.corner);
-            if self.normals.is_empty() {
-                let [a, b, c] = corners.map(|v| self.positions[v as usize]);
-                [(b - a).cross(c - a); 2]
-            } else {
-                [corners[corner], corners[(corner + 1) % 3]].map(|v| self.normals[v as usize])
-            }
+            let [a, b, c] = corners.map(|v| self.positions[v as usize]);
+            let plane = unit_or((b - a).cross(c - a), Vec3::ZERO);
+            // a normal that is no direction says nothing of creases
+            let shading = |v: u32| self.normals.get(v as usize).map_or(plane, |normal| unit_or(*normal, plane));
+            [corners[corner], corners[(corner + 1) % 3]].map(shading)
         };
         let ([first, last], [last_beside, first_beside]) = (normals(a), normals(b));
-        let alike = |a: Vec3, b: Vec3| a.dot(b) >= SMOOTH * a.length() * b.length();
+        let alike = |a: Vec3, b: Vec3| a.dot(b) >= SMOOTH;
         alike(first, first_beside) && alike(last, last_beside)
     }
 }
@@ -255,9 +325,10 @@ mod tests {
         let ball = ball(1.0, 24);
         let unwrapped = unwrap(&ball.positions, &ball.triangles, &[], &params()).unwrap();
         let texels = texels(&unwrapped, SIDES[0], SIDES[1]);
-        let seams = Seams::new(&unwrapped, (&ball.positions, &ball.normals, &ball.triangles), &texels, SIDES);
+        let seams = Seams::new(&unwrapped, (&ball.positions, &ball.normals, &ball.triangles), &texels, SIDES, &[]);
         assert!(seams.len() > 1000, "{}", seams.len());
-        let dense = Seams::with_places(&unwrapped, (&ball.positions, &ball.normals, &ball.triangles), &texels, SIDES, 19.7);
+        let dense =
+            Seams::with_places(&unwrapped, (&ball.positions, &ball.normals, &ball.triangles), (&texels, &[]), SIDES, 19.7);
         let place = |texel: &Texel| texel.mix(ball.triangles[texel.triangle as usize].map(|v| ball.positions[v as usize]));
         let smooth = |p: Vec3| 0.5 + 0.3 * p.y + 0.2 * p.x * p.z;
         let with_shadow = |p: Vec3| smooth(p) + if p.x + 0.3 * p.z > 0.1 { 0.3 } else { 0.0 };
@@ -286,6 +357,63 @@ mod tests {
         let unwrapped = unwrap(&positions, &triangles, &[], &params()).unwrap();
         assert_eq!(unwrapped.charts.len(), 2);
         let texels = texels(&unwrapped, SIDES[0], SIDES[1]);
-        assert!(Seams::new(&unwrapped, (&positions, &[], &triangles), &texels, SIDES).is_empty());
+        assert!(Seams::new(&unwrapped, (&positions, &[], &triangles), &texels, SIDES, &[]).is_empty());
+    }
+
+    /// Six squares in a row, each in a chart of its own.
+    fn row() -> (Vec<Vec3>, Vec<[u32; 3]>, Unwrapped) {
+        let positions: Vec<Vec3> = (0..7_u8).flat_map(|x| [0.0, 1.0].map(|y| Vec3::new(f32::from(x), y, 0.0))).collect();
+        let triangles: Vec<[u32; 3]> =
+            (0..6).flat_map(|i| [[0, 2, 3], [0, 3, 1]].map(|t: [u32; 3]| t.map(|v| v + 2 * i))).collect();
+        let mut cut = params();
+        cut.charts.longest = 0.5;
+        let unwrapped = unwrap(&positions, &triangles, &[], &cut).unwrap();
+        assert!(unwrapped.charts.len() >= 6);
+        (positions, triangles, unwrapped)
+    }
+
+    #[test]
+    fn what_is_not_valid_stays_and_ties_nothing_together() {
+        let (positions, triangles, unwrapped) = row();
+        let texels = texels(&unwrapped, SIDES[0], SIDES[1]);
+        let place = |texel: &Texel| texel.mix(triangles[texel.triangle as usize].map(|v| positions[v as usize])).x;
+        // bright, a wall from 2.5 to 3.5, and dark behind it
+        let before: Vec<f32> =
+            texels.iter().map(|texel| if place(texel) < 2.7 { 1.0 + 0.1 * place(texel) } else { 0.0 }).collect();
+        let valid: Vec<bool> = texels.iter().map(|texel| !(2.5..=3.5).contains(&place(texel))).collect();
+        let surface = (positions.as_slice(), &[][..], triangles.as_slice());
+        let changed = |valid: &[bool]| {
+            let mut values = before.clone();
+            Seams::new(&unwrapped, surface, &texels, SIDES, valid).close(&mut values, 1e-4);
+            values
+        };
+        let after = changed(&valid);
+        for (((texel, valid), before), after) in texels.iter().zip(&valid).zip(&before).zip(&after) {
+            assert!(place(texel) < 3.5 || *after == 0.0, "dark stays dark: {after}");
+            assert!(*valid || before == after);
+        }
+        assert!(before != after && Seams::new(&unwrapped, surface, &texels, SIDES, &valid).widest(&after) <= 1e-4);
+    }
+
+    #[test]
+    fn slivers_without_area_tie_no_borders_together() {
+        let (mut positions, mut triangles, _) = row();
+        let corner = positions.len() as u32;
+        // far from the row, and slivers whose sides are sides of both
+        positions.extend([Vec3::new(20.0, 0.0, 0.0), Vec3::new(21.0, 0.0, 0.0), Vec3::new(20.0, 1.0, 0.0)]);
+        triangles.push([corner, corner + 1, corner + 2]);
+        let seams = |triangles: &[[u32; 3]]| {
+            let unwrapped = unwrap(&positions, triangles, &[], &params()).unwrap();
+            let texels = texels(&unwrapped, SIDES[0], SIDES[1]);
+            let sheets: Vec<u32> = texels.iter().map(|texel| texel.triangle).collect();
+            let seams = Seams::new(&unwrapped, (&positions, &[], triangles), &texels, SIDES, &[]);
+            seams.touched.iter().map(|&texel| sheets[texel as usize]).collect::<Vec<_>>()
+        };
+        assert!(!seams(&triangles).contains(&(triangles.len() as u32 - 1)));
+        let far = triangles.len() as u32 - 1;
+        // (12, 0) and (20, 0) and (21, 0) lie on one line
+        triangles.extend([[12, corner + 1, corner], [12, corner, corner + 1], [0, 2, 12], [2, 0, 12]]);
+        let with_slivers = seams(&triangles);
+        assert!(!with_slivers.contains(&far) && with_slivers.iter().all(|&t| t < far), "{with_slivers:?}");
     }
 }

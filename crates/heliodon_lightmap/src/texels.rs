@@ -44,6 +44,15 @@ pub fn texels(unwrapped: &Unwrapped, width: u32, height: u32) -> Vec<Texel> {
     (0..unwrapped.charts.len()).into_par_iter().flat_map_iter(of_chart).collect()
 }
 
+/// The place of a texel in a list of all cells of all textures of these sides, row by row, sheet by sheet.
+pub(crate) fn cell([width, height]: [u32; 2], sheet: u16, x: u32, y: u32) -> usize {
+    (usize::from(sheet) * height as usize + y as usize) * width as usize + x as usize
+}
+
+/// By how much coordinates may come back off what they were packed at, as a part of the texture's side: they are scaled, moved, divided by the side and multiplied
+/// by it again, and each step rounds by half of [`f32::EPSILON`]. Charts lie beside one another without a margin, so no texel is claimed for less.
+const ROUNDED: f32 = 4.0 * f32::EPSILON;
+
 /// The best place for a texel so far.
 #[derive(Clone, Copy)]
 struct Nearest {
@@ -63,9 +72,10 @@ fn of_chart(triangles: &[u32], corners: impl Fn(u32) -> [Vec2; 3], sheet: u16, s
     let (width, height) = ((end.x - first.x) as usize, (end.y - first.y) as usize);
     let none = Nearest { distance_squared: f32::INFINITY, triangle: 0, weights: Vec3::ZERO };
     let mut nearest = vec![none; width * height];
+    let reach = 1.0 - ROUNDED * size[0].max(size[1]) as f32;
     for &t in triangles {
         let triangle = corners(t).map(|p| p - first.as_vec2());
-        cover(&triangle, height, |y, begin, end| {
+        cover(&triangle, reach, height, |y, begin, end| {
             for x in begin..end.min(width) {
                 let middle = Vec2::new(x as f32, y as f32) + 0.5;
                 let weights = closest(&triangle, middle);
@@ -135,9 +145,13 @@ mod tests {
 
     #[test]
     fn filtering_finds_a_texel_of_its_chart_everywhere() {
+        [0, 2].into_iter().for_each(check_filtering);
+    }
+
+    fn check_filtering(margin: u32) {
         let (positions, triangles) = waves(20);
-        let params =
-            UnwrapParams { pack: PackParams { width: 200, height: 150, ..PackParams::default() }, ..UnwrapParams::default() };
+        let pack = PackParams { width: 200, height: 150, margin, ..PackParams::default() };
+        let params = UnwrapParams { pack, ..UnwrapParams::default() };
         let unwrapped = unwrap(&positions, &triangles, &[], &params).unwrap();
         assert!(unwrapped.charts.len() > 4);
         let texels = texels(&unwrapped, 200, 150);
@@ -169,6 +183,24 @@ mod tests {
         // positions themselves filtered: a texel's side off at borders at most, and hardly inside
         let texel_m = 1.0 / unwrapped.packing.per_m;
         assert!(covered > 1000 && worst_m < 1.2 * texel_m, "{worst_m} of {texel_m}");
+    }
+
+    #[test]
+    fn charts_without_a_margin_share_no_texel() {
+        // three hundred loose squares, a few texels large, in textures in which coordinates are rounded more and more
+        let square = |i: u32| [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y].map(|p| p + Vec3::X * 2.3 * i as f32);
+        let positions: Vec<Vec3> = (0..300).flat_map(square).collect();
+        let triangles: Vec<[u32; 3]> =
+            (0..300).flat_map(|i| [[0, 1, 2], [0, 2, 3]].map(|t: [u32; 3]| t.map(|v| v + 4 * i))).collect();
+        for side in [131, 509] {
+            let pack = PackParams { width: side, height: side, margin: 0, ..PackParams::default() };
+            let unwrapped = unwrap(&positions, &triangles, &[], &UnwrapParams { pack, ..UnwrapParams::default() }).unwrap();
+            for finer in [1, 4] {
+                let texels = texels(&unwrapped, finer * side, finer * side);
+                let at: std::collections::HashSet<(u16, u16)> = texels.iter().map(|texel| (texel.x, texel.y)).collect();
+                assert_eq!(at.len(), texels.len(), "{side}: each texel once");
+            }
+        }
     }
 
     #[test]

@@ -36,7 +36,7 @@ pub struct Unwrapped {
     pub packing: Packing,
 }
 
-/// Unwraps a surface; `density` as of [`charts`].
+/// Unwraps a surface; `density` as of [`charts`], each finite and at least 0.
 ///
 /// # Errors
 /// As [`pack`].
@@ -49,6 +49,13 @@ pub fn unwrap(
     density: &[f32],
     params: &UnwrapParams,
 ) -> Result<Unwrapped, PackError> {
+    let is_known = |t: &usize| {
+        let is_dense = density.get(*t).is_none_or(|density| density.is_finite() && *density >= 0.0);
+        is_dense && triangles[*t].iter().all(|&v| positions[v as usize].is_finite())
+    };
+    if let Some(triangle) = (0..triangles.len()).find(|t| !is_known(t)) {
+        return Err(PackError::NotFinite { triangle: triangle as u32 });
+    }
     let charts = charts(positions, triangles, density, &params.charts);
     let corners = |t: u32| triangles[t as usize].map(|v| positions[v as usize]);
     let packing = pack(&charts, corners, &params.pack)?;
@@ -239,6 +246,44 @@ mod tests {
         let several = unwrap(&positions, &triangles, &[], &params).unwrap();
         check(&positions, &triangles, &several, &params);
         assert_eq!(several.packing.sheets, 6);
+    }
+
+    #[test]
+    fn what_is_not_finite_or_out_of_range_is_refused() {
+        let (positions, triangles) = cube(1);
+        let refused = |positions: &[Vec3], density: &[f32], params: &UnwrapParams| {
+            unwrap(positions, &triangles, density, params).unwrap_err()
+        };
+        for wrong in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let mut moved = positions.clone();
+            moved[0].y = wrong;
+            assert_eq!(refused(&moved, &[], &small()), PackError::NotFinite { triangle: 0 }, "{wrong}");
+        }
+        for wrong in [f32::NAN, f32::INFINITY, -1.0] {
+            let mut density = vec![1.0; triangles.len()];
+            density[3] = wrong;
+            assert_eq!(refused(&positions, &density, &small()), PackError::NotFinite { triangle: 3 }, "{wrong}");
+        }
+        for far in [1.0e12, 1.0e18, 1.0e25, f32::MAX] {
+            let mut moved = positions.clone();
+            moved[0].y = far;
+            // whatever comes of it, it comes
+            let _ = unwrap(&moved, &triangles, &[], &small());
+        }
+        // a vertex that no triangle names may be anything
+        let more = [positions.as_slice(), &[Vec3::NAN]].concat();
+        assert!(unwrap(&more, &triangles, &[], &small()).is_ok());
+        assert!(unwrap(&positions, &triangles, &vec![0.0; triangles.len()], &small()).is_ok());
+        let with = |change: fn(&mut PackParams)| {
+            let mut params = small();
+            change(&mut params.pack);
+            refused(&positions, &[], &params)
+        };
+        assert_eq!(with(|pack| pack.margin = u32::MAX), PackError::Margin { margin: u32::MAX });
+        assert!(matches!(with(|pack| pack.margin = 16_384), PackError::TooSmall { .. }));
+        assert_eq!(with(|pack| pack.sheets = 0), PackError::Sheets { sheets: 0 });
+        assert_eq!(with(|pack| pack.sheets = 65_536), PackError::Sheets { sheets: 65_536 });
+        assert!(matches!(with(|pack| pack.most_per_m = f32::NAN), PackError::MostPerM));
     }
 
     #[test]

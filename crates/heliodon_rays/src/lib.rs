@@ -56,4 +56,4 @@ pub use order::beam_order;
 pub use scene::TriangleScene;
 pub use simd::Instructions;
 pub use types::{Hit, NO_HIT, Ray};
-pub use visibility::{VisibilityCpu, VisibilityCpuError, facing};
+pub use visibility::{VisibilityCpu, VisibilityCpuError, facing, set_bits};

@@ -248,6 +248,21 @@ pub fn facing(normals: &[Vec3], direction: Vec3, active: &mut [u64]) -> u32 {
     count
 }
 
+/// The indices of the bits that are set, ascending: bit i % 64 of word i / 64, as batches of rays are asked for and answered.
+#[inline]
+pub fn set_bits(words: &[u64]) -> impl Iterator<Item = usize> {
+    words.iter().enumerate().flat_map(|(i, &word)| {
+        let mut rest = word;
+        std::iter::from_fn(move || {
+            (rest != 0).then(|| {
+                let bit = rest.trailing_zeros() as usize;
+                rest &= rest - 1;
+                i * 64 + bit
+            })
+        })
+    })
+}
+
 /// An order of directions in which neighbours are alike: by the axis that they follow most, then along a Z-curve over the slopes.
 fn direction_order(directions: &[Vec3]) -> Vec<u32> {
     let key = |d: Vec3| {

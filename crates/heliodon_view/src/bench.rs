@@ -6,19 +6,16 @@ use crate::HeliodonPlugins;
 use crate::actors::{Actors, ActorsOptions, Told};
 use crate::daylight::DaylightCamera;
 use crate::headless::fault::DeviceFault;
+use crate::headless::without_a_window;
 use crate::navigation::pose::{Pose, fov_deg};
 use crate::stage::frame::StageFrame;
 use crate::stage::{Stage, StageStatus};
 use crate::time_lapse::TimeLapse;
 use bevy::app::ScheduleRunnerPlugin;
 use bevy::camera::RenderTarget;
-use bevy::log::LogPlugin;
 use bevy::prelude::*;
-use bevy::render::RenderPlugin;
 use bevy::render::render_resource::TextureFormat;
 use bevy::render::renderer::RenderAdapterInfo;
-use bevy::window::ExitCondition;
-use bevy::winit::WinitPlugin;
 use heliodon_bundle::ReadError;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -91,6 +88,25 @@ pub enum BenchError {
     Ended(AppExit),
 }
 
+impl BenchError {
+    /// What has gone wrong so far, if anything.
+    fn of(stage: &Stage, fault: &DeviceFault) -> Option<Self> {
+        match stage.status() {
+            StageStatus::Failed(what) => Some(Self::Loading(what.clone())),
+            _ => fault.first().map(Self::Device),
+        }
+    }
+}
+
+/// What an app has found that ended: the last frame is drawn beside the program and may fail after it was counted.
+fn ended<T>(found: Option<Result<T, BenchError>>, fault: &DeviceFault, exit: AppExit) -> Result<T, BenchError> {
+    match (found, fault.first()) {
+        (Some(Ok(_)), Some(what)) => Err(BenchError::Device(what)),
+        (Some(found), _) => found,
+        (None, _) => Err(BenchError::Ended(exit)),
+    }
+}
+
 /// What was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameTimes {
@@ -146,14 +162,7 @@ struct Clock(Arc<Mutex<Counted>>);
 /// Without any GPU driver, as Bevy does.
 pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTimes, BenchError> {
     let mut app = App::new();
-    app.add_plugins(
-        DefaultPlugins
-            .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
-            .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
-            .disable::<WinitPlugin>()
-            .disable::<LogPlugin>(),
-    )
-    .add_plugins((HeliodonPlugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
+    app.add_plugins(without_a_window()).add_plugins((HeliodonPlugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
     app.world_mut().resource_mut::<TimeLapse>().playing = bench.playing;
     app.world_mut().resource_mut::<Actors>().options = bench.actors;
     app.world_mut().resource_mut::<StageFrame>().without_details = bench.without_details;
@@ -193,11 +202,7 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
               mut lapse: ResMut<TimeLapse>,
               mut exit: MessageWriter<AppExit>| {
             let mut clock = clock.0.lock().unwrap_or_else(PoisonError::into_inner);
-            let failed = match stage.status() {
-                StageStatus::Failed(what) => Some(BenchError::Loading(what.clone())),
-                _ => fault.first().map(BenchError::Device),
-            };
-            if let Some(error) = failed {
+            if let Some(error) = BenchError::of(&stage, &fault) {
                 clock.found = Some(Err(error));
                 exit.write(AppExit::error());
                 return;
@@ -234,10 +239,5 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
     );
     let exit = app.run();
     let found = clock.0.lock().unwrap_or_else(PoisonError::into_inner).found.take();
-    // The last frame is drawn beside the program.
-    match (found, fault.first()) {
-        (Some(Ok(_)), Some(what)) => Err(BenchError::Device(what)),
-        (Some(found), _) => found,
-        (None, _) => Err(BenchError::Ended(exit)),
-    }
+    ended(found, &fault, exit)
 }

@@ -101,6 +101,7 @@ enum Drawn {
 
 fn renderer(bundle: &Path, culling: Culling, drawn: Drawn) -> Renderer {
     let mut renderer = Renderer::new(bundle, SIZE.0, SIZE.1, RenderOptions { samples: 1 }).unwrap();
+    renderer.wait_for_culling().unwrap();
     let app = renderer.app_mut();
     app.insert_resource(culling);
     match drawn {

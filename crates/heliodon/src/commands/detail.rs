@@ -5,6 +5,8 @@ use crate::failure::{WrongArguments, wrong_arguments};
 use crate::files;
 use anyhow::{Result, bail};
 use heliodon_bake::report::Reporter;
+use heliodon_bundle::detail::{check_grey, check_sides};
+use heliodon_image::SrgbImage;
 use heliodon_image::detail::{DetailImport, DetailKind, DetailParams, DetailTexture, NEUTRAL, Seam};
 use serde::Serialize;
 use std::io::Write;
@@ -14,7 +16,8 @@ use std::path::{Path, PathBuf};
 ///
 /// KIND is noise, band, stone, plaster or wood (whose fibre runs down); ./stone names a file. Codes below 128 darken, above it
 /// brighten; the mean is exactly 128, so that nothing changes its brightness where the detail fades in. Of a FILE (PNG, JPEG) the mean,
-/// the seam and what else is doubtful is told; without -o nothing is written.
+/// the seam and what else is doubtful is told, and what a bake would refuse is refused; with -o colours become the greys that are written, without
+/// nothing is written.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  heliodon detail stone -o stone.png\n  heliodon detail wood --size 512 --seed 7 --knots 2 -o oak.png --picture oak-walls.png\n  heliodon detail photo.png --json\n  heliodon detail photo.png --correct --contrast 15 -o fine.png"
@@ -191,7 +194,13 @@ fn make(args: &Args, plan: &Plan<'_>) -> Result<(DetailTexture, DetailReport)> {
             (texture, None, Some(params.seed), seam, Vec::new())
         }
         Plan::Import(path, import) => {
-            let read = DetailTexture::read(path, import)?;
+            let (image, name) = (SrgbImage::read(path)?, path.display().to_string());
+            check_sides(&image, &name)?;
+            // what is written is grey, whatever the image was
+            if args.output.is_none() {
+                check_grey(&image, &name)?;
+            }
+            let read = DetailTexture::from_image(&image, &name, import)?;
             let image = ImageReport { mean: read.mean_before, contrast: read.contrast_before, changed: read.changed };
             (read.texture, Some(image), None, read.seam, read.warnings)
         }

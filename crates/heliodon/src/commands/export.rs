@@ -5,6 +5,7 @@ use crate::failure::wrong_arguments;
 use crate::output::{bytes, count};
 use crate::values::{self, Exposure};
 use anyhow::Result;
+use heliodon_bake::report::Reporter;
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::export::{ExportOptions, ExportReport, export_lit};
 use heliodon_bundle::moment::Blend;
@@ -12,6 +13,9 @@ use heliodon_bundle::site::TimeOfDay;
 use std::path::PathBuf;
 
 /// Writes the monument lit as at one hour to a GLB file that any viewer shows as it is.
+///
+/// Light goes into the colours of vertices. Parts that are lit by texels have few of these: they are shown in their light, without what lies between, and
+/// without weathering. Details are left out.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  heliodon export mysite/bundle --time 10:00 lit.glb")]
 pub struct Args {
@@ -37,7 +41,14 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         Exposure::Stops(stops) => Some(stops),
     };
     let options = ExportOptions { exposure_stops, blend: Blend::Smooth };
-    let report = export_lit(&BundleReader::open(&args.bundle)?, args.time, &options, &args.out)?;
+    let bundle = BundleReader::open(&args.bundle)?;
+    if bundle.manifest().texels.is_some() {
+        app.progress.warning(
+            "parts that are lit by texels are written in the light of their few vertices, unweathered: shadows between these are lost; \
+             bake with light = \"vertex\" and [prepare] for an export that has them",
+        );
+    }
+    let report = export_lit(&bundle, args.time, &options, &args.out)?;
     app.output.result(&report, |report: &ExportReport| {
         format!(
             "{} at {}, exposure {:+.2} stops: {} triangles, {}",

@@ -15,6 +15,7 @@ const COMMANDS: &[&str] = &[
     "export",
     "figures",
     "detail",
+    "lightmap",
     "inspect",
     "bench",
     #[cfg(feature = "viewer")]
@@ -59,6 +60,8 @@ fn wrong_arguments_end_with_two() {
         &["visibility", "a.obj", "--animation", "cache", "--cache", "a.pc2", "--cache-frames-per-s", "0"],
         &["bench", "nothing"],
         &["bench", "import"],
+        #[cfg(feature = "viewer")]
+        &["bench", "walk", "bundle", "--threshold-px", "nan"],
         &["new", "dir", "--template", "pyramid"],
     ] {
         let all: Vec<&dyn AsRef<std::ffi::OsStr>> = arguments.iter().map(|a| a as &dyn AsRef<std::ffi::OsStr>).collect();

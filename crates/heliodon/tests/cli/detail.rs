@@ -61,6 +61,29 @@ fn images_are_checked_and_corrected_only_where_one_asks() {
 }
 
 #[test]
+fn what_a_bake_refuses_is_refused() {
+    let home = tempfile::tempdir().unwrap();
+    let (image, grey) = (home.path().join("image.png"), home.path().join("grey.png"));
+    let save = |width: u32, height: u32, two: [[u8; 4]; 2]| {
+        let pixels = (0..width * height).map(|i| two[i as usize % 2]).collect();
+        SrgbImage { width, height, pixels }.write_png(&image).unwrap();
+    };
+    let greys = [[90, 90, 90, 255], [166, 166, 166, 255]];
+    for (width, height) in [(32, 32), (1024, 1024), (128, 64)] {
+        save(width, height, greys);
+        let refused = run(&[&"detail", &image]);
+        assert!(refused.code == 1 && refused.err.contains("64, 128, 256 or 512"), "{width} x {height}: {}", refused.err);
+    }
+    save(64, 64, [[128, 90, 90, 255], [128, 166, 166, 255]]);
+    let refused = run(&[&"detail", &image]);
+    assert!(refused.code == 1 && refused.err.contains("grey image"), "{}", refused.err);
+    done(&[&"detail", &image, &"--correct", &"-o", &grey]);
+    done(&[&"detail", &grey]);
+    save(64, 64, greys);
+    done(&[&"detail", &image]);
+}
+
+#[test]
 fn nothing_of_anybody_is_written_over() {
     let home = tempfile::tempdir().unwrap();
     let (mine, made) = (home.path().join("mine.png"), home.path().join("made.png"));

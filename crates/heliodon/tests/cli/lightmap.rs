@@ -95,3 +95,89 @@ fn what_is_wrong_is_told_before_anything_is_written() {
     let ran = run(&[&"lightmap", &site, &"--sky", &"even", &"--time", &"10:00"]);
     assert!(ran.code == 2 && ran.err.contains("--time"), "{}", ran.err);
 }
+
+/// A square on the ground, `side` metres large, its least corner there.
+fn square(file: &Path, [x, y, z]: [f64; 3], side: f64) {
+    let corners = [[x, z], [x + side, z], [x + side, z - side], [x, z - side]];
+    let vertices: String = corners.iter().map(|[x, z]| format!("v {x:.6} {y:.6} {z:.6}\n")).collect();
+    fs::write(file, vertices + "f 1 2 3 4\n").unwrap();
+}
+
+/// The report of a light map of two squares: `parts` is what both say of themselves, `more` what else the site says.
+fn two_squares(sides: [f64; 2], parts: [&str; 2], more: &str, arguments: &[&str]) -> Value {
+    let folder = TempDir::new().unwrap();
+    let site = ground(folder.path());
+    square(&site.join("one.obj"), [0.0; 3], sides[0]);
+    square(&site.join("other.obj"), [60.0, 0.0, 0.0], sides[1]);
+    let part = |(file, own): (&str, &str)| {
+        format!("[[part]]\nfile = \"{file}.obj\"\nrole = \"ground\"\nalbedo = [0.5, 0.5, 0.5]\n{own}\n")
+    };
+    let both: String = ["one", "other"].into_iter().zip(parts).map(part).collect();
+    let site_of = |bake: &str| {
+        format!(
+            "[site]\nname = \"Two\"\nlatitude_deg = 38.0\nlongitude_deg = 23.7\nutc_offset = \"+02:00\"\n{both}\
+             [sky]\nmodel = \"atmosphere\"\ndate = \"2003-03-21\"\n{bake}"
+        )
+    };
+    fs::write(site.join("site.toml"), site_of(more)).unwrap();
+    let mut all: Vec<&dyn AsRef<std::ffi::OsStr>> =
+        vec![&"lightmap", &site, &"--sky", &"even", &"--size", &"128", &"--samples", &"64", &"--bounces", &"0", &"--json"];
+    all.extend(arguments.iter().map(|argument| argument as &dyn AsRef<std::ffi::OsStr>));
+    serde_json::from_str(&done(&all).out).unwrap()
+}
+
+#[test]
+fn parts_have_as_many_texels_as_they_ask_for_and_as_rooms_are_near() {
+    let per_m = |parts: [&str; 2], more: &str| two_squares([1.0; 2], parts, more, &[])["texels_per_m"].as_f64().unwrap();
+    // side by side in 128 texels
+    let alike = per_m(["", ""], "");
+    assert!((55.0..65.0).contains(&alike), "{alike}");
+    let four = per_m(["texels = 4.0", ""], "");
+    assert!((20.0..26.0).contains(&four), "four times as long, and a strip of 1 beside it: {four}");
+    // 40 times as far as what counts as near would be a 64th at least
+    let room = "[[room]]\nname = \"hall\"\nmin = [0.0, 0.0, -1.0]\nmax = [1.0, 3.0, 0.0]\n";
+    let near = per_m(["", ""], room);
+    assert!(near > 1.7 * alike, "{near}: what lies 59 metres off has a fifteenth");
+}
+
+#[test]
+fn the_parts_that_a_bake_lights_by_texels_have_them() {
+    let charts =
+        |sides: [f64; 2], parts: [&str; 2], more: &str| two_squares(sides, parts, more, &[])["charts"].as_u64().unwrap();
+    assert_eq!(charts([1.0, 0.1], ["", ""], ""), 2, "nothing is said: all");
+    assert_eq!(charts([1.0, 0.1], ["", "light = \"texel\""], ""), 1);
+    assert_eq!(charts([1.0, 0.1], ["light = \"vertex\"", ""], ""), 1);
+    assert_eq!(charts([1.0, 0.1], ["", ""], "[bake]\ntexels = 256\n"), 1, "the small one is lit at its corners");
+    assert_eq!(charts([0.1, 0.1], ["", ""], "[bake]\ntexels = 256\n"), 2, "or else there would be no light map");
+    assert_eq!(charts([0.1, 1.0], ["light = \"texel\"", ""], "[bake]\ntexels = 256\n"), 2);
+}
+
+#[test]
+fn levels_and_samples_are_as_asked_for() {
+    let of = |arguments: &[&str]| two_squares([1.0; 2], ["", ""], "", arguments);
+    let plain = of(&[]);
+    assert_eq!((plain["levels"].as_u64(), plain["light_samples"].as_u64()), (Some(1), Some(256)));
+    let wide = of(&["--margin", "10", "--light-samples", "64"]);
+    assert_eq!((wide["levels"].as_u64(), wide["light_samples"].as_u64()), (Some(3), Some(64)));
+}
+
+#[test]
+fn meshes_that_shine_stand_where_the_parts_do_far_from_the_origin() {
+    let mean = |origin: [f64; 3]| {
+        let folder = TempDir::new().unwrap();
+        let site = ground(folder.path());
+        square(&site.join("ground.obj"), origin, 1.0);
+        // it shines down as well
+        square(&site.join("lamp.obj"), [origin[0] + 0.3, origin[1] + 0.2, origin[2] - 0.3], 0.4);
+        let text = fs::read_to_string(site.join("site.toml")).unwrap();
+        fs::write(site.join("site.toml"), text.replace("[site]\n", &format!("[site]\norigin = {origin:?}\n"))).unwrap();
+        let lamps = site.join("lamps.toml");
+        fs::write(&lamps, "[[light]]\nkind = \"mesh\"\nfile = \"lamp.obj\"\ntwo_sided = true\namount = { radiance = 1.0 }\n")
+            .unwrap();
+        let ran = done(&[&"lightmap", &site, &"--sky", &"none", &"--lights", &lamps, &"--size", &"64", &"--json"]);
+        let report: Value = serde_json::from_str(&ran.out).unwrap();
+        report["notes"]["mean"][0].as_f64().unwrap()
+    };
+    let (near, far) = (mean([0.0; 3]), mean([476_000.25, 120.0, -4_202_000.5]));
+    assert!(near > 0.05 && (far / near - 1.0).abs() < 0.01, "{near} and {far}");
+}

@@ -17,6 +17,7 @@ use crate::error::BakeError;
 use crate::plan::Plan;
 use crate::report::Reporter;
 use crate::scene;
+use crate::texels::Choice;
 use heliodon_bundle::site::{Prepare, Role};
 use heliodon_mesh::Mesh;
 use heliodon_mesh::import::ImportReport;
@@ -42,6 +43,8 @@ pub struct PrepareEstimate {
     pub triangles_hidden: u64,
     /// At about how many vertices light will be solved.
     pub vertices: u64,
+    /// Whether any part is lit by texels.
+    pub by_texels: bool,
     /// Bytes of what is drawn and what reflects, with its textures.
     pub mesh_bytes: u64,
     /// Bytes of the textures, each a pixel's four.
@@ -146,7 +149,7 @@ pub(crate) fn estimate_with(
     let params = simplify_params(settings);
     let total = (0..site.parts.len()).map(|part| scene::part_bytes(files, part)).sum();
     reporter.stage("looking at the parts", total);
-    let (mut looked, mut done) = (Vec::new(), 0);
+    let (mut looked, mut done, mut any_texels) = (Vec::new(), 0, false);
     for (index, part) in site.parts.iter().enumerate() {
         let begun = Instant::now();
         let tell = |read| reporter.progress(done + read);
@@ -155,7 +158,9 @@ pub(crate) fn estimate_with(
         let file_bytes = scene::part_bytes(files, index);
         done += file_bytes;
         let unites = settings.solids && matches!(part.role, Role::Filling | Role::Prop);
-        let grain = Grain::new(mesh.triangles.len(), part.role, settings, &views);
+        let by_texels = Choice::of(site, index).is_texels(&site.rooms, &mesh.positions, &mesh.triangles);
+        any_texels |= by_texels;
+        let grain = Grain::new(mesh.triangles.len(), part.role, settings, &views).filter(|_| !by_texels);
         let is_ground = part.role == Role::Ground;
         looked.push(Looked { unites, is_ground, file_bytes, reading_s, ..look(&mesh, grain.as_ref()) });
         each(index, &mesh, &views)?;
@@ -164,7 +169,7 @@ pub(crate) fn estimate_with(
     reporter.stage("timing", 0);
     let estimate = Reckoning { settings, views: &views, looked: &looked, steps: Vec::new(), kept: 0.0 }.reckon(&params);
     reporter.finished();
-    Ok(estimate)
+    Ok(PrepareEstimate { by_texels: any_texels, ..estimate })
 }
 
 /// What preparation needs, for a budget. Parts are done one after the other anyway; threads work on tiles of one.
@@ -337,6 +342,7 @@ impl Reckoning<'_> {
             triangles_drawn: drawn as u64,
             triangles_hidden: hidden as u64,
             vertices: (VERTICES_A_TRIANGLE * (drawn + hidden)) as u64,
+            by_texels: false,
             mesh_bytes: (simple * (drawn + hidden) / triangles.max(1.0) + textures) as u64,
             texture_bytes: textures as u64,
             largest_texture_bytes: looked.iter().map(|part| part.largest_texture_bytes).max().unwrap_or(0),

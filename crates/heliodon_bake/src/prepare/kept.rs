@@ -8,7 +8,10 @@ use crate::key::{Digest, told_name};
 use crate::plan::Plan;
 use crate::referenced::referenced_files;
 use crate::scene::{Original, PartRange, Scene};
-use heliodon_bundle::site::{InputKind, Part, Prepare, SITE_FILE_NAME};
+use crate::texels::Choice;
+use heliodon_bundle::StoredFile;
+use heliodon_bundle::site::{InputKind, LightStorage, Part, Prepare, Site};
+use std::collections::HashSet;
 
 /// What the folders of prepared geometry are called, before their key.
 pub(crate) const GEOMETRY: &str = "geometry-";
@@ -16,49 +19,43 @@ pub(crate) const GEOMETRY: &str = "geometry-";
 /// What the blocks of finished geometry are called; when they are all there, pieces are of no more use.
 pub(super) const FINISHED: &str = "scene";
 
-/// Hash of all that decides what preparation makes of a site: program, files, how they are placed, settings, rooms and display.
+/// Hash of all that decides what preparation makes of a site: program, files of geometry, how they are placed, settings, rooms and display.
 pub(super) fn geometry_key(plan: &Plan, settings: &Prepare) -> String {
-    let mut hasher = blake3::Hasher::new();
-    let mut run = |bytes: &[u8]| {
-        hasher.update(&(bytes.len() as u64).to_le_bytes());
-        hasher.update(bytes);
-    };
     let site = &plan.site;
-    let probes: Vec<String> = plan.files.iter().filter(|f| f.kind == InputKind::Probe).map(|f| plan.told_name(f)).collect();
-    let inputs: Vec<_> = plan.inputs.iter().filter(|i| i.path != SITE_FILE_NAME && !probes.contains(&i.path)).collect();
-    run(crate::TOOL.as_bytes());
-    for parameters in [
-        serde_json::to_vec(&inputs),
-        serde_json::to_vec(&site.parts),
-        serde_json::to_vec(&site.site.origin),
-        serde_json::to_vec(settings),
-        serde_json::to_vec(&site.rooms),
-        serde_json::to_vec(&site.display),
-    ] {
-        // plain structs of numbers and words always have a JSON form; without one the key is only less specific
-        run(&parameters.unwrap_or_default());
-    }
-    format!("{GEOMETRY}{}", &hasher.finalize().to_hex()[..32])
+    let mut digest = Digest::default();
+    digest.run(crate::TOOL.as_bytes());
+    digest.json(&inputs_of(plan, |kind| matches!(kind, InputKind::Geometry(_) | InputKind::Albedo(_))));
+    let parts: Vec<(Part, Choice)> = (0..site.parts.len()).map(|part| geometry_of(site, part)).collect();
+    digest.json(&(parts, site.site.origin, settings, &site.rooms, &site.display));
+    format!("{GEOMETRY}{}", digest.folder_digits())
 }
 
 /// Hash of all that decides how one part is read, cleaned, split and first simplified: other parts do not matter to it.
 pub(super) fn part_digest(plan: &Plan, settings: &Prepare, part: usize) -> Digest {
     let site = &plan.site;
-    let own = plan.files.iter().filter(|file| [InputKind::Geometry(part), InputKind::Albedo(part)].contains(&file.kind));
-    let names: Vec<String> = own
+    let mut digest = Digest::default();
+    digest.run(crate::TOOL.as_bytes());
+    digest.json(&inputs_of(plan, |kind| [InputKind::Geometry(part), InputKind::Albedo(part)].contains(&kind)));
+    digest.json(&(geometry_of(site, part), site.site.origin, settings, &site.rooms, &site.display));
+    digest
+}
+
+/// A part without what moves none of its vertices; of where its light is stored only what decides whether it is split.
+fn geometry_of(site: &Site, part: usize) -> (Part, Choice) {
+    let bare = Part { weathering: None, detail: None, light: LightStorage::default(), texels: 1.0, ..site.parts[part].clone() };
+    (bare, Choice::of(site, part))
+}
+
+/// The files of the `wanted` kinds and those that they name, as they were hashed.
+fn inputs_of(plan: &Plan, wanted: impl Fn(InputKind) -> bool) -> Vec<&StoredFile> {
+    let files = plan.files.iter().filter(|file| wanted(file.kind));
+    let names: HashSet<String> = files
         .flat_map(|file| {
-            let others = referenced_files(&file.path).into_iter().map(|path| told_name(site.folder(), &path));
+            let others = referenced_files(&file.path).into_iter().map(|path| told_name(plan.site.folder(), &path));
             others.chain([plan.told_name(file)]).collect::<Vec<_>>()
         })
         .collect();
-    let inputs: Vec<_> = plan.inputs.iter().filter(|input| names.contains(&input.path)).collect();
-    let mut digest = Digest::default();
-    digest.run(crate::TOOL.as_bytes());
-    digest.json(&inputs);
-    // what the weather leaves on it moves nothing
-    digest.json(&Part { weathering: None, ..site.parts[part].clone() });
-    digest.json(&(site.site.origin, settings, &site.rooms, &site.display));
-    digest
+    plan.inputs.iter().filter(|input| names.contains(&input.path)).collect()
 }
 
 impl Piece for Prepared {
@@ -73,8 +70,8 @@ impl Piece for Prepared {
             into.array("clearance", &original.clearance_m)?;
         }
         let ends = |part: &PartRange| {
-            let PartRange { vertices, triangles, drawn, files } = part;
-            [vertices.start, vertices.end, triangles.start, triangles.end, *drawn, *files]
+            let PartRange { vertices, triangles, drawn, files, by_texels } = part;
+            [vertices.start, vertices.end, triangles.start, triangles.end, *drawn, *files, usize::from(*by_texels)]
         };
         into.told(&parts.iter().map(ends).collect::<Vec<_>>());
         into.told(warnings);
@@ -94,8 +91,10 @@ impl Piece for Prepared {
                 clearance_m: from.array("clearance")?,
             })
         };
-        let range =
-            |[v0, v1, t0, t1, drawn, files]: [usize; 6]| PartRange { vertices: v0..v1, triangles: t0..t1, drawn, files };
+        let range = |[v0, v1, t0, t1, drawn, files, by_texels]: [usize; 7]| {
+            let by_texels = by_texels == 1;
+            PartRange { vertices: v0..v1, triangles: t0..t1, drawn, files, by_texels }
+        };
         let parts = from.told::<Vec<_>>()?.into_iter().map(range).collect();
         let (warnings, report) = (from.told()?, from.told::<PrepareReport>()?);
         let prepared = Some(report.lineage());

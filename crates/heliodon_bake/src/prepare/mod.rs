@@ -229,16 +229,22 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
     if let Some(purge) = &report.purge {
         warnings.extend(room_doubts(&work.site.rooms, purge));
     }
-    let mut scene = join(reduced, original, work.files, warnings)?;
+    let by_texels = report.parts.iter().map(|part| part.by_texels).collect();
+    let mut scene = join((reduced, by_texels), original, work.files, warnings)?;
     report.count(&scene);
     scene.prepared = Some(report.lineage());
     Ok(Prepared { scene, report })
 }
 
 /// Puts the parts together into one mesh.
-fn join(parts: Vec<Reduced>, mut original: Original, files: &[InputFile], warnings: Vec<String>) -> Result<Scene, BakeError> {
+fn join(
+    (parts, by_texels): (Vec<Reduced>, Vec<bool>),
+    mut original: Original,
+    files: &[InputFile],
+    warnings: Vec<String>,
+) -> Result<Scene, BakeError> {
     let mut scene = Scene { mesh: Mesh::default(), parts: Vec::new(), warnings, original: None, prepared: None };
-    for (index, part) in parts.into_iter().enumerate() {
+    for ((index, part), by_texels) in parts.into_iter().enumerate().zip(by_texels) {
         let (first_vertex, first_triangle) = (scene.mesh.positions.len(), scene.mesh.triangles.len());
         let drawn = part.drawn.triangles.len();
         original.stands_for.extend(part.stands_for.iter().map(|&t| first_triangle as u32 + t));
@@ -255,6 +261,7 @@ fn join(parts: Vec<Reduced>, mut original: Original, files: &[InputFile], warnin
             triangles: first_triangle..scene.mesh.triangles.len(),
             drawn,
             files: crate::scene::files_of(files, index).count(),
+            by_texels,
         });
     }
     scene.original = Some(original);

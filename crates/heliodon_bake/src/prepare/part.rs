@@ -8,6 +8,7 @@ use super::surfacing::Surfacing;
 use crate::cache::CacheError;
 use crate::error::BakeError;
 use crate::scene::Original;
+use crate::texels::Choice;
 use glam::Vec3;
 use heliodon_bundle::site::{InputKind, Prepare, Role, Winding};
 use heliodon_mesh::import::ImportReport;
@@ -41,6 +42,8 @@ pub struct PartReport {
     pub vertices_read: u64,
     /// Triangles in its files.
     pub triangles_read: u64,
+    /// Whether it is lit by texels; then no triangle is split for light's sake.
+    pub by_texels: bool,
     /// Faults that were found and mended.
     pub clean: Option<CleanReport>,
     /// Solids that were united, and what was buried in them.
@@ -199,6 +202,7 @@ fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
         name: part.display_name(),
         vertices_read: mesh.positions.len() as u64,
         triangles_read: mesh.triangles.len() as u64,
+        by_texels: Choice::of(site, index).is_texels(&site.rooms, &mesh.positions, &mesh.triangles),
         ..PartReport::default()
     };
     if settings.clean {
@@ -219,8 +223,13 @@ fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
         }
         report.solids = Some(found);
     }
-    let splitting = |tell: Tell| split_coarse(&mut mesh, part.role, settings, views, tell);
-    let (split, times) = steps.run("splitting", report.triangles_read, splitting)?;
+    // texels have the grain of shadows, whatever the triangles are
+    let (split, times) = if report.by_texels {
+        (None, 1.0)
+    } else {
+        let splitting = |tell: Tell| split_coarse(&mut mesh, part.role, settings, views, tell);
+        steps.run("splitting", report.triangles_read, splitting)?
+    };
     (report.split, report.edge_px) = (split, settings.edge_px * f64::from(times));
     report.triangles_original = mesh.triangles.len() as u64;
     report.steps = steps.taken;

@@ -1,10 +1,12 @@
 //! The atlas: where the surfaces lie that are lit by texels, and which texels they have.
 
+use super::kept::{decode_unwrapped, encode_unwrapped};
+use crate::cache::Cache;
 use crate::error::BakeError;
-use crate::key::Digest;
+use crate::key::{Digest, TOOL};
 use crate::scene::Scene;
 use glam::{Vec2, Vec3};
-use heliodon_bundle::site::{LightStorage, Room, Site};
+use heliodon_bundle::site::{Room, Site};
 use heliodon_bundle::texels::{BOUNCE_BLOCK, TEXEL_LEVELS, TexelInfo};
 use heliodon_light::SurfacePlace;
 use heliodon_lightmap::charts::ChartParams;
@@ -21,8 +23,6 @@ const NEAR_M: f32 = 4.0;
 const SPARSEST: f32 = 1.0 / 64.0;
 /// Texels of the finest surface for a metre at most: at a metre's distance the sun's disc blurs a shadow over nine millimetres.
 const MOST_PER_M: f32 = 128.0;
-/// Parts whose triangles have longer edges are lit by texels unless told otherwise, metres: some ten texels of a room's atlas.
-const AUTO_EDGE_M: f32 = 0.3;
 
 /// The surfaces that are lit by texels, unwrapped.
 #[derive(Debug)]
@@ -35,6 +35,8 @@ pub struct Atlas {
     unwrapped: Unwrapped,
     /// Texels along a side.
     side: u32,
+    /// What its block is called where it is kept.
+    name: String,
 }
 
 /// The texels of one resolution of an atlas.
@@ -49,25 +51,38 @@ pub struct Texels {
 }
 
 impl Atlas {
-    /// The atlas of a scene's parts that want one; none where no part does.
+    /// The atlas of a scene's parts that want one; none where no part does. What `cache` holds of the same surfaces is taken from there, and what it does not
+    /// is kept in it.
     ///
     /// # Errors
-    /// A size that cannot hold all charts.
-    pub fn new(site: &Site, scene: &Scene) -> Result<Option<Self>, BakeError> {
-        let parts: Vec<usize> = (0..site.parts.len()).filter(|&part| wants_texels(site, scene, part)).collect();
+    /// A size that cannot hold all charts, a cache that cannot be written.
+    pub fn new(site: &Site, scene: &Scene, cache: Option<&Cache>) -> Result<Option<Self>, BakeError> {
+        let parts: Vec<usize> = (0..scene.parts.len()).filter(|&part| scene.parts[part].by_texels).collect();
         let triangles: Vec<Range<usize>> = parts.iter().map(|&part| scene.parts[part].drawn_triangles()).collect();
         let of_parts: Vec<[u32; 3]> =
             triangles.iter().flat_map(|range| &scene.mesh.triangles[range.clone()]).copied().collect();
         if of_parts.is_empty() {
             return Ok(None);
         }
-        let density = |(&part, range): (&usize, &Range<usize>)| {
-            let own = site.parts[part].texels as f32;
-            let of = move |corners: [Vec3; 3]| own * nearness(&site.rooms, corners);
-            range.clone().map(|t| of(scene.mesh.triangles[t].map(|v| scene.mesh.positions[v as usize]))).collect::<Vec<_>>()
-        };
-        let density: Vec<f32> = parts.iter().zip(&triangles).flat_map(density).collect();
+        let density = texel_density(site, scene, &parts);
         let side = site.bake.effective_texels();
+        let name = {
+            let mut digest = Digest::default();
+            digest.run(TOOL.as_bytes());
+            digest.run(&side.to_le_bytes());
+            digest.run(bytemuck::cast_slice(&scene.mesh.positions));
+            digest.run(bytemuck::cast_slice(&of_parts));
+            digest.run(bytemuck::cast_slice(&density));
+            format!("charts-{}", digest.digits())
+        };
+        if let Some(cache) = cache {
+            cache.adopt(std::slice::from_ref(&name))?;
+        }
+        let kept = cache.and_then(|cache| decode_unwrapped(&cache.load(&name, 0)?, of_parts.len()));
+        if let (Some(unwrapped), Some(cache)) = (kept, cache) {
+            cache.taken("charts", 1, 1);
+            return Ok(Some(Self { parts, triangles, unwrapped, side, name }));
+        }
         // whole squares of the coarsest level: what is apart there is apart on all
         let blocks = side / BOUNCE_BLOCK;
         let most_per_m = MOST_PER_M / BOUNCE_BLOCK as f32;
@@ -82,7 +97,16 @@ impl Atlas {
                 remedy,
             ))
         })?;
-        Ok(Some(Self { parts, triangles, unwrapped, side }))
+        if let Some(cache) = cache {
+            cache.store(&name, 0, &encode_unwrapped(&unwrapped))?;
+        }
+        Ok(Some(Self { parts, triangles, unwrapped, side, name }))
+    }
+
+    /// What its block in a cache is called.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     /// Texels along a side.
@@ -158,14 +182,14 @@ impl Atlas {
         SurfacePlace { triangle: self.triangle_of_scene(texel.triangle), u: texel.weights.y, v: texel.weights.z }
     }
 
-    /// The seams of some texels.
+    /// The seams of some texels; those that are not valid are left out.
     #[must_use]
-    pub fn seams(&self, scene: &Scene, texels: &Texels) -> Seams {
+    pub fn seams(&self, scene: &Scene, texels: &Texels, valid: &[bool]) -> Seams {
         let mesh = &scene.mesh;
         let triangles: Vec<[u32; 3]> =
             self.triangles.iter().flat_map(|range| &mesh.triangles[range.clone()]).copied().collect();
         let surface = (mesh.positions.as_slice(), mesh.normals.as_slice(), triangles.as_slice());
-        Seams::new(&self.unwrapped, surface, &texels.texels, [texels.side; 2])
+        Seams::new(&self.unwrapped, surface, &texels.texels, [texels.side; 2], valid)
     }
 
     /// What a manifest tells; `texels` are those of the finest level.
@@ -190,47 +214,30 @@ impl Atlas {
     }
 }
 
-/// Whether any part of a site is lit by texels.
+/// Whether any part of a scene is lit by texels.
 #[must_use]
-pub fn expects_texels(site: &Site, scene: &Scene) -> bool {
-    (0..site.parts.len()).any(|part| wants_texels(site, scene, part))
+pub fn expects_texels(scene: &Scene) -> bool {
+    scene.parts.iter().any(|part| part.by_texels)
 }
 
-/// Whether a part is lit by texels. Left to itself, where the site has an atlas, it is where its triangles are larger, as seen from the rooms, than light at
-/// their corners can be told from.
-fn wants_texels(site: &Site, scene: &Scene, part: usize) -> bool {
-    match site.parts[part].light {
-        LightStorage::Vertex => false,
-        LightStorage::Texel => true,
-        LightStorage::Auto => site.bake.texels.is_some() && usual_edge_m(&site.rooms, scene, part) > AUTO_EDGE_M,
-    }
-}
-
-/// The longest edge that triangles of a part have, metres in a room, or as large as they look from there: the median by the area that they show.
-fn usual_edge_m(rooms: &[Room], scene: &Scene, part: usize) -> f32 {
+/// How many texels the drawn triangles of some parts are to have along a metre, beside one another, part by part: as many times as each part says, and fewer away
+/// from all rooms.
+///
+/// # Panics
+/// If there is no such part.
+#[must_use]
+pub fn texel_density(site: &Site, scene: &Scene, parts: &[usize]) -> Vec<f32> {
     let mesh = &scene.mesh;
-    let of = |t: &[u32; 3]| {
-        let corners = t.map(|v| mesh.positions[v as usize]);
-        let [a, b, c] = corners;
-        let near = nearness(rooms, corners);
-        let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
-        (longest * near, 0.5 * (b - a).cross(c - a).length() * near * near)
+    let of = |&part: &usize| {
+        let own = site.parts[part].texels as f32;
+        let corners = |t: usize| mesh.triangles[t].map(|v| mesh.positions[v as usize]);
+        scene.parts[part].drawn_triangles().map(move |t| own * nearness(&site.rooms, corners(t)))
     };
-    let triangles = &mesh.triangles[scene.parts[part].drawn_triangles()];
-    let mut edges: Vec<(f32, f32)> =
-        triangles.iter().map(of).filter(|(edge, area)| edge.is_finite() && area.is_finite()).collect();
-    edges.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let all: f64 = edges.iter().map(|edge| f64::from(edge.1)).sum();
-    let mut so_far = 0.0;
-    let middle = edges.iter().find(|edge| {
-        so_far += f64::from(edge.1);
-        so_far > 0.5 * all
-    });
-    middle.map_or(0.0, |edge| edge.0)
+    parts.iter().flat_map(of).collect()
 }
 
 /// How many texels a triangle has along a metre, beside one in a room.
-fn nearness(rooms: &[Room], corners: [Vec3; 3]) -> f32 {
+pub(super) fn nearness(rooms: &[Room], corners: [Vec3; 3]) -> f32 {
     let low = corners.into_iter().fold(Vec3::INFINITY, Vec3::min);
     let high = corners.into_iter().fold(Vec3::NEG_INFINITY, Vec3::max);
     // between the boxes of room and triangle

@@ -1,6 +1,7 @@
 //! Coarser levels of an atlas: each texel from those of its own chart alone.
 
 use heliodon_lightmap::texels::Texel;
+use std::cmp::Ordering;
 
 /// Nobody's texel.
 const NOBODY: u32 = u32::MAX;
@@ -103,13 +104,19 @@ pub fn mean(texels: &[&[f32]]) -> Vec<f32> {
     (0..texels.first().map_or(0, |texel| texel.len())).map(of).collect()
 }
 
-/// The bits that at least half of some texels' masks have.
+/// The bits that most of some texels' masks have; where as many have one as have it not, the first tells: a level has as much sun as the one below in the
+/// mean. If half were enough, what is seen from far would be brighter.
 #[must_use]
 pub fn most(texels: &[&[u32]]) -> Vec<u32> {
     let word = |i: usize| {
         (0..32).fold(0, |word, bit| {
             let set = texels.iter().filter(|texel| texel[i] >> bit & 1 == 1).count();
-            if 2 * set >= texels.len() { word | 1 << bit } else { word }
+            let has = match (2 * set).cmp(&texels.len()) {
+                Ordering::Less => 0,
+                Ordering::Equal => texels[0][i] >> bit & 1,
+                Ordering::Greater => 1,
+            };
+            word | has << bit
         })
     };
     (0..texels.first().map_or(0, |texel| texel.len())).map(word).collect()
@@ -122,6 +129,16 @@ mod tests {
 
     fn texel(x: u16, y: u16, triangle: u32) -> Texel {
         Texel { x, y, sheet: 0, is_covered: true, triangle, weights: Vec3::X }
+    }
+
+    #[test]
+    fn halves_are_neither_all_lit_nor_all_dark() {
+        let of = |bits: &[u32]| most(&bits.iter().map(std::slice::from_ref).collect::<Vec<_>>());
+        assert_eq!([of(&[1, 0, 0, 0]), of(&[0, 1, 1, 1]), of(&[0]), of(&[1])], [[0], [1], [0], [1]]);
+        // of all masks of four texels as many are lit above as below
+        let lit = (0..16_u32).map(|mask| of(&[mask & 1, mask >> 1 & 1, mask >> 2 & 1, mask >> 3])[0]).sum::<u32>();
+        assert_eq!(lit, 8);
+        assert_eq!(of(&[]), [0_u32; 0]);
     }
 
     #[test]

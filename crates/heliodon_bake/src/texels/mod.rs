@@ -5,11 +5,14 @@
 //! the bounced sun, which changes slowly, at every square.
 
 mod atlas;
+mod choice;
+mod kept;
 mod levels;
 mod stage;
 mod weathering;
 
-pub use atlas::{Atlas, expects_texels};
+pub use atlas::{Atlas, expects_texels, texel_density};
+pub use choice::Choice;
 pub use stage::SolvedScene;
 pub use weathering::{weather_texels, weathering_layer};
 
@@ -94,7 +97,7 @@ fn shown(fine: &Texels, masks: &SunMasks, (level, valid): &(&Texels, &[bool])) -
 fn closed(scene: &Scene, atlas: &Atlas, texels: &Texels, found: &TexelValues) -> Vec<f32> {
     let count = texels.texels.len();
     let width = found.values.len() / count.max(1);
-    let seams = atlas.seams(scene, texels);
+    let seams = atlas.seams(scene, texels, &found.valid);
     let mut apart: Vec<f32> = (0..width).flat_map(|i| found.values.iter().skip(i).step_by(width)).copied().collect();
     seams.close_all(&mut apart, SEAM);
     (0..count).flat_map(|texel| (0..width).map(move |i| (texel, i))).map(|(texel, i)| apart[i * count + texel]).collect()

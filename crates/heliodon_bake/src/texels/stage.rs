@@ -7,7 +7,7 @@ use crate::error::BakeError;
 use crate::light::LightInput;
 use crate::report::Batches;
 use crate::stages::{Work, decode_masks, encode_masks};
-use heliodon_light::{BouncedSun, CellLight, Layout, LightParams, MaskParams, Received, Receivers, SunMasks, bake_sun_masks};
+use heliodon_light::{BouncedSun, CellLight, LightParams, MaskParams, Received, Receiving, SunMasks, bake_sun_masks};
 use heliodon_lightmap::refine::{RefineParams, Refined, Sampled, refine};
 use std::ops::Range;
 
@@ -15,8 +15,8 @@ use std::ops::Range;
 pub struct SolvedScene<'a> {
     /// What was solved, and how finely.
     pub input: &'a LightInput<'a>,
-    /// With all back sides.
-    pub layout: &'a Layout,
+    /// Where texels can be, all back sides added.
+    pub receiving: &'a Receiving<'a>,
     /// What the cells reflect.
     pub cells: &'a CellLight,
     /// Where the suns shine, if their light bounces.
@@ -70,7 +70,7 @@ impl SolvedScene<'_> {
     pub fn masks(&self, atlas: &Atlas, texels: &Texels, work: &Work, name: &str) -> Result<SunMasks, BakeError> {
         let surfaces = &self.input.surfaces;
         let places: Vec<_> = texels.texels.iter().map(|texel| atlas.place(texel)).collect();
-        let receivers = Receivers::new(surfaces, self.layout, &places, self.params());
+        let receivers = self.receiving.at(&places);
         let (suns, steps) = (self.input.suns, self.input.suns.len() as u32);
         let points = receivers.points();
         let per_block = points_per_block(points.len(), (suns.len() as u64).div_ceil(2));
@@ -157,18 +157,18 @@ impl SolvedScene<'_> {
         stage: &BlockStage,
         first_block: &mut usize,
     ) -> Result<Received, BakeError> {
-        let (surfaces, params) = (&self.input.surfaces, self.params());
+        let params = self.params();
         let sun = self.sun.filter(|_| asked == Asked::Bounce);
         let functions = sun.map_or(0, BouncedSun::function_count);
         let places: Vec<_> = some.iter().map(|&texel| atlas.place(&texels.texels[texel as usize])).collect();
-        let receivers = Receivers::new(surfaces, self.layout, &places, params);
+        let receivers = self.receiving.at(&places);
         let per_block = points_per_block(places.len(), u64::from(params.samples));
         let ranges: Vec<Range<usize>> = block_ranges(0..places.len(), per_block).collect();
         let blocks = stage.run(
             &ranges,
             *first_block,
             |bytes, range| decode_received(bytes).filter(|block| block.validate(range.len(), functions, params).is_ok()),
-            |range| Ok::<_, BakeError>(receivers.receive(surfaces, self.cells, sun, range, params)?),
+            |range| Ok::<_, BakeError>(receivers.receive(self.cells, sun, range)?),
             encode_received,
         )?;
         *first_block += ranges.len();

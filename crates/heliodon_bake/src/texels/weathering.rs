@@ -11,7 +11,7 @@ use crate::weathering::at_points;
 use glam::Vec3;
 use heliodon_bundle::texels::{TEXEL_LEVELS, WEATHERING_LEVEL, weathering_texture};
 use heliodon_image::ktx2::Ktx2;
-use heliodon_light::{PointSet, Receivers};
+use heliodon_light::{PointSet, Receiving};
 use heliodon_lightmap::texels::Texel;
 use heliodon_lightmap::weathering::{Amounts, Climate, Layer, Look};
 use heliodon_rays::{Ray, TriangleScene};
@@ -40,7 +40,8 @@ pub fn weather_texels(
     let layout = lay_out(surfaces, params, &input.names.sight, work.cache)?;
     let texels = atlas.texels(scene, WEATHERING_LEVEL);
     let places: Vec<_> = texels.texels.iter().map(|texel| atlas.place(texel)).collect();
-    let receivers = Receivers::new(surfaces, &layout, &places, params);
+    let receiving = Receiving::new(surfaces, &layout, params);
+    let receivers = receiving.at(&places);
     let points = receivers.points();
     let of_points = at_points(points, surfaces.rays, climate, work, (name, "weather on texels"))?;
     let amounts = receivers.in_order_of_places(&of_points, 1);

@@ -17,11 +17,11 @@ use crate::layout::{FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION,
 use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, Preamble};
 use crate::site::{Actor, Albedo, Lamp, check_actor, check_lamp, check_matte};
 use crate::storage::StoredFile;
-use crate::texels::{BOUNCE_FILE, SKY_FILE, SUN_FILE, TexelLight, WEATHERING_FILE, validate_weathering};
+use crate::texels::{BOUNCE_FILE, SKY_FILE, SUN_FILE, Shapes, TexelFault, TexelLight, WEATHERING_FILE, is_shape};
 use error::{io_error, malformed};
 use glb::{ChunkPlace, EmbeddedImage, GlbFile, GridPlace};
 use heliodon_image::detail::DetailTexture;
-use heliodon_image::ktx2::Ktx2;
+use heliodon_image::ktx2::{Ktx2, Ktx2Shape};
 use heliodon_image::{SrgbImage, TextureWrap};
 use heliodon_sky::lapse::Lapse;
 use std::fs::File;
@@ -219,11 +219,10 @@ impl BundleReader {
     /// If it cannot be read, or is malformed.
     pub fn read_texels(&self) -> Result<Option<TexelLight>, ReadError> {
         let Some(info) = &self.manifest.texels else { return Ok(None) };
-        let read = |name: &str| self.read_texture(name);
-        let bounces = self.manifest.light.bounce_floats() > 0;
-        let bounce = if bounces { Some(read(BOUNCE_FILE)?) } else { None };
-        let light = TexelLight { sun: read(SUN_FILE)?, sky: read(SKY_FILE)?, bounce };
-        let wrong = |fault: crate::texels::TexelFault| malformed(&self.folder.join(SUN_FILE), fault.to_string());
+        let wrong = |fault: TexelFault| malformed(&self.folder.join(SUN_FILE), fault.to_string());
+        let Shapes { sun, sky, bounce } = Shapes::of(self.manifest.light, info).map_err(wrong)?;
+        let bounce = bounce.map(|wanted| self.read_texture(BOUNCE_FILE, wanted)).transpose()?;
+        let light = TexelLight { sun: self.read_texture(SUN_FILE, sun)?, sky: self.read_texture(SKY_FILE, sky)?, bounce };
         light.validate(self.manifest.light, info).map_err(wrong)?;
         Ok(Some(light))
     }
@@ -235,15 +234,15 @@ impl BundleReader {
     pub fn read_texel_weathering(&self) -> Result<Option<Ktx2>, ReadError> {
         let is_there = self.manifest.files.iter().any(|file| file.path == WEATHERING_FILE);
         let Some(info) = self.manifest.texels.as_ref().filter(|_| is_there) else { return Ok(None) };
-        let layer = self.read_texture(WEATHERING_FILE)?;
-        let wrong = |fault: crate::texels::TexelFault| malformed(&self.folder.join(WEATHERING_FILE), fault.to_string());
-        validate_weathering(&layer, info).map_err(wrong)?;
-        Ok(Some(layer))
+        self.read_texture(WEATHERING_FILE, Shapes::weathering(info)).map(Some)
     }
 
-    fn read_texture(&self, name: &str) -> Result<Ktx2, ReadError> {
+    /// A texture that is what the manifest says; one that is not is not unpacked.
+    fn read_texture(&self, name: &str, wanted: Ktx2Shape) -> Result<Ktx2, ReadError> {
         let path = self.folder.join(name);
         let bytes = std::fs::read(&path).map_err(io_error(&path))?;
+        let found = Ktx2::shape_of(&bytes, name).map_err(|e| malformed(&path, e.to_string()))?;
+        is_shape("it", found, wanted).map_err(|fault| malformed(&path, fault.to_string()))?;
         Ktx2::from_bytes(&bytes, name).map_err(|e| malformed(&path, e.to_string()))
     }
 
@@ -353,6 +352,14 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
     }
     if manifest.texels.is_some() && manifest.version < TEXEL_FORMAT_VERSION {
         return Err(malformed(&path, format!("version {} has no light in texels", manifest.version)));
+    }
+    if let Some(info) = &manifest.texels {
+        let shapes = Shapes::of(manifest.light, info).map_err(|fault| malformed(&path, fault.to_string()))?;
+        let wanted = [Some(SUN_FILE), Some(SKY_FILE), shapes.bounce.map(|_| BOUNCE_FILE)];
+        let is_missing = |name: &&str| !manifest.files.iter().any(|file| file.path == **name);
+        if let Some(missing) = wanted.into_iter().flatten().find(is_missing) {
+            return Err(malformed(&path, format!("it has light in texels, and `{missing}` is not among its files")));
+        }
     }
     if manifest.parameters.weathering.is_some() && manifest.version < TEXEL_FORMAT_VERSION {
         return Err(malformed(&path, format!("version {} has no weathering", manifest.version)));

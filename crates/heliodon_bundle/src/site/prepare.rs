@@ -25,7 +25,7 @@ pub struct Prepare {
     #[schemars(range(min = 0, max = 100))]
     pub error_px: f64,
     /// The edge length, in the same pixels, that triangles are simplified to, and that larger ones are split to: light is stored at
-    /// vertices, so this is the grain of shadows. 0 splits nothing, and lets flat walls become two triangles.
+    /// vertices, so this is the grain of shadows. Parts that are lit by texels are not split. 0 splits nothing, and lets flat walls become two triangles.
     #[schemars(range(min = 0, max = 1000))]
     pub edge_px: f64,
     /// No eye is taken to come nearer to stone than this, metres: what lies in a room has no finer grain.

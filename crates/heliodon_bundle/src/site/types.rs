@@ -216,7 +216,7 @@ pub enum UpAxis {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum LightStorage {
-    /// In texels where `[bake]` gives them and the part's triangles are large, seen from the rooms; else at vertices.
+    /// In texels where `[bake]` gives them and the part's triangles, as its files have them, are large, seen from the rooms; else at vertices.
     #[default]
     Auto,
     /// At vertices.

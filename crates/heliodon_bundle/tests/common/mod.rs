@@ -4,11 +4,14 @@
 
 use glam::{Vec2, Vec3};
 use heliodon_bundle::manifest::Manifest;
-use heliodon_bundle::site::{Actor, Role, Site};
+use heliodon_bundle::site::{Actor, Detail, DetailPattern, Matte, Role, Site, Weathering};
+use heliodon_bundle::texels::{float_texture, sun_texture, weathering_texture};
 use heliodon_bundle::{
-    ActorFile, ActorMeta, BundleMeta, BundleWriter, GridPoints, LightLayout, LitChunk, PartMeta, StoredFile, VertexLight,
-    WriterOptions,
+    ActorFile, ActorMeta, BundleMeta, BundleWriter, GridPoints, LightLayout, LitChunk, PartMeta, StoredFile, TexelInfo,
+    TexelLight, VertexLight, WriterOptions,
 };
+use heliodon_image::detail::DetailTexture;
+use heliodon_image::ktx2::Ktx2;
 use heliodon_image::{HdrImage, SrgbImage};
 use heliodon_math::frame::unit_or;
 use heliodon_math::random::Pcg32;
@@ -165,6 +168,55 @@ pub fn write_moving(target: &Path, layout: LightLayout, files: &Path) -> Manifes
     }
     writer.add_grid(&grid(layout)).unwrap();
     writer.add_actor(&actor(files)).unwrap();
+    for i in 0..2 {
+        writer
+            .add_sky_map(&format!("sky/{i:04}.hdr"), b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x80\x80\x81")
+            .unwrap();
+    }
+    writer.finish(&lapse(layout)).unwrap()
+}
+
+pub const TEXELS: TexelInfo = TexelInfo { width: 8, height: 8, per_m: 20.0, utilisation: 0.75, texels: 50 };
+
+/// The light of an atlas of 8 x 8 texels, of numbers that are exact in every representation.
+pub fn texel_light(layout: LightLayout) -> TexelLight {
+    let (words, floats, bounced) = (layout.mask_words(), layout.transfer_floats(), layout.bounce_floats());
+    let masks: Vec<Vec<u32>> = [64, 16, 4].map(|texels| (0..texels * words).map(|i| i as u32).collect()).into();
+    let level = |texels: usize| (0..texels * floats).map(|i| i as f32 / 512.0).collect();
+    let (side, levels): (u32, Vec<Vec<f32>>) =
+        if layout.channels == 3 { (4, [16, 4].map(level).into()) } else { (8, [64, 16, 4].map(level).into()) };
+    TexelLight {
+        sun: sun_texture(layout, [8, 8], &masks),
+        sky: float_texture([side; 2], floats, &levels),
+        bounce: (bounced > 0).then(|| float_texture([2, 2], bounced, &[vec![0.25; 4 * bounced]])),
+    }
+}
+
+pub fn lit_by_texels(layout: LightLayout) -> LitChunk {
+    let mut chunk = chunk(layout, 0, None, 4, 0.0);
+    chunk.texel_uvs = (0..chunk.vertex_count()).map(|i| Vec2::new(i as f32 / 64.0, 0.5)).collect();
+    chunk
+}
+
+/// Weathering of that atlas.
+pub fn texel_weathering() -> Ktx2 {
+    weathering_texture([4, 4], &[16, 4].map(|texels| (0..texels).map(|i| [0.0, 0.25, 0.5, i as f32 / 16.0]).collect()))
+}
+
+/// Writes a bundle that has light and weathering in texels, and a matte; with a `detail` of the second part also that.
+pub fn write_texels(target: &Path, layout: LightLayout, detail: Option<&DetailTexture>) -> Manifest {
+    let mut meta = meta(layout);
+    meta.parameters.bake.texels = Some(8);
+    meta.parameters.weathering = Some(Weathering { dust: 0.5, ..Weathering::default() });
+    meta.mattes = vec![Matte::new([[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 2.0, 1.0]])];
+    let mut writer = BundleWriter::create(target, meta).unwrap();
+    writer.add_texels(&texel_light(layout), TEXELS).unwrap();
+    writer.add_texel_weathering(&texel_weathering()).unwrap();
+    if let Some(texture) = detail {
+        writer.add_detail(1, texture, &Detail::of_kind(DetailPattern::Stone)).unwrap();
+    }
+    writer.push_chunk(&lit_by_texels(layout)).unwrap();
+    writer.push_chunk(&chunk(layout, 1, None, 4, 0.0)).unwrap();
     for i in 0..2 {
         writer
             .add_sky_map(&format!("sky/{i:04}.hdr"), b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x80\x80\x81")

@@ -1,4 +1,4 @@
-//! Pictures as BC6H with all their smaller versions: what engines load straight into a graphics processor's memory.
+//! Pictures as BC6H with smaller versions: what engines load straight into a graphics processor's memory.
 
 use super::Head;
 use crate::HdrImage;
@@ -12,11 +12,13 @@ const MODEL: u32 = 133 | 1 << 8 | 1 << 16;
 /// Levels begin at multiples of a block's bytes.
 const ALIGNMENT: usize = 16;
 
-/// The bytes of a KTX 2.0 file: the image as BC6H, then half as large, down to a pixel. The first row is that of v = 0.
+/// The bytes of a KTX 2.0 file: the image as BC6H, then half as large each, `levels` in all: at least 1, and at most down to one pixel. The first row is that of v = 0.
 #[must_use]
-pub fn ktx2_bc6h(image: &HdrImage) -> Vec<u8> {
+pub fn ktx2_bc6h(image: &HdrImage, levels: u32) -> Vec<u8> {
     let mut images = vec![image.clone()];
-    while let Some(last) = images.last().filter(|last| last.width > 1 || last.height > 1) {
+    while images.len() < levels as usize
+        && let Some(last) = images.last().filter(|last| last.width > 1 || last.height > 1)
+    {
         images.push(halved(last));
     }
     let levels: Vec<Vec<u8>> = images.iter().map(encode_bc6h).collect();
@@ -64,7 +66,7 @@ mod tests {
     #[test]
     fn every_level_lies_where_the_index_says() {
         let image = HdrImage::from_fn(37, 20, |x, y| Vec3::new(1.0, 0.8, 0.5) * (0.3 + x as f32 * 0.01 + y as f32 * 0.005));
-        let file = ktx2_bc6h(&image);
+        let file = ktx2_bc6h(&image, u32::MAX);
         assert_eq!(&file[..12], &super::super::MAGIC);
         let word = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap());
         let long = |at: usize| u64::from_le_bytes(file[at..at + 8].try_into().unwrap()) as usize;
@@ -80,6 +82,10 @@ mod tests {
             let (width, height) = ((37 >> level).max(1), (20 >> level).max(1));
             let back = decode_bc6h(&file[at..at + length], width, height);
             assert!((mean(&back) - mean(&image)).abs().max_element() < 0.02, "level {level}: {}", mean(&back));
+        }
+        for (asked, levels) in [(0, 1), (1, 1), (3, 3), (6, 6), (7, 6)] {
+            let file = ktx2_bc6h(&image, asked);
+            assert_eq!(u32::from_le_bytes(file[40..44].try_into().unwrap()), levels);
         }
     }
 }

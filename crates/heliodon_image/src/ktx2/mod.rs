@@ -12,6 +12,7 @@ use crate::error::COPY_AGAIN;
 use flate2::Compression;
 use flate2::read::ZlibDecoder;
 use flate2::write::ZlibEncoder;
+use std::fmt::{self, Display, Formatter};
 use std::io::{Read, Write};
 
 /// The first bytes of every KTX 2 file.
@@ -34,29 +35,21 @@ const MOST_EXPANSION: u64 = 1032;
 pub enum TexelFormat {
     /// One unsigned integer of 32 bits.
     R32Uint,
-    /// Two of them.
-    Rg32Uint,
-    /// Four of them.
-    Rgba32Uint,
-    /// One float of 16 bits.
-    R16Float,
-    /// Four of them.
+    /// Four floats of 16 bits.
     Rgba16Float,
     /// Four unsigned numbers of 8 bits, from 0 to 1: colour coded as sRGB, and what is linear.
     Rgba8Srgb,
 }
 
 impl TexelFormat {
-    const ALL: [Self; 6] =
-        [Self::R32Uint, Self::Rg32Uint, Self::Rgba32Uint, Self::R16Float, Self::Rgba16Float, Self::Rgba8Srgb];
+    const ALL: [Self; 3] = [Self::R32Uint, Self::Rgba16Float, Self::Rgba8Srgb];
 
     /// Numbers of a texel.
     #[must_use]
     pub fn channels(self) -> u32 {
         match self {
-            Self::R32Uint | Self::R16Float => 1,
-            Self::Rg32Uint => 2,
-            Self::Rgba32Uint | Self::Rgba16Float | Self::Rgba8Srgb => 4,
+            Self::R32Uint => 1,
+            Self::Rgba16Float | Self::Rgba8Srgb => 4,
         }
     }
 
@@ -65,8 +58,8 @@ impl TexelFormat {
     pub fn channel_bytes(self) -> u32 {
         match self {
             Self::Rgba8Srgb => 1,
-            Self::R16Float | Self::Rgba16Float => 2,
-            Self::R32Uint | Self::Rg32Uint | Self::Rgba32Uint => 4,
+            Self::Rgba16Float => 2,
+            Self::R32Uint => 4,
         }
     }
 
@@ -76,20 +69,33 @@ impl TexelFormat {
         self.channels() * self.channel_bytes()
     }
 
-    fn is_float(self) -> bool {
-        matches!(self, Self::R16Float | Self::Rgba16Float)
-    }
-
     /// Vulkan's number.
     fn vk(self) -> u32 {
         match self {
             Self::Rgba8Srgb => 43,
-            Self::R16Float => 76,
             Self::Rgba16Float => 97,
             Self::R32Uint => 98,
-            Self::Rg32Uint => 101,
-            Self::Rgba32Uint => 107,
         }
+    }
+}
+
+/// What a texture is but for its texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ktx2Shape {
+    /// How texels are stored.
+    pub format: TexelFormat,
+    /// Texels along u and v of the first level, 1 to 16,384.
+    pub size: [u32; 2],
+    /// Layers, 1 to 2,048.
+    pub layers: u32,
+    /// Levels, 1 to 16.
+    pub levels: u32,
+}
+
+impl Display for Ktx2Shape {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self { format, size: [width, height], layers, levels } = self;
+        write!(f, "{format:?} of {width} x {height} texels, layers: {layers}, levels: {levels}")
     }
 }
 
@@ -146,11 +152,18 @@ impl Ktx2 {
         Ok(head.file(layers, &levels, &described, &[], 1))
     }
 
-    /// A texture from the bytes of a file.
+    /// What the texture is but for its texels.
+    #[must_use]
+    pub fn shape(&self) -> Ktx2Shape {
+        let Self { format, width, height, layers, ref levels } = *self;
+        Ktx2Shape { format, size: [width, height], layers, levels: levels.len() as u32 }
+    }
+
+    /// What the texture of a file is as its header says, before any of it is unpacked.
     ///
     /// # Errors
-    /// Files that are broken or hold something else; `name` is theirs in the message.
-    pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Self, ImageError> {
+    /// Files of something else; `name` is theirs in the message.
+    pub fn shape_of(bytes: &[u8], name: &str) -> Result<Ktx2Shape, ImageError> {
         let bad = |place: &str, problem: String| ImageError::malformed(name, place, problem, COPY_AGAIN);
         if !bytes.starts_with(&MAGIC) {
             return Err(ImageError::UnknownFormat { name: name.to_owned() });
@@ -166,9 +179,21 @@ impl Ktx2 {
         if *depth != 0 || *faces != 1 || *packing != ZLIB || !(1..=16).contains(levels) {
             return Err(bad("its header", "it is not a two-dimensional texture packed by zlib".to_owned()));
         }
-        let mut texture = Self { format, width: *width, height: *height, layers: (*layers).max(1), levels: Vec::new() };
+        let texture = Self { format, width: *width, height: *height, layers: (*layers).max(1), levels: Vec::new() };
         texture.check(name)?;
-        for level in 0..*levels as usize {
+        Ok(Ktx2Shape { levels: *levels, ..texture.shape() })
+    }
+
+    /// A texture from the bytes of a file. It takes no more memory than twice what the file really unpacks to, at most about 2,000 times its bytes: who knows
+    /// what to expect looks at [`Ktx2::shape_of`] before.
+    ///
+    /// # Errors
+    /// Files that are broken or hold something else; `name` is theirs in the message.
+    pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Self, ImageError> {
+        let bad = |place: &str, problem: String| ImageError::malformed(name, place, problem, COPY_AGAIN);
+        let Ktx2Shape { format, size: [width, height], layers, levels } = Self::shape_of(bytes, name)?;
+        let mut texture = Self { format, width, height, layers, levels: Vec::new() };
+        for level in 0..levels as usize {
             let place = format!("level {level}");
             let index = bytes.get(HEADER_BYTES + LEVEL_BYTES * level..).and_then(<[u8]>::first_chunk::<LEVEL_BYTES>);
             let index = index.ok_or_else(|| bad(&place, "the file ends before it".to_owned()))?;
@@ -180,7 +205,8 @@ impl Ktx2 {
             if whole != wanted || wanted > (len + 1) * MOST_EXPANSION {
                 return Err(bad(&place, format!("it says {whole} bytes from {len}, its size asks for {wanted}")));
             }
-            let mut unpacked = Vec::with_capacity(wanted as usize);
+            // what a header asks for is not given before the texels are there
+            let mut unpacked = Vec::new();
             ZlibDecoder::new(packed).take(wanted + 1).read_to_end(&mut unpacked).map_err(|e| bad(&place, e.to_string()))?;
             if unpacked.len() as u64 != wanted {
                 return Err(bad(&place, format!("it has not {wanted} bytes")));
@@ -223,9 +249,9 @@ impl Ktx2 {
         let bits = 8 * format.channel_bytes();
         // floats are signed, from -1 to 1 as far as programs that know nothing else are concerned
         let (kind, low, high) = match format {
-            _ if format.is_float() => (0xC0, (-1.0_f32).to_bits(), 1.0_f32.to_bits()),
+            TexelFormat::Rgba16Float => (0xC0, (-1.0_f32).to_bits(), 1.0_f32.to_bits()),
             TexelFormat::Rgba8Srgb => (0, 0, 255),
-            _ => (0, 0, 1),
+            TexelFormat::R32Uint => (0, 0, 1),
         };
         for channel in 0..channels {
             let id = if channel == 3 { ALPHA } else { channel };
@@ -295,12 +321,32 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read() {
-        for (format, layers) in TexelFormat::ALL.into_iter().zip([1, 1, 3, 7, 2, 1]) {
+        for (format, layers) in TexelFormat::ALL.into_iter().zip([7, 3, 1]) {
             let written = texture(format, layers);
             let bytes = written.to_bytes("a.ktx2").unwrap();
             assert_eq!(Ktx2::from_bytes(&bytes, "a.ktx2").unwrap(), written);
             assert_eq!(written.level_bytes(2), 3 * u64::from(layers * format.texel_bytes()));
         }
+    }
+
+    #[test]
+    fn a_header_that_asks_for_more_than_there_is_gets_no_memory() {
+        // a few kilobytes that unpack to a few megabytes, said to be 16,384 layers' worth of them
+        let honest =
+            Ktx2 { format: TexelFormat::R32Uint, width: 1024, height: 1024, layers: 1, levels: vec![vec![0; 4 << 20]] };
+        let mut bytes = honest.to_bytes("a").unwrap();
+        assert_eq!(Ktx2::shape_of(&bytes, "a").unwrap(), honest.shape());
+        assert_eq!(honest.shape().to_string(), "R32Uint of 1024 x 1024 texels, layers: 1, levels: 1");
+        let padded = 8 << 20;
+        let mut put = |at: usize, number: &[u8]| bytes[at..at + number.len()].copy_from_slice(number);
+        // 2,048 layers, 8 GiB, of a level that reaches to the end of a file of 8 MiB
+        put(32, &2048_u32.to_le_bytes());
+        put(HEADER_BYTES + 8, &(padded - 1000_u64).to_le_bytes());
+        put(HEADER_BYTES + 16, &(8_u64 << 30).to_le_bytes());
+        bytes.resize(padded as usize, 0);
+        assert_eq!(Ktx2::shape_of(&bytes, "a").unwrap().layers, 2048);
+        let error = Ktx2::from_bytes(&bytes, "a").unwrap_err().to_string();
+        assert!(error.contains("it has not 8589934592 bytes"), "{error}");
     }
 
     #[test]

@@ -10,6 +10,7 @@ mod neighbors;
 mod overlap;
 mod plane;
 
+pub(crate) use neighbors::for_each_pair;
 pub use plane::Plane;
 
 use borders::straightened;

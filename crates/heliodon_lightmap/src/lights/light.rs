@@ -109,6 +109,12 @@ impl Light {
         }
     }
 
+    /// Whether it is a mesh that shines.
+    #[must_use]
+    pub fn is_mesh(&self) -> bool {
+        matches!(self.source, Source::Mesh { .. })
+    }
+
     /// Whether it lies infinitely far away.
     #[must_use]
     pub fn is_directional(&self) -> bool {

@@ -34,7 +34,7 @@ impl Bitmap {
         let mut bitmap = Self::empty(size.x as u32, size.y as u32);
         let (width, words) = (bitmap.width as usize, bitmap.words);
         for triangle in triangles {
-            cover(triangle, bitmap.height as usize, |y, begin, end| {
+            cover(triangle, 1.0, bitmap.height as usize, |y, begin, end| {
                 set(&mut bitmap.bits[y * words..][..words], begin, end.min(width))
             });
         }

@@ -33,6 +33,11 @@ impl Shape {
         Self { triangles, area, low, size: (high - low).max(Vec2::ZERO) }
     }
 
+    /// Whether it can be laid.
+    pub fn is_finite(&self) -> bool {
+        self.area.is_finite() && self.low.is_finite() && self.size.is_finite()
+    }
+
     /// Its texels at a scale, and what then is to be added to its coordinates.
     pub fn bitmap(&self, scale: f32, most: u32) -> Option<(Bitmap, Vec2)> {
         let offset = Vec2::splat(INSET) - self.low * scale;
@@ -115,7 +120,7 @@ impl<'a> Laying<'a> {
         let mut left: f64 = demand.map_or(0.0, |demand| self.order[self.done..].iter().map(|i| demand[*i]).sum());
         while let Some(&index) = self.order.get(self.done) {
             if let Some(demand) = demand {
-                let unused = (self.params.sheets.max(1) - self.sheets.len() as u32) as f64 * sheet_texels;
+                let unused = (self.params.sheets - self.sheets.len() as u32) as f64 * sheet_texels;
                 let free = self.sheets.iter().map(|sheet| sheet.free() as f64).sum::<f64>() + unused;
                 if left > free {
                     return Laid::No;
@@ -137,7 +142,7 @@ impl<'a> Laying<'a> {
     fn lay(&mut self, index: usize) -> bool {
         let PackParams { width, height, margin, sheets, .. } = *self.params;
         let masks = self.shapes[index].masks(self.scale, width.max(height));
-        for number in 0..sheets.max(1) as usize {
+        for number in 0..sheets as usize {
             if self.sheets.len() <= number {
                 self.sheets.push(Sheet::new(width, height));
             }

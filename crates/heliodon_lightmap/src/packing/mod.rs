@@ -29,11 +29,11 @@ pub struct PackParams {
     pub width: u32,
     /// And along v.
     pub height: u32,
-    /// Texels that stay free between those that filtering takes into account on two charts.
+    /// Texels that stay free between those that filtering takes into account on two charts, 0 to 16,384; more leaves charts fewer.
     pub margin: u32,
-    /// Textures at most, at least 1; more leave charts more texels.
+    /// Textures at most, 1 to 65,535; more leave charts more texels.
     pub sheets: u32,
-    /// Texels for a metre at most; infinite fills the texture.
+    /// Texels for a metre at most, above 0; infinite fills the texture.
     pub most_per_m: f32,
 }
 
@@ -54,6 +54,27 @@ pub enum PackError {
         /// And along v.
         height: u32,
     },
+    /// A margin wider than any texture.
+    #[error("a margin of {margin} texels between charts; it is 0 to {LARGEST}")]
+    Margin {
+        /// What was asked for.
+        margin: u32,
+    },
+    /// No texture, or more than triangles can name.
+    #[error("{sheets} textures at most; it is 1 to {MOST_SHEETS}")]
+    Sheets {
+        /// What was asked for.
+        sheets: u32,
+    },
+    /// No texel for a metre.
+    #[error("the most texels for a metre are to be above 0")]
+    MostPerM,
+    /// What has no size.
+    #[error("triangle {triangle} has a corner, or a density, that is not finite, or too large to be laid flat: mend the mesh")]
+    NotFinite {
+        /// The first such triangle.
+        triangle: u32,
+    },
     /// More charts than texels.
     #[error(
         "{charts} charts do not fit into {width} by {height} texels; the smallest square that holds them has {smallest} a side"
@@ -69,6 +90,9 @@ pub enum PackError {
         smallest: u64,
     },
 }
+
+/// The most textures: triangles name theirs in 16 bits.
+const MOST_SHEETS: u32 = u16::MAX as u32;
 
 /// Where a chart lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,23 +139,35 @@ fn turned(p: Vec2, quarters: u8) -> Vec2 {
 /// Packs charts whose triangles are given by `corners`.
 ///
 /// # Errors
-/// Sizes that are no textures', and more charts than there is room for.
+/// Sizes that are no textures', settings out of range, triangles that are not finite, and more charts than there is room for.
 pub fn pack(charts: &[Chart], corners: impl Fn(u32) -> [Vec3; 3] + Sync, params: &PackParams) -> Result<Packing, PackError> {
     let PackParams { width, height, margin, .. } = *params;
     let sides = 1..=LARGEST;
     if !sides.contains(&width) || !sides.contains(&height) {
         return Err(PackError::Size { width, height });
     }
-    let sheets = params.sheets.max(1);
+    if margin > LARGEST {
+        return Err(PackError::Margin { margin });
+    }
+    let sheets = params.sheets;
+    if !(1..=MOST_SHEETS).contains(&sheets) {
+        return Err(PackError::Sheets { sheets });
+    }
+    if params.most_per_m.is_nan() || params.most_per_m <= 0.0 {
+        return Err(PackError::MostPerM);
+    }
     let room = |side: u32| u64::from((side + margin) / (1 + margin));
+    let smallest = (charts.len() as f64 / f64::from(sheets)).sqrt().ceil() as u64 * u64::from(1 + margin) - u64::from(margin);
+    let too_small = PackError::TooSmall { charts: charts.len(), width, height, smallest };
     if charts.len() as u64 > room(width) * room(height) * u64::from(sheets) {
-        let smallest =
-            (charts.len() as f64 / f64::from(sheets)).sqrt().ceil() as u64 * u64::from(1 + margin) - u64::from(margin);
-        return Err(PackError::TooSmall { charts: charts.len(), width, height, smallest });
+        return Err(too_small);
     }
     let shapes: Vec<Shape> = charts.par_iter().map(|chart| Shape::new(chart, &corners)).collect();
+    if let Some(chart) = shapes.iter().position(|shape| !shape.is_finite()) {
+        return Err(PackError::NotFinite { triangle: charts[chart].triangles.first().copied().unwrap_or(0) });
+    }
     let area: f64 = shapes.iter().map(|shape| shape.area).sum();
-    let (per_m, placements) = largest(&shapes, params);
+    let (per_m, placements) = largest(&shapes, params).ok_or(too_small)?;
     let sheets = placements.iter().map(|placement| placement.sheet + 1).max().unwrap_or(1);
     let covered = area * f64::from(per_m) * f64::from(per_m);
     let utilisation = (covered / (f64::from(width) * f64::from(height) * f64::from(sheets))) as f32;

@@ -48,14 +48,14 @@ impl Known {
     }
 }
 
-/// The largest scale that was found, texels a metre, and where charts lie at it.
-pub(super) fn largest(shapes: &[Shape], params: &PackParams) -> (f32, Vec<Placement>) {
+/// The largest scale that was found, texels a metre, and where charts lie at it; none where not even a texel for each finds room.
+pub(super) fn largest(shapes: &[Shape], params: &PackParams) -> Option<(f32, Vec<Placement>)> {
     let area: f64 = shapes.iter().map(|shape| shape.area).sum();
     let whole = |mut laying: Laying| (laying.run(None) == Laid::All).then_some((laying.scale, laying.placements));
     if area <= 0.0 {
-        return whole(Laying::new(shapes, 0.0, params)).unwrap_or_default();
+        return whole(Laying::new(shapes, 0.0, params));
     }
-    let texels = f64::from(params.width) * f64::from(params.height) * f64::from(params.sheets.max(1));
+    let texels = f64::from(params.width) * f64::from(params.height) * f64::from(params.sheets);
     let demand = Demand::of(shapes, texels, params);
     let scale_of = |fullness: f64| demand.scale(fullness * texels);
     let expected = scale_of(FULL[0] + FULL[1] * demand.filled);
@@ -87,18 +87,19 @@ pub(super) fn largest(shapes: &[Shape], params: &PackParams) -> (f32, Vec<Placem
         let Some(largest) = likely.pop() else { break };
         known.fails = largest.scale;
         if let Some(found) = whole(largest) {
-            return found;
+            return Some(found);
         }
         known.fits = likely.last().map(|laying| laying.scale);
     }
     // in the end each takes one texel, and there is room for that: it was asked for before
-    let mut scale = known.fails;
-    loop {
+    let mut scale = known.fails.min(params.most_per_m);
+    while scale > 0.0 {
         if let Some(found) = whole(Laying::new(shapes, scale, params)) {
-            return found;
+            return Some(found);
         }
         scale *= BACK;
     }
+    whole(Laying::new(shapes, 0.0, params))
 }
 
 /// How many texels charts take with half of their margins, for two share one: for each a s^2 + b s + c at the scale s, for it has its area, its rim and its

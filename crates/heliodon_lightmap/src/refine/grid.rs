@@ -43,6 +43,8 @@ pub struct Grid {
     pub(super) cells: Vec<u32>,
     /// Of each texel: its chart's grid, and where it lies there.
     at: Vec<(u32, [i32; 2])>,
+    /// Whether each lies on the surface; only filtering asks for the others.
+    pub(super) covered: Vec<bool>,
 }
 
 impl Grid {
@@ -69,7 +71,7 @@ impl Grid {
             }
             charts.push(chart);
         }
-        Self { places, charts, cells, at }
+        Self { places, charts, cells, at, covered: texels.iter().map(|texel| texel.is_covered).collect() }
     }
 
     /// How many texels there are.

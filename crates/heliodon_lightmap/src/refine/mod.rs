@@ -183,6 +183,8 @@ impl Work<'_> {
         let is_off = |(i, &texel): (usize, &u32)| {
             let promise = match self.state[texel as usize] {
                 State::Interpolated => Some(self.value(texel).to_vec()),
+                // beyond the surface nothing is followed
+                _ if !self.grid.covered[texel as usize] => None,
                 _ => self.promised(texel, stride).map(|promise| promise.values),
             };
             let found = &values[i * self.count..][..self.count];
@@ -212,9 +214,15 @@ impl Work<'_> {
             [false, false] => &[[1, 1], [1, -1]],
         };
         let beside = |[x, y]: [i32; 2], steps: i32| self.grid.beside(texel, x * steps * stride, y * steps * stride);
-        let parents = lines.iter().flat_map(|&line| [beside(line, -1), beside(line, 1)]);
-        let parents = parents.collect::<Option<Vec<u32>>>()?;
         let known = |parent: u32| self.state[parent as usize] != State::Unknown && self.valid[parent as usize];
+        let parents = lines.iter().flat_map(|&line| [beside(line, -1), beside(line, 1)]);
+        let Some(parents) = parents.collect::<Option<Vec<u32>>>() else {
+            // A chart's rim, beyond the surface, goes on as the surface before it does.
+            let inward = lines.iter().flat_map(|&line| [(line, -1), (line, 1)]);
+            let inward = inward.filter_map(|(line, side)| beside(line, side).zip(beside(line, 3 * side)));
+            let inward: Vec<(u32, u32)> = inward.filter(|&(near, far)| known(near) && known(far)).collect();
+            return if self.grid.covered[texel as usize] { None } else { self.continued(texel, &inward) };
+        };
         if !parents.iter().all(|&parent| known(parent)) || !self.is_smooth(texel, &parents) {
             return None;
         }
@@ -230,6 +238,21 @@ impl Work<'_> {
         };
         let agree = self.agree(texel, &of_parents, 1.0) || (self.agree(texel, &of_parents, STEEPEST) && is_even());
         Some(Promise { values, is_sure: agree && self.sees_far(&parents) })
+    }
+
+    /// What a texel gets that has neighbours on one side only: a near one, and one three times as far.
+    fn continued(&self, texel: u32, inward: &[(u32, u32)]) -> Option<Promise> {
+        if inward.is_empty() || !inward.iter().all(|&(near, far)| self.faces_alike(texel, near) && self.faces_alike(near, far))
+        {
+            return None;
+        }
+        let share = 1.0 / inward.len() as f32;
+        let went_on = |near: &[f32], far: &[f32], i: usize| near[i] + 0.5 * (near[i] - far[i]);
+        let of_pairs: Vec<(&[f32], &[f32])> = inward.iter().map(|&(near, far)| (self.value(near), self.value(far))).collect();
+        let values = (0..self.count).map(|i| of_pairs.iter().map(|(near, far)| went_on(near, far, i)).sum::<f32>() * share);
+        let all: Vec<&[f32]> = of_pairs.iter().flat_map(|&(near, far)| [near, far]).collect();
+        let pairs: Vec<u32> = inward.iter().flat_map(|&(near, far)| [near, far]).collect();
+        Some(Promise { values: values.collect(), is_sure: self.agree(texel, &all, 1.0) && self.sees_far(&pairs) })
     }
 
     fn faces_alike(&self, texel: u32, other: u32) -> bool {

@@ -34,7 +34,7 @@ const FACING: i32 = 32;
 
 /// Smooths the light of a grid's texels.
 pub(super) fn denoise(grid: &Grid, light: &mut Vec<Vec3>, params: &DenoiseParams) {
-    for round in 0..params.rounds.clamp(1, 6) {
+    for round in 0..params.rounds {
         let step = 1 << round;
         // what is left of noise is halved each time
         let contrast = params.contrast / step as f32;

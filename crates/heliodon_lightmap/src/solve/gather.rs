@@ -5,7 +5,7 @@ use super::follow::{Path, follow};
 use super::stage::{Met, Stage};
 use super::{Models, SolveParams};
 use glam::Vec3;
-use heliodon_rays::{Hit, Ray, beam_order};
+use heliodon_rays::{Hit, Ray, beam_order, set_bits};
 use rayon::prelude::*;
 
 /// Texels that look around together.
@@ -76,44 +76,46 @@ impl Gather<'_> {
     }
 
     fn unit(&self, texels: &[u32]) -> (Vec<Found>, u64) {
-        let stage = self.stage;
-        let of = |all: &[Vec3]| texels.iter().map(|&texel| all[texel as usize]).collect::<Vec<_>>();
-        let (origins, planes) = (of(&stage.origins), of(&stage.planes));
-        let normals: Vec<Vec3> = texels.iter().map(|&texel| stage.places[texel as usize].normal).collect();
-        let mut open: Vec<bool> = normals.iter().map(|n| n.is_finite()).collect();
         let mut sums = vec![Sums::default(); texels.len()];
-        let (mut active, mut hits) = (vec![0_u64; texels.len().div_ceil(64)], vec![Hit::MISS; texels.len()]);
+        let mut open = Open::new(self.stage, texels);
+        let (mut active, mut hits) = (Vec::new(), Vec::new());
         let mut rays = 0;
         for (number, block) in self.blocks.iter().enumerate() {
             let mut paths = Vec::new();
+            active.resize(open.numbers.len().div_ceil(64), 0_u64);
+            hits.resize(open.numbers.len(), Hit::MISS);
             for (d, &direction) in block.directions.iter().enumerate() {
                 active.fill(0);
-                for i in (0..texels.len()).filter(|&i| open[i]) {
-                    let faces = normals[i].dot(direction) > 0.0 && planes[i].dot(direction) > 0.0;
+                for (i, (normal, plane)) in open.normals.iter().zip(&open.planes).enumerate() {
+                    let faces = normal.dot(direction) > 0.0 && plane.dot(direction) > 0.0;
                     active[i / 64] |= u64::from(faces) << (i % 64);
                 }
                 rays += active.iter().map(|word| u64::from(word.count_ones())).sum::<u64>();
-                stage.scene.rays.closest_parallel(&origins, direction, &active, &mut hits);
+                self.stage.scene.rays.closest_parallel(&open.origins, direction, &active, &mut hits);
                 let at = Direction { direction, solid_angle: block.solid_angles[d], escaped: block.escaped[d] };
-                for i in bits(&active) {
-                    let cosine = normals[i].dot(direction);
+                for i in set_bits(&active) {
+                    let cosine = open.normals[i].dot(direction);
                     let key = (number * block.directions.len() + d) as u32;
-                    self.add(&mut sums[i], &at, cosine, &hits[i], |path| {
-                        paths.push(Path { of: i as u32, key, texel: texels[i], ..path })
+                    let of = open.numbers[i];
+                    self.add(&mut sums[of as usize], &at, cosine, &hits[i], |path| {
+                        paths.push(Path { of, key, texel: texels[of as usize], ..path })
                     });
                 }
             }
             rays += follow(self, paths, |of, light| sums[of as usize].of_block.light += light);
-            for ((open, sums), &texel) in open.iter_mut().zip(&mut sums).zip(texels).filter(|((open, _), _)| **open) {
-                sums.end_block();
-                let beside = self.beside.get(texel as usize).copied().unwrap_or(0.0) + self.floor;
-                *open = number + 1 < LEAST_BLOCKS as usize || !sums.is_certain(0.5 * self.params.error, beside);
+            open.numbers.iter().for_each(|&of| sums[of as usize].end_block());
+            if number + 1 >= LEAST_BLOCKS as usize {
+                open.retain(|of| {
+                    let beside = self.beside.get(texels[of as usize] as usize).copied().unwrap_or(0.0) + self.floor;
+                    !sums[of as usize].is_certain(0.5 * self.params.error, beside)
+                });
             }
-            if !open.contains(&true) {
+            if open.numbers.is_empty() {
                 break;
             }
         }
-        let found = sums.iter().zip(&origins).map(|(sums, &origin)| self.found(sums, origin, &mut rays)).collect();
+        let origins = texels.iter().map(|&texel| self.stage.origins[texel as usize]);
+        let found = sums.iter().zip(origins).map(|(sums, origin)| self.found(sums, origin, &mut rays)).collect();
         (found, rays)
     }
 
@@ -175,6 +177,37 @@ impl Gather<'_> {
     }
 }
 
+/// The texels of a unit that still look around, close together: a ray that nobody asks for costs as well.
+struct Open {
+    /// Which of the unit each is.
+    numbers: Vec<u32>,
+    origins: Vec<Vec3>,
+    planes: Vec<Vec3>,
+    normals: Vec<Vec3>,
+}
+
+impl Open {
+    fn new(stage: &Stage, texels: &[u32]) -> Self {
+        let finite = |(_, texel): &(u32, &u32)| stage.places[**texel as usize].normal.is_finite();
+        let (numbers, texels): (Vec<u32>, Vec<u32>) = (0..).zip(texels).filter(finite).map(|(i, &texel)| (i, texel)).unzip();
+        let of = |all: &[Vec3]| texels.iter().map(|&texel| all[texel as usize]).collect();
+        let normals = texels.iter().map(|&texel| stage.places[texel as usize].normal).collect();
+        Self { numbers, origins: of(&stage.origins), planes: of(&stage.planes), normals }
+    }
+
+    fn retain(&mut self, is_open: impl Fn(u32) -> bool) {
+        let open: Vec<bool> = self.numbers.iter().map(|&of| is_open(of)).collect();
+        fn kept<T: Copy>(all: &mut Vec<T>, open: &[bool]) {
+            let mut next = 0..;
+            all.retain(|_| next.next().is_some_and(|i: usize| open[i]));
+        }
+        kept(&mut self.numbers, &open);
+        kept(&mut self.origins, &open);
+        kept(&mut self.planes, &open);
+        kept(&mut self.normals, &open);
+    }
+}
+
 struct Direction {
     direction: Vec3,
     solid_angle: f32,
@@ -222,18 +255,4 @@ impl Sums {
         let most = error * (self.mean.abs() + 3.0 * beside);
         self.squares <= most * most * self.blocks * (self.blocks - 1.0).max(0.0)
     }
-}
-
-/// The indices of the bits that are set, ascending.
-pub(super) fn bits(words: &[u64]) -> impl Iterator<Item = usize> {
-    words.iter().enumerate().flat_map(|(i, &word)| {
-        let mut rest = word;
-        std::iter::from_fn(move || {
-            (rest != 0).then(|| {
-                let bit = rest.trailing_zeros() as usize;
-                rest &= rest - 1;
-                i * 64 + bit
-            })
-        })
-    })
 }

@@ -3,13 +3,12 @@
 //! Where a closed form tells the whole, only the part that is seen is sampled, and what nothing shades has no noise at all.
 
 use super::directions::sobol2;
-use super::gather::bits;
 use super::stage::Stage;
 use super::{Models, SolveParams};
 use crate::lights::Light;
 use glam::Vec3;
 use heliodon_math::color::luminance;
-use heliodon_rays::{Ray, beam_order};
+use heliodon_rays::{Ray, beam_order, set_bits};
 use rayon::prelude::*;
 
 /// Texels that are asked together.
@@ -154,7 +153,7 @@ impl Lamps<'_> {
             active[i / 64] |= u64::from(counted(i).is_some()) << (i % 64);
         }
         self.stage.scene.rays.occluded_parallel(&origins, sample.direction, &active, &mut occluded);
-        for i in bits(&active) {
+        for i in set_bits(&active) {
             if let Some(light) = counted(i) {
                 seen[i].take(light, occluded[i / 64] >> (i % 64) & 1 == 0);
             }

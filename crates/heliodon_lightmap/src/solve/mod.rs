@@ -6,7 +6,7 @@
 //!
 //! Texels that lie inside something take their light from the nearest ones of their chart that do not, and both sides of a border between charts are made to show the
 //! same ([`crate::seams`]). Nothing shines through: rays start off the surface on the side that the texel shows, and off the sides of its triangle, so that no
-//! ray starts in the plane of the wall that rises there.
+//! ray starts in the plane of the wall that rises there; and what lies on both sides of a wall thinner than a texel shows the darker one's light.
 
 mod denoise;
 mod directions;
@@ -16,6 +16,7 @@ mod gather;
 mod lamps;
 pub mod models;
 mod stage;
+mod walls;
 
 pub use denoise::DenoiseParams;
 
@@ -34,6 +35,7 @@ use heliodon_rays::TriangleScene;
 use models::{Illumination, SurfaceModel};
 use serde::{Deserialize, Serialize};
 use stage::Stage;
+use walls::Walls;
 
 /// What part of the light triangles reflect, linear Rec. 709, each component in [0, 1]: of a triangle, at the weights of its second and third corner.
 pub type Albedo<'a> = &'a (dyn Fn(u32, f32, f32) -> Vec3 + Sync);
@@ -71,13 +73,13 @@ pub struct SolveParams {
     pub bounces: u32,
     /// The error that is asked for, as a part of the light around, above 0: of the samples' mean, and of interpolation. Half of it costs about four times as much.
     pub error: f32,
-    /// Directions of the upper half that a texel looks in at most, at least 256.
+    /// Directions of the upper half that a texel looks in at most, 64 to 1,048,576; with fewer than 256 nobody asks whether they were enough.
     pub samples: u32,
-    /// Samples of a lamp with an area that a texel takes at most, at least 48.
+    /// Samples of a lamp with an area that a texel takes at most, 1 to 1,048,576; 48 are taken anyway.
     pub light_samples: u32,
-    /// What is darker than this part of the mean light need not be exact, at least 0.
+    /// What is darker than this part of the mean light need not be exact, 0 to 10; the mean is of light cut at what 95 of 100 texels do not exceed.
     pub dark: f32,
-    /// Texels between samples of the first lattice, a power of two; 1 samples every texel.
+    /// Texels between samples of the first lattice, 1 to 64, a power of two; 1 samples every texel.
     pub first_stride: u32,
     /// How far from the surface rays start, metres; none takes what rounding asks for.
     pub offset_m: Option<f32>,
@@ -167,6 +169,8 @@ pub struct Notes {
     pub sampled: Vec<usize>,
     /// Texels that lie inside something.
     pub inside: usize,
+    /// Texels with a wall on them that is thinner than they are: they show the darker side's light.
+    pub parted: usize,
     /// Rays that were traced.
     pub rays: u64,
     /// Whether it was smoothed: then errors are no more what was asked for.
@@ -184,6 +188,8 @@ pub struct LightMap {
     pub light: Vec<Vec3>,
     /// Whether it lies where light can be; others have borrowed what those beside them have, or show what there is inside.
     pub valid: Vec<bool>,
+    /// Whether it may be changed to match what is beyond a chart's border: not within things, nor where a wall stands on it.
+    pub matched: Vec<bool>,
     /// How it came to be.
     pub notes: Notes,
 }
@@ -204,7 +210,7 @@ const UNSEEN: f32 = 0.1;
 pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<LightMap, SolveError> {
     scene.validate()?;
     params.validate()?;
-    let stage = Stage::new(scene, params.offset_m.unwrap_or_else(|| scene.rays.start_offset()));
+    let mut stage = Stage::new(scene, params.offset_m.unwrap_or_else(|| scene.rays.start_offset()));
     let grid = Grid::new(scene.texels, &scene.unwrapped.chart, stage.places.clone());
     let blocks = (2 * params.samples).div_ceil(EVEN);
     let first_blocks = sky_blocks(blocks, params.seed, models.illumination, scene.sky);
@@ -224,6 +230,11 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
     let Refined { valid, samples, .. } = refined;
     let mut notes_sampled = vec![samples];
     let mut light = lights[0].clone();
+    let (walls, asked) = Walls::find(&stage, &grid, &valid);
+    rays += asked;
+    let mut parted = vec![false; light.len()];
+    walls.texels().for_each(|texel| parted[texel as usize] = true);
+    stage.parted = parted;
 
     let further = even_blocks(blocks, params.seed ^ 0xB0);
     for _ in 0..models.illumination.bounces(params.bounces) {
@@ -253,7 +264,9 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
         denoise(&grid, &mut light, settings);
     }
     light.iter_mut().zip(&stage.places).for_each(|(light, place)| *light = models.surface.shown(*light, place));
-    let widest_seam = if params.match_seams { match_seams(scene, &mut light) } else { 0.0 };
+    walls.darken(&mut light);
+    let matched: Vec<bool> = valid.iter().zip(&stage.parted).map(|(valid, parted)| *valid && !parted).collect();
+    let widest_seam = if params.match_seams { match_seams(scene, &matched, &mut light) } else { 0.0 };
     let mut notes = Notes {
         illumination: models.illumination.name().to_owned(),
         surface: models.surface.name().to_owned(),
@@ -261,12 +274,13 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
         sampled: notes_sampled,
         inside: valid.iter().filter(|valid| !**valid).count(),
         rays,
+        parted: stage.parted.iter().filter(|parted| **parted).count(),
         denoised: params.denoise.is_some(),
         widest_seam,
         mean: [0.0; 3],
     };
     notes.mean = mean(scene.texels, &light, &valid).to_array();
-    Ok(LightMap { light, valid, notes })
+    Ok(LightMap { light, valid, matched, notes })
 }
 
 fn refine_params(params: &SolveParams, floor: f32, beside: Vec<f32>) -> RefineParams {
@@ -289,16 +303,24 @@ fn sampled(found: Vec<Found>) -> Sampled {
     }
 }
 
+/// Light, which a chart's rim may have been continued to less than nothing of.
 fn colors(values: &[f32]) -> Vec<Vec3> {
-    values.as_chunks::<3>().0.iter().map(|&color| Vec3::from_array(color)).collect()
+    values.as_chunks::<3>().0.iter().map(|&color| Vec3::from_array(color).max(Vec3::ZERO)).collect()
 }
 
-/// The mean light of texels from all over the scene.
+/// The mean light of texels from all over the scene, each no brighter than nearly all are: one beside a lamp says nothing of the others.
 fn brightness(texels: usize, light: impl FnOnce(&[u32]) -> Vec<Found>) -> f32 {
     let stride = texels.div_ceil(LOOKS).max(1);
     let some: Vec<u32> = (0..texels as u32).step_by(stride).collect();
-    let valid: Vec<f32> = light(&some).iter().filter(|found| found.valid).map(|found| found.light.max_element()).collect();
-    valid.iter().sum::<f32>() / valid.len().max(1) as f32
+    let mut valid: Vec<f32> = light(&some).iter().filter(|found| found.valid).map(|found| found.light.max_element()).collect();
+    let bright = nearly_brightest(&mut valid);
+    valid.iter().map(|light| light.min(bright)).sum::<f32>() / valid.len().max(1) as f32
+}
+
+/// What 95 of 100 values are no greater than; 0 where there is none. Reorders them.
+pub fn nearly_brightest(values: &mut [f32]) -> f32 {
+    let place = values.len() * 95 / 100;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(place, f32::total_cmp).1 }
 }
 
 fn mean(texels: &[Texel], light: &[Vec3], valid: &[bool]) -> Vec3 {
@@ -310,21 +332,24 @@ fn mean(texels: &[Texel], light: &[Vec3], valid: &[bool]) -> Vec3 {
 /// Of what is as bright as nearly all texels, so much may differ between both sides of a border: half of what eight bits show.
 const SEAM: f32 = 0.25 / 255.0;
 
-/// Matches both sides of borders; returns by how much they still differ at most.
-fn match_seams(scene: &Scene, light: &mut [Vec3]) -> f32 {
+/// Matches both sides of borders between charts, where texels are `matched` ([`LightMap::matched`]); no colour becomes negative. `light` may be what was made of it, as the
+/// light times the albedo. Returns by how much both sides still differ at most.
+///
+/// # Panics
+/// When there is not a colour and a mark for each texel.
+pub fn match_seams(scene: &Scene, matched: &[bool], light: &mut [Vec3]) -> f32 {
     let with_texels = &scene.triangles[..scene.unwrapped.triangles.len()];
-    let seams = Seams::new(scene.unwrapped, (scene.positions, scene.normals, with_texels), scene.texels, scene.sides);
+    let surface = (scene.positions, scene.normals, with_texels);
+    let seams = Seams::new(scene.unwrapped, surface, scene.texels, scene.sides, matched);
     let mut bright: Vec<f32> = light.iter().map(|light| light.max_element()).collect();
-    let place = bright.len() * 95 / 100;
-    let white = if bright.is_empty() { 0.0 } else { *bright.select_nth_unstable_by(place, f32::total_cmp).1 };
+    let white = nearly_brightest(&mut bright);
     let count = light.len();
     let mut values: Vec<f32> = (0..3).flat_map(|c| light.iter().map(move |light| light[c])).collect();
-    seams.close_all_above(&mut values, SEAM * white, 0.0);
+    let widest = seams.close_all_above(&mut values, SEAM * white, 0.0);
     for (i, light) in light.iter_mut().enumerate() {
         *light = Vec3::new(values[i], values[count + i], values[2 * count + i]);
     }
-    let widest = |c: usize| seams.widest(&light.iter().map(|light| light[c]).collect::<Vec<_>>());
-    (0..3).map(widest).fold(0.0, f32::max)
+    widest
 }
 
 impl Scene<'_> {
@@ -396,6 +421,14 @@ impl SolveParams {
         if !(self.first_stride.is_power_of_two() && self.first_stride <= 64) {
             return wrong("first_stride", self.first_stride.to_string(), "1, 2, 4, 8, 16, 32 or 64");
         }
+        if let Some(denoise) = &self.denoise {
+            if !(1..=6).contains(&denoise.rounds) {
+                return wrong("denoise.rounds", denoise.rounds.to_string(), "1 to 6");
+            }
+            if !positive(denoise.contrast) {
+                return wrong("denoise.contrast", denoise.contrast.to_string(), "above 0");
+            }
+        }
         match self.offset_m {
             Some(offset_m) if !positive(offset_m) => wrong("offset_m", offset_m.to_string(), "above 0"),
             _ => Ok(()),
@@ -409,7 +442,8 @@ impl LightMap {
     /// # Errors
     /// What is wrong.
     pub fn validate(&self) -> Result<(), SolveError> {
-        if self.light.len() != self.valid.len() || self.light.len() != self.notes.texels {
+        let texels = self.light.len();
+        if [self.valid.len(), self.matched.len(), self.notes.texels] != [texels; 3] {
             return Err(SolveError::Mismatch(format!("{} lights and {} marks", self.light.len(), self.valid.len())));
         }
         match self.light.iter().position(|light| !light.is_finite() || light.min_element() < 0.0) {
@@ -418,20 +452,112 @@ impl LightMap {
         }
     }
 
-    /// One texture, its first row that of v = 0. What no texel covers is filled from around, so that smaller versions have no dark rims.
+    /// One texture, its first row that of v = 0. What no texel has takes what the nearest one has, so that smaller versions of a chart, as far as the margin around it goes,
+    /// hold nothing of another.
     ///
     /// # Panics
     /// When the texels are not those that were solved.
     #[must_use]
-    pub fn image(&self, texels: &[Texel], sheet: u16, [width, height]: [u32; 2]) -> HdrImage {
-        assert_eq!(texels.len(), self.light.len(), "the texels that were solved");
-        let mut image = HdrImage::filled(width, height, Vec3::ZERO);
-        let mut known = vec![false; image.pixels.len()];
-        for (texel, light) in texels.iter().zip(&self.light).filter(|(texel, _)| texel.sheet == sheet) {
-            let at = usize::from(texel.y) * width as usize + usize::from(texel.x);
-            (image.pixels[at], known[at]) = (*light, true);
+    pub fn image(&self, texels: &[Texel], sheet: u16, sides: [u32; 2]) -> HdrImage {
+        image(texels, &self.light, sheet, sides)
+    }
+}
+
+/// As [`LightMap::image`], of other colours of the texels.
+///
+/// # Panics
+/// When there is not a colour for each texel.
+#[must_use]
+pub fn image(texels: &[Texel], light: &[Vec3], sheet: u16, [width, height]: [u32; 2]) -> HdrImage {
+    assert_eq!(texels.len(), light.len(), "a colour for each texel");
+    let mut image = HdrImage::filled(width, height, Vec3::ZERO);
+    let mut known = vec![false; image.pixels.len()];
+    for (texel, light) in texels.iter().zip(light).filter(|(texel, _)| texel.sheet == sheet) {
+        let at = usize::from(texel.y) * width as usize + usize::from(texel.x);
+        (image.pixels[at], known[at]) = (*light, true);
+    }
+    fill::fill(&mut image, known);
+    image
+}
+
+/// How many levels of a light map with such a margin between charts hold nothing of another chart where one is filtered, the first counted. On level L a filter reaches
+/// 3 2^(L-1) - 1 texels of the first beyond those that it takes on that one, on both sides of the margin; a texel stands for two by two of the level before as long as
+/// the side is even.
+#[must_use]
+pub fn clean_levels(margin: u32, [width, height]: [u32; 2]) -> u32 {
+    let halvings = (width | height).trailing_zeros().min(16);
+    1 + (1..=halvings).take_while(|&level| margin >= 2 * ((3 << (level - 1)) - 1)).count() as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::packing::PackParams;
+    use crate::unwrap::{UnwrapParams, unwrap};
+    use glam::Vec2;
+    use heliodon_image::Wrap;
+
+    #[test]
+    fn no_level_of_a_chart_holds_light_of_another() {
+        // eighty squares that face two ways, lit by their numbers
+        let square = |i: u8| {
+            let at = Vec3::new(f32::from(i % 10), 0.0, f32::from(i / 10)) * 1.5;
+            [Vec3::ZERO, Vec3::X, Vec3::new(0.7, 0.0, 1.2), Vec3::Z].map(|p| at + p)
+        };
+        let positions: Vec<Vec3> = (0..80).flat_map(square).collect();
+        let triangles: Vec<[u32; 3]> =
+            (0..80).flat_map(|i| [[0, 1, 2], [0, 2, 3]].map(|t: [u32; 3]| t.map(|v| v + 4 * i))).collect();
+        for (margin, levels) in [(0, 1), (3, 1), (4, 2), (10, 3), (22, 4)] {
+            let side = 512;
+            assert_eq!(clean_levels(margin, [side; 2]), levels);
+            let pack = PackParams { width: side, height: side, margin, ..PackParams::default() };
+            let unwrapped = unwrap(&positions, &triangles, &[], &UnwrapParams { pack, ..UnwrapParams::default() }).unwrap();
+            let texels = crate::texels::texels(&unwrapped, side, side);
+            let chart = |t: usize| Vec3::splat(1.0 + unwrapped.chart[t] as f32);
+            let light: Vec<Vec3> = texels.iter().map(|texel| chart(texel.triangle as usize)).collect();
+            let mut level = image(&texels, &light, 0, [side; 2]);
+            for number in 0..levels {
+                for (t, corners) in unwrapped.triangles.iter().enumerate() {
+                    let [a, b, c] = corners.map(|v| unwrapped.uvs[v as usize] * level.width as f32);
+                    let shares =
+                        (0..=20_u8).flat_map(|i| (0..=20 - i).map(move |j| [f32::from(i), f32::from(j)].map(|x| x / 20.0)));
+                    for [u, v] in shares {
+                        let p: Vec2 = a + (b - a) * u + (c - a) * v;
+                        let seen = level.sample_bilinear(p.x, p.y, Wrap::Clamp);
+                        assert!((seen - chart(t)).length() < 0.01, "margin {margin}, level {number}: {seen} of {}", chart(t));
+                    }
+                }
+                let finer = level;
+                level = HdrImage::from_fn(finer.width / 2, finer.height / 2, |x, y| {
+                    let four = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[dx, dy]| finer.pixel(2 * x + dx, 2 * y + dy));
+                    four.iter().sum::<Vec3>() / 4.0
+                });
+            }
         }
-        fill::fill(&mut image, known);
-        image
+        assert_eq!(clean_levels(64, [100, 64]), 3);
+        assert_eq!(clean_levels(64, [33, 64]), 1);
+    }
+
+    #[test]
+    fn settings_out_of_range_are_named() {
+        let of = |rounds: u32, contrast: f32| {
+            let denoise = Some(DenoiseParams { rounds, contrast });
+            SolveParams { denoise, ..SolveParams::default() }.validate()
+        };
+        assert!(of(3, 0.1).is_ok());
+        for (rounds, contrast) in [(0, 0.1), (7, 0.1), (3, 0.0), (3, f32::NAN), (3, f32::INFINITY)] {
+            assert!(matches!(of(rounds, contrast), Err(SolveError::Setting { .. })), "{rounds} {contrast}");
+        }
+    }
+
+    #[test]
+    fn one_bright_texel_does_not_say_how_bright_it_is() {
+        let found = |texels: &[u32]| {
+            let light = |&texel: &u32| Vec3::splat(if texel == 0 { 1.0e9 } else { 2.0 });
+            texels.iter().map(|texel| Found { light: light(texel), valid: true, reach_m: 1.0 }).collect::<Vec<_>>()
+        };
+        assert_eq!(brightness(1000, found), 2.0);
+        assert_eq!(brightness(0, found), 0.0);
+        assert_eq!(nearly_brightest(&mut [3.0, 1.0, 2.0]), 3.0);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Scene;
 use crate::refine::Place;
-use crate::texels::Texel;
+use crate::texels::{Texel, cell};
 use glam::{Vec2, Vec3};
 use heliodon_math::frame::unit_or;
 use heliodon_rays::Hit;
@@ -24,6 +24,8 @@ pub(super) struct Stage<'a> {
     /// What it hands on of the light that it has.
     pub albedo: Vec<Vec3>,
     pub offset_m: f32,
+    /// Texels that stand for both sides of a wall; none where empty.
+    pub parted: Vec<bool>,
     texel_at: Vec<u32>,
 }
 
@@ -31,7 +33,7 @@ pub(super) struct Stage<'a> {
 pub(super) enum Met {
     /// A front that has a texel.
     Texel(u32),
-    /// A back, or a triangle without texels: where a path goes on, what it faces there, and what is handed on.
+    /// A back, a triangle without texels, or a texel that has light of both sides of a wall: where a path goes on, what it faces there, and what is handed on.
     Other { origin: Vec3, normal: Vec3, albedo: Vec3 },
 }
 
@@ -57,7 +59,7 @@ impl<'a> Stage<'a> {
         let (faces, starts): (Vec<_>, Vec<_>) = scene.texels.par_iter().map(of_texel).unzip();
         let (places, planes) = faces.into_iter().unzip();
         let (origins, albedo) = starts.into_iter().unzip();
-        Self { scene, places, planes, origins, albedo, offset_m, texel_at }
+        Self { scene, places, planes, origins, albedo, offset_m, parted: Vec::new(), texel_at }
     }
 
     /// What was met by a ray of such a direction.
@@ -70,7 +72,7 @@ impl<'a> Stage<'a> {
             let size = Vec2::new(scene.sides[0] as f32, scene.sides[1] as f32);
             let at = ((a + (b - a) * hit.u + (c - a) * hit.v) * size).max(Vec2::ZERO).min(size - 1.0).as_uvec2();
             let texel = self.texel_at[cell(scene.sides, scene.unwrapped.sheet[hit.triangle as usize], at.x, at.y)];
-            if texel != NOBODY {
+            if texel != NOBODY && !self.parted.get(texel as usize).is_some_and(|parted| *parted) {
                 return Met::Texel(texel);
             }
         }
@@ -80,10 +82,6 @@ impl<'a> Stage<'a> {
         let place = inward([a, b, c], a + (b - a) * hit.u + (c - a) * hit.v, INWARD * self.offset_m);
         Met::Other { origin: place + plane * self.offset_m, normal: plane, albedo: scene.handed_on(hit.triangle, hit.u, hit.v) }
     }
-}
-
-fn cell([width, height]: [u32; 2], sheet: u16, x: u32, y: u32) -> usize {
-    (u32::from(sheet) as usize * height as usize + y as usize) * width as usize + x as usize
 }
 
 /// A place of a triangle, moved towards its middle where it lies nearer than `by_m` to a side.

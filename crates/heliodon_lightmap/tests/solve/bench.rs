@@ -1,6 +1,8 @@
 //! A scene on the bench: unwrapped, lit, and asked.
 
 use glam::Vec3;
+use heliodon_image::Wrap;
+use heliodon_lightmap::charts::ChartParams;
 use heliodon_lightmap::lights::{
     Amount, DirectionalSpec, EmissiveTriangles, IesProfile, Light, LightFiles, LightSpec, Photometry,
 };
@@ -38,8 +40,13 @@ impl Bench {
 
     /// A scene of which only the first triangles have texels.
     pub fn with_texels_on(scene: scenes::Scene, side: u32, triangles: usize) -> Self {
+        Self::cut(scene, side, triangles, ChartParams::default())
+    }
+
+    /// The same, cut into charts in some way.
+    pub fn cut(scene: scenes::Scene, side: u32, triangles: usize, charts: ChartParams) -> Self {
         let pack = PackParams { width: side, height: side, ..PackParams::default() };
-        let params = UnwrapParams { pack, ..UnwrapParams::default() };
+        let params = UnwrapParams { charts, pack };
         let unwrapped = unwrap(&scene.positions, &scene.triangles[..triangles], &[], &params).unwrap();
         let texels = texels(&unwrapped, side, side);
         let rays = TriangleScene::build(&scene.positions, &scene.triangles, &BuildParams::default()).unwrap();
@@ -80,6 +87,27 @@ impl Bench {
         let map = solve(&scene, models, params).unwrap();
         map.validate().unwrap();
         map
+    }
+
+    /// What filtering shows all over the front of each triangle, with the places.
+    pub fn filtered(&self, map: &LightMap) -> Vec<(Vec3, Vec3)> {
+        let image = map.image(&self.texels, 0, [self.side; 2]);
+        let of = |t: usize| {
+            let uvs = self.unwrapped.triangles[t].map(|v| self.unwrapped.uvs[v as usize] * self.side as f32);
+            let corners = self.scene.triangles[t].map(|v| self.scene.positions[v as usize]);
+            let longest = uvs[0].distance(uvs[1]).max(uvs[1].distance(uvs[2])).max(uvs[2].distance(uvs[0]));
+            let steps = (4.0 * longest).ceil().max(1.0) as u32;
+            let image = &image;
+            (0..=steps).flat_map(move |i| {
+                (0..=steps - i).map(move |j| {
+                    let [u, v] = [i, j].map(|x| x as f32 / steps as f32);
+                    let uv = uvs[0] + (uvs[1] - uvs[0]) * u + (uvs[2] - uvs[0]) * v;
+                    let place = corners[0] + (corners[1] - corners[0]) * u + (corners[2] - corners[0]) * v;
+                    (place, image.sample_bilinear(uv.x, uv.y, Wrap::Clamp))
+                })
+            })
+        };
+        (0..self.unwrapped.triangles.len()).flat_map(of).collect()
     }
 
     pub fn position(&self, texel: &Texel) -> Vec3 {

@@ -2,8 +2,9 @@
 
 use crate::bench::{Bench, light, sun};
 use glam::{Quat, Vec3};
+use heliodon_lightmap::charts::ChartParams;
 use heliodon_lightmap::lights::{Amount, LightSpec, PointSpec};
-use heliodon_lightmap::solve::SolveParams;
+use heliodon_lightmap::solve::{LightMap, SolveParams};
 use heliodon_math::dome::ConstantSky;
 use heliodon_testkit::scenes::{Scene, cuboid};
 
@@ -20,8 +21,13 @@ fn walls(thickness: f32) -> Scene {
 
 /// Six slabs that touch and reach into each other, on a floor that goes on outside.
 fn slabs(thickness: f32) -> Scene {
+    slabs_on_floor(thickness, 1)
+}
+
+/// The same, the floor of so many squares a side.
+fn slabs_on_floor(thickness: f32, parts: u32) -> Scene {
     let t = thickness;
-    cuboid(Vec3::new(-2.0, -t, -2.0), Vec3::new(6.0, 0.0, 7.0), 1)
+    cuboid(Vec3::new(-2.0, -t, -2.0), Vec3::new(6.0, 0.0, 7.0), parts)
         .and(cuboid(Vec3::new(-t, 0.0, -t), Vec3::new(0.0, 3.0, 5.0 + t), 1))
         .and(cuboid(Vec3::new(4.0, 0.0, -t), Vec3::new(4.0 + t, 3.0, 5.0 + t), 1))
         .and(cuboid(Vec3::new(-0.5 * t, -0.5 * t, -t), Vec3::new(4.0 + 0.5 * t, 3.0 + 0.5 * t, 0.0), 1))
@@ -70,5 +76,50 @@ fn no_light_comes_into_a_closed_room() {
             }
             assert_eq!(brightest, 0.0, "{name} {turn} {away}: {lit} texels");
         }
+    }
+}
+
+/// Bright days around a room.
+fn bright(bench: Bench, first_stride: u32) -> (Bench, LightMap) {
+    let bench = bench.under(ConstantSky(Vec3::splat(1000.0))).reflecting(0.9).lit(sun([0.3, 1.0, 0.2], 0.27, 1.0e5));
+    let params =
+        SolveParams { bounces: 3, error: 0.05, samples: 512, light_samples: 64, first_stride, ..SolveParams::default() };
+    let map = bench.solve(&params);
+    (bench, map)
+}
+
+/// The brightest that filtering shows within a room whose walls' inner sides lie at the sides of `shell`, of its floor and ceiling, and of the ground around it.
+fn inside_and_outside(bench: &Bench, map: &LightMap) -> (f32, f32) {
+    let is_inside = |p: Vec3| p.x > 2e-3 && p.x < 3.998 && p.z > 2e-3 && p.z < 4.998 && (p.y == 0.0 || p.y == 3.0);
+    let is_outside = |p: Vec3| p.x < -0.4 && p.y == 0.0;
+    let all = bench.filtered(map);
+    let brightest = |wanted: &dyn Fn(Vec3) -> bool| {
+        let wanted: Vec<f32> = all.iter().filter(|(p, _)| wanted(*p)).map(|(_, light)| light.max_element()).collect();
+        assert!(wanted.len() > 1000, "{} places", wanted.len());
+        wanted.iter().copied().fold(0.0, f32::max)
+    };
+    (brightest(&is_inside), brightest(&is_outside))
+}
+
+#[test]
+fn seams_of_a_floor_under_walls_bring_no_light_into_a_room() {
+    let scene = slabs_on_floor(0.3, 9);
+    let all = scene.triangles.len();
+    let (bench, map) = bright(Bench::cut(scene, 192, all, ChartParams { longest: 0.12, ..ChartParams::default() }), 8);
+    assert!(bench.unwrapped.charts.len() > 40, "{} charts", bench.unwrapped.charts.len());
+    let (inside, outside) = inside_and_outside(&bench, &map);
+    assert!(inside == 0.0 && outside > 1000.0, "{inside} of {outside}");
+}
+
+#[test]
+fn walls_thinner_than_a_texel_keep_a_room_dark() {
+    for (side, first_stride) in [(96, 1), (192, 1), (96, 8), (192, 8)] {
+        let (bench, map) = bright(Bench::new(slabs(0.05), side), first_stride);
+        assert!(1.0 / bench.unwrapped.packing.per_m > 0.08, "texels are larger than walls");
+        assert!(map.notes.parted > 100, "{:?}", map.notes);
+        let (inside, outside) = inside_and_outside(&bench, &map);
+        // between samples further apart, light is told as exactly as was asked for beside that of the day
+        let most = if first_stride == 1 { 0.0 } else { 1.0e-3 * outside };
+        assert!(inside <= most && outside > 1000.0, "{side}, {first_stride}: {inside} of {outside}");
     }
 }

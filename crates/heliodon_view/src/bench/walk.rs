@@ -1,23 +1,21 @@
 //! What culling gains on a walk: the same frames without it, with each kind and with both, in turn, in one program.
 
-use super::{BenchError, processor_ms};
+use super::{BenchError, ended, processor_ms};
 use crate::HeliodonPlugins;
 use crate::culling::{Culling, CullingTold};
 use crate::daylight::DaylightCamera;
 use crate::daylight::prepare::StageGpu;
 use crate::headless::fault::DeviceFault;
+use crate::headless::without_a_window;
 use crate::navigation::pose::{Pose, fov_deg};
-use crate::stage::{Stage, StageStatus};
+use crate::stage::Stage;
 use crate::time_lapse::TimeLapse;
 use bevy::app::ScheduleRunnerPlugin;
 use bevy::camera::RenderTarget;
-use bevy::log::LogPlugin;
 use bevy::prelude::*;
 use bevy::render::render_resource::{PollType, TextureFormat};
 use bevy::render::renderer::{RenderAdapterInfo, RenderDevice};
-use bevy::render::{Render, RenderApp, RenderPlugin, RenderSystems};
-use bevy::window::ExitCondition;
-use bevy::winit::WinitPlugin;
+use bevy::render::{Render, RenderApp, RenderSystems};
 use heliodon_bundle::Manifest;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -145,14 +143,7 @@ pub fn draw_plainly(app: &mut App) {
 /// Without any GPU driver, as Bevy does.
 pub fn walk_times(folder: &Path, bench: WalkBench) -> Result<WalkFound, BenchError> {
     let mut app = App::new();
-    app.add_plugins(
-        DefaultPlugins
-            .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
-            .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
-            .disable::<WinitPlugin>()
-            .disable::<LogPlugin>(),
-    )
-    .add_plugins((HeliodonPlugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
+    app.add_plugins(without_a_window()).add_plugins((HeliodonPlugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
     app.world_mut().resource_mut::<TimeLapse>().playing = false;
     if bench.plain {
         draw_plainly(&mut app);
@@ -176,16 +167,12 @@ pub fn walk_times(folder: &Path, bench: WalkBench) -> Result<WalkFound, BenchErr
               (mut culling, mut lapse): (ResMut<Culling>, ResMut<TimeLapse>),
               mut exit: MessageWriter<AppExit>| {
             let mut going = walks.0.lock().unwrap_or_else(PoisonError::into_inner);
-            let failed = match stage.status() {
-                StageStatus::Failed(what) => Some(BenchError::Loading(what.clone())),
-                _ => fault.first().map(BenchError::Device),
-            };
-            if let Some(error) = failed {
+            if let Some(error) = BenchError::of(&stage, &fault) {
                 going.ended = Some(Err(error));
                 exit.write(AppExit::error());
                 return;
             }
-            if !stage.is_complete() {
+            if !stage.is_complete() || !told.is_ready() {
                 return;
             }
             let kinds = kinds(bench.threshold_px);
@@ -242,12 +229,8 @@ pub fn walk_times(folder: &Path, bench: WalkBench) -> Result<WalkFound, BenchErr
     );
     let exit = app.run();
     let mut going = walks.0.lock().unwrap_or_else(PoisonError::into_inner);
-    match (going.ended.take(), fault.first()) {
-        (Some(Ok(())), Some(what)) => Err(BenchError::Device(what)),
-        (Some(Ok(())), None) => Ok(std::mem::take(&mut going.found)),
-        (Some(Err(error)), _) => Err(error),
-        (None, _) => Err(BenchError::Ended(exit)),
-    }
+    let found = going.ended.take().map(|ended| ended.map(|()| std::mem::take(&mut going.found)));
+    ended(found, &fault, exit)
 }
 
 #[cfg(test)]

@@ -54,28 +54,48 @@ impl Scale {
 /// Which objects a view leaves out.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LeftOut {
-    objects: Vec<bool>,
+    /// Of each object the last view that asked for it, and whether that left it out.
+    objects: Vec<(u32, bool)>,
+    view: u32,
 }
 
 impl LeftOut {
-    /// Goes on to the next view; if it `remembers` the one before, what was left out comes back late.
-    pub fn update(&mut self, objects: &Objects, scale: &Scale, threshold_px: f32, remembers: bool) {
-        self.objects.resize(objects.spheres.len(), false);
-        for (out, &sphere) in self.objects.iter_mut().zip(&objects.spheres) {
-            let until = if *out && remembers { threshold_px * BACK_AT } else { threshold_px };
-            *out = scale.pixels(sphere) < until;
-        }
-    }
-
-    /// Whether all of these are left out.
-    #[must_use]
-    pub fn has_all(&self, objects: &[u32]) -> bool {
-        objects.iter().all(|&object| self.objects.get(object as usize).is_some_and(|out| *out))
+    /// Goes on to the next view; if it `remembers` the ones before, what was left out comes back late.
+    pub fn next_view<'a>(&'a mut self, objects: &'a Objects, scale: Scale, threshold_px: f32, remembers: bool) -> View<'a> {
+        self.view = self.view.wrapping_add(1);
+        self.objects.resize(objects.spheres.len(), (self.view.wrapping_sub(1), false));
+        View { objects, scale, threshold_px, remembers, left_out: self }
     }
 
     /// Forgets all views.
     pub fn clear(&mut self) {
         self.objects.clear();
+    }
+}
+
+/// A view that leaves out what is small. It decides of an object when it is asked for it: a scan may have a million, of which few are met.
+pub struct View<'a> {
+    objects: &'a Objects,
+    scale: Scale,
+    threshold_px: f32,
+    remembers: bool,
+    left_out: &'a mut LeftOut,
+}
+
+impl View<'_> {
+    /// Whether all of these are left out.
+    pub fn has_all(&mut self, objects: &[u32]) -> bool {
+        objects.iter().all(|&object| self.has(object as usize))
+    }
+
+    fn has(&mut self, object: usize) -> bool {
+        let this = self.left_out.view;
+        let Some((view, out)) = self.left_out.objects.get_mut(object) else { return false };
+        if *view != this {
+            let until = if *out && self.remembers { self.threshold_px * BACK_AT } else { self.threshold_px };
+            (*view, *out) = (this, self.scale.pixels(self.objects.spheres[object]) < until);
+        }
+        *out
     }
 }
 
@@ -126,8 +146,7 @@ mod tests {
             // From where the ball is so large.
             let unit = Scale::new(&looking_north(), SIZE, Eye::At(Vec3::ZERO)).pixels;
             let eye = Vec3::Z * (unit / pixels + 0.5);
-            left_out.update(&objects, &Scale::new(&looking_north(), SIZE, Eye::At(eye)), 2.0, remembers);
-            left_out.has_all(&[0])
+            left_out.next_view(&objects, Scale::new(&looking_north(), SIZE, Eye::At(eye)), 2.0, remembers).has_all(&[0])
         };
         assert_eq!(
             [2.1, 1.9, 2.1, 2.4, 2.6, 2.1, 1.9].map(|pixels| at(pixels, true)),

@@ -1,7 +1,7 @@
 //! Whether an eye is out in the open, where what lies in stone hides what is behind it.
 
 use crate::daylight::chunk::KeptChunk;
-use crate::daylight::seen::Triangles;
+use crate::daylight::seen::NumberSet;
 use glam::{DVec2, Vec3};
 
 /// Which triangles of a chunk belong to closed bodies.
@@ -12,7 +12,7 @@ pub enum Solid {
     /// None.
     None,
     /// These, by their number in the chunk.
-    Some(Triangles),
+    Some(NumberSet),
 }
 
 impl Solid {

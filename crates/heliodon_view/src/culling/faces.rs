@@ -6,14 +6,17 @@
 
 use super::shadow::{GRAZING, Kind, Occluder};
 use super::slice::{Axes, Segment, rectangles};
-use super::solids::{LEAST_AREA_M2, Stone};
+use super::solids::{LEAST_AREA_M2, Stone, worth};
 use glam::Vec3;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 /// Surfaces of more triangles are scans, of which no wall is flat; looking at each would take seconds.
 const MOST_TRIANGLES: usize = 1 << 21;
 /// The largest triangles that are tried as beginnings of patches.
 const BEGINNINGS: usize = 512;
+/// Occluders on faces: a view looks at each.
+const MOST_OCCLUDERS: usize = 128;
 /// A patch is flat but for this, as a part of the distance from the origin: four steps of single precision.
 const OFF_PLANE: f32 = 4.0 * f32::EPSILON;
 /// The least cosine between normals of a patch: one degree.
@@ -30,10 +33,15 @@ struct Face {
 #[must_use]
 pub fn occluders(stone: Stone) -> Vec<Occluder> {
     let Some((positions, faces)) = open_faces(stone) else { return Vec::new() };
-    // Both triangles of each edge; more, or one, make it a rim.
-    let mut edges: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
+    let mut edges = SidesOfEdges::new();
     for (number, face) in faces.iter().enumerate() {
-        sides(face).for_each(|(a, b)| edges.entry((a.min(b), a.max(b))).or_default().push(number as u32));
+        sides(face).for_each(|(a, b)| match edges.entry((a.min(b), a.max(b))) {
+            Entry::Vacant(edge) => drop(edge.insert([number as u32, NOBODY])),
+            Entry::Occupied(mut edge) => {
+                let [_, other] = edge.get_mut();
+                *other = if *other == NOBODY { number as u32 } else { MANY };
+            }
+        });
     }
     let mut order: Vec<usize> = (0..faces.len()).collect();
     order.sort_by(|&a, &b| faces[b].area.total_cmp(&faces[a].area));
@@ -47,9 +55,9 @@ pub fn occluders(stone: Stone) -> Vec<Occluder> {
         let members = grow(&faces, &positions, &edges, &mut patch_of, (patch, first), off_m);
         let axes = Axes::new(faces[first].normal);
         let plan = |corner: u32| axes.of(positions[corner as usize]);
-        let is_rim = |&(a, b): &(u32, u32)| match &edges[&(a.min(b), a.max(b))][..] {
-            [one, other] => patch_of[*one as usize] != patch_of[*other as usize],
-            _ => true,
+        let is_rim = |&(a, b): &(u32, u32)| match edges[&(a.min(b), a.max(b))] {
+            [_, NOBODY | MANY] => true,
+            [one, other] => patch_of[one as usize] != patch_of[other as usize],
         };
         let outline: Vec<Segment> = members
             .iter()
@@ -61,12 +69,19 @@ pub fn occluders(stone: Stone) -> Vec<Occluder> {
         for [low, high] in rectangles(&outline, LEAST_AREA_M2) {
             let inner = [low.map(|at| at + rim), high.map(|at| at - rim)];
             if inner[0][0] < inner[1][0] && inner[0][1] < inner[1][1] {
-                found.push(Occluder { corners: axes.corners(inner, height).into(), kind: Kind::Face(off_m) });
+                found.push((worth(&inner), Occluder::new(axes.corners(inner, height).into(), Kind::Face(off_m))));
             }
         }
     }
-    found
+    // stable: of equals the first
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    found.into_iter().take(MOST_OCCLUDERS).map(|(_, occluder)| occluder).collect()
 }
+
+/// The triangles on both sides of each edge, whose second may be [`NOBODY`] or [`MANY`]: then it is a rim.
+type SidesOfEdges = HashMap<(u32, u32), [u32; 2]>;
+const NOBODY: u32 = u32::MAX;
+const MANY: u32 = u32::MAX - 1;
 
 fn sides(face: &Face) -> impl Iterator<Item = (u32, u32)> + use<> {
     let [a, b, c] = face.corners;
@@ -105,7 +120,7 @@ fn open_faces(stone: Stone) -> Option<(Vec<Vec3>, Vec<Face>)> {
 fn grow(
     faces: &[Face],
     positions: &[Vec3],
-    edges: &HashMap<(u32, u32), Vec<u32>>,
+    edges: &SidesOfEdges,
     patch_of: &mut [u32],
     (patch, first): (u32, usize),
     off_m: f32,
@@ -121,8 +136,11 @@ fn grow(
     let mut next = 0;
     while next < members.len() {
         for (a, b) in sides(&faces[members[next]]) {
-            let [one, other] = edges[&(a.min(b), a.max(b))][..] else { continue };
-            for neighbour in [one as usize, other as usize] {
+            let sides = edges[&(a.min(b), a.max(b))];
+            if matches!(sides[1], NOBODY | MANY) {
+                continue;
+            }
+            for neighbour in sides.map(|side| side as usize) {
                 if patch_of[neighbour] == u32::MAX && flat(&faces[neighbour]) {
                     patch_of[neighbour] = patch;
                     members.push(neighbour);

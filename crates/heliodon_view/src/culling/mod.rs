@@ -18,7 +18,7 @@ pub mod solids;
 use crate::daylight::chunk::KeptChunk;
 use crate::daylight::closed::Bodies;
 use crate::daylight::pages::GpuChunk;
-use crate::daylight::seen::Triangles;
+use crate::daylight::seen::NumberSet;
 use crate::daylight::view::{ClusterRef, Eye, frustum_planes};
 use bevy::prelude::*;
 use bevy::render::RenderApp;
@@ -28,6 +28,7 @@ use eye::Solid;
 use glam::{Mat4, Vec2};
 use heliodon_bundle::site::Matte;
 use objects::Objects;
+use rayon::prelude::*;
 use shadow::{Kind, Lies, Occluder, Onlooker, Shadow};
 use solids::Stone;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -104,17 +105,23 @@ impl Saved {
 
 /// What the last frame saved, as the render world tells it.
 #[derive(Resource, Clone, Debug, Default)]
-pub struct CullingTold(Arc<Mutex<Saved>>);
+pub struct CullingTold(Arc<Mutex<(Saved, bool)>>);
 
 impl CullingTold {
     /// What the last frame saved.
     #[must_use]
     pub fn last(&self) -> Saved {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).0
     }
 
-    pub(crate) fn tell(&self, saved: Saved) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = saved;
+    /// Whether it is known what can be culled of the bundle: that is found out after all of it is shown.
+    #[must_use]
+    pub fn is_ready(&self) -> bool {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).1
+    }
+
+    pub(crate) fn tell(&self, saved: Saved, is_ready: bool) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = (saved, is_ready);
     }
 }
 
@@ -147,14 +154,25 @@ impl CullingScene {
     pub fn new(chunks: &[Arc<KeptChunk>], is_ground: &[bool], bodies: &Bodies, mattes: &[Matte]) -> Self {
         let corners = |matte: &Matte| matte.corners.iter().map(|corner| Vec3::from(corner.map(|v| v as f32))).collect();
         let stone = Stone { chunks, bodies, is_ground };
-        let mut occluders: Vec<Occluder> =
-            mattes.iter().map(|matte| Occluder { corners: corners(matte), kind: Kind::Matte }).collect();
+        let mut occluders: Vec<Occluder> = mattes.iter().map(|matte| Occluder::new(corners(matte), Kind::Matte)).collect();
         occluders.extend(solids::occluders(stone));
         occluders.extend(faces::occluders(stone));
+        occluders.par_iter_mut().for_each(|occluder| occluder.parts = parts(occluder, chunks));
         let solid =
             chunks.iter().zip(&bodies.of_vertex).map(|(chunk, of_vertex)| solid_triangles(chunk, of_vertex, &bodies.closed));
         Self { occluders, solid: solid.collect(), objects: Objects::new(chunks, bodies) }
     }
+}
+
+/// The parts of all triangles that lie on both sides of an occluder's plane, cluster by cluster.
+fn parts(occluder: &Occluder, chunks: &[Arc<KeptChunk>]) -> [f32; 2] {
+    let (normal, corner) = (occluder.normal(), occluder.corners.first().copied().unwrap_or_default());
+    let mut counts = [0_u64; 2];
+    for cluster in chunks.iter().flat_map(|chunk| &*chunk.clusters) {
+        counts[usize::from(normal.dot(cluster.center - corner) <= 0.0)] += cluster.indices.len() as u64;
+    }
+    let all = (counts[0] + counts[1]).max(1);
+    counts.map(|count| count as f32 / all as f32)
 }
 
 fn solid_triangles(chunk: &KeptChunk, of_vertex: &[u32], closed: &[bool]) -> Solid {
@@ -163,9 +181,9 @@ fn solid_triangles(chunk: &KeptChunk, of_vertex: &[u32], closed: &[bool]) -> Sol
     if triangles().all(is_closed) {
         return Solid::All;
     }
-    let mut some = Triangles::default();
+    let mut some = NumberSet::default();
     some.extend((0u32..).zip(triangles()).filter(|(_, triangle)| is_closed(triangle)).map(|(number, _)| number));
-    if some == Triangles::default() { Solid::None } else { Solid::Some(some) }
+    if some == NumberSet::default() { Solid::None } else { Solid::Some(some) }
 }
 
 /// How a view culls.
@@ -186,6 +204,8 @@ pub struct Culler<'a> {
 pub struct ViewCulling {
     scene: Option<Arc<CullingScene>>,
     left_out: LeftOut,
+    /// Of each chunk, the clusters that the last view left out; empty for none.
+    pub removed: Vec<NumberSet>,
     /// What the last view saved.
     pub saved: Saved,
 }
@@ -209,15 +229,27 @@ impl ViewCulling {
         };
         let met = amount(&clusters);
         self.saved = Saved { met, ..Saved::default() };
+        self.removed.clear();
         let Some(scene) = culler.scene.filter(|scene| scene.solid.len() == chunks.len()) else { return clusters };
         if !self.scene.as_ref().is_some_and(|before| Arc::ptr_eq(before, scene)) {
             self.left_out.clear();
             self.scene = Some(Arc::clone(scene));
         }
+        let mut removed: Vec<NumberSet> = Vec::new();
+        let mut remove = |one: &ClusterRef| {
+            removed.resize(chunks.len(), NumberSet::default());
+            removed[one.chunk as usize].extend([one.cluster]);
+        };
         if culler.settings.contribution {
             let scale = Scale::new(clip_from_world, culler.size, eye);
-            self.left_out.update(&scene.objects, &scale, culler.settings.threshold_px, culler.remembers);
-            clusters.retain(|one| !self.left_out.has_all(scene.objects.of_cluster(one.chunk, one.cluster)));
+            let mut view = self.left_out.next_view(&scene.objects, scale, culler.settings.threshold_px, culler.remembers);
+            clusters.retain(|one| {
+                let is_small = view.has_all(scene.objects.of_cluster(one.chunk, one.cluster));
+                if is_small {
+                    remove(one);
+                }
+                !is_small
+            });
         } else {
             self.left_out.clear();
         }
@@ -235,12 +267,17 @@ impl ViewCulling {
                 let partly = *of_chunks[one.chunk as usize].get_or_insert_with(|| partly_in(&shadows, kept.bounds));
                 let cluster = &kept.clusters[one.cluster as usize];
                 let mut shadows = shadows.iter().enumerate().filter(|(number, _)| partly >> number & 1 == 1);
-                !shadows.any(|(_, shadow)| shadow.holds(cluster.center, cluster.half) == Lies::Within)
+                let is_hidden = shadows.any(|(_, shadow)| shadow.holds(cluster.center, cluster.half) == Lies::Within);
+                if is_hidden {
+                    remove(one);
+                }
+                !is_hidden
             });
         }
         let drawn = amount(&clusters);
         self.saved.hidden = Amount { clusters: large.clusters - drawn.clusters, triangles: large.triangles - drawn.triangles };
         self.saved.occluders = shadows.len() as u64;
+        self.removed = removed;
         clusters
     }
 }
@@ -267,11 +304,22 @@ impl CullingScene {
         if self.occluders.is_empty() || !(near_m.is_finite() && margin_rad.is_finite()) {
             return Vec::new();
         }
+        let any_solid = self.occluders.iter().any(|occluder| occluder.kind == Kind::Solid && occluder.meets(&planes));
         let kept = chunks.iter().map(|chunk| &*chunk.kept);
-        let open = eye::is_in_the_open(kept.zip(&self.solid), eye, near_m);
+        let open = any_solid && eye::is_in_the_open(kept.zip(&self.solid), eye, near_m);
         let occluders = self.occluders.iter().filter(|occluder| open || occluder.kind != Kind::Solid);
-        shadow::choose(occluders, Onlooker { eye, planes: &planes, margin_rad, near_m })
+        let directions = directions(clip_from_world, eye);
+        shadow::choose(occluders, Onlooker { eye, planes: &planes, margin_rad, near_m, directions: &directions })
     }
+}
+
+/// Directions from the eye, evenly over its picture.
+fn directions(clip_from_world: &Mat4, eye: Vec3) -> Vec<Vec3> {
+    let world_from_clip = clip_from_world.inverse();
+    let [across, down] = shadow::LOOKS;
+    let at = |i: u32, count: u32| (i as f32 + 0.5) / count as f32 * 2.0 - 1.0;
+    let near = |i: u32| Vec3::new(at(i % across, across), at(i / across, down), 1.0);
+    (0..across * down).map(|i| world_from_clip.project_point3(near(i)) - eye).collect()
 }
 
 /// How far from the eye the near plane's corners are.

@@ -19,6 +19,8 @@ pub struct Occluder {
     pub corners: Vec<Vec3>,
     /// What makes it hide.
     pub kind: Kind,
+    /// The part of the scene that lies on the side from which its corners go around counter-clockwise, and the part on the other: what it may hide.
+    pub parts: [f32; 2],
 }
 
 /// What makes an occluder hide.
@@ -33,20 +35,23 @@ pub enum Kind {
 }
 
 impl Occluder {
-    /// The solid angle under which `eye` sees it, steradians; 0 where the eye is in its plane.
-    ///
-    /// A. van Oosterom, J. Strackee: "The Solid Angle of a Plane Triangle", IEEE Transactions on Biomedical Engineering 30(2), 1983.
+    /// Of which it is not known yet what lies on its sides.
     #[must_use]
-    pub fn solid_angle(&self, eye: Vec3) -> f32 {
-        let [first, rest @ ..] = &self.corners[..] else { return 0.0 };
-        let a = *first - eye;
-        let pairs = rest.windows(2).map(|pair| (pair[0] - eye, pair[1] - eye));
-        let of_triangle = |(b, c): (Vec3, Vec3)| {
-            let [x, y, z] = [a, b, c].map(Vec3::length);
-            let volume = a.dot(b.cross(c)).abs();
-            2.0 * libm::atan2f(volume, x * y * z + a.dot(b) * z + a.dot(c) * y + b.dot(c) * x)
-        };
-        pairs.map(of_triangle).sum()
+    pub fn new(corners: Vec<Vec3>, kind: Kind) -> Self {
+        Self { corners, kind, parts: [1.0; 2] }
+    }
+
+    /// A normal of its plane, not of unit length, towards the side from which its corners go around counter-clockwise.
+    #[must_use]
+    pub fn normal(&self) -> Vec3 {
+        let [first, rest @ ..] = &self.corners[..] else { return Vec3::ZERO };
+        rest.windows(2).map(|pair| (pair[0] - *first).cross(pair[1] - *first)).sum()
+    }
+
+    /// The part of the scene that lies beyond its plane for an eye.
+    fn beyond(&self, eye: Vec3) -> f32 {
+        let is_before = self.corners.first().is_some_and(|&corner| self.normal().dot(eye - corner) > 0.0);
+        self.parts[usize::from(is_before)]
     }
 
     /// Whether any of it may lie within `planes` (inward unit normal, distance).
@@ -130,18 +135,29 @@ impl Shadow {
         if within { Lies::Within } else { Lies::Across }
     }
 
-    /// Whether all of another occluder is hidden, so that it would hide nothing more.
-    #[must_use]
-    pub fn hides(&self, other: &Occluder) -> bool {
-        other.corners.iter().all(|&corner| self.holds(corner, Vec3::ZERO) == Lies::Within)
+    /// Which of these directions from the eye meet the occluder, a bit each.
+    fn met_by(&self, directions: &[Vec3]) -> Looks {
+        let mut looks = [0; LOOK_WORDS];
+        for (i, direction) in directions.iter().enumerate() {
+            let meets = self.sides.iter().all(|side| side.dot(*direction) > 0.0);
+            looks[i / 64] |= u64::from(meets) << (i % 64);
+        }
+        looks
     }
 }
 
 /// The most occluders that a view takes: each costs a test of every chunk before it, and of the clusters of those that it hides partly.
 pub const MOST_OCCLUDERS: usize = 16;
 
-/// What is seen smaller than this hides too little to be worth its tests, steradians: a sixteenth of a view of 50 degrees.
-const LEAST_SOLID_ANGLE_SR: f32 = 0.03;
+/// Directions in which a view looks for occluders, across and down.
+pub const LOOKS: [u32; 2] = [32, 24];
+const LOOK_WORDS: usize = (LOOKS[0] * LOOKS[1]).div_ceil(64) as usize;
+
+/// A bit for each direction.
+type Looks = [u64; LOOK_WORDS];
+
+/// An occluder before less than this is not worth its tests: its part of the picture times the part of the scene that lies beyond it.
+const LEAST_WORTH: f32 = 0.002;
 
 /// An eye that looks for occluders.
 #[derive(Clone, Copy, Debug)]
@@ -154,32 +170,44 @@ pub struct Onlooker<'a> {
     pub margin_rad: f32,
     /// How far from the eye the near plane reaches, metres.
     pub near_m: f32,
+    /// [`LOOKS`] directions, evenly over its picture.
+    pub directions: &'a [Vec3],
 }
 
-/// The shadows of the occluders that hide most: the largest solid angles in view, no more than [`MOST_OCCLUDERS`], none that another hides.
+/// The shadows of the occluders that hide most, one after the other: each is before the most of the picture that none before it covers, times the part of the
+/// scene that is beyond it. No more than [`MOST_OCCLUDERS`].
+///
+/// Ground is large and near, but nearly nothing is beneath it: it takes no wall's place.
 pub fn choose<'a>(occluders: impl Iterator<Item = &'a Occluder>, onlooker: Onlooker) -> Vec<Shadow> {
-    let Onlooker { eye, planes, margin_rad, near_m } = onlooker;
-    let mut candidates: Vec<(f32, &Occluder)> = occluders
-        .filter(|occluder| occluder.meets(planes))
-        .map(|occluder| (occluder.solid_angle(eye), occluder))
-        .filter(|&(angle, _)| angle >= LEAST_SOLID_ANGLE_SR)
-        .collect();
-    // stable: of equals the first in the bundle
-    candidates.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut shadows: Vec<Shadow> = Vec::new();
-    for (_, occluder) in candidates {
-        if shadows.len() == MOST_OCCLUDERS {
-            break;
-        }
-        if shadows.iter().any(|shadow| shadow.hides(occluder)) {
-            continue;
+    let Onlooker { eye, planes, margin_rad, near_m, directions } = onlooker;
+    let candidate = |occluder: &Occluder| {
+        let beyond = occluder.beyond(eye);
+        if beyond < LEAST_WORTH || !occluder.meets(planes) {
+            return None;
         }
         let least_height_m = match occluder.kind {
             Kind::Matte | Kind::Solid => 0.0,
             // Rays flatter than that could pass through the rim; and the surface must lie clearly before what it hides.
             Kind::Face(off_m) => near_m.max(off_m / GRAZING),
         };
-        shadows.extend(Shadow::cast(occluder, eye, margin_rad).filter(|shadow| shadow.cap.1 > least_height_m));
+        let shadow = Shadow::cast(occluder, eye, margin_rad).filter(|shadow| shadow.cap.1 > least_height_m)?;
+        let looks = shadow.met_by(directions);
+        Some((beyond / directions.len() as f32, looks, shadow))
+    };
+    let mut candidates: Vec<(f32, Looks, Shadow)> = occluders.filter_map(candidate).collect();
+    let mut covered: Looks = [0; LOOK_WORDS];
+    let mut shadows: Vec<Shadow> = Vec::new();
+    while shadows.len() < MOST_OCCLUDERS {
+        let worth = |(scale, looks, _): &(f32, Looks, Shadow)| {
+            let more: u32 = looks.iter().zip(&covered).map(|(looks, covered)| (looks & !covered).count_ones()).sum();
+            more as f32 * scale
+        };
+        // of equals the first in the bundle
+        let best = candidates.iter().map(worth).enumerate().rev().max_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((best, _)) = best.filter(|(_, worth)| *worth >= LEAST_WORTH) else { break };
+        let (_, looks, shadow) = candidates.remove(best);
+        covered.iter_mut().zip(looks).for_each(|(covered, looks)| *covered |= looks);
+        shadows.push(shadow);
     }
     shadows
 }
@@ -191,15 +219,14 @@ mod tests {
 
     fn wall(z: f32, half: f32) -> Occluder {
         let corners = [[-half, -half], [half, -half], [half, half], [-half, half]].map(|[x, y]| Vec3::new(x, y, z));
-        Occluder { corners: corners.into(), kind: Kind::Matte }
+        Occluder::new(corners.into(), Kind::Matte)
     }
 
-    #[test]
-    fn solid_angles_are_those_of_a_cubes_faces() {
-        let sixth = 4.0 * std::f32::consts::PI / 6.0;
-        assert!((wall(-1.0, 1.0).solid_angle(Vec3::ZERO) - sixth).abs() < 1e-5);
-        assert!((wall(7.0, 7.0).solid_angle(Vec3::ZERO) - sixth).abs() < 1e-5);
-        assert!(wall(-1.0, 1.0).solid_angle(Vec3::new(5.0, 0.0, -1.0)).abs() < 1e-5, "in its plane");
+    /// Directions of a square picture of a right angle, towards -z.
+    fn directions() -> Vec<Vec3> {
+        let [across, down] = LOOKS;
+        let at = |i: u32, count: u32| (i as f32 + 0.5) / count as f32 * 2.0 - 1.0;
+        (0..across * down).map(|i| Vec3::new(at(i % across, across), at(i / across, down), -1.0)).collect()
     }
 
     #[test]
@@ -248,11 +275,13 @@ mod tests {
     fn the_largest_in_view_are_chosen_and_none_that_another_hides() {
         let occluders = [wall(-9.0, 1.0), wall(-2.0, 1.5), wall(3.0, 2.0), wall(-30.0, 0.2)];
         let planes = [Vec4::new(0.0, 0.0, -1.0, 0.0)];
-        let onlooker = Onlooker { eye: Vec3::ZERO, planes: &planes, margin_rad: 0.0, near_m: 0.05 };
+        let directions = directions();
+        let onlooker = Onlooker { eye: Vec3::ZERO, planes: &planes, margin_rad: 0.0, near_m: 0.05, directions: &directions };
         let shadows = choose(occluders.iter(), onlooker);
         // The first is hidden by the second, the third lies behind the eye, the last is too small.
         assert_eq!(shadows, [Shadow::cast(&occluders[1], Vec3::ZERO, 0.0).unwrap()]);
-        let many: Vec<Occluder> = (0..40).map(|k| wall(-1.0 - 0.1 * k as f32, 1.0 + 2.0 * k as f32)).collect();
+        let slat = |x: f32| [[-0.4, -9.0], [0.4, -9.0], [0.4, 9.0], [-0.4, 9.0]].map(|[dx, y]| Vec3::new(x + dx, y, -10.0));
+        let many: Vec<Occluder> = (0..20).map(|k| Occluder::new(slat(k as f32 - 9.5).into(), Kind::Matte)).collect();
         assert_eq!(choose(many.iter(), onlooker).len(), MOST_OCCLUDERS);
         // A face that the near plane cuts, and one that is not flat enough for an eye so near.
         for (kind, chosen) in [(Kind::Face(0.0), 1), (Kind::Face(3e-3), 0), (Kind::Solid, 1)] {
@@ -260,6 +289,23 @@ mod tests {
             assert_eq!(choose([&one].into_iter(), onlooker).len(), chosen, "{kind:?}");
             let near = Onlooker { near_m: 2.5, ..onlooker };
             assert_eq!(choose([&one].into_iter(), near).len(), usize::from(kind == Kind::Solid));
+        }
+    }
+
+    #[test]
+    fn what_has_nothing_beyond_it_takes_no_place() {
+        let directions = directions();
+        let onlooker = Onlooker { eye: Vec3::ZERO, planes: &[], margin_rad: 0.0, near_m: 0.05, directions: &directions };
+        let large = wall(-1.0, 4.0);
+        // seen from +z it goes around counter-clockwise: what lies beyond is on the other side
+        assert!(large.normal().z > 0.0);
+        let small = wall(-2.0, 1.0);
+        let of = |parts: [f32; 2]| choose([&Occluder { parts, ..large.clone() }, &small].into_iter(), onlooker);
+        let [of_large, of_small] = [&large, &small].map(|one| Shadow::cast(one, Vec3::ZERO, 0.0).unwrap());
+        for (parts, wanted) in
+            [([1.0, 0.0], vec![&of_small]), ([0.0, 1.0], vec![&of_large]), ([0.9, 0.1], vec![&of_small, &of_large])]
+        {
+            assert_eq!(of(parts).iter().collect::<Vec<_>>(), wanted, "{parts:?}");
         }
     }
 }

@@ -22,11 +22,11 @@ const DIRECTIONS: usize = 4;
 /// Directions are told apart from this cosine on: 8 degrees.
 const SAME_DIRECTION: f32 = 0.99;
 /// Planes of each direction through the middles of bodies, and as many behind faces.
-const PLANES: usize = 12;
+const PLANES: usize = 24;
 /// The most rectangles of a plane that are joined: their lines make a grid of so many cells squared, times four.
 const PARTS: usize = 300;
 /// Occluders of a plane.
-const OCCLUDERS_A_PLANE: usize = 8;
+const OCCLUDERS_A_PLANE: usize = 24;
 /// Occluders of a direction: a view asks each for its solid angle.
 const OCCLUDERS_A_DIRECTION: usize = 128;
 /// The least area of an occluder, square metres: what hides anything from two metres away, where visitors walk.
@@ -73,7 +73,7 @@ struct Found {
 const COUNTED_LENGTH: f64 = 4.0;
 
 /// What a rectangle is likely to hide, square metres.
-fn worth([low, high]: &Rectangle) -> f64 {
+pub fn worth([low, high]: &Rectangle) -> f64 {
     let (a, b) = (high[0] - low[0], high[1] - low[1]);
     a.min(b) * a.max(b).min(COUNTED_LENGTH * a.min(b))
 }
@@ -95,9 +95,7 @@ pub fn occluders(stone: Stone) -> Vec<Occluder> {
             kept.push(one);
         }
     }
-    kept.iter()
-        .map(|one| Occluder { corners: axes[one.direction].corners(one.rectangle, one.height).into(), kind: Kind::Solid })
-        .collect()
+    kept.iter().map(|one| Occluder::new(axes[one.direction].corners(one.rectangle, one.height).into(), Kind::Solid)).collect()
 }
 
 /// Whether a better rectangle lies beside nearly all of `one`.

@@ -10,7 +10,7 @@ use super::chunk::KeptChunk;
 use super::cluster::Cluster;
 use super::layout::GROUP;
 use super::pages::GpuChunk;
-use super::seen::{Seen, Triangles};
+use super::seen::{NumberSet, Seen};
 use super::view::ClusterRef;
 use crate::readback::TextureReadback;
 use bevy::prelude::UVec4;
@@ -78,7 +78,7 @@ impl DepthReadback {
 pub fn may_show(
     chunks: &[GpuChunk],
     clusters: &[ClusterRef],
-    known: Option<&[Triangles]>,
+    known: Option<&[NumberSet]>,
     picture: &DepthPicture<'_>,
     clip_from_world: &Mat4,
 ) -> (Seen, Seen) {
@@ -222,7 +222,7 @@ mod tests {
     }
 
     /// The triangles that may show of squares of two metres at these places, known ones apart.
-    fn shown(places: &[Vec3], known: Option<&[Triangles]>, (depth, clip): &(Vec<f32>, Mat4)) -> [Vec<(u32, u32)>; 2] {
+    fn shown(places: &[Vec3], known: Option<&[NumberSet]>, (depth, clip): &(Vec<f32>, Mat4)) -> [Vec<(u32, u32)>; 2] {
         ComputeTaskPool::get_or_init(Default::default);
         let chunks: Vec<GpuChunk> = places.iter().map(|&place| quad_at(place, 0)).collect();
         let clusters: Vec<ClusterRef> = (0..chunks.len() as u32).map(|chunk| ClusterRef { chunk, cluster: 0 }).collect();
@@ -258,7 +258,7 @@ mod tests {
         let places = [Vec3::new(-5.0, 0.0, -20.0), Vec3::new(5.0, 0.0, -20.0), Vec3::new(-5.0, 0.0, -5.0)];
         let all = [(1, 0), (1, 1), (2, 0), (2, 1)];
         assert_eq!(shown(&places, None, &wall), [all.to_vec(), vec![]]);
-        let mut known = vec![Triangles::default(); 3];
+        let mut known = vec![NumberSet::default(); 3];
         assert_eq!(shown(&places, Some(&known), &wall), [all.to_vec(), all.to_vec()]);
         known[1].extend([0, 1]);
         known[2].extend([1]);

@@ -52,12 +52,14 @@ fn encode_light(gpu: &StageGpu, cache: &PipelineCache, context: &mut RenderConte
     }
 }
 
-/// Lights the bounced sun's texels, if the moment is a new one for them.
+/// Lights the texels of sky and bounce, if the moment is a new one for them.
 fn encode_texels(gpu: &StageGpu, cache: &PipelineCache, context: &mut RenderContext) {
-    if let Some(pipeline) = gpu.texel_pipeline.filter(|_| gpu.texels.is_stale()).and_then(|id| cache.get_compute_pipeline(id)) {
-        let descriptor = ComputePassDescriptor { label: Some("texel_bounce"), timestamp_writes: None };
+    if let Some([Some(sky), Some(bounce)]) =
+        gpu.texel_pipelines.filter(|_| gpu.texels.is_stale()).map(|ids| ids.map(|id| cache.get_compute_pipeline(id)))
+    {
+        let descriptor = ComputePassDescriptor { label: Some("texel_relight"), timestamp_writes: None };
         let mut pass = context.command_encoder().begin_compute_pass(&descriptor);
-        gpu.texels.encode(&mut pass, pipeline);
+        gpu.texels.encode(&mut pass, [sky, bounce]);
     }
 }
 
@@ -132,7 +134,8 @@ pub fn draw_stage(
         let found = readback.read(&device, extracted.viewport, |picture| {
             may_show(&gpu.chunks, &clusters, known.as_deref(), picture, &stage_view.clip_from_world)
         });
-        let (shown, new) = found.unwrap_or_else(|| [(); 2].map(|()| Seen::clusters(&gpu.chunks, &clusters)).into());
+        let (shown, new) = found
+            .unwrap_or_else(|| [(); 2].map(|()| Seen::clusters(&gpu.chunks, &clusters, &stage_view.culling.removed)).into());
         gpu.list_stale(&new.groups, &queue);
         encode_light(&gpu, &cache, &mut context);
         stage_view.depth = Some(readback);

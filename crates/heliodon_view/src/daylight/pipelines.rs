@@ -3,7 +3,7 @@
 use super::depth_map;
 use super::layout::{BLOCK, VertexLayout};
 use super::sight::NUMBER_FORMAT;
-use super::texels::{TEXEL_BOUNCE_WGSL, TEXEL_LIGHT_WGSL, TEXEL_MOMENT_BYTES, TEXELS_WGSL};
+use super::texels::{TEXEL_LIGHT_WGSL, TEXEL_MOMENT_BYTES, TEXEL_RELIGHT_WGSL, TEXELS_WGSL};
 use super::view::VIEW_BYTES;
 use crate::actors::SHADE_WGSL;
 use crate::actors::render::shade_layout;
@@ -223,8 +223,8 @@ pub struct StagePipelines {
     pub texels_layout: BindGroupLayoutDescriptor,
     /// A detail.
     pub detail_layout: BindGroupLayoutDescriptor,
-    /// What the bounced sun's texels are lit from, and they.
-    pub texel_bounce_layout: BindGroupLayoutDescriptor,
+    /// What texels of the sky or of the bounced sun are lit from, and they.
+    pub texel_relight_layout: BindGroupLayoutDescriptor,
     /// The dome's two maps.
     pub sky_layout: BindGroupLayoutDescriptor,
     /// The matrix of a map of depth.
@@ -240,7 +240,7 @@ pub struct StagePipelines {
     sight_made: Option<[CachedRenderPipelineId; 2]>,
     caster_made: Option<CachedRenderPipelineId>,
     normals_made: Vec<(VertexLayout, CachedComputePipelineId)>,
-    texel_bounce_made: Option<CachedComputePipelineId>,
+    texel_relight_made: Option<[CachedComputePipelineId; 2]>,
     shaders: u128,
 }
 
@@ -281,7 +281,7 @@ impl Default for StagePipelines {
                         sampler(SamplerBindingType::Filtering),
                         uniform(TEXEL_MOMENT_BYTES),
                         texture_2d_array(TextureSampleType::Uint),
-                        texture_2d_array(TextureSampleType::Float { filterable: true }),
+                        image(),
                         image(),
                         sampler(SamplerBindingType::Filtering),
                         image(),
@@ -295,8 +295,8 @@ impl Default for StagePipelines {
                     (uniform(DETAIL_BYTES), image(), sampler(SamplerBindingType::Filtering)),
                 ),
             ),
-            texel_bounce_layout: BindGroupLayoutDescriptor::new(
-                "texel_bounce",
+            texel_relight_layout: BindGroupLayoutDescriptor::new(
+                "texel_relight",
                 &BindGroupLayoutEntries::sequential(
                     ShaderStages::COMPUTE,
                     (
@@ -341,7 +341,7 @@ impl Default for StagePipelines {
             sight_made: None,
             caster_made: None,
             normals_made: Vec::new(),
-            texel_bounce_made: None,
+            texel_relight_made: None,
             shaders: 0,
         }
     }
@@ -374,21 +374,23 @@ impl StagePipelines {
         id
     }
 
-    /// The pipeline that lights the bounced sun's texels.
-    pub fn texel_bounce(&mut self, cache: &mut PipelineCache) -> CachedComputePipelineId {
-        if let Some(id) = self.texel_bounce_made {
-            return id;
+    /// The pipelines that light texels: of the sky, and of the bounced sun.
+    pub fn texel_relight(&mut self, cache: &mut PipelineCache) -> [CachedComputePipelineId; 2] {
+        if let Some(ids) = self.texel_relight_made {
+            return ids;
         }
-        let shader = self.shader(cache, format!("{TEXELS_WGSL}{TEXEL_BOUNCE_WGSL}"), "texel_bounce");
-        let id = cache.queue_compute_pipeline(ComputePipelineDescriptor {
-            label: Some("texel_bounce".into()),
-            layout: vec![self.texel_bounce_layout.clone()],
-            shader,
-            entry_point: Some("main".into()),
-            ..default()
+        let shader = self.shader(cache, format!("{TEXELS_WGSL}{TEXEL_RELIGHT_WGSL}"), "texel_relight");
+        let ids = ["sky", "bounce"].map(|entry| {
+            cache.queue_compute_pipeline(ComputePipelineDescriptor {
+                label: Some("texel_relight".into()),
+                layout: vec![self.texel_relight_layout.clone()],
+                shader: shader.clone(),
+                entry_point: Some(entry.into()),
+                ..default()
+            })
         });
-        self.texel_bounce_made = Some(id);
-        id
+        self.texel_relight_made = Some(ids);
+        ids
     }
 
     /// The pipelines that number the triangles of surfaces and of closed bodies.

@@ -56,8 +56,8 @@ pub struct StageGpu {
     pub texels: TexelsGpu,
     /// Details of parts.
     pub details: DetailsGpu,
-    /// What lights the bounced sun's texels.
-    pub texel_pipeline: Option<CachedComputePipelineId>,
+    /// What lights texels: of the sky, and of the bounced sun.
+    pub texel_pipelines: Option<[CachedComputePipelineId; 2]>,
     moment: Option<MomentUniform>,
     moment_serial: u64,
     moment_buffer: Option<(Buffer, BindGroup)>,
@@ -224,7 +224,7 @@ impl StageView {
                 let occludes = may_occlude && gpu.triangles(&clusters) >= LEAST_TRIANGLES;
                 // What was seen a frame ago, or everything.
                 if !(occludes && self.stage == gpu.serial && self.drawn.seen.single.is_some()) {
-                    self.drawn = Drawn::new(device, &gpu.chunks, Seen::clusters(&gpu.chunks, &clusters));
+                    self.drawn = Drawn::new(device, &gpu.chunks, Seen::clusters(&gpu.chunks, &clusters, &self.culling.removed));
                 }
                 self.undecided = occludes.then_some(clusters);
                 self.stage = gpu.serial;
@@ -336,7 +336,7 @@ pub fn receive(
             Some(Delivery::TexelsDone) => {
                 let images: Vec<_> = gpu.textures.iter().map(|image| (image.texture.view(), image.sampler.clone())).collect();
                 gpu.texels.finish((&device, &queue), (&cache, &pipelines), &images);
-                gpu.texel_pipeline = Some(pipelines.texel_bounce(&mut cache));
+                gpu.texel_pipelines = Some(pipelines.texel_relight(&mut cache));
             }
             Some(Delivery::Detail(detail)) => {
                 bytes += detail.bytes();
@@ -346,6 +346,7 @@ pub fn receive(
             Some(Delivery::Closed(closed)) => {
                 gpu.closed_known = true;
                 gpu.chunks.iter_mut().zip(closed).for_each(|(chunk, closed)| chunk.closed = closed);
+                feed.end();
             }
             Some(Delivery::Culling(scene)) => gpu.culling = Some(scene),
             Some(Delivery::Chunk(chunk)) => {
@@ -518,7 +519,7 @@ pub fn prepare_views(
         stage_view.sky =
             sky.bind_group(&frame.sky, &images, &fallback, &device, &cache.get_bind_group_layout(&pipelines.sky_layout));
     }
-    told.tell(saved);
+    told.tell(saved, gpu.culling.is_some());
 }
 
 /// Creates the uniform's buffer at the first call, and writes it.

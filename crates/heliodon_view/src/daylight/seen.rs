@@ -77,23 +77,31 @@ pub fn split(runs: &[Run], special: impl Fn((Vec3, Vec3)) -> bool) -> Vec<(Range
 const BRIDGED_INDICES: u32 = 3 * 128;
 
 impl Seen {
-    /// Draws of whole clusters, neighbours in one; what is bridged between two of them is drawn as well.
+    /// Draws of whole clusters, neighbours in one; what is bridged between two of them is drawn as well, but for clusters that are `left_out` (of each chunk;
+    /// empty for none): what does not show is as good as not drawn, but they would show, and their light is not asked for.
     #[must_use]
-    pub fn clusters(chunks: &[GpuChunk], clusters: &[ClusterRef]) -> Self {
+    pub fn clusters(chunks: &[GpuChunk], clusters: &[ClusterRef], left_out: &[NumberSet]) -> Self {
         let mut seen = Self::default();
-        for &ClusterRef { chunk, cluster } in clusters {
-            let cluster = &chunks[chunk as usize].kept.clusters[cluster as usize];
+        let mut last_cluster = 0;
+        for &ClusterRef { chunk, cluster: number } in clusters {
+            let cluster = &chunks[chunk as usize].kept.clusters[number as usize];
             let next = cluster.indices.clone();
             seen.groups.extend(cluster.groups.iter().map(|&group| LightGroup { chunk, group }));
+            let is_bridge = |from: u32| {
+                let out = left_out.get(chunk as usize);
+                out.is_none_or(|out| !(from..number).any(|between| out.contains(between)))
+            };
             match seen.draws.last_mut() {
                 Some(last)
                     if last.chunk == chunk
-                        && next.start.checked_sub(last.indices.end).is_some_and(|gap| gap <= BRIDGED_INDICES) =>
+                        && next.start.checked_sub(last.indices.end).is_some_and(|gap| gap <= BRIDGED_INDICES)
+                        && is_bridge(last_cluster + 1) =>
                 {
                     last.indices.end = next.end;
                 }
                 _ => seen.draws.push(Draw { chunk, indices: next }),
             }
+            last_cluster = number;
         }
         seen
     }
@@ -122,7 +130,7 @@ impl Seen {
 
     /// Of what is drawn, the triangles that `shown` says, by their number in the order of drawing.
     #[must_use]
-    pub fn only(&self, chunks: &[GpuChunk], shown: &Triangles) -> Self {
+    pub fn only(&self, chunks: &[GpuChunk], shown: &NumberSet) -> Self {
         let mut drawn = 0..;
         let groups: Vec<(u32, Vec<u32>)> = self
             .numbers()
@@ -149,8 +157,8 @@ impl Seen {
 
     /// For each of `chunks` chunks, the triangles that are drawn.
     #[must_use]
-    pub fn sets(&self, chunks: usize) -> Vec<Triangles> {
-        let mut sets = vec![Triangles::default(); chunks];
+    pub fn sets(&self, chunks: usize) -> Vec<NumberSet> {
+        let mut sets = vec![NumberSet::default(); chunks];
         self.numbers().for_each(|(chunk, numbers)| sets[chunk as usize].extend(numbers));
         sets
     }
@@ -212,13 +220,13 @@ impl Seen {
     }
 }
 
-/// A set of triangles by their number.
+/// A set of small numbers, as those of a chunk's triangles or clusters.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Triangles {
+pub struct NumberSet {
     bits: Vec<u64>,
 }
 
-impl Triangles {
+impl NumberSet {
     /// Whether `number` is in the set.
     #[must_use]
     pub fn contains(&self, number: u32) -> bool {
@@ -226,7 +234,7 @@ impl Triangles {
     }
 }
 
-impl Extend<u32> for Triangles {
+impl Extend<u32> for NumberSet {
     fn extend<I: IntoIterator<Item = u32>>(&mut self, numbers: I) {
         for number in numbers {
             let word = number as usize / 64;
@@ -250,12 +258,18 @@ mod tests {
     fn neighbours_are_joined_over_small_gaps_and_only_forwards() {
         let mut chunk = quad_at(Vec3::ZERO, 100);
         let mut kept = (*chunk.kept).clone();
-        let starts = [0, 30, 30 + BRIDGED_INDICES + 60];
+        let starts = [0, 30, 60, 90 + BRIDGED_INDICES + 60];
         kept.clusters = starts.map(|start| Cluster { indices: start..start + 30, ..kept.clusters[0].clone() }).into();
         chunk.kept = Arc::new(kept);
-        let clusters = [0, 1, 2, 0].map(|cluster| ClusterRef { chunk: 0, cluster });
-        let ranges: Vec<Range<u32>> = Seen::clusters(&[chunk], &clusters).draws.into_iter().map(|draw| draw.indices).collect();
-        assert_eq!(ranges, [0..60, starts[2]..30 + starts[2], 0..30]);
+        let clusters = [0, 2, 3, 0].map(|cluster| ClusterRef { chunk: 0, cluster });
+        let ranges = |left_out: &[NumberSet]| -> Vec<Range<u32>> {
+            let seen = Seen::clusters(std::slice::from_ref(&chunk), &clusters, left_out);
+            seen.draws.into_iter().map(|draw| draw.indices).collect()
+        };
+        assert_eq!(ranges(&[]), [0..90, starts[3]..30 + starts[3], 0..30]);
+        let mut left_out = NumberSet::default();
+        left_out.extend([1]);
+        assert_eq!(ranges(&[left_out]), [0..30, 60..90, starts[3]..30 + starts[3], 0..30], "what is left out is not drawn");
     }
 
     #[test]
@@ -274,8 +288,8 @@ mod tests {
     #[test]
     fn single_triangles_keep_their_order_and_their_light() {
         let chunks = [quad_at(Vec3::ZERO, 0), quad_at(Vec3::Z, 6), quad_at(Vec3::X, 12)];
-        let all = Seen::clusters(&chunks, &[2, 0, 1].map(|chunk| ClusterRef { chunk, cluster: 0 }));
-        let mut shown = Triangles::default();
+        let all = Seen::clusters(&chunks, &[2, 0, 1].map(|chunk| ClusterRef { chunk, cluster: 0 }), &[]);
+        let mut shown = NumberSet::default();
         shown.extend([5, 1, 4]);
         let seen = all.only(&chunks, &shown);
         // The second triangle of chunk 2, nothing of chunk 0, all of chunk 1.
@@ -283,11 +297,11 @@ mod tests {
         let indices: Vec<u16> = [&chunks[2].kept.indices[3..], &chunks[1].kept.indices].concat();
         assert_eq!((seen.indices(&chunks), all.indices(&chunks)), (indices, Vec::new()));
         let sets = seen.sets(3);
-        assert!(sets[2].contains(1) && !sets[2].contains(0) && sets[1].contains(1) && sets[0] == Triangles::default());
+        assert!(sets[2].contains(1) && !sets[2].contains(0) && sets[1].contains(1) && sets[0] == NumberSet::default());
         assert_eq!(seen.groups, [2, 1].map(|chunk| LightGroup { chunk, group: 0 }));
         assert_eq!((all.triangle_count(), seen.triangle_count()), (6, 3));
         // Of those three, the second.
-        let mut shown = Triangles::default();
+        let mut shown = NumberSet::default();
         shown.extend([1]);
         let fewer = seen.only(&chunks, &shown);
         assert_eq!((&fewer.draws[..], fewer.single), (&[Draw { chunk: 1, indices: 0..3 }][..], Some(vec![0])));

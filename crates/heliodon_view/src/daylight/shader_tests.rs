@@ -3,7 +3,7 @@
 use super::layout::VertexLayout;
 use super::moment::MOMENT_BYTES;
 use super::pipelines::{CASTER_WGSL, Near, PipelineKey, SUBJECTS, Subject, relight_wgsl, sight_wgsl};
-use super::texels::{TEXEL_BOUNCE_WGSL, TEXEL_MOMENT_BYTES, TEXELS_WGSL};
+use super::texels::{TEXEL_MOMENT_BYTES, TEXEL_RELIGHT_WGSL, TEXELS_WGSL};
 use super::view::VIEW_BYTES;
 use crate::actors::shade::SHADE_BYTES;
 use crate::detail::DETAIL_BYTES;
@@ -75,7 +75,7 @@ fn the_colour_shaders_are_valid_for_every_target() {
 
 #[test]
 fn what_lights_texels_is_valid() {
-    let module = compile(&format!("{TEXELS_WGSL}{TEXEL_BOUNCE_WGSL}"));
+    let module = compile(&format!("{TEXELS_WGSL}{TEXEL_RELIGHT_WGSL}"));
     assert_eq!(size_of_struct(&module, "TexelMoment"), Some(TEXEL_MOMENT_BYTES as u32));
 }
 

@@ -7,7 +7,7 @@
 //! everything is drawn.
 
 use super::flat::flat_texture;
-use super::seen::Triangles;
+use super::seen::NumberSet;
 use crate::culling::Culling;
 use crate::readback::TextureReadback;
 use bevy::prelude::{Mat4, UVec2, UVec4};
@@ -62,9 +62,9 @@ impl Question {
     }
 
     /// The answer.
-    fn shown(&self) -> Triangles {
+    fn shown(&self) -> NumberSet {
         let mapped = self.readback.mapped();
-        let mut shown = Triangles::default();
+        let mut shown = NumberSet::default();
         for row in self.readback.rows(&mapped) {
             let numbers: &[u32] = bytemuck::cast_slice(row);
             shown.extend(numbers.iter().filter_map(|number| number.checked_sub(1)));
@@ -95,7 +95,7 @@ pub enum Change {
     /// The camera or the stage is another: all that it may see must be found anew.
     Moved,
     /// Of what was drawn so far, only these triangles are seen, by their number in the order of drawing.
-    Shown(Triangles),
+    Shown(NumberSet),
 }
 
 /// What a camera knows of what it sees.

@@ -35,7 +35,8 @@ struct Fragment {
     @location(4) normal: vec3<f32>,
 #endif
 #ifdef TEXELS
-    @location(5) texel_uv: vec2<f32>,
+    // within the triangle also where only a part of the pixel is: beyond it lies another chart
+    @location(5) @interpolate(perspective, centroid) texel_uv: vec2<f32>,
 #endif
 }
 

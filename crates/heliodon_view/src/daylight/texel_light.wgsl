@@ -2,8 +2,8 @@
 
 @group(1) @binding(2) var<uniform> texel_moment: TexelMoment;
 @group(1) @binding(3) var texel_sun: texture_2d_array<u32>;
-@group(1) @binding(4) var texel_sky: texture_2d_array<f32>;
-// rgb: the bounced light of the moment.
+// rgb: the light of the moment from the sky, and what is bounced of the sun's.
+@group(1) @binding(4) var texel_sky: texture_2d<f32>;
 @group(1) @binding(5) var texel_bounced: texture_2d<f32>;
 @group(1) @binding(6) var texel_sampler: sampler;
 // rgb: the colour of what has settled, times how much of the surface it covers; a: that part.
@@ -36,9 +36,10 @@ fn texel_reached(uv: vec2<f32>, level: u32) -> f32 {
     return dot(texel_moment.mask_weights.xy, smoothstep(vec2<f32>(0.25), vec2<f32>(0.75), reached));
 }
 
-// An albedo beneath what the weather has left on it, which lies on the masks' second level.
+// An albedo beneath what the weather has left on it.
 fn texel_weathered(albedo: vec3<f32>, uv: vec2<f32>, across: vec2<f32>, down: vec2<f32>) -> vec3<f32> {
-    let layer = textureSampleLevel(texel_weathering, texel_sampler, uv, texel_level(across, down) - 1.0);
+    let coarser = log2(f32(textureDimensions(texel_sun, 0).x) / f32(textureDimensions(texel_weathering, 0).x));
+    let layer = textureSampleLevel(texel_weathering, texel_sampler, uv, texel_level(across, down) - coarser);
     return albedo * (1.0 - layer.a) + layer.rgb;
 }
 
@@ -46,14 +47,20 @@ fn texel_weathered(albedo: vec3<f32>, uv: vec2<f32>, across: vec2<f32>, down: ve
 fn texel_light(uv: vec2<f32>, across: vec2<f32>, down: vec2<f32>, normal: vec3<f32>) -> vec4<f32> {
     let level = texel_level(across, down);
     let coarsest = textureNumLevels(texel_sun) - 1u;
-    let reached = texel_reached(uv, min(u32(level + 0.5), coarsest));
+    // Half way between two levels they are mixed, so that no line is seen where one ends.
+    let finer = min(u32(level), coarsest);
+    let passed = clamp(2.0 * (level - f32(finer)) - 0.5, 0.0, 1.0);
+    var reached = 0.0;
+    if passed < 1.0 || finer == coarsest {
+        reached = texel_reached(uv, finer);
+    }
+    if passed > 0.0 && finer < coarsest {
+        reached = mix(reached, texel_reached(uv, finer + 1u), passed);
+    }
     let direct = reached * max(dot(normal, texel_moment.sun_direction.xyz), 0.0);
     // Of coloured light the sky has fewer levels than the masks: its texels are as large as theirs on the next.
     let above = f32(coarsest + 1u - textureNumLevels(texel_sky));
-    var sky = vec3<f32>(0.0);
-    for (var layer = 0u; layer < texel_moment.layers.x; layer += 1u) {
-        sky += textureSampleLevel(texel_sky, texel_sampler, uv, layer, level - above) * texel_moment.sky[layer];
-    }
+    let sky = textureSampleLevel(texel_sky, texel_sampler, uv, level - above).rgb;
     let bounced = textureSampleLevel(texel_bounced, texel_sampler, uv, 0.0).rgb;
     return vec4<f32>(direct * texel_moment.sun_over_pi.rgb + max(sky, vec3<f32>(0.0)) + max(bounced, vec3<f32>(0.0)), direct);
 }

@@ -1,11 +1,12 @@
-//! Daylight in texels on the GPU: an atlas of sun masks and sky transfer that fragments read, and one of bounced sun that is lit once for each moment.
+//! Daylight in texels on the GPU: an atlas of sun masks that fragments read, and the sky's light and the bounced sun's, which are lit once for each moment.
 //!
-//! The sky's transfer is filtered as it is, for light is linear in it; of the masks a fragment takes the moment's bits of four texels. Only the bounced sun, of
-//! dozens of functions, is worth a pass of its own: its texels are few.
+//! Of the masks a fragment takes the moment's bits of nine texels. Sky and bounce have dozens of numbers, but fewer texels than there are pixels in a frame or two: lit in a pass of
+//! their own they are filtered as two colours, and cost nothing while the clock stands still.
 
 use super::layout::VertexLayout;
 use super::moment::layer_weights;
 use super::pipelines::StagePipelines;
+use bevy::log::warn;
 use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderDevice, RenderQueue};
 use bytemuck::{Pod, Zeroable};
@@ -19,15 +20,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub const TEXELS_WGSL: &str = include_str!("texels.wgsl");
 /// WGSL of what fragments read of an atlas.
 pub const TEXEL_LIGHT_WGSL: &str = include_str!("texel_light.wgsl");
-/// WGSL of what lights the bounced sun's texels.
-pub const TEXEL_BOUNCE_WGSL: &str = include_str!("texel_bounce.wgsl");
+/// WGSL of what lights the texels of the sky and of the bounced sun.
+pub const TEXEL_RELIGHT_WGSL: &str = include_str!("texel_relight.wgsl");
 
 /// Layers of nine coefficients of three channels.
 const SKY_LAYERS: usize = 7;
 /// Layers of 64 functions of three channels.
 const BOUNCE_LAYERS: usize = 48;
-/// Texels along a side of a workgroup of the bounce.
-const BOUNCE_GROUP: u32 = 16;
+/// Texels along a side of a workgroup that lights texels.
+const GROUP: u32 = 16;
 
 /// `TexelMoment` of texels.wgsl.
 #[repr(C)]
@@ -124,7 +125,7 @@ pub struct TexelsGpu {
     weathering: Option<Texture>,
     ready: Option<Ready>,
     moment: Option<TexelMoment>,
-    /// Whether the bounced sun has not yet the moment's light: told to the GPU's work of the frame, which is asked for once a frame and more.
+    /// Whether sky and bounce have not yet the moment's light: told to the GPU's work of the frame, which is asked for once a frame and more.
     stale: AtomicBool,
 }
 
@@ -132,15 +133,23 @@ pub struct TexelsGpu {
 #[derive(Debug)]
 struct Ready {
     uniform: Buffer,
-    bounced_size: [u32; 2],
+    /// What lights the levels of the sky.
+    sky: Vec<Relit>,
     /// What lights the bounced sun; none where no sun bounces.
-    bounce_group: Option<BindGroup>,
+    bounce: Option<Relit>,
     /// By the base colour image; the last is that of stone without one.
     groups: Vec<BindGroup>,
 }
 
+/// Texels that are lit, and how many there are along both sides.
+#[derive(Debug)]
+struct Relit {
+    group: BindGroup,
+    size: [u32; 2],
+}
+
 impl TexelsGpu {
-    /// Takes a piece. Those that are too large for the device are passed over, and nothing that they light is drawn.
+    /// Takes a piece. Levels that are too large for the device are passed over: what they light is drawn as from further away.
     pub fn write(&mut self, device: &RenderDevice, queue: &RenderQueue, piece: &TexelPiece) {
         let slot = match piece.of {
             Of::Sun => &mut self.sun,
@@ -150,7 +159,14 @@ impl TexelsGpu {
         };
         let [width, height, layers, levels] = piece.shape;
         let limits = device.limits();
-        if width.max(height) > limits.max_texture_dimension_2d || layers > limits.max_texture_array_layers {
+        let skipped = skipped_levels(width.max(height), limits.max_texture_dimension_2d).min(levels - 1);
+        if piece.level < skipped {
+            if piece.layer == 0 {
+                let most = limits.max_texture_dimension_2d;
+                warn!(
+                    "the atlas of {width} x {height} texels is too large for the device, which has {most}: it is drawn coarser"
+                );
+            }
             return;
         }
         let texture = slot.get_or_insert_with(|| {
@@ -159,13 +175,14 @@ impl TexelsGpu {
                 TexelFormat::Rgba8Srgb => TextureFormat::Rgba8UnormSrgb,
                 _ => TextureFormat::Rgba16Float,
             };
-            create(device, "texels", [width, height, layers, levels], format, TextureUsages::COPY_DST)
+            let [width, height] = [width, height].map(|side| (side >> skipped).max(1));
+            create(device, "texels", [width, height, layers, levels - skipped], format, TextureUsages::COPY_DST)
         });
         let side = |texels: u32| (texels >> piece.level).max(1);
         let origin = Origin3d { x: 0, y: 0, z: piece.layer };
         let bytes_per_row = Some(side(width) * piece.format.texel_bytes());
         queue.write_texture(
-            TexelCopyTextureInfo { texture, mip_level: piece.level, origin, aspect: TextureAspect::All },
+            TexelCopyTextureInfo { texture, mip_level: piece.level - skipped, origin, aspect: TextureAspect::All },
             &piece.bytes,
             TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None },
             Extent3d { width: side(width), height: side(height), depth_or_array_layers: 1 },
@@ -186,22 +203,29 @@ impl TexelsGpu {
             usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let array = || TextureViewDescriptor { dimension: Some(TextureViewDimension::D2Array), ..Default::default() };
-        let size = self.bounce.as_ref().map_or([1; 2], |bounce| [bounce.width(), bounce.height()]);
-        let bounced = create(
-            device,
-            "texel_bounced",
-            [size[0], size[1], 1, 1],
-            TextureFormat::Rgba16Float,
-            TextureUsages::STORAGE_BINDING,
-        );
-        let bounced = bounced.create_view(&TextureViewDescriptor::default());
-        let bounce_group = self.bounce.as_ref().map(|bounce| {
-            let layout = cache.get_bind_group_layout(&pipelines.texel_bounce_layout);
-            let view = bounce.create_view(&array());
-            let entries = BindGroupEntries::sequential((uniform.as_entire_buffer_binding(), &view, &bounced));
-            device.create_bind_group("texel_bounce", &layout, &entries)
-        });
+        let array = |base_mip_level: u32, mip_level_count: Option<u32>| TextureViewDescriptor {
+            dimension: Some(TextureViewDimension::D2Array),
+            base_mip_level,
+            mip_level_count,
+            ..Default::default()
+        };
+        let lit = |size: [u32; 2], levels: u32| {
+            let usages = TextureUsages::STORAGE_BINDING;
+            create(device, "texels_lit", [size[0], size[1], 1, levels], TextureFormat::Rgba16Float, usages)
+        };
+        let layout = cache.get_bind_group_layout(&pipelines.texel_relight_layout);
+        let relit = |baked: &Texture, lit: &Texture, level: u32| {
+            let own = TextureViewDescriptor { base_mip_level: level, mip_level_count: Some(1), ..Default::default() };
+            let (from, to) = (baked.create_view(&array(level, Some(1))), lit.create_view(&own));
+            let entries = BindGroupEntries::sequential((uniform.as_entire_buffer_binding(), &from, &to));
+            let size = [baked.width(), baked.height()].map(|texels| (texels >> level).max(1));
+            Relit { group: device.create_bind_group("texel_relight", &layout, &entries), size }
+        };
+        let sky_lit = lit([sky.width(), sky.height()], sky.mip_level_count());
+        let of_sky = (0..sky.mip_level_count()).map(|level| relit(sky, &sky_lit, level)).collect();
+        let bounced = lit(self.bounce.as_ref().map_or([1; 2], |bounce| [bounce.width(), bounce.height()]), 1);
+        let of_bounce = self.bounce.as_ref().map(|bounce| relit(bounce, &bounced, 0));
+        let [bounced, sky_lit] = [bounced, sky_lit].map(|lit| lit.create_view(&TextureViewDescriptor::default()));
         let sampler = device.create_sampler(&SamplerDescriptor {
             label: Some("texels"),
             mag_filter: FilterMode::Linear,
@@ -220,15 +244,16 @@ impl TexelsGpu {
         let clean = create(device, "clean", [1, 1, 1, 1], TextureFormat::Rgba8UnormSrgb, TextureUsages::COPY_DST);
         let weathering = self.weathering.as_ref().unwrap_or(&clean).create_view(&TextureViewDescriptor::default());
         let white = (white.create_view(&TextureViewDescriptor::default()), sampler.clone());
-        let (sun, sky) = (sun.create_view(&array()), sky.create_view(&array()));
+        let sun = sun.create_view(&array(0, None));
         let layout = cache.get_bind_group_layout(&pipelines.texels_layout);
         let group = |(image, of_image): &(TextureView, Sampler)| {
             let whole = uniform.as_entire_buffer_binding();
-            let entries = BindGroupEntries::sequential((image, of_image, whole, &sun, &sky, &bounced, &sampler, &weathering));
+            let entries =
+                BindGroupEntries::sequential((image, of_image, whole, &sun, &sky_lit, &bounced, &sampler, &weathering));
             device.create_bind_group("stone_texels", &layout, &entries)
         };
         let groups = images.iter().chain([&white]).map(group).collect();
-        self.ready = Some(Ready { uniform, bounced_size: size, bounce_group, groups });
+        self.ready = Some(Ready { uniform, sky: of_sky, bounce: of_bounce, groups });
     }
 
     /// What stone with this base colour image binds, or without.
@@ -249,23 +274,30 @@ impl TexelsGpu {
         }
     }
 
-    /// Whether the bounced sun's texels have another moment's light.
+    /// Whether texels have another moment's light.
     #[must_use]
     pub fn is_stale(&self) -> bool {
         self.stale.load(Ordering::Relaxed)
     }
 
-    /// Lights the texels of the bounced sun.
-    pub fn encode(&self, pass: &mut ComputePass<'_>, pipeline: &ComputePipeline) {
-        let Some((ready, group)) = self.ready.as_ref().and_then(|ready| Some((ready, ready.bounce_group.as_ref()?))) else {
-            return;
-        };
-        let [width, height] = ready.bounced_size.map(|texels| texels.div_ceil(BOUNCE_GROUP));
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &**group, &[]);
-        pass.dispatch_workgroups(width, height, 1);
+    /// Lights the texels of the sky and of the bounced sun, by a pipeline for each.
+    pub fn encode(&self, pass: &mut ComputePass<'_>, [sky, bounce]: [&ComputePipeline; 2]) {
         self.stale.store(false, Ordering::Relaxed);
+        let Some(ready) = &self.ready else { return };
+        for (pipeline, relit) in
+            ready.sky.iter().map(|relit| (sky, relit)).chain(ready.bounce.iter().map(|relit| (bounce, relit)))
+        {
+            let [width, height] = relit.size.map(|texels| texels.div_ceil(GROUP));
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &*relit.group, &[]);
+            pass.dispatch_workgroups(width, height, 1);
+        }
     }
+}
+
+/// How many levels of a texture are too large for a device.
+fn skipped_levels(side: u32, most: u32) -> u32 {
+    (0..32).find(|level| side >> level <= most).unwrap_or(31)
 }
 
 fn create(

@@ -154,7 +154,7 @@ pub(super) mod tests {
         let clip = Mat4::perspective_infinite_reverse_rh(1.0, 1.0, 0.1);
         let seen = cull(&chunks, &clip, Eye::At(Vec3::ZERO));
         assert_eq!(seen.iter().map(|one| one.chunk).collect::<Vec<_>>(), [1, 0]);
-        assert_eq!(Seen::clusters(&chunks, &seen).draws, [1, 0].map(|chunk| Draw { chunk, indices: 0..6 }));
+        assert_eq!(Seen::clusters(&chunks, &seen, &[]).draws, [1, 0].map(|chunk| Draw { chunk, indices: 0..6 }));
     }
 
     #[test]

@@ -82,7 +82,10 @@ impl PartDetails {
             };
             let known = details.infos.iter().position(|known| known == detail);
             if known.is_none() {
-                let Some(texture) = reader.read_detail(part)? else { continue };
+                let Some(texture) = reader.read_detail(part)? else {
+                    details.of_parts.push(None);
+                    continue;
+                };
                 details.infos.push(detail.clone());
                 if !take(PreparedDetail::new(detail, &texture)) {
                     break;

@@ -11,7 +11,7 @@ mod readback;
 use crate::HeliodonPlugins;
 use crate::actors::Actors;
 use crate::actors::levels::Directions;
-use crate::culling::Culling;
+use crate::culling::{Culling, CullingTold};
 use crate::daylight::prepare::StageView;
 use crate::daylight::{DaylightCamera, ExactAtRest};
 use crate::navigation::pose::{Pose, fov_deg};
@@ -21,6 +21,7 @@ use crate::stage::{Stage, StageStatus};
 use crate::time_lapse::exposure::Exposure;
 use crate::time_lapse::{Blend, TimeLapse};
 use crate::tonemap::ToneCurve;
+use bevy::app::PluginGroupBuilder;
 use bevy::camera::RenderTarget;
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
@@ -133,6 +134,15 @@ pub struct Shot {
     pub actors_s: f64,
 }
 
+/// Bevy's plugins for pictures that no window shows; all pipelines are there when the first is drawn.
+pub(crate) fn without_a_window() -> PluginGroupBuilder {
+    DefaultPlugins
+        .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
+        .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
+        .disable::<WinitPlugin>()
+        .disable::<LogPlugin>()
+}
+
 /// Draws pictures of one bundle.
 pub struct Renderer {
     app: App,
@@ -157,16 +167,9 @@ impl Renderer {
         drop(BundleReader::open(folder.as_ref())?);
         let samples = options.samples.clamp(1, 4);
         let mut app = App::new();
-        app.add_plugins(
-            DefaultPlugins
-                .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
-                .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
-                .disable::<WinitPlugin>()
-                .disable::<LogPlugin>()
-                .disable::<PipelinedRenderingPlugin>(),
-        )
-        .add_plugins(HeliodonPlugins)
-        .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO));
+        app.add_plugins(without_a_window().disable::<PipelinedRenderingPlugin>())
+            .add_plugins(HeliodonPlugins)
+            .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO));
         let fault = DeviceFault::start(&mut app);
         app.world_mut().resource_mut::<SkyMaps>().wait = true;
         // A picture shows all there is.
@@ -209,6 +212,22 @@ impl Renderer {
         self.set_active(true);
         // A frame in which the camera gets its share of the render world.
         self.step()
+    }
+
+    /// Waits until it is known what can be culled of the bundle. Pictures are the same before; what they cost is not, nor what contribution culling would
+    /// leave out of them if it were switched on.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn wait_for_culling(&mut self) -> Result<(), HeadlessError> {
+        // Without a picture: what is drawn of a moving eye may depend on what was drawn before.
+        self.set_active(false);
+        while !self.app.world().resource::<CullingTold>().is_ready() {
+            self.step()?;
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        self.set_active(true);
+        Ok(())
     }
 
     /// A frame.

@@ -166,7 +166,7 @@ pub fn cast_shadows(
         gpu.stone_is_drawn = true;
         let mut clear = true;
         for (number, tile) in gpu.tiles.iter().enumerate() {
-            let seen = Seen::clusters(&stone.chunks, &clusters_in(&stone, &tile.tile.clip_from_world));
+            let seen = Seen::clusters(&stone.chunks, &clusters_in(&stone, &tile.tile.clip_from_world), &[]);
             for draws in seen.parts(PASS_TRIANGLES) {
                 let mut pass = begin(encoder, "lamps_stone_depth", &maps.stone, clear);
                 clear = false;

@@ -25,9 +25,9 @@ pub enum Delivery {
     Detail(PreparedDetail),
     /// A chunk.
     Chunk(Box<PreparedChunk>),
-    /// After all chunks: which of them, in their order, are parts of closed bodies.
+    /// After all chunks: which of them, in their order, are parts of closed bodies. All that is to be seen is there then.
     Closed(Vec<bool>),
-    /// Last: what culling knows of the bundle.
+    /// Last, some time later: what culling knows of the bundle.
     Culling(Arc<CullingScene>),
 }
 
@@ -60,13 +60,18 @@ impl Feed {
             Ok(delivery) => Some(delivery),
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => {
-                self.uploaded.store(true, Ordering::Release);
+                self.end();
                 None
             }
         }
     }
 
-    /// Whether all there is has reached the GPU.
+    /// All that is to be seen has reached the GPU.
+    pub fn end(&self) {
+        self.uploaded.store(true, Ordering::Release);
+    }
+
+    /// Whether all that is to be seen has reached the GPU.
     #[must_use]
     pub fn is_uploaded(&self) -> bool {
         self.uploaded.load(Ordering::Acquire)

@@ -4,7 +4,7 @@ use super::feed::Delivery;
 use super::texture::{Level, halved};
 use crate::culling::CullingScene;
 use crate::daylight::chunk::{KeptChunk, PreparedChunk};
-use crate::daylight::closed::ClosedBodies;
+use crate::daylight::closed::{Bodies, ClosedBodies};
 use crate::daylight::layout::VertexLayout;
 use crate::daylight::texels::pieces;
 use crate::detail::PartDetails;
@@ -33,15 +33,31 @@ pub const QUEUE_LENGTH: usize = 4;
 
 /// Reads all of `reader` until done, an error, or nobody listens any more.
 pub fn run(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Sender<Progress>) {
-    let end = match deliver(reader, to_gpu, to_stage) {
-        Ok(()) => Progress::Done,
-        Err(what) => Progress::Failed(what),
-    };
     // The stage may have gone to another bundle: then nobody wants to know.
-    to_stage.send(end).ok();
+    match deliver(reader, to_gpu, to_stage) {
+        Ok(stone) => {
+            to_stage.send(Progress::Done).ok();
+            if let Some(stone) = stone {
+                // Only now: it takes seconds of a large bundle, and pictures are the same before.
+                let begun = Instant::now();
+                let scene = CullingScene::new(&stone.chunks, &stone.is_ground, &stone.bodies, &reader.manifest().mattes);
+                debug!("{} occluders found in {:?}", scene.occluders.len(), begun.elapsed());
+                to_gpu.send(Delivery::Culling(Arc::new(scene))).ok();
+            }
+        }
+        Err(what) => drop(to_stage.send(Progress::Failed(what))),
+    }
 }
 
-fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Sender<Progress>) -> Result<(), String> {
+/// What was read of the stone.
+struct Stone {
+    chunks: Vec<Arc<KeptChunk>>,
+    is_ground: Vec<bool>,
+    bodies: Bodies,
+}
+
+/// Hands on all that there is to see; nothing comes of it if nobody listens any more.
+fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Sender<Progress>) -> Result<Option<Stone>, String> {
     let layout = VertexLayout(reader.manifest().light);
     let decode = linear_from_srgb8_table();
     for (index, texture) in reader.manifest().textures.iter().enumerate() {
@@ -56,7 +72,7 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
         loop {
             let smaller = (image.width.max(image.height) > 1).then(|| halved(&image, &decode));
             if to_gpu.send(Delivery::Texture(Level { texture: index, wrap, image })).is_err() {
-                return Ok(());
+                return Ok(None);
             }
             match smaller {
                 Some(level) => image = level,
@@ -68,7 +84,7 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
         let weathering = reader.read_texel_weathering().map_err(|error| error.to_string())?;
         for piece in pieces(light, weathering) {
             if to_gpu.send(Delivery::Texels(piece)).is_err() {
-                return Ok(());
+                return Ok(None);
             }
         }
         to_gpu.send(Delivery::TexelsDone).ok();
@@ -88,19 +104,14 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
         bodies.push(&kept);
         chunks.push(Arc::clone(&kept));
         if to_gpu.send(Delivery::Chunk(Box::new(prepared))).is_err() || to_stage.send(Progress::Chunk(kept)).is_err() {
-            return Ok(());
+            return Ok(None);
         }
     }
-    // The stage may have gone to another bundle: then nobody wants to know.
     let bodies = bodies.finish();
     let closed = bodies.closed_chunks();
     debug!("{} of {} chunks are closed bodies", closed.iter().filter(|closed| **closed).count(), closed.len());
     if to_gpu.send(Delivery::Closed(closed)).is_err() {
-        return Ok(());
+        return Ok(None);
     }
-    let begun = Instant::now();
-    let scene = CullingScene::new(&chunks, &is_ground, &bodies, &reader.manifest().mattes);
-    debug!("{} occluders found in {:?}", scene.occluders.len(), begun.elapsed());
-    to_gpu.send(Delivery::Culling(Arc::new(scene))).ok();
-    Ok(())
+    Ok(Some(Stone { chunks, is_ground, bodies }))
 }

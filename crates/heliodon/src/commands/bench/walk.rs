@@ -19,7 +19,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = WalkBench::default().frames, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
     /// For walk: objects below so many pixels are left out by contribution culling
-    #[arg(long, value_name = "PX", default_value_t = WalkBench::default().threshold_px)]
+    #[arg(long, value_name = "PX", default_value_t = WalkBench::default().threshold_px, value_parser = values::pixels)]
     threshold_px: f32,
     /// For walk, where a processor draws: every triangle goes through its driver, as through a GPU's
     #[arg(long)]

@@ -3,12 +3,16 @@
 use anyhow::{Context, Result};
 use glam::Vec3;
 use heliodon_bundle::site::{Lamp, Site};
+use heliodon_lightmap::lights::ies::MAX_BYTES;
 use heliodon_lightmap::lights::{
     Amount, EmissiveTriangles, IesProfile, Light, LightFiles, LightSpec, Photometry, PointSpec, SpotSpec,
 };
 use heliodon_mesh::import::{ImportOptions, read};
+use heliodon_mesh::place::Placement;
 use heliodon_rays::{Ray, TriangleScene};
 use serde::Deserialize;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -23,21 +27,25 @@ struct LightsFile {
 /// Files beside that of the lights, in metres and +Y up, moved by minus the site's origin.
 struct Beside {
     folder: PathBuf,
-    origin: Vec3,
+    origin: [f64; 3],
 }
 
 impl LightFiles for Beside {
     fn ies(&self, file: &str) -> Result<Arc<IesProfile>, String> {
-        let bytes = std::fs::read(self.folder.join(file))
-            .map_err(|error| format!("{error}; its name is relative to the lights' own file"))?;
-        let text = String::from_utf8_lossy(&bytes);
-        IesProfile::parse(&text).map(Arc::new).map_err(|error| error.to_string())
+        let unread = |error: std::io::Error| format!("{error}; its name is relative to the lights' own file");
+        let opened = File::open(self.folder.join(file)).map_err(unread)?;
+        let mut bytes = Vec::new();
+        // one more than are allowed, so that it is told
+        opened.take(MAX_BYTES as u64 + 1).read_to_end(&mut bytes).map_err(unread)?;
+        IesProfile::from_bytes(&bytes).map(Arc::new).map_err(|error| error.to_string())
     }
 
     fn mesh(&self, file: &str) -> Result<EmissiveTriangles, String> {
-        let mesh = read(&self.folder.join(file), &ImportOptions::default()).map_err(|error| error.to_string())?;
-        let positions = mesh.positions.iter().map(|&p| p - self.origin).collect();
-        Ok(EmissiveTriangles { positions, triangles: mesh.triangles })
+        // moved before it is rounded, as parts are
+        let placement = Placement { origin: self.origin, ..Placement::default() };
+        let options = ImportOptions { placement, ..ImportOptions::default() };
+        let mesh = read(&self.folder.join(file), &options).map_err(|error| error.to_string())?;
+        Ok(EmissiveTriangles { positions: mesh.positions, triangles: mesh.triangles })
     }
 }
 
@@ -57,7 +65,7 @@ pub fn lights(site: &Site, file: Option<&Path>) -> Result<Vec<Light>> {
         let text = std::fs::read_to_string(file).with_context(|| format!("{}: the lights cannot be read", file.display()))?;
         let found: LightsFile = toml::from_str(&text).with_context(name)?;
         let folder = file.parent().unwrap_or(Path::new("")).to_owned();
-        let beside = Beside { folder, origin: glam::DVec3::from(origin).as_vec3() };
+        let beside = Beside { folder, origin };
         for spec in &found.lights {
             lights.push(Light::new(&spec.relative_to(origin), Photometry::HOUSE, &beside).with_context(name)?);
         }
@@ -80,11 +88,11 @@ fn spec(lamp: &Lamp) -> LightSpec {
 /// Rays that tell whether a lamp lies inside something.
 const LOOKS: u32 = 64;
 
-/// A warning for each lamp that lies inside of something closed.
+/// A warning for each lamp that lies inside of something closed. A mesh that shines may be closed itself: its middle lies inside of it wherever it stands.
 pub fn inside_something(lights: &[Light], rays: &TriangleScene) -> Vec<String> {
     let directions = heliodon_math::sphere::fibonacci_sphere(LOOKS);
     let is_inside = |light: &&Light| {
-        let Some(bounds) = light.bounds() else { return false };
+        let Some(bounds) = light.bounds().filter(|_| !light.is_mesh()) else { return false };
         let ray = |&direction: &Vec3| Ray { origin: bounds.centre(), direction, t_min: 0.0, t_max: f32::INFINITY };
         let looks: Vec<Ray> = directions.iter().map(ray).collect();
         let mut counts = vec![0; looks.len()];

@@ -15,7 +15,7 @@ use heliodon_bake::report::Reporter;
 use heliodon_bundle::site::{Site, TimeOfDay};
 use heliodon_lightmap::packing::PackParams;
 use heliodon_lightmap::solve::models::{Cartoon, Illumination, Lambertian, OcclusionOnly, Realistic, SkyOnly, SurfaceModel};
-use heliodon_lightmap::solve::{self, DenoiseParams, LightMap, Models, Notes, SolveParams, solve};
+use heliodon_lightmap::solve::{self, DenoiseParams, LightMap, Models, Notes, SolveParams, clean_levels, solve};
 use heliodon_lightmap::texels::texels;
 use heliodon_lightmap::unwrap::{UnwrapParams, unwrap};
 use scene::SiteScene;
@@ -25,7 +25,8 @@ use std::time::Instant;
 
 /// Lights the parts of a site in texels: unwraps them into one texture, solves lamps, sun, sky and bounces for every texel, and writes the light with the model.
 ///
-/// Parts with light = "texel" in site.toml have texels; where no part says so, all but those with light = "vertex". The others stand in the light and reflect. Lamps are
+/// Parts have texels that a bake lights by texels: those with light = "texel" in site.toml, and, with texels = N in `[bake]`, those of large triangles; where that is no part, all but those with light =
+/// "vertex". How many each has beside the others is as its own texels = F says, and fewer away from the rooms. What has none stands in the light and reflects. Lamps are
 /// those of `[[light]]` in site.toml; lights of all kinds (suns, panes, discs, meshes that shine, IES files) can be given in a file of their own.
 #[derive(Debug, clap::Args)]
 #[command(
@@ -43,7 +44,7 @@ pub struct Args {
     /// Texels along each side of the texture, 16 to 16384
     #[arg(long, value_name = "N", default_value_t = 2048, value_parser = clap::value_parser!(u32).range(16..=16_384))]
     size: u32,
-    /// Texels that stay free between charts
+    /// Texels that stay free between charts; light.ktx2 has as many smaller versions as they keep apart: none below 4, 1 from there, 2 from 10, 3 from 22, 4 from 46 on
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(0..=64))]
     margin: u32,
     /// The time of day, `HH:MM[:SS]`, of the site's sky [default: 12:00]
@@ -70,6 +71,9 @@ pub struct Args {
     /// Directions that a texel looks in at most
     #[arg(long, value_name = "N", default_value_t = 2048, value_parser = clap::value_parser!(u32).range(64..=1_048_576))]
     samples: u32,
+    /// Samples of a lamp with an area that a texel takes at most
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    light_samples: u32,
     /// The error that is asked for, as a part of the light around
     #[arg(long, value_name = "E", default_value_t = 0.02, value_parser = |text: &str| values::within(text, 1e-4, 1.0))]
     error: f64,
@@ -132,6 +136,9 @@ pub struct Report {
     lights: Vec<String>,
     error: f64,
     samples: u32,
+    light_samples: u32,
+    /// Levels of the texture that hold no light of another chart.
+    levels: u32,
     /// Multiplied light was scaled by two to the power of this.
     exposure_stops: Option<f32>,
     notes: Notes,
@@ -163,10 +170,11 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
 
     app.progress.stage("unwrapping", 0);
     let pack = PackParams { width: args.size, height: args.size, margin: args.margin, ..PackParams::default() };
-    let unwrapped = unwrap(&scene.mesh.positions, scene.with_texels(), &[], &UnwrapParams { pack, ..UnwrapParams::default() });
+    let params = UnwrapParams { pack, ..UnwrapParams::default() };
+    let unwrapped = unwrap(&scene.mesh.positions, scene.with_texels(), &scene.density, &params);
     app.progress.finished();
     let unwrapped =
-        unwrapped.context("the light map's texture is too small: give a larger --size, or fewer parts light = \"texel\"")?;
+        unwrapped.context("the parts cannot be laid into one texture; where they are too many, give a larger --size or fewer parts light = \"texel\"")?;
     let sides = [args.size; 2];
     let texels = texels(&unwrapped, args.size, args.size);
 
@@ -175,6 +183,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         bounces: args.bounces.unwrap_or(site.bake.bounces),
         error: args.error as f32,
         samples: args.samples,
+        light_samples: args.light_samples,
         denoise: args.denoise.then(DenoiseParams::default),
         ..SolveParams::default()
     };
@@ -196,7 +205,8 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     app.progress.finished();
     map.validate()?;
 
-    let output = write::Output { folder: &folder, scene: &scene, unwrapped: &unwrapped, texels: &texels, map: &map, sides };
+    let levels = clean_levels(args.margin, sides);
+    let output = write::Output { folder: &folder, scene: &scene, lit: &lit, map: &map, levels };
     let (mut written, exposure_stops) = output.write(&args.kind, args.exposure)?;
     written.push(write::REPORT.to_owned());
     let report = Report {
@@ -209,6 +219,8 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         lights: lights.iter().map(|light| light.title().to_owned()).collect(),
         error: args.error,
         samples: args.samples,
+        light_samples: args.light_samples,
+        levels,
         exposure_stops,
         notes: map.notes,
         seconds: begun.elapsed().as_secs_f64(),
@@ -233,7 +245,7 @@ fn describe(report: &Report, folder: &std::path::Path) -> String {
         "{}: {} in {}\n\
          {} charts use {:.0} % of {} x {} texels, {:.1} for a metre\n\
          {} texels, of which {} were sampled for lamps and sky, then {:?}; {} lie inside something\n\
-         mean light {r:.4} {g:.4} {b:.4}, {} by {}, {}{} rays in {:.0} s\n",
+         mean light {r:.4} {g:.4} {b:.4}, both sides of seams within {:.4}; {} by {}, {}{} rays in {:.0} s\n",
         folder.display(),
         report.files.join(", "),
         report.sky,
@@ -246,6 +258,7 @@ fn describe(report: &Report, folder: &std::path::Path) -> String {
         count(notes.sampled.first().copied().unwrap_or(0) as u64),
         notes.sampled.get(1..).unwrap_or(&[]),
         count(notes.inside as u64),
+        notes.widest_seam,
         notes.illumination,
         notes.surface,
         if notes.denoised { "smoothed, " } else { "" },

@@ -8,9 +8,8 @@ use anyhow::{Context, Result};
 use glam::Vec3;
 use heliodon_image::ktx2::ktx2_bc6h;
 use heliodon_image::{HdrImage, SrgbImage, rgbe8};
-use heliodon_lightmap::solve::LightMap;
+use heliodon_lightmap::solve::{self, LightMap, match_seams, nearly_brightest};
 use heliodon_lightmap::texels::Texel;
-use heliodon_lightmap::unwrap::Unwrapped;
 use heliodon_math::color::srgb8_from_linear;
 use heliodon_mesh::Mesh;
 use heliodon_mesh::export::{LightTextures, WithSecondUvs, write_glb_with_second_uvs};
@@ -24,10 +23,11 @@ pub const REPORT: &str = "lightmap.json";
 pub struct Output<'a> {
     pub folder: &'a Path,
     pub scene: &'a SiteScene,
-    pub unwrapped: &'a Unwrapped,
-    pub texels: &'a [Texel],
+    /// What was lit.
+    pub lit: &'a solve::Scene<'a>,
     pub map: &'a LightMap,
-    pub sides: [u32; 2],
+    /// Levels of a texture with smaller versions.
+    pub levels: u32,
 }
 
 impl Output<'_> {
@@ -38,7 +38,7 @@ impl Output<'_> {
     pub fn write(&self, kinds: &[Kind], exposure: Exposure) -> Result<(Vec<String>, Option<f32>)> {
         std::fs::create_dir_all(self.folder)
             .with_context(|| format!("{}: the folder cannot be made", self.folder.display()))?;
-        let light = self.map.image(self.texels, 0, self.sides);
+        let light = self.map.image(self.lit.texels, 0, self.lit.sides);
         let mesh = self.mesh();
         let (mut written, mut beside, mut stops) = (Vec::new(), None, None);
         for kind in [Kind::Exr, Kind::Ktx2, Kind::Rgbe, Kind::Combined].into_iter().filter(|kind| kinds.contains(kind)) {
@@ -51,7 +51,7 @@ impl Output<'_> {
             let path = self.folder.join(name);
             match kind {
                 Kind::Exr => replace(&path, |path| Ok(light.write_exr(path)?))?,
-                Kind::Ktx2 => write_whole(&path, |file| file.write_all(&ktx2_bc6h(&light)))?,
+                Kind::Ktx2 => write_whole(&path, |file| file.write_all(&ktx2_bc6h(&light, self.levels)))?,
                 Kind::Rgbe => {
                     let bytes = rgbe8(&light).to_png_bytes()?;
                     write_whole(&path, |file| file.write_all(&bytes))?;
@@ -75,32 +75,34 @@ impl Output<'_> {
     /// The parts that have texels, vertices split where charts meet.
     fn mesh(&self) -> Mesh {
         let mesh = &self.scene.mesh;
-        let original = &self.unwrapped.original_vertex;
+        let original = &self.lit.unwrapped.original_vertex;
         fn of<T: Copy>(all: &[T], original: &[u32]) -> Vec<T> {
             if all.is_empty() { Vec::new() } else { original.iter().map(|&v| all[v as usize]).collect() }
         }
-        let triangles = self.unwrapped.triangles.len();
+        let triangles = self.lit.unwrapped.triangles.len();
         Mesh {
             positions: of(&mesh.positions, original),
             normals: of(&mesh.normals, original),
             uvs: of(&mesh.uvs, original),
             colors_linear: of(&mesh.colors_linear, original),
-            triangles: self.unwrapped.triangles.clone(),
+            triangles: self.lit.unwrapped.triangles.clone(),
             triangle_material: mesh.triangle_material.get(..triangles).unwrap_or(&[]).to_vec(),
             materials: mesh.materials.clone(),
         }
     }
 
     fn model<'a>(&'a self, mesh: &'a Mesh, light: LightTextures<'a>) -> WithSecondUvs<'a> {
-        WithSecondUvs { mesh, second_uvs: &self.unwrapped.uvs, sheet: &self.unwrapped.sheet, light }
+        WithSecondUvs { mesh, second_uvs: &self.lit.unwrapped.uvs, sheet: &self.lit.unwrapped.sheet, light }
     }
 
     /// Albedo times light as a screen shows it; returns the exposure.
     fn write_combined(&self, path: &Path, mesh: &Mesh, exposure: Exposure) -> Result<f32> {
-        let albedo = self.scene.albedo();
-        let color = |(texel, light): (&Texel, &Vec3)| albedo.albedo(texel.triangle, texel.weights.y, texel.weights.z) * *light;
-        let colors = self.texels.iter().zip(&self.map.light).map(color).collect();
-        let shown = LightMap { light: colors, ..self.map.clone() }.image(self.texels, 0, self.sides);
+        let albedo = self.lit.albedo;
+        let color = |(texel, light): (&Texel, &Vec3)| albedo(texel.triangle, texel.weights.y, texel.weights.z) * *light;
+        let mut colors: Vec<Vec3> = self.lit.texels.iter().zip(&self.map.light).map(color).collect();
+        // the sides of a border have texels at other places, and their albedo differs
+        match_seams(self.lit, &self.map.matched, &mut colors);
+        let shown = solve::image(self.lit.texels, &colors, 0, self.lit.sides);
         let stops = match exposure {
             Exposure::Stops(stops) => stops,
             Exposure::Auto => automatic(&shown),
@@ -117,12 +119,7 @@ impl Output<'_> {
 /// The exposure at which nearly all of an image is within what a screen shows.
 fn automatic(image: &HdrImage) -> f32 {
     let mut bright: Vec<f32> = image.pixels.iter().map(|p| p.max_element()).filter(|x| *x > 0.0).collect();
-    if bright.is_empty() {
-        return 0.0;
-    }
-    let place = bright.len() * 95 / 100;
-    let white = *bright.select_nth_unstable_by(place, f32::total_cmp).1;
-    -libm::log2f(white)
+    if bright.is_empty() { 0.0 } else { -libm::log2f(nearly_brightest(&mut bright)) }
 }
 
 /// Writes the report beside it all.

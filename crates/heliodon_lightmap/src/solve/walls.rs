@@ -1,0 +1,118 @@
+//! Walls that stand on a surface and are thinner than its texels.
+//!
+//! A texel has the light of its middle, but it is filtered, and asked for by bounces, all around it: on the far side of such a wall too. So texels of a chart that lie
+//! side by side and cannot see each other are found by short rays close above the surface. They show the least light of both sides: light that comes out at the
+//! foot of a wall of a dark room is seen from far, a rim as dark as the room outside is not. Bounces do not ask them; paths go on from the place itself.
+
+use super::stage::Stage;
+use crate::refine::Grid;
+use glam::Vec3;
+use heliodon_rays::{Hit, Ray};
+use rayon::prelude::*;
+
+/// Rays go so far above the surface, as a part of their length: what is lower, as a carpet, parts nothing.
+const ABOVE: f32 = 1.0 / 16.0;
+/// Texels with something above them nearer than this part of the distance to the next one are covered by it: nobody sees them, and what is around them need not become as dark.
+const LYING: f32 = 1.0 / 4.0;
+/// Half of the ways to a texel's neighbours; the other half begins at those.
+const AHEAD: [[i32; 2]; 4] = [[1, 0], [0, 1], [1, 1], [-1, 1]];
+/// Texels that are asked together.
+const UNIT: usize = 512;
+
+/// What walls part.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Walls {
+    /// Pairs of valid texels, ascending, each pair both ways.
+    pairs: Vec<(u32, u32)>,
+    /// Texels within walls, each with the valid ones around it, of which some do not see others.
+    within: Vec<(u32, Vec<u32>)>,
+}
+
+impl Walls {
+    /// Of all texels; returns the number of rays as well.
+    pub fn find(stage: &Stage, grid: &Grid, valid: &[bool]) -> (Self, u64) {
+        let all: Vec<u32> = (0..grid.len() as u32).collect();
+        let around = |texel: u32| {
+            let ahead = AHEAD.into_iter().flat_map(|[x, y]| [[x, y], [-x, -y]]);
+            ahead.filter_map(move |[x, y]| grid.beside(texel, x, y)).filter(|&other| valid[other as usize])
+        };
+        let asked = |texel: u32| -> Vec<(u32, u32)> {
+            if valid[texel as usize] {
+                let ahead = AHEAD.into_iter().filter_map(|[x, y]| grid.beside(texel, x, y));
+                return ahead.filter(|&other| valid[other as usize]).map(|other| (texel, other)).collect();
+            }
+            let sources: Vec<u32> = around(texel).collect();
+            let pairs = sources.iter().enumerate().flat_map(|(i, &one)| sources[..i].iter().map(move |&other| (other, one)));
+            pairs.collect()
+        };
+        let parts: Vec<OfUnit> = all
+            .par_chunks(UNIT)
+            .map(|unit| {
+                let asked: Vec<(u32, (u32, u32))> =
+                    unit.iter().flat_map(|&texel| asked(texel).into_iter().map(move |pair| (texel, pair))).collect();
+                let pairs: Vec<(u32, u32)> = asked.iter().map(|(_, pair)| *pair).collect();
+                let (parted, rays) = are_parted(stage, &pairs);
+                let parted = || asked.iter().zip(&parted).filter(|(_, parted)| **parted).map(|(asked, _)| *asked);
+                let both = |(_, (a, b)): (u32, (u32, u32))| [(a, b), (b, a)];
+                let pairs = parted().filter(|(texel, _)| valid[*texel as usize]).flat_map(both).collect();
+                let mut within: Vec<u32> = parted().map(|(texel, _)| texel).filter(|texel| !valid[*texel as usize]).collect();
+                within.dedup();
+                (pairs, within, rays)
+            })
+            .collect();
+        let rays = parts.iter().map(|(_, _, rays)| rays).sum();
+        let mut pairs: Vec<(u32, u32)> = parts.iter().flat_map(|(pairs, ..)| pairs).copied().collect();
+        pairs.par_sort_unstable();
+        pairs.dedup();
+        let within = parts.iter().flat_map(|(_, within, _)| within).map(|&texel| (texel, around(texel).collect())).collect();
+        (Self { pairs, within }, rays)
+    }
+
+    /// The texels that a wall stands on.
+    pub fn texels(&self) -> impl Iterator<Item = u32> + '_ {
+        self.pairs.iter().map(|(texel, _)| *texel).chain(self.within.iter().map(|(texel, _)| *texel))
+    }
+
+    /// Gives the texels that a wall stands on the least light of both sides.
+    pub fn darken(&self, light: &mut [Vec3]) {
+        let of_pairs = self.pairs.chunk_by(|a, b| a.0 == b.0).map(|pairs| {
+            let own = light[pairs[0].0 as usize];
+            (pairs[0].0, pairs.iter().fold(own, |least, (_, other)| least.min(light[*other as usize])))
+        });
+        let of_within = self.within.iter().map(|(texel, around)| {
+            (*texel, around.iter().fold(Vec3::INFINITY, |least, other| least.min(light[*other as usize])))
+        });
+        let least: Vec<(u32, Vec3)> = of_pairs.chain(of_within).collect();
+        least.into_iter().for_each(|(texel, least)| light[texel as usize] = least);
+    }
+}
+
+/// Pairs that are parted, texels within walls, and the number of rays.
+type OfUnit = (Vec<(u32, u32)>, Vec<u32>, u64);
+
+/// Whether the texels of each pair do not see each other, and the number of rays that it took.
+fn are_parted(stage: &Stage, pairs: &[(u32, u32)]) -> (Vec<bool>, u64) {
+    let mut rays = Vec::with_capacity(3 * pairs.len());
+    for &(from, to) in pairs {
+        let ([a, b], [up_a, up_b]) =
+            ([from, to].map(|t| stage.origins[t as usize]), [from, to].map(|t| stage.planes[t as usize]));
+        let far = a.distance(b);
+        let above = ABOVE * far;
+        let (start, end) = (a + up_a * above, b + up_b * above);
+        let ray = |origin: Vec3, direction: Vec3, t_max: f32| Ray { origin, direction, t_min: 0.0, t_max };
+        // two that stand for one place see each other
+        let is_way = (end - start).length_squared() > 0.0;
+        rays.push(if is_way { ray(start, end - start, 1.0) } else { ray(start, up_a, 0.0) });
+        rays.push(ray(a, up_a, LYING * far));
+        rays.push(ray(b, up_b, LYING * far));
+    }
+    let mut hits = vec![Hit::MISS; rays.len()];
+    stage.scene.rays.closest(&rays, &mut hits);
+    let chart = |triangle: u32| stage.scene.unwrapped.chart.get(triangle as usize);
+    let of_texel = |texel: u32| chart(stage.scene.texels[texel as usize].triangle);
+    let parted = pairs.iter().zip(hits.as_chunks::<3>().0).map(|(&(from, _), [between, up, up_there])| {
+        // the surface itself bends
+        between.is_some() && chart(between.triangle) != of_texel(from) && !up.is_some() && !up_there.is_some()
+    });
+    (parted.collect(), rays.len() as u64)
+}
