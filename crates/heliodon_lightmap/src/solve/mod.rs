@@ -6,7 +6,7 @@
 //!
 //! Texels that lie inside something take their light from the nearest ones of their chart that do not, and both sides of a border between charts are made to show the
 //! same ([`crate::seams`]). Nothing shines through: rays start off the surface on the side that the texel shows, and off the sides of its triangle, so that no
-//! ray starts in the plane of the wall that rises there; and what lies on both sides of a wall thinner than a texel shows the darker one's light.
+//! ray starts in the plane of the wall that rises there; and what lies on both sides of a wall thinner than a texel is dark where one side is.
 
 mod denoise;
 mod directions;
@@ -169,7 +169,7 @@ pub struct Notes {
     pub sampled: Vec<usize>,
     /// Texels that lie inside something.
     pub inside: usize,
-    /// Texels with a wall on them that is thinner than they are: they show the darker side's light.
+    /// Texels with a wall on them that is thinner than they are: dark where one of its sides is.
     pub parted: usize,
     /// Rays that were traced.
     pub rays: u64,

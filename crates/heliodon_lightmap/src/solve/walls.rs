@@ -1,7 +1,7 @@
 //! Walls that stand on a surface and are thinner than its texels.
 //!
 //! A texel has the light of its middle, but it is filtered, and asked for by bounces, all around it: on the far side of such a wall too. So texels of a chart that lie
-//! side by side and cannot see each other are found by short rays close above the surface. They show the least light of both sides: light that comes out at the
+//! side by side and cannot see each other are found by short rays close above the surface. Where one side is dark they are dark: light that comes out at the
 //! foot of a wall of a dark room is seen from far, a rim as dark as the room outside is not. Bounces do not ask them; paths go on from the place itself.
 
 use super::stage::Stage;
@@ -14,6 +14,9 @@ use rayon::prelude::*;
 const ABOVE: f32 = 1.0 / 16.0;
 /// Texels with something above them nearer than this part of the distance to the next one are covered by it: nobody sees them, and what is around them need not become as dark.
 const LYING: f32 = 1.0 / 4.0;
+/// What has less than this part of the light on the other side of a wall is dark. Where both sides are lit, each keeps its own: which of them a texel shows is a matter of half
+/// a texel, but a dark room stays dark.
+const DARK: f32 = 2e-3;
 /// Half of the ways to a texel's neighbours; the other half begins at those.
 const AHEAD: [[i32; 2]; 4] = [[1, 0], [0, 1], [1, 1], [-1, 1]];
 /// Texels that are asked together.
@@ -73,17 +76,21 @@ impl Walls {
         self.pairs.iter().map(|(texel, _)| *texel).chain(self.within.iter().map(|(texel, _)| *texel))
     }
 
-    /// Gives the texels that a wall stands on the least light of both sides.
+    /// Gives the texels that a wall stands on the light of its dark side, where that is as good as none.
     pub fn darken(&self, light: &mut [Vec3]) {
+        let dark = |own: Vec3, others: &mut dyn Iterator<Item = Vec3>| {
+            let least = others.fold(own, Vec3::min);
+            if least.max_element() <= DARK * own.max_element() { least } else { own }
+        };
         let of_pairs = self.pairs.chunk_by(|a, b| a.0 == b.0).map(|pairs| {
-            let own = light[pairs[0].0 as usize];
-            (pairs[0].0, pairs.iter().fold(own, |least, (_, other)| least.min(light[*other as usize])))
+            let texel = pairs[0].0;
+            (texel, dark(light[texel as usize], &mut pairs.iter().map(|(_, other)| light[*other as usize])))
         });
         let of_within = self.within.iter().map(|(texel, around)| {
-            (*texel, around.iter().fold(Vec3::INFINITY, |least, other| least.min(light[*other as usize])))
+            (*texel, dark(light[*texel as usize], &mut around.iter().map(|&other| light[other as usize])))
         });
-        let least: Vec<(u32, Vec3)> = of_pairs.chain(of_within).collect();
-        least.into_iter().for_each(|(texel, least)| light[texel as usize] = least);
+        let darkened: Vec<(u32, Vec3)> = of_pairs.chain(of_within).collect();
+        darkened.into_iter().for_each(|(texel, own)| light[texel as usize] = own);
     }
 }
 
