@@ -1,9 +1,9 @@
 //! Seams: where a smooth surface goes on in another chart, both sides are to show the same.
 //!
 //! Along every border both charts are filtered on grids of their own. Values of texels are changed, each as little as may be, until at four places on a texel's length both
-//! filtered values are equal: begun at the values that were found, conjugate gradients come to those nearest to them that fit (E. J. Craig: "The N-step iteration procedures",
-//! 1955). Texels that only filtering asks for change more easily than those that lie on the surface. At creases light changes, and nothing is matched; nor is it where
-//! texels lie inside something: every match changes eight texels at once, and light would go from one to the next through a wall that stands on the border.
+//! filtered values are equal (S. Kaczmarz: "Angenäherte Auflösung von Systemen linearer Gleichungen", 1937: begun at the values that were found, it comes to those
+//! nearest to them that fit). Texels that only filtering asks for change more easily than those that lie on the surface. At creases light changes, and nothing
+//! is matched.
 
 use crate::charts::for_each_pair;
 use crate::texels::{Texel, cell};
@@ -19,12 +19,8 @@ const A_TEXEL: f32 = 4.0;
 const EASY: f32 = 2.0;
 /// Normals with a lesser cosine between them are a crease.
 const SMOOTH: f32 = 0.999;
-/// Steps of the conjugate gradients at most, ...
-const MOST_STEPS: usize = 400;
-/// ... and, each time, once some values are held: the others are near already.
-const MOST_STEPS_HELD: usize = 100;
-/// How often values that came to lie below what is allowed are held there, and the others asked again.
-const MOST_HOLDS: usize = 12;
+/// Rounds over all seams at most.
+const MOST_ROUNDS: usize = 400;
 
 /// One place on a border: what it takes from the texels around it on one side is to be what it takes on the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,14 +128,21 @@ impl Seams {
     /// As [`Seams::close`].
     pub fn close_above(&self, values: &mut [f32], tolerance: f32, least: f32) -> f32 {
         let mut own = self.of_touched(values);
-        let mut ease = self.ease.clone();
-        for hold in 0..MOST_HOLDS {
-            self.approach(&mut own, &ease, tolerance, if hold == 0 { MOST_STEPS } else { MOST_STEPS_HELD });
-            let below: Vec<usize> = (0..own.len()).filter(|&i| own[i] < least).collect();
-            for &i in &below {
-                (own[i], ease[i]) = (least, 0.0);
+        for _ in 0..MOST_ROUNDS {
+            let mut most = 0.0_f32;
+            for matched in &self.matches {
+                let off = matched.off(&own);
+                most = most.max(off.abs());
+                let ease = |i: usize| self.ease[matched.texels[i] as usize];
+                let sum: f32 = (0..8).map(|i| ease(i) * matched.weights[i] * matched.weights[i]).sum();
+                if sum > 0.0 {
+                    for i in 0..8 {
+                        let value = &mut own[matched.texels[i] as usize];
+                        *value = (*value - off * ease(i) * matched.weights[i] / sum).max(least);
+                    }
+                }
             }
-            if below.is_empty() {
+            if most <= tolerance {
                 break;
             }
         }
@@ -147,50 +150,6 @@ impl Seams {
             values[texel as usize] = *value;
         }
         self.most_off(&own)
-    }
-
-    /// Goes towards the nearest values at which no two sides differ by more than `tolerance`, in a number of steps at most.
-    ///
-    /// Of A, the matches' weights, E, how easily texels change, and D, the diagonal of A E A', these are conjugate gradients of A E A' l = - A x, told by x + E A' l.
-    fn approach(&self, values: &mut [f32], ease: &[f32], tolerance: f32, most_steps: usize) {
-        let scaled = |matched: &Match| -> f32 {
-            let sum: f32 = (0..8).map(|i| ease[matched.texels[i] as usize] * matched.weights[i] * matched.weights[i]).sum();
-            if sum > 0.0 { sum.recip() } else { 0.0 }
-        };
-        let scale: Vec<f32> = self.matches.iter().map(scaled).collect();
-        let mut left: Vec<f32> = self.matches.iter().map(|matched| -matched.off(values)).collect();
-        let squares =
-            |left: &[f32]| left.iter().zip(&scale).map(|(left, scale)| f64::from(*left * *left * *scale)).sum::<f64>();
-        let mut toward: Vec<f32> = left.iter().zip(&scale).map(|(left, scale)| left * scale).collect();
-        let (mut size, mut change) = (squares(&left), vec![0.0_f32; values.len()]);
-        for _ in 0..most_steps {
-            if left.iter().all(|left| left.abs() <= tolerance) {
-                return;
-            }
-            change.fill(0.0);
-            for (matched, toward) in self.matches.iter().zip(&toward) {
-                for i in 0..8 {
-                    change[matched.texels[i] as usize] += matched.weights[i] * toward;
-                }
-            }
-            let length: f64 = change.iter().zip(ease).map(|(change, ease)| f64::from(change * change * ease)).sum();
-            if length <= 0.0 || size <= 0.0 {
-                return;
-            }
-            let far = (size / length) as f32;
-            for ((value, change), ease) in values.iter_mut().zip(&mut change).zip(ease) {
-                *change *= far * ease;
-                *value += *change;
-            }
-            left.iter_mut().zip(&self.matches).for_each(|(left, matched)| *left -= matched.off(&change));
-            let before = std::mem::replace(&mut size, squares(&left));
-            let again = (size / before) as f32;
-            toward
-                .iter_mut()
-                .zip(&left)
-                .zip(&scale)
-                .for_each(|((toward, left), scale)| *toward = left * scale + again * *toward);
-        }
     }
 
     fn of_touched(&self, values: &[f32]) -> Vec<f32> {
