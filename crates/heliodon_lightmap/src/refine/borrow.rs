@@ -56,6 +56,13 @@ fn of_chart(grid: &Grid, chart: &ChartGrid, values: &[f32], count: usize, valid:
 }
 
 impl Grid {
+    /// Which texels take what others have where those that are not `valid` borrow from so many rings.
+    pub(crate) fn borrowers(&self, valid: &[bool], rings: u32) -> Vec<bool> {
+        let mut marks: Vec<f32> = valid.iter().map(|valid| f32::from(u8::from(*valid))).collect();
+        borrow(self, &mut marks, 1, valid, rings);
+        marks.iter().zip(valid).map(|(mark, valid)| !valid && *mark > 0.0).collect()
+    }
+
     /// For each texel the nearest one of its chart that is valid, over the fewest steps of its grid; itself where it is, or where no texel of its chart is.
     ///
     /// # Panics

@@ -12,9 +12,9 @@ use std::f32::consts::PI;
 use std::f64::consts::TAU;
 
 /// Directions of a block that are spread evenly over the sphere.
-pub(super) const EVEN: u32 = 128;
+pub(super) const EVEN: u32 = 64;
 /// And those that go where the sky is bright.
-const BRIGHT: u32 = 64;
+const BRIGHT: u32 = 32;
 
 /// Directions that stand for the whole sphere.
 #[derive(Clone, Debug, Default)]

@@ -1,7 +1,7 @@
 //! Light from what has no texels: backs, and triangles that others light. Paths go on there until they come to a texel, or to a lamp or the sky.
 
 use super::gather::{Arriving, Gather};
-use super::stage::Met;
+use super::stage::{Met, Onward};
 use crate::lights::{balance, pick_light};
 use glam::Vec3;
 use heliodon_math::random::{hash3_u32, unit_f32};
@@ -46,12 +46,13 @@ pub(super) fn follow(gather: &Gather, mut paths: Vec<Path>, mut add: impl FnMut(
         rays_traced += rays.len() as u64;
         paths = Vec::new();
         for ((path, direction), hit) in on_the_way.iter().zip(directions).zip(&hits).filter(|(_, hit)| hit.is_some()) {
-            match gather.stage.met(hit, direction) {
+            match gather.stage.met(hit) {
                 Met::Texel(texel) => {
                     let light = lights[path.order as usize - 1][texel as usize];
                     add(path.of, path.throughput * gather.stage.albedo[texel as usize] * light);
                 }
-                Met::Other { origin, normal, albedo } => {
+                Met::Other => {
+                    let Onward { origin, normal, albedo } = gather.stage.goes_on(hit, direction);
                     let throughput = path.throughput * albedo;
                     if throughput != Vec3::ZERO {
                         paths.push(Path { origin, normal, throughput, order: path.order - 1, ..*path });

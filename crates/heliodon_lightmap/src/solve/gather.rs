@@ -1,8 +1,9 @@
 //! What texels see all around: the sky where nothing is met, and what surfaces reflect where something is.
 
-use super::directions::Block;
+use super::directions::{Block, EVEN};
 use super::follow::{Path, follow};
-use super::stage::{Met, Stage};
+use super::kept::{End, Kept, Looks};
+use super::stage::{Onward, Stage, faces};
 use super::{Models, SolveParams};
 use glam::Vec3;
 use heliodon_rays::{Hit, Ray, beam_order, set_bits};
@@ -10,6 +11,8 @@ use rayon::prelude::*;
 
 /// Texels that look around together.
 const UNIT: usize = 512;
+/// Units between which there is a look at how much is kept.
+const BATCH: usize = 128;
 /// Blocks of directions that every texel looks in.
 const LEAST_BLOCKS: u32 = 4;
 /// A texel of whose rays more than this part meets backs lies inside something (as of vertices: rays that escape below the horizon do not count, up to half of all),
@@ -17,6 +20,8 @@ const LEAST_BLOCKS: u32 = 4;
 const BACK_LIMIT: f32 = 0.5;
 const CLOSED: f32 = 0.005;
 const LEAST_COUNTED: f32 = 0.5;
+/// One that sees more than this part of backs in its first block, and nothing open, is asked no further.
+const ENCLOSED: f32 = 0.9;
 /// A texel that sees less than this part of what is open may lie inside something whatever it sees first.
 const SHUT: f32 = 0.02;
 /// Rays upwards that tell then.
@@ -53,100 +58,132 @@ pub(super) struct Gather<'a> {
     pub arriving: Arriving<'a>,
     /// Light that texels have already, beside which errors are to be seen; none where empty.
     pub beside: &'a [f32],
+    /// Which texels lie where light can be; not known where empty.
+    pub valid: &'a [bool],
     /// Light that counts as dark.
     pub floor: f32,
 }
 
 impl Gather<'_> {
-    /// What texels find, in their order, and how many rays it took.
-    pub fn all(&self, texels: &[u32]) -> (Vec<Found>, u64) {
+    /// What texels find, in their order, and how many rays it took. What is not kept is traced, and kept as long as there is room.
+    pub fn all(&self, kept: &mut Kept, texels: &[u32]) -> (Vec<Found>, u64) {
         let origins: Vec<Vec3> = texels.iter().map(|&texel| self.stage.origins[texel as usize]).collect();
         let normals: Vec<Vec3> = texels.iter().map(|&texel| self.stage.planes[texel as usize]).collect();
         let order = beam_order(&origins, Some(&normals));
-        let units: Vec<(Vec<Found>, u64)> = order
-            .par_chunks(UNIT)
-            .map(|unit| self.unit(&unit.iter().map(|&i| texels[i as usize]).collect::<Vec<_>>()))
-            .collect();
-        let rays = units.iter().map(|(_, rays)| rays).sum();
         let mut found = vec![Found::NOTHING; texels.len()];
-        for (&i, one) in order.iter().zip(units.iter().flat_map(|(found, _)| found)) {
-            found[i as usize] = *one;
+        let mut rays = 0;
+        for batch in order.chunks(BATCH * UNIT) {
+            let units: Vec<OfUnit> = batch
+                .par_chunks(UNIT)
+                .map(|unit| self.unit(kept, &unit.iter().map(|&i| texels[i as usize]).collect::<Vec<_>>()))
+                .collect();
+            let mut at = batch.iter();
+            for unit in units {
+                rays += unit.rays;
+                for ((one, looks), &i) in unit.found.into_iter().zip(unit.looks).zip(&mut at) {
+                    found[i as usize] = one;
+                    kept.add(self.stage.places.len(), texels[i as usize], looks);
+                }
+            }
         }
         (found, rays)
     }
 
-    fn unit(&self, texels: &[u32]) -> (Vec<Found>, u64) {
+    fn unit(&self, kept: &Kept, texels: &[u32]) -> OfUnit {
         let mut sums = vec![Sums::default(); texels.len()];
+        let mut looks = vec![Looks::default(); texels.len()];
         let mut open = Open::new(self.stage, texels);
+        let is_kept = kept.has_room();
         let (mut active, mut hits) = (Vec::new(), Vec::new());
         let mut rays = 0;
         for (number, block) in self.blocks.iter().enumerate() {
             let mut paths = Vec::new();
-            active.resize(open.numbers.len().div_ceil(64), 0_u64);
-            hits.resize(open.numbers.len(), Hit::MISS);
+            let key = (number * block.directions.len()) as u32;
+            let mut end = |of: u32, d: usize, cosine: f32, end: End| {
+                let at =
+                    Direction { direction: block.directions[d], solid_angle: block.solid_angles[d], escaped: block.escaped[d] };
+                self.add(&mut sums[of as usize], &at, cosine, end, |path| {
+                    paths.push(Path { of, key: key + d as u32, texel: texels[of as usize], ..path })
+                });
+            };
+            let (known, asking) = open.partition(|of| kept.blocks(texels[of as usize]) > number);
+            for (i, &of) in known.numbers.iter().enumerate() {
+                let faced = (0..EVEN as usize).filter(|&d| known.faces(i, block.directions[d]));
+                let ends = kept.block(texels[of as usize], number).into_iter().flatten();
+                faced.zip(ends).for_each(|(d, met)| end(of, d, known.normals[i].dot(block.directions[d]), met));
+            }
+            if is_kept {
+                asking.numbers.iter().for_each(|&of| looks[of as usize].begin_block());
+            }
             for (d, &direction) in block.directions.iter().enumerate() {
-                active.fill(0);
-                for (i, (normal, plane)) in open.normals.iter().zip(&open.planes).enumerate() {
-                    let faces = normal.dot(direction) > 0.0 && plane.dot(direction) > 0.0;
-                    active[i / 64] |= u64::from(faces) << (i % 64);
-                }
-                rays += active.iter().map(|word| u64::from(word.count_ones())).sum::<u64>();
-                self.stage.scene.rays.closest_parallel(&open.origins, direction, &active, &mut hits);
-                let at = Direction { direction, solid_angle: block.solid_angles[d], escaped: block.escaped[d] };
+                let is_even = d < EVEN as usize;
+                let asking = if is_even { &asking } else { &open };
+                rays += asking.trace(self.stage, direction, &mut active, &mut hits);
                 for i in set_bits(&active) {
-                    let cosine = open.normals[i].dot(direction);
-                    let key = (number * block.directions.len() + d) as u32;
-                    let of = open.numbers[i];
-                    self.add(&mut sums[of as usize], &at, cosine, &hits[i], |path| {
-                        paths.push(Path { of, key, texel: texels[of as usize], ..path })
-                    });
+                    let of = asking.numbers[i];
+                    let met = End::of(self.stage, &hits[i]);
+                    if is_even && is_kept {
+                        looks[of as usize].push(met);
+                    }
+                    end(of, d, asking.normals[i].dot(direction), met);
                 }
             }
             rays += follow(self, paths, |of, light| sums[of as usize].of_block.light += light);
             open.numbers.iter().for_each(|&of| sums[of as usize].end_block());
-            if number + 1 >= LEAST_BLOCKS as usize {
-                open.retain(|of| {
-                    let beside = self.beside.get(texels[of as usize] as usize).copied().unwrap_or(0.0) + self.floor;
+            let all = number + 1 >= LEAST_BLOCKS as usize;
+            open = open
+                .partition(|of| {
+                    let texel = texels[of as usize] as usize;
+                    if !all {
+                        let is_inside = self.valid.get(texel).map_or_else(|| sums[of as usize].is_enclosed(), |valid| !valid);
+                        return !is_inside || sums[of as usize].mean != 0.0;
+                    }
+                    let beside = self.beside.get(texel).copied().unwrap_or(0.0) + self.floor;
                     !sums[of as usize].is_certain(0.5 * self.params.error, beside)
-                });
-            }
+                })
+                .0;
             if open.numbers.is_empty() {
                 break;
             }
         }
         let origins = texels.iter().map(|&texel| self.stage.origins[texel as usize]);
         let found = sums.iter().zip(origins).map(|(sums, origin)| self.found(sums, origin, &mut rays)).collect();
-        (found, rays)
+        OfUnit { found, looks, rays }
     }
 
     /// Adds what comes from a direction.
-    fn add(&self, sums: &mut Sums, at: &Direction, cosine: f32, hit: &Hit, follow: impl FnOnce(Path)) {
+    fn add(&self, sums: &mut Sums, at: &Direction, cosine: f32, end: End, follow: impl FnOnce(Path)) {
         let even = cosine * at.solid_angle;
         let weight = self.models.surface.response(cosine) * at.solid_angle;
         sums.of_block.even += even;
-        if !hit.is_some() {
-            sums.escaped += even;
-            sums.sunk += if at.direction.y < 0.0 { even } else { 0.0 };
-            sums.of_block.light += at.escaped * weight;
-            return;
-        }
-        sums.over_distance += even / hit.t.max(f32::MIN_POSITIVE);
-        sums.back += if hit.back { even } else { 0.0 };
-        match self.arriving {
-            Arriving::Sky => sums.of_block.light += self.models.illumination.met(hit.t) * weight,
-            Arriving::Reflected(lights) => match self.stage.met(hit, at.direction) {
-                Met::Texel(texel) => {
-                    let light = lights.last().map_or(Vec3::ZERO, |light| light[texel as usize]);
-                    let radiance = self.stage.albedo[texel as usize] * light;
-                    sums.of_block.light += self.models.illumination.reflected(radiance, hit.t) * weight;
+        let (distance_m, is_back) = match end {
+            End::Escaped => {
+                sums.escaped += even;
+                sums.sunk += if at.direction.y < 0.0 { even } else { 0.0 };
+                sums.of_block.light += at.escaped * weight;
+                return;
+            }
+            End::Texel { distance_m, .. } => (distance_m, false),
+            End::Other(hit) => (hit.t, hit.back),
+        };
+        sums.over_distance += even / distance_m.max(f32::MIN_POSITIVE);
+        sums.back += if is_back { even } else { 0.0 };
+        let illumination = self.models.illumination;
+        match (self.arriving, end) {
+            (Arriving::Sky, _) => sums.of_block.light += illumination.met(distance_m) * weight,
+            (Arriving::Reflected(lights), End::Texel { texel, .. }) => {
+                let light = lights.last().map_or(Vec3::ZERO, |light| light[texel as usize]);
+                let radiance = self.stage.albedo[texel as usize] * light;
+                sums.of_block.light += illumination.reflected(radiance, distance_m) * weight;
+            }
+            (Arriving::Reflected(lights), End::Other(hit)) => {
+                let Onward { origin, normal, albedo } = self.stage.goes_on(&hit, at.direction);
+                let throughput = illumination.reflected(albedo, distance_m) * weight;
+                if throughput != Vec3::ZERO {
+                    follow(Path { origin, normal, throughput, order: lights.len() as u32 - 1, of: 0, texel: 0, key: 0 });
                 }
-                Met::Other { origin, normal, albedo } => {
-                    let throughput = self.models.illumination.reflected(albedo, hit.t) * weight;
-                    if throughput != Vec3::ZERO {
-                        follow(Path { origin, normal, throughput, order: lights.len() as u32 - 1, of: 0, texel: 0, key: 0 });
-                    }
-                }
-            },
+            }
+            (_, End::Escaped) => {}
         }
     }
 
@@ -177,7 +214,15 @@ impl Gather<'_> {
     }
 }
 
-/// The texels of a unit that still look around, close together: a ray that nobody asks for costs as well.
+/// What a unit has found, and what its texels' rays have met that was not known before.
+struct OfUnit {
+    found: Vec<Found>,
+    looks: Vec<Looks>,
+    rays: u64,
+}
+
+/// Some texels of a unit, close together: a ray that nobody asks for costs as well.
+#[derive(Default)]
 struct Open {
     /// Which of the unit each is.
     numbers: Vec<u32>,
@@ -195,16 +240,34 @@ impl Open {
         Self { numbers, origins: of(&stage.origins), planes: of(&stage.planes), normals }
     }
 
-    fn retain(&mut self, is_open: impl Fn(u32) -> bool) {
-        let open: Vec<bool> = self.numbers.iter().map(|&of| is_open(of)).collect();
-        fn kept<T: Copy>(all: &mut Vec<T>, open: &[bool]) {
-            let mut next = 0..;
-            all.retain(|_| next.next().is_some_and(|i: usize| open[i]));
+    /// Those that something is true of, and the others.
+    fn partition(&self, is_so: impl Fn(u32) -> bool) -> (Self, Self) {
+        let mut parts = (Self::default(), Self::default());
+        for (i, &number) in self.numbers.iter().enumerate() {
+            let part = if is_so(number) { &mut parts.0 } else { &mut parts.1 };
+            part.numbers.push(number);
+            part.origins.push(self.origins[i]);
+            part.planes.push(self.planes[i]);
+            part.normals.push(self.normals[i]);
         }
-        kept(&mut self.numbers, &open);
-        kept(&mut self.origins, &open);
-        kept(&mut self.planes, &open);
-        kept(&mut self.normals, &open);
+        parts
+    }
+
+    /// Whether a direction is above both a texel's surface and what it is shaded as.
+    fn faces(&self, i: usize, direction: Vec3) -> bool {
+        faces(self.normals[i], self.planes[i], direction)
+    }
+
+    /// Traces a ray from each that faces a direction, marks those as active, and returns their number.
+    fn trace(&self, stage: &Stage, direction: Vec3, active: &mut Vec<u64>, hits: &mut Vec<Hit>) -> u64 {
+        active.clear();
+        active.resize(self.numbers.len().div_ceil(64), 0);
+        hits.resize(self.numbers.len(), Hit::MISS);
+        for i in 0..self.numbers.len() {
+            active[i / 64] |= u64::from(self.faces(i, direction)) << (i % 64);
+        }
+        stage.scene.rays.closest_parallel(&self.origins, direction, active, hits);
+        active.iter().map(|word| u64::from(word.count_ones())).sum()
     }
 }
 
@@ -237,6 +300,11 @@ struct Sums {
 }
 
 impl Sums {
+    /// Whether it sees next to nothing but backs: it lies inside something, whatever more directions would tell.
+    fn is_enclosed(&self) -> bool {
+        self.escaped == 0.0 && self.back >= ENCLOSED * self.all.even
+    }
+
     fn end_block(&mut self) {
         let Part { light, even } = std::mem::take(&mut self.of_block);
         self.all.light += light;

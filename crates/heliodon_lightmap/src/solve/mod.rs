@@ -13,6 +13,7 @@ mod directions;
 mod fill;
 mod follow;
 mod gather;
+mod kept;
 mod lamps;
 pub mod models;
 mod stage;
@@ -32,6 +33,7 @@ use glam::Vec3;
 use heliodon_image::HdrImage;
 use heliodon_math::dome::Environment;
 use heliodon_rays::TriangleScene;
+use kept::Kept;
 use models::{Illumination, SurfaceModel};
 use serde::{Deserialize, Serialize};
 use stage::Stage;
@@ -73,7 +75,7 @@ pub struct SolveParams {
     pub bounces: u32,
     /// The error that is asked for, as a part of the light around, above 0: of the samples' mean, and of interpolation. Half of it costs about four times as much.
     pub error: f32,
-    /// Directions of the upper half that a texel looks in at most, 64 to 1,048,576; with fewer than 256 nobody asks whether they were enough.
+    /// Directions of the upper half that a texel looks in at most, 64 to 1,048,576; with fewer than 128 nobody asks whether they were enough.
     pub samples: u32,
     /// Samples of a lamp with an area that a texel takes at most, 1 to 1,048,576; 48 are taken anyway.
     pub light_samples: u32,
@@ -215,10 +217,19 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
     let blocks = (2 * params.samples).div_ceil(EVEN);
     let first_blocks = sky_blocks(blocks, params.seed, models.illumination, scene.sky);
     let mut rays = 0;
+    let mut kept = Kept::default();
     let mut first = |texels: &[u32], floor: f32| {
-        let gather =
-            Gather { stage: &stage, models, params, blocks: &first_blocks, arriving: Arriving::Sky, beside: &[], floor };
-        let (mut found, of_sky) = gather.all(texels);
+        let gather = Gather {
+            stage: &stage,
+            models,
+            params,
+            blocks: &first_blocks,
+            arriving: Arriving::Sky,
+            beside: &[],
+            valid: &[],
+            floor,
+        };
+        let (mut found, of_sky) = gather.all(&mut kept, texels);
         let mut light: Vec<Vec3> = found.iter().map(|found| found.light).collect();
         rays += of_sky + lamps::add_lamps(&stage, models, params, floor, texels, &mut light);
         found.iter_mut().zip(light).for_each(|(found, light)| found.light = light);
@@ -234,18 +245,29 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
     rays += asked;
     let mut parted = vec![false; light.len()];
     walls.texels().for_each(|texel| parted[texel as usize] = true);
+    stage.whole = valid.iter().zip(&parted).map(|(valid, parted)| *valid && !parted).collect();
     stage.parted = parted;
+    rays += kept.part(&stage, &first_blocks);
+    let borrowers = grid.borrowers(&valid, FILTERED);
 
-    let further = even_blocks(blocks, params.seed ^ 0xB0);
+    // the same directions, so that what the sky's have met need not be asked again
+    let further = even_blocks(blocks, params.seed);
     for _ in 0..models.illumination.bounces(params.bounces) {
         let beside: Vec<f32> = light.iter().map(|light| light.max_element()).collect();
+        // What borrows need not be asked, nor what lies inside something and was dark until now.
+        let was_lit = |texel: usize| lights.len() == 1 || beside[texel] > params.error * floor;
+        let is_idle = |texel: u32| borrowers[texel as usize] || (!valid[texel as usize] && !was_lit(texel as usize));
         let mut gathered = |texels: &[u32]| {
             let arriving = Arriving::Reflected(&lights);
-            let gather = Gather { stage: &stage, models, params, blocks: &further, arriving, beside: &beside, floor };
-            let (mut found, traced) = gather.all(texels);
+            let gather =
+                Gather { stage: &stage, models, params, blocks: &further, arriving, beside: &beside, valid: &valid, floor };
+            let asked: Vec<u32> = texels.iter().copied().filter(|texel| !is_idle(*texel)).collect();
+            let (some, traced) = gather.all(&mut kept, &asked);
             rays += traced;
+            let mut found = vec![Found::NOTHING; texels.len()];
+            let places = (0..texels.len()).filter(|&i| !is_idle(texels[i]));
             // whether a texel is valid is known
-            found.iter_mut().zip(texels).for_each(|(found, &texel)| found.valid = valid[texel as usize]);
+            places.zip(some).for_each(|(i, some)| found[i] = Found { valid: valid[texels[i] as usize], ..some });
             sampled(found)
         };
         let refined = refine(&grid, 3, &refine_params(params, floor, beside.clone()), &mut gathered);
@@ -265,7 +287,8 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
     }
     light.iter_mut().zip(&stage.places).for_each(|(light, place)| *light = models.surface.shown(*light, place));
     walls.darken(&mut light);
-    let matched: Vec<bool> = valid.iter().zip(&stage.parted).map(|(valid, parted)| *valid && !parted).collect();
+    let parted = stage.parted.iter().filter(|parted| **parted).count();
+    let matched = stage.whole;
     let widest_seam = if params.match_seams { match_seams(scene, &matched, &mut light) } else { 0.0 };
     let mut notes = Notes {
         illumination: models.illumination.name().to_owned(),
@@ -274,7 +297,7 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
         sampled: notes_sampled,
         inside: valid.iter().filter(|valid| !**valid).count(),
         rays,
-        parted: stage.parted.iter().filter(|parted| **parted).count(),
+        parted,
         denoised: params.denoise.is_some(),
         widest_seam,
         mean: [0.0; 3],

@@ -5,7 +5,7 @@ use crate::refine::Place;
 use crate::texels::{Texel, cell};
 use glam::{Vec2, Vec3};
 use heliodon_math::frame::unit_or;
-use heliodon_rays::Hit;
+use heliodon_rays::{Hit, Ray};
 use rayon::prelude::*;
 
 const NOBODY: u32 = u32::MAX;
@@ -13,6 +13,11 @@ const NOBODY: u32 = u32::MAX;
 /// Places nearer to a side of their triangle than so many starting distances are moved in by as much: a ray that starts in the very plane of the wall that rises
 /// from there would have both sides of it.
 const INWARD: f32 = 4.0;
+/// Rays between places of one surface go so far above it, as a part of their length: what is lower, as a carpet, parts nothing.
+pub(super) const ABOVE: f32 = 1.0 / 16.0;
+/// Texels so far around one with a wall on it may stand for a place of it, and so many are asked whether they see it.
+const AROUND: i32 = 2;
+const ASKED: usize = 4;
 
 pub(super) struct Stage<'a> {
     pub scene: &'a Scene<'a>,
@@ -26,6 +31,8 @@ pub(super) struct Stage<'a> {
     pub offset_m: f32,
     /// Texels that stand for both sides of a wall; none where empty.
     pub parted: Vec<bool>,
+    /// Which texels stand for one place, so that they can be asked for its light: valid, and no wall on them. All where empty.
+    pub whole: Vec<bool>,
     texel_at: Vec<u32>,
 }
 
@@ -33,8 +40,20 @@ pub(super) struct Stage<'a> {
 pub(super) enum Met {
     /// A front that has a texel.
     Texel(u32),
-    /// A back, a triangle without texels, or a texel that has light of both sides of a wall: where a path goes on, what it faces there, and what is handed on.
-    Other { origin: Vec3, normal: Vec3, albedo: Vec3 },
+    /// A back, a triangle without texels, or a texel that has light of both sides of a wall.
+    Other,
+}
+
+/// Where a path goes on, what it faces there, and what is handed on.
+pub(super) struct Onward {
+    pub origin: Vec3,
+    pub normal: Vec3,
+    pub albedo: Vec3,
+}
+
+/// Whether a direction is above both a surface and what it is shaded as.
+pub(super) fn faces(normal: Vec3, plane: Vec3, direction: Vec3) -> bool {
+    normal.dot(direction) > 0.0 && plane.dot(direction) > 0.0
 }
 
 impl<'a> Stage<'a> {
@@ -59,11 +78,16 @@ impl<'a> Stage<'a> {
         let (faces, starts): (Vec<_>, Vec<_>) = scene.texels.par_iter().map(of_texel).unzip();
         let (places, planes) = faces.into_iter().unzip();
         let (origins, albedo) = starts.into_iter().unzip();
-        Self { scene, places, planes, origins, albedo, offset_m, parted: Vec::new(), texel_at }
+        Self { scene, places, planes, origins, albedo, offset_m, parted: Vec::new(), whole: Vec::new(), texel_at }
     }
 
-    /// What was met by a ray of such a direction.
-    pub fn met(&self, hit: &Hit, direction: Vec3) -> Met {
+    /// Whether a texel's rays go in a direction.
+    pub fn faces(&self, texel: u32, direction: Vec3) -> bool {
+        faces(self.places[texel as usize].normal, self.planes[texel as usize], direction)
+    }
+
+    /// What was met, by a ray that met something.
+    pub fn met(&self, hit: &Hit) -> Met {
         let scene = self.scene;
         if !hit.back
             && let Some(corners) = scene.unwrapped.triangles.get(hit.triangle as usize)
@@ -72,15 +96,58 @@ impl<'a> Stage<'a> {
             let size = Vec2::new(scene.sides[0] as f32, scene.sides[1] as f32);
             let at = ((a + (b - a) * hit.u + (c - a) * hit.v) * size).max(Vec2::ZERO).min(size - 1.0).as_uvec2();
             let texel = self.texel_at[cell(scene.sides, scene.unwrapped.sheet[hit.triangle as usize], at.x, at.y)];
-            if texel != NOBODY && !self.parted.get(texel as usize).is_some_and(|parted| *parted) {
-                return Met::Texel(texel);
+            if texel != NOBODY {
+                let asked = if self.is_parted(texel) { self.on_this_side(texel, hit) } else { Some(texel) };
+                return asked.map_or(Met::Other, Met::Texel);
             }
         }
+        Met::Other
+    }
+
+    /// The nearest of the texels around one with a wall on it that has none and sees a place of it.
+    fn on_this_side(&self, texel: u32, hit: &Hit) -> Option<u32> {
+        let scene = self.scene;
+        let own = &scene.texels[texel as usize];
         let [a, b, c] = scene.corners(hit.triangle);
+        let place = a + (b - a) * hit.u + (c - a) * hit.v;
+        let up = self.planes[texel as usize];
+        let chart = |texel: &Texel| scene.unwrapped.chart[texel.triangle as usize];
+        let beside = |dx: i32, dy: i32| {
+            let (x, y) = (u32::from(own.x).checked_add_signed(dx)?, u32::from(own.y).checked_add_signed(dy)?);
+            let other =
+                *self.texel_at.get(cell(scene.sides, own.sheet, x, y)).filter(|_| x < scene.sides[0] && y < scene.sides[1])?;
+            let is_asked = other != NOBODY && self.whole[other as usize] && chart(&scene.texels[other as usize]) == chart(own);
+            is_asked.then(|| (place.distance(self.places[other as usize].position), other))
+        };
+        let around = (-AROUND..=AROUND).flat_map(|dy| (-AROUND..=AROUND).filter_map(move |dx| beside(dx, dy)));
+        let mut around: Vec<(f32, u32)> = around.collect();
+        around.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let sees = |&(far, other): &(f32, u32)| {
+            let start = place + up * (self.offset_m + ABOVE * far);
+            let end = self.origins[other as usize] + self.planes[other as usize] * (ABOVE * far);
+            let mut occluded = [0];
+            scene.rays.occluded(&[Ray { origin: start, direction: end - start, t_min: 0.0, t_max: 1.0 }], &mut occluded);
+            occluded == [0]
+        };
+        around.into_iter().take(ASKED).find(sees).map(|(_, other)| other)
+    }
+
+    /// Whether a texel stands for both sides of a wall.
+    pub fn is_parted(&self, texel: u32) -> bool {
+        self.parted.get(texel as usize).is_some_and(|parted| *parted)
+    }
+
+    /// Where a path goes on that came in such a direction.
+    pub fn goes_on(&self, hit: &Hit, direction: Vec3) -> Onward {
+        let [a, b, c] = self.scene.corners(hit.triangle);
         let plane = unit_or((b - a).cross(c - a), -direction);
         let plane = if plane.dot(direction) > 0.0 { -plane } else { plane };
         let place = inward([a, b, c], a + (b - a) * hit.u + (c - a) * hit.v, INWARD * self.offset_m);
-        Met::Other { origin: place + plane * self.offset_m, normal: plane, albedo: scene.handed_on(hit.triangle, hit.u, hit.v) }
+        Onward {
+            origin: place + plane * self.offset_m,
+            normal: plane,
+            albedo: self.scene.handed_on(hit.triangle, hit.u, hit.v),
+        }
     }
 }
 

@@ -4,14 +4,12 @@
 //! side by side and cannot see each other are found by short rays close above the surface. Where one side is dark they are dark: light that comes out at the
 //! foot of a wall of a dark room is seen from far, a rim as dark as the room outside is not. Bounces do not ask them; paths go on from the place itself.
 
-use super::stage::Stage;
+use super::stage::{ABOVE, Stage};
 use crate::refine::Grid;
 use glam::Vec3;
 use heliodon_rays::{Hit, Ray};
 use rayon::prelude::*;
 
-/// Rays go so far above the surface, as a part of their length: what is lower, as a carpet, parts nothing.
-const ABOVE: f32 = 1.0 / 16.0;
 /// Texels with something above them nearer than this part of the distance to the next one are covered by it: nobody sees them, and what is around them need not become as dark.
 const LYING: f32 = 1.0 / 4.0;
 /// What has less than this part of the light on the other side of a wall is dark. Where both sides are lit, each keeps its own: which of them a texel shows is a matter of half
