@@ -7,7 +7,7 @@ use std::path::PathBuf;
 pub enum BakeError {
     /// `site.toml` asks for what cannot be done.
     #[error(transparent)]
-    Site(#[from] heliodon_bundle::site::SiteError),
+    Site(#[from] heliodon_bundle::ConfigError),
     /// A mesh cannot be read.
     #[error(transparent)]
     Mesh(#[from] heliodon_mesh::import::ImportError),

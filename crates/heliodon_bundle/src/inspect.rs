@@ -1,11 +1,12 @@
 //! What is in a bundle or a site, for people and for programs.
 
 use crate::chunk::LightLayout;
+use crate::config::ConfigError;
 use crate::grid::GridInfo;
 use crate::lineage::{InputState, Prepared, PreparedPart, compare_inputs};
 use crate::manifest::{Bounds, Counts, Manifest, Parameters, PartInfo};
 use crate::reader::BundleReader;
-use crate::site::{Actor, Albedo, Display, InputKind, Lamp, Role, Site, SiteError, SiteInfo};
+use crate::site::{Actor, Albedo, Display, InputKind, Lamp, Role, Site, SiteInfo};
 use crate::texels::TexelInfo;
 use glam::DVec3;
 use serde::Serialize;
@@ -436,7 +437,7 @@ impl SiteSummary {
     ///
     /// # Errors
     /// If a file that it names is not there.
-    pub fn of(site: &Site) -> Result<Self, SiteError> {
+    pub fn of(site: &Site) -> Result<Self, ConfigError> {
         let inputs = site.input_files()?;
         let part = |(i, part): (usize, &crate::site::Part)| {
             let own = || inputs.iter().filter(move |f| f.kind == InputKind::Geometry(i));

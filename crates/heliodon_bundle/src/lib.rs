@@ -1,6 +1,7 @@
 //! What Heliodon keeps on disk: `site.toml`, the bundle's glTF profile, its manifest, the day lapse.
 //!
 //! - [`site`]: the types of `site.toml`, read with the line and column of whatever is wrong in it.
+//! - [`display`]: the types of `display.toml`: screens, trackers, keys.
 //! - [`BundleWriter`] streams a bundle to disk beside its final place and renames it in; [`BundleReader`] reads it back chunk
 //!   by chunk and trusts nothing in it.
 //! - [`moment`] and [`shade`]: the light of a vertex at an hour of the day; the reference that every viewer mirrors.
@@ -14,7 +15,9 @@ mod actors;
 mod albedo;
 pub mod arrays;
 pub mod chunk;
+mod config;
 pub mod detail;
+pub mod display;
 pub mod export;
 pub mod file_lock;
 mod glb;
@@ -38,6 +41,7 @@ mod writer;
 pub use actors::{ACTORS_FOLDER, ActorFile, ActorMeta};
 pub use albedo::VertexAlbedo;
 pub use chunk::{LightLayout, LitChunk, VertexLight};
+pub use config::ConfigError;
 pub use detail::DetailInfo;
 pub use grid::{AmbientCube, Grid, GridInfo, GridPoints, GridSample};
 pub use lapse_check::check_lapse;

@@ -145,7 +145,7 @@ wind_from_deg = 225
 wind_m_per_s = 3
 "#;
 
-fn parse(text: &str) -> Result<Site, heliodon_bundle::site::SiteError> {
+fn parse(text: &str) -> Result<Site, heliodon_bundle::ConfigError> {
     Site::parse(text, "somewhere/site.toml")
 }
 

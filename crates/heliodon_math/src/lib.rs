@@ -10,6 +10,7 @@ pub mod dome;
 pub mod frame;
 pub mod light_sphere;
 pub mod random;
+pub mod screen;
 pub mod sh;
 pub mod sphere;
 pub mod unit;

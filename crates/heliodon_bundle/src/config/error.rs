@@ -1,12 +1,12 @@
-//! What can be wrong with a site, told so that its author can mend it.
+//! What can be wrong with a file that people write, told so that its author can mend it.
 
 use std::fmt;
 use std::path::PathBuf;
 
-/// Something wrong with a site: file, place, fault, remedy.
+/// Something wrong with a site or a display: file, place, fault, remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SiteError {
-    /// The file that is wrong; `site.toml`, unless something that it names could not be read.
+pub struct ConfigError {
+    /// The file that is wrong: `site.toml` or `display.toml`, or what it names and cannot be read.
     pub file: PathBuf,
     /// Line and column in it, both counted from 1, where the fault has a place.
     pub place: Option<(usize, usize)>,
@@ -16,7 +16,7 @@ pub struct SiteError {
     pub remedy: String,
 }
 
-impl fmt::Display for SiteError {
+impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.file.display())?;
         if let Some((line, column)) = self.place {
@@ -27,7 +27,7 @@ impl fmt::Display for SiteError {
     }
 }
 
-impl std::error::Error for SiteError {}
+impl std::error::Error for ConfigError {}
 
 /// Line and column of a byte offset, counted from 1; columns count characters.
 pub(super) fn line_and_column(text: &str, offset: usize) -> (usize, usize) {

@@ -1,62 +1,106 @@
-//! From text to types, keeping the places of keys for messages.
+//! Files that people write, `site.toml` and `display.toml`: from text to types, keeping the places of keys for messages.
 
-use super::SiteError;
-use super::error::line_and_column;
-use super::types::SiteFile;
+mod error;
+pub(crate) mod rules;
+pub(crate) mod write;
+
+pub use error::ConfigError;
+
+use error::line_and_column;
+use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
-/// Tables that there may be several of.
-const MANY_TABLES: [&str; 5] = ["part", "room", "actor", "light", "matte"];
+/// What is told of a kind of file where something is wrong with it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Kind {
+    /// Tables that there may be several of.
+    pub many_tables: &'static [&'static str],
+    /// What such a file describes, for messages.
+    pub subject: &'static str,
+    /// Where one sees what can be written.
+    pub reference: &'static str,
+    /// What to do where a key is missing, by its name.
+    pub missing: &'static [(&'static str, &'static str)],
+    /// What to do where the file itself is.
+    pub no_file: &'static str,
+}
 
-/// The text of a `site.toml` and where it came from.
+/// The text of a file and where it came from.
 #[derive(Clone, Debug)]
-pub(super) struct Source {
+pub(crate) struct Source {
+    kind: &'static Kind,
     file: PathBuf,
     text: String,
 }
 
 impl Source {
-    pub(super) fn new(file: &Path, text: &str) -> Self {
-        Self { file: file.to_owned(), text: text.to_owned() }
+    pub(crate) fn new(kind: &'static Kind, file: &Path, text: &str) -> Self {
+        Self { kind, file: file.to_owned(), text: text.to_owned() }
     }
 
-    pub(super) fn file(&self) -> &Path {
+    /// Reads the file.
+    pub(crate) fn read(kind: &'static Kind, file: &Path) -> Result<Self, ConfigError> {
+        let text = std::fs::read_to_string(file).map_err(|error| ConfigError {
+            file: file.to_owned(),
+            place: None,
+            message: match error.kind() {
+                std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
+                std::io::ErrorKind::InvalidData => "the file is not UTF-8 text".to_owned(),
+                _ => format!("the file cannot be read: {error}"),
+            },
+            remedy: kind.no_file.to_owned(),
+        })?;
+        Ok(Self::new(kind, file, &text))
+    }
+
+    pub(crate) fn file(&self) -> &Path {
         &self.file
     }
 
-    pub(super) fn text(&self) -> &str {
+    /// The folder from which relative paths start.
+    pub(crate) fn folder(&self) -> &Path {
+        self.file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+    }
+
+    pub(crate) fn text(&self) -> &str {
         &self.text
     }
 
-    pub(super) fn parse(&self) -> Result<SiteFile, SiteError> {
+    pub(crate) fn parse<T: DeserializeOwned>(&self) -> Result<T, ConfigError> {
         toml::from_str(&self.text).map_err(|error| {
             let place = error.span().map(|span| line_and_column(&self.text, span.start));
-            let (message, remedy) = self.single_table(error.span()).unwrap_or_else(|| explain(error.message()));
-            SiteError { file: self.file.clone(), place, message, remedy }
+            let (message, remedy) = self.single_table(error.span()).unwrap_or_else(|| explain(self.kind, error.message()));
+            ConfigError { file: self.file.clone(), place, message, remedy }
         })
     }
 
     /// What to say where a table in single brackets stands for what there may be several of.
     fn single_table(&self, place: Option<Range<usize>>) -> Option<(String, String)> {
         let header = self.text.get(place?.start..)?.trim_start_matches('[').split([']', '\n']).next()?;
-        let name = MANY_TABLES.into_iter().find(|name| *name == header.trim())?;
+        let name = *self.kind.many_tables.iter().find(|name| **name == header.trim())?;
         let table = DeTable::parse(&self.text).ok()?;
         let (_, value) = lookup(table.get_ref(), name)?;
         matches!(value, DeValue::Table(_)).then(|| {
-            (format!("[{name}] is one table, but a site may have several"), format!("write [[{name}]], with two brackets"))
+            let subject = self.kind.subject;
+            (format!("[{name}] is one table, but {subject} may have several"), format!("write [[{name}]], with two brackets"))
         })
     }
 
     /// An error at a key such as `["part", "0", "albedo"]`: at its value, or at the nearest table that is there.
-    pub(super) fn error_at(&self, path: &[String], message: String, remedy: String) -> SiteError {
+    pub(crate) fn error_at(&self, path: &[String], message: String, remedy: String) -> ConfigError {
         let place = self.offset_of(path).map(|offset| line_and_column(&self.text, offset));
-        SiteError { file: self.file.clone(), place, message, remedy }
+        ConfigError { file: self.file.clone(), place, message, remedy }
+    }
+
+    /// An error at the key that has a fault.
+    pub(crate) fn fault(&self, fault: rules::Fault) -> ConfigError {
+        self.error_at(&fault.path, fault.message, fault.remedy)
     }
 
     /// Whether a table of the text has a key.
-    pub(super) fn has(&self, table: &str, key: &str) -> bool {
+    pub(crate) fn has(&self, table: &str, key: &str) -> bool {
         DeTable::parse(&self.text).is_ok_and(
             |root| matches!(lookup(root.get_ref(), table), Some((_, DeValue::Table(table))) if lookup(table, key).is_some()),
         )
@@ -83,6 +127,13 @@ impl Source {
     }
 }
 
+/// The JSON schema of a file's type.
+pub(crate) fn json_schema<T: schemars::JsonSchema>() -> String {
+    let mut text = serde_json::to_string_pretty(&schemars::schema_for!(T)).unwrap_or_default();
+    text.push('\n');
+    text
+}
+
 fn lookup<'a, 'i>(table: &'a DeTable<'i>, key: &str) -> Option<(usize, &'a DeValue<'i>)> {
     let (found, value) = table.iter().find(|(k, _)| k.get_ref() == key)?;
     // a table's own span is its header's; an inline value is pointed at by itself, a table by its key
@@ -102,7 +153,7 @@ fn nearest<'k>(found: &str, known: &[&'k str]) -> Option<&'k str> {
 }
 
 /// A parser's message with the remedy that follows from it.
-fn explain(message: &str) -> (String, String) {
+fn explain(kind: &Kind, message: &str) -> (String, String) {
     // names of Rust's types say nothing to people who write a site
     let message = message.trim().replace('\n', ", ");
     let kinds = [
@@ -111,12 +162,12 @@ fn explain(message: &str) -> (String, String) {
         ("expected f64", "expected a number"),
     ];
     let message = kinds.iter().fold(message, |text, (kind, words)| text.replace(kind, words));
-    for kind in ["unknown field", "unknown variant"] {
-        let Some(rest) = message.strip_prefix(kind) else { continue };
+    for unknown in ["unknown field", "unknown variant"] {
+        let Some(rest) = message.strip_prefix(unknown) else { continue };
         let mut quoted = rest.split('`').skip(1).step_by(2);
         let Some(found) = quoted.next() else { break };
         let known: Vec<&str> = quoted.collect();
-        let what = if kind == "unknown field" { "key" } else { "value" };
+        let what = if unknown == "unknown field" { "key" } else { "value" };
         let remedy = match nearest(found, &known) {
             Some(k) => format!("did you mean `{k}`?"),
             None => format!("write one of: {}", known.join(", ")),
@@ -124,11 +175,7 @@ fn explain(message: &str) -> (String, String) {
         return (format!("unknown {what} `{found}`"), remedy);
     }
     if let Some(field) = message.strip_prefix("missing field `").and_then(|rest| rest.strip_suffix('`')) {
-        let remedy = match field {
-            "site" => "begin with a table [site] that holds name = \"...\"",
-            "sky" => "add a table [sky] with probes and mapping, or with model and date",
-            _ => "add it",
-        };
+        let remedy = kind.missing.iter().find(|(key, _)| *key == field).map_or("add it", |(_, remedy)| remedy);
         return (format!("`{field}` is missing"), remedy.to_owned());
     }
     let remedy = if message.contains("datetime") {
@@ -140,7 +187,7 @@ fn explain(message: &str) -> (String, String) {
     } else if message.contains("write ") {
         "" // the value's own parser has said it
     } else {
-        "schema/site.schema.json and `heliodon new` show what can be written"
+        kind.reference
     };
     (message, remedy.to_owned())
 }

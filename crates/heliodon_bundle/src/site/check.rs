@@ -9,49 +9,8 @@ use super::prepare::Prepare;
 use super::types::{Albedo, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part, Room, SiteFile, Sky};
 use super::values::ProbeTimes;
 use super::weathering::{PartWeathering, WIND_M_PER_S, Weathering};
+use crate::config::rules::{COORDINATES_M, Checked, fault, finite, not_empty, within};
 use crate::texels::{BOUNCE_BLOCK, MAX_TEXEL_SIDE};
-
-/// A fault with the path of the key that has it.
-pub(super) struct Fault {
-    pub(super) path: Vec<String>,
-    pub(super) message: String,
-    pub(super) remedy: String,
-}
-
-type Checked = Result<(), Fault>;
-
-/// What is taken for a coordinate, metres: beyond, a slip of unit or exponent is surer than a monument.
-const COORDINATES_M: std::ops::RangeInclusive<f64> = -1e9..=1e9;
-
-fn fault(path: &[&str], message: impl Into<String>, remedy: impl Into<String>) -> Checked {
-    Err(Fault { path: path.iter().map(|&s| s.to_owned()).collect(), message: message.into(), remedy: remedy.into() })
-}
-
-fn within(path: &[&str], value: f64, min: f64, max: f64) -> Checked {
-    if (min..=max).contains(&value) {
-        return Ok(());
-    }
-    let key = path.last().unwrap_or(&"");
-    fault(path, format!("{key} is {value}"), format!("give a number from {min} to {max}"))
-}
-
-fn finite(path: &[&str], values: &[f64]) -> Checked {
-    match values.iter().find(|v| !COORDINATES_M.contains(*v)) {
-        None => Ok(()),
-        Some(v) => fault(
-            path,
-            format!("{} holds {v}", path.last().unwrap_or(&"")),
-            "give finite numbers, at most a thousand million in size",
-        ),
-    }
-}
-
-fn not_empty(path: &[&str], text: &str) -> Checked {
-    if text.trim().is_empty() {
-        return fault(path, format!("{} is empty", path.last().unwrap_or(&"")), "write something there");
-    }
-    Ok(())
-}
 
 /// The first fault of a site, if it has one.
 pub(super) fn check(site: &SiteFile) -> Checked {

@@ -1,7 +1,8 @@
 //! The files that a site names.
 
+use super::Site;
 use super::types::Albedo;
-use super::{Site, SiteError};
+use crate::config::ConfigError;
 use std::path::{Path, PathBuf};
 
 /// What a file is for.
@@ -40,7 +41,7 @@ impl Site {
     ///
     /// # Errors
     /// A file that is not there, or a pattern that nothing matches.
-    pub fn input_files(&self) -> Result<Vec<InputFile>, SiteError> {
+    pub fn input_files(&self) -> Result<Vec<InputFile>, ConfigError> {
         let mut files = Vec::new();
         for (i, part) in self.parts.iter().enumerate() {
             let index = i.to_string();
@@ -82,14 +83,14 @@ impl Site {
     ///
     /// # Panics
     /// If the site has no part of that index.
-    pub fn part_files(&self, part: usize) -> Result<Vec<InputFile>, SiteError> {
+    pub fn part_files(&self, part: usize) -> Result<Vec<InputFile>, ConfigError> {
         let mut files = Vec::new();
         let at = ["part".to_owned(), part.to_string(), "file".to_owned()];
         self.expand(&self.parts[part].file, &at, InputKind::Geometry(part), &mut files)?;
         Ok(files)
     }
 
-    fn expand(&self, pattern: &str, at: &[String], kind: InputKind, files: &mut Vec<InputFile>) -> Result<(), SiteError> {
+    fn expand(&self, pattern: &str, at: &[String], kind: InputKind, files: &mut Vec<InputFile>) -> Result<(), ConfigError> {
         // a file whose very name holds a `[` or `*` is that file
         if !pattern.contains(['*', '?', '[']) || self.folder().join(pattern).is_file() {
             return self.expand_one(pattern, at, kind, files);
@@ -119,7 +120,7 @@ impl Site {
         Ok(())
     }
 
-    fn expand_one(&self, name: &str, at: &[String], kind: InputKind, files: &mut Vec<InputFile>) -> Result<(), SiteError> {
+    fn expand_one(&self, name: &str, at: &[String], kind: InputKind, files: &mut Vec<InputFile>) -> Result<(), ConfigError> {
         let path = self.folder().join(name);
         if !path.is_file() {
             let message = if path.is_dir() { format!("`{name}` is a folder") } else { format!("there is no file `{name}`") };

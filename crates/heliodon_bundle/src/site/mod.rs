@@ -1,17 +1,15 @@
 //! A site: the folder with `site.toml` that a bake starts from.
 //!
-//! [`Site::read`] answers with a site whose every number is in range and whose every file exists, or with a [`SiteError`]
+//! [`Site::read`] answers with a site whose every number is in range and whose every file exists, or with a [`ConfigError`]
 //! that names the line and column to mend.
 
 mod actor;
 mod budget;
 mod check;
 mod detail;
-mod error;
 mod files;
 mod lamp;
 mod matte;
-mod parse;
 mod placement;
 mod prepare;
 mod template;
@@ -25,7 +23,6 @@ pub(crate) use check::check_lone_actor as check_actor;
 pub(crate) use check::check_lone_lamp as check_lamp;
 pub(crate) use check::check_lone_matte as check_matte;
 pub use detail::{Along, DEFAULT_DETAIL_TEXELS, Detail, DetailMapping, DetailPattern};
-pub use error::SiteError;
 pub use files::{InputFile, InputKind};
 pub use heliodon_math::unit::Unit;
 pub use lamp::Lamp;
@@ -38,18 +35,28 @@ pub use types::{
 pub use values::{Date, ProbeTimes, TimeOfDay, UtcOffset};
 pub use weathering::{OwnWeathering, PartWeathering, Weathering};
 
-use parse::Source;
+use crate::config::{ConfigError, Kind, Source};
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
 /// The name of the file that makes a folder a site.
 pub const SITE_FILE_NAME: &str = "site.toml";
 
+const KIND: Kind = Kind {
+    many_tables: &["part", "room", "actor", "light", "matte"],
+    subject: "a site",
+    reference: "schema/site.schema.json and `heliodon new` show what can be written",
+    missing: &[
+        ("site", "begin with a table [site] that holds name = \"...\""),
+        ("sky", "add a table [sky] with probes and mapping, or with model and date"),
+    ],
+    no_file: "give a site's folder or its site.toml; `heliodon new DIR` makes one",
+};
+
 /// A site that was read and checked; dereferences to its [`SiteFile`].
 #[derive(Clone, Debug)]
 pub struct Site {
     file: SiteFile,
-    folder: PathBuf,
     source: Source,
 }
 
@@ -58,20 +65,10 @@ impl Site {
     ///
     /// # Errors
     /// The first thing that is wrong, with its place and remedy.
-    pub fn read(path: impl AsRef<Path>) -> Result<Self, SiteError> {
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, ConfigError> {
         let path = path.as_ref();
         let file = if path.is_dir() { path.join(SITE_FILE_NAME) } else { path.to_owned() };
-        let text = std::fs::read_to_string(&file).map_err(|error| SiteError {
-            file: file.clone(),
-            place: None,
-            message: match error.kind() {
-                std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
-                std::io::ErrorKind::InvalidData => "the file is not UTF-8 text".to_owned(),
-                _ => format!("the file cannot be read: {error}"),
-            },
-            remedy: "give a site's folder or its site.toml; `heliodon new DIR` makes one".to_owned(),
-        })?;
-        let site = Self::parse(&text, &file)?;
+        let site = Self::from_source(Source::read(&KIND, &file)?)?;
         site.input_files()?;
         Ok(site)
     }
@@ -81,18 +78,20 @@ impl Site {
     ///
     /// # Errors
     /// The first thing that is wrong, with its place and remedy.
-    pub fn parse(text: &str, file: impl AsRef<Path>) -> Result<Self, SiteError> {
-        let source = Source::new(file.as_ref(), text);
-        let parsed = source.parse()?;
-        check::check(&parsed).map_err(|fault| source.error_at(&fault.path, fault.message, fault.remedy))?;
-        let folder = file.as_ref().parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_owned();
-        Ok(Self { file: parsed, folder, source })
+    pub fn parse(text: &str, file: impl AsRef<Path>) -> Result<Self, ConfigError> {
+        Self::from_source(Source::new(&KIND, file.as_ref(), text))
+    }
+
+    fn from_source(source: Source) -> Result<Self, ConfigError> {
+        let file = source.parse()?;
+        check::check(&file).map_err(|fault| source.fault(fault))?;
+        Ok(Self { file, source })
     }
 
     /// The folder from which relative paths start.
     #[must_use]
     pub fn folder(&self) -> &Path {
-        &self.folder
+        self.source.folder()
     }
 
     /// The path of `site.toml`.
@@ -121,7 +120,7 @@ impl Site {
 
     /// An error about a key of `site.toml`, for what only later stages can find: `&["part", "0", "file"]`.
     #[must_use]
-    pub fn error_at(&self, key_path: &[&str], message: impl Into<String>, remedy: impl Into<String>) -> SiteError {
+    pub fn error_at(&self, key_path: &[&str], message: impl Into<String>, remedy: impl Into<String>) -> ConfigError {
         let path: Vec<String> = key_path.iter().map(|&s| s.to_owned()).collect();
         self.source.error_at(&path, message.into(), remedy.into())
     }
@@ -140,8 +139,8 @@ impl SiteFile {
     ///
     /// # Errors
     /// The first fault, without a place; `file` is `site.toml`.
-    pub fn validate(&self) -> Result<(), SiteError> {
-        check::check(self).map_err(|fault| SiteError {
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        check::check(self).map_err(|fault| ConfigError {
             file: PathBuf::from(SITE_FILE_NAME),
             place: None,
             message: format!("{}: {}", fault.path.join("."), fault.message),
@@ -158,9 +157,6 @@ impl SiteFile {
     /// The JSON schema of `site.toml`, as committed in `schema/site.schema.json`.
     #[must_use]
     pub fn json_schema() -> String {
-        let schema = schemars::schema_for!(Self);
-        let mut text = serde_json::to_string_pretty(&schema).unwrap_or_default();
-        text.push('\n');
-        text
+        crate::config::json_schema::<Self>()
     }
 }

@@ -9,60 +9,14 @@ use super::prepare::{Prepare, Winding};
 use super::types::{Albedo, Bake, Display, Part, Room, SiteFile, SiteInfo, Sky};
 use super::values::ProbeTimes;
 use super::weathering::Weathering;
+use crate::config::write::{Writer, write_example};
 use heliodon_math::unit::Unit;
-use serde::Serialize;
-use std::fmt::Write;
-
-/// Writes lines `key = value  # comment`, commented out where the value is the default.
-struct Writer {
-    text: String,
-}
-
-/// TOML's notation of a value. The types here always have one.
-fn toml_value(value: impl Serialize) -> String {
-    let mut text = String::new();
-    match value.serialize(toml::ser::ValueSerializer::new(&mut text)) {
-        Ok(_) => text,
-        Err(error) => format!("\"{error}\""),
-    }
-}
-
-impl Writer {
-    fn line(&mut self, line: &str) {
-        self.text.push_str(line);
-        self.text.push('\n');
-    }
-
-    fn set(&mut self, key: &str, value: impl Serialize, comment: &str) {
-        let value = toml_value(value);
-        let gap = if comment.is_empty() { "" } else { "  # " };
-        let _ = writeln!(self.text, "{key} = {value}{gap}{comment}");
-    }
-
-    /// A key whose value may be its default; then it stands there as a comment.
-    fn optional<T: Serialize + PartialEq>(&mut self, key: &str, value: &T, default: &T, comment: &str) {
-        if value == default {
-            self.text.push_str("# ");
-        }
-        self.set(key, value, comment);
-    }
-
-    /// A key that may be absent; then an example stands there as a comment.
-    fn absent<T: Serialize>(&mut self, key: &str, value: Option<&T>, example: &str, comment: &str) {
-        match value {
-            Some(value) => self.set(key, value, comment),
-            None => {
-                let _ = writeln!(self.text, "# {key} = {example}  # {comment}");
-            }
-        }
-    }
-}
 
 /// An example of a room's windows.
 const WINDOWS: &str = "[[[-2.0, 1.0, 20.0], [2.0, 1.0, 20.0], [-2.0, 2.5, 20.0]]]";
 
 pub(super) fn write(site: &SiteFile) -> String {
-    let mut w = Writer { text: String::new() };
+    let mut w = Writer::default();
     w.line("# A site of Heliodon. Lengths in metres, +Y up, +X east, -Z north; angles in degrees; albedo linear.");
     w.line("# Lines that begin with # show what else can be said, with its default.");
     w.line("");
@@ -114,16 +68,6 @@ pub(super) fn write(site: &SiteFile) -> String {
     write_display(&mut w, &site.display);
     write_budget(&mut w, &site.budget);
     w.text
-}
-
-/// Writes a table as a comment.
-fn write_example(w: &mut Writer, write: impl Fn(&mut Writer)) {
-    let mut example = Writer { text: String::new() };
-    write(&mut example);
-    for line in example.text.lines() {
-        let gap = if line.is_empty() || line.starts_with('#') { "" } else { "# " };
-        w.line(&format!("{gap}{line}"));
-    }
 }
 
 fn write_info(w: &mut Writer, info: &SiteInfo) {
