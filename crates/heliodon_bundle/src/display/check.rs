@@ -187,7 +187,7 @@ fn check_tracker(path: &[&str; 2], tracker: &TrackerEntry) -> Checked {
     within(&at("smoothing_hz"), tracker.smoothing_hz, 0.0, 120.0)?;
     within(&at("smoothing_beta"), tracker.smoothing_beta, 0.0, 1000.0)?;
     within(&at("prediction_ms"), tracker.prediction_ms, 0.0, 200.0)?;
-    within(&at("lost_after_ms"), tracker.lost_after_ms, 10.0, 60_000.0)?;
+    within(&at("lost_after_ms"), tracker.lost_after_ms, 10.0, 10_000.0)?;
     if tracker.bodies.is_empty() {
         return fault(path, format!("tracker `{}` tracks nothing", tracker.name), "add [[tracker.body]] with is = \"head\"");
     }

@@ -309,16 +309,16 @@ pub struct TrackerEntry {
     #[serde(default = "smoothing_hz")]
     #[schemars(range(min = 0, max = 120))]
     pub smoothing_hz: f64,
-    /// How much of the smoothing is given up for each metre a second: the filter's beta.
+    /// How much of the smoothing motion takes away: the filter's beta for metres a second; a third of it for radians a second.
     #[serde(default = "smoothing_beta")]
     pub smoothing_beta: f64,
     /// How far ahead poses are predicted, milliseconds: the time from the tracker to the screen.
-    #[serde(default)]
+    #[serde(default = "prediction_ms")]
     #[schemars(range(min = 0, max = 200))]
     pub prediction_ms: f64,
     /// Without news for so long, a body counts as lost, milliseconds.
     #[serde(default = "lost_after_ms")]
-    #[schemars(range(min = 10, max = 60000))]
+    #[schemars(range(min = 10, max = 10000))]
     pub lost_after_ms: f64,
 }
 
@@ -398,11 +398,15 @@ fn smoothing_hz() -> f64 {
 }
 
 fn smoothing_beta() -> f64 {
-    4.0
+    60.0
+}
+
+fn prediction_ms() -> f64 {
+    50.0
 }
 
 fn lost_after_ms() -> f64 {
-    300.0
+    100.0
 }
 
 impl TrackerEntry {
@@ -422,7 +426,7 @@ impl TrackerEntry {
             scale: one(),
             smoothing_hz: smoothing_hz(),
             smoothing_beta: smoothing_beta(),
-            prediction_ms: 0.0,
+            prediction_ms: prediction_ms(),
             lost_after_ms: lost_after_ms(),
         }
     }
