@@ -57,6 +57,9 @@ pub enum Command {
     /// Writes stills, contact sheets and films
     #[cfg(feature = "viewer")]
     Render(commands::render::Args),
+    /// Writes a display.toml to start from, or checks one: screens, trackers, keys
+    #[cfg(feature = "viewer")]
+    Display(commands::display::Args),
     /// Lights a site in texels for one moment or one sky, and writes the light map with the model
     Lightmap(commands::lightmap::Args),
     /// Ambient occlusion, bent normals or image-based light of any mesh, or the visibility matrix itself

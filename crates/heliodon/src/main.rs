@@ -63,6 +63,8 @@ fn run(args: Args) -> Result<()> {
         Command::View(args) => commands::view::run(&app, &args),
         #[cfg(feature = "viewer")]
         Command::Render(args) => commands::render::run(&app, &args),
+        #[cfg(feature = "viewer")]
+        Command::Display(args) => commands::display::run(&app, &args),
         Command::Lightmap(args) => commands::lightmap::run(&app, &args),
         Command::Visibility(args) => commands::visibility::run(&app, &args),
         Command::Arrays(args) => commands::arrays::run(&app, &args),

@@ -7,9 +7,8 @@
 mod common;
 
 use bevy::prelude::*;
-use heliodon_view::hud::HudPlugin;
-use heliodon_view::navigation::{NavigationPlugin, Visitor};
-use heliodon_view::{HeliodonPlugins, Stage};
+use heliodon_view::navigation::Visitor;
+use heliodon_view::{DaylightCamera, HeliodonPlugins, Stage, VisitPlugins};
 
 /// Goes round and round.
 #[derive(Component)]
@@ -26,7 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     };
     let mut app = App::new();
-    app.add_plugins((DefaultPlugins, HeliodonPlugins, NavigationPlugin, HudPlugin))
+    app.add_plugins((DefaultPlugins, HeliodonPlugins, VisitPlugins))
         .add_systems(Startup, spawn_guests)
         .add_systems(Update, wander);
     app.world_mut().resource_mut::<Stage>().open(bundle)?;
@@ -35,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn spawn_guests(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut materials: ResMut<Assets<StandardMaterial>>) {
-    commands.spawn(Visitor::default());
+    commands.spawn((Visitor::default(), DaylightCamera));
     let matte = |color: Color| StandardMaterial { base_color: color, perceptual_roughness: 1.0, reflectance: 0.0, ..default() };
     commands.spawn((
         Wanderer,

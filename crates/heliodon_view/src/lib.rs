@@ -7,16 +7,21 @@
 //!
 //! One folder a feature, one plugin a folder: [`stage`] loads a bundle, [`daylight`] lights and draws the stone, [`detail`] adds what is fine to it, [`sky`] the
 //! dome, [`culling`] leaves out what is hidden or too small, [`actors`] move and light what moves, [`lamps`] light both, [`time_lapse`] holds the hour, [`tonemap`] brings light to the display, [`guests`] lights what others add,
-//! [`navigation`] walks and flies, [`hud`] tells and takes the hour.
+//! [`input`] binds keys, buttons and gestures to actions, [`navigation`] walks and flies, [`hud`] tells and takes the hour. [`display`] draws on the walls of a room,
+//! [`tracking`] knows where heads and hands are, [`kiosk`] runs unattended, [`control`] takes orders from outside.
 
 pub mod actors;
 pub mod bench;
+pub mod control;
 pub mod culling;
 pub mod daylight;
 pub mod detail;
+pub mod display;
 pub mod guests;
 pub mod headless;
 pub mod hud;
+pub mod input;
+pub mod kiosk;
 pub mod lamps;
 pub mod navigation;
 mod readback;
@@ -24,6 +29,7 @@ pub mod sky;
 pub mod stage;
 pub mod time_lapse;
 pub mod tonemap;
+pub mod tracking;
 pub mod window;
 
 pub use culling::Culling;
@@ -36,7 +42,7 @@ pub use tonemap::ToneCurve;
 
 bevy::app::plugin_group! {
     /// Everything that a stage needs, without a window, a head-up display or a hand on the camera; add
-    /// [`navigation::NavigationPlugin`] and [`hud::HudPlugin`] for those. Add it after Bevy's `DefaultPlugins`.
+    /// [`VisitPlugins`] for those. Add it after Bevy's `DefaultPlugins`.
     pub struct HeliodonPlugins {
         stage:::StagePlugin,
         culling:::CullingPlugin,
@@ -46,5 +52,19 @@ bevy::app::plugin_group! {
         actors:::ActorsPlugin,
         lamps:::LampsPlugin,
         guests:::GuestsPlugin,
+    }
+}
+
+bevy::app::plugin_group! {
+    /// What a visitor has in hand: keys, buttons and gestures, a camera that they move, a head-up display; and a room with screens and trackers, an installation's
+    /// watch and orders from outside, each once its resource is there. Add it after [`HeliodonPlugins`].
+    pub struct VisitPlugins {
+        input:::InputPlugin,
+        navigation:::NavigationPlugin,
+        hud:::HudPlugin,
+        display:::DisplayPlugin,
+        tracking:::TrackingPlugin,
+        kiosk:::KioskPlugin,
+        control:::ControlPlugin,
     }
 }

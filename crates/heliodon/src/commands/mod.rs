@@ -6,6 +6,8 @@ pub mod bench;
 pub mod check;
 pub mod demo;
 pub mod detail;
+#[cfg(feature = "viewer")]
+pub mod display;
 pub mod export;
 pub mod figures;
 pub mod inspect;

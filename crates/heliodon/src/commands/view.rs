@@ -1,5 +1,6 @@
 //! `heliodon view`: the viewer's window.
 
+use super::display;
 use crate::App;
 use crate::acting;
 use crate::failure::wrong_arguments;
@@ -7,16 +8,20 @@ use crate::values::{self, Size};
 use anyhow::Result;
 use heliodon_bake::bake::bake;
 use heliodon_bake::plan::{BakeOptions, Plan};
+use heliodon_bundle::display::Display;
 use heliodon_bundle::manifest::MANIFEST_FILE_NAME;
 use heliodon_bundle::site::{Site, TimeOfDay};
 use heliodon_view::Blend;
 use heliodon_view::actors::ActorsOptions;
 use heliodon_view::window::{WindowOptions, run_window};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Opens the viewer: walk around the monument while the day passes. H shows the keys.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  heliodon view mysite\n  heliodon view mysite/bundle --time 07:30 --size 1920x1080")]
+#[command(
+    after_help = "Examples:\n  heliodon view mysite\n  heliodon view mysite/bundle --time 07:30 --size 1920x1080\n  heliodon view mysite --display flatworld --preview"
+)]
 pub struct Args {
     /// A bundle's folder; or a site, whose bundle is baked first where it is not up to date
     path: PathBuf,
@@ -37,6 +42,15 @@ pub struct Args {
     /// Samples a pixel: 1, 2, 4 or 8; more where a GPU has the time
     #[arg(long, value_name = "N", default_value_t = 1)]
     samples: u32,
+    /// Screens, trackers and keys: display.toml, or desktop, monitor, flatworld, cave, ring [default: display.toml beside the site, or the user's own]
+    #[arg(long, value_name = "FILE|PRESET")]
+    display: Option<PathBuf>,
+    /// A recording of the visitor's head, in place of the display's trackers
+    #[arg(long, value_name = "FILE")]
+    track: Option<PathBuf>,
+    /// Show the room itself, with its screens and the visitor in it
+    #[arg(long)]
+    preview: bool,
 }
 
 /// Runs it.
@@ -53,11 +67,32 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         blend: if args.hard_steps { Blend::Hard } else { Blend::Smooth },
         samples: args.samples,
         actors,
+        display: display_of(args)?,
+        preview: args.preview,
     };
+    if args.preview && options.display.as_ref().is_none_or(|display| display.screens.is_empty()) {
+        wrong_arguments!(
+            "--preview shows a room, and a desktop has none: --display flatworld, or a display.toml with [[screen]]"
+        );
+    }
     if !matches!(args.samples, 1 | 2 | 4 | 8) {
         wrong_arguments!("--samples is {}: 1, 2, 4 or 8 are possible", args.samples);
     }
     Ok(run_window(bundle_of(app, &args.path)?, &options)?)
+}
+
+/// What the viewer shows itself on.
+fn display_of(args: &Args) -> Result<Option<Arc<Display>>> {
+    let display = display::of_viewer(args.display.as_deref(), &display::folder_of(&args.path))?;
+    match (&args.track, display) {
+        (None, display) => Ok(display),
+        (Some(track), Some(display)) if !display.screens.is_empty() => {
+            Ok(Some(Arc::new(Arc::unwrap_or_clone(display).with_recording(track, true))))
+        }
+        (Some(_), _) => {
+            wrong_arguments!("--track moves a head before screens: --display flatworld, or a display.toml with [[screen]]")
+        }
+    }
 }
 
 /// The bundle to show: the one named, or the site's, made up to date.

@@ -70,6 +70,18 @@ impl Display {
         Self { file, source }
     }
 
+    /// The same display with a recording of poses in place of its trackers: body 0 is the head, 1 the wand, 2 the left hand.
+    #[must_use]
+    pub fn with_recording(mut self, recording: &Path, repeat: bool) -> Self {
+        // From this folder, not from the display's.
+        let file = std::path::absolute(recording).unwrap_or_else(|_| recording.to_owned());
+        let body = |is: BodyKind| BodyEntry { is, address: None, id: None, flystick: None, offset: [0.0; 3] };
+        let bodies = BodyKind::ALL.map(body).into();
+        self.file.trackers =
+            vec![TrackerEntry { file: Some(file), repeat, bodies, ..TrackerEntry::new("recording", Protocol::Recording) }];
+        self
+    }
+
     fn from_source(source: Source) -> Result<Self, ConfigError> {
         let file = source.parse()?;
         check::check(&file).map_err(|fault| source.fault(fault))?;

@@ -90,9 +90,9 @@ fn monitor() -> Vec<ScreenEntry> {
 
 fn flatworld() -> Vec<ScreenEntry> {
     // Walls of 3.2 x 2.4 m at right angles, the corner ahead.
-    let (side, ahead, height) = (2.263, -2.2, 2.4);
-    let left = [[-side, 0.0, ahead + side], [0.0, 0.0, ahead], [-side, height, ahead + side]];
-    let right = [[0.0, 0.0, ahead], [side, 0.0, ahead + side], [0.0, height, ahead]];
+    let (side, ahead, behind, height) = (2.263, -2.2, 0.063, 2.4);
+    let left = [[-side, 0.0, behind], [0.0, 0.0, ahead], [-side, height, behind]];
+    let right = [[0.0, 0.0, ahead], [side, 0.0, behind], [0.0, height, ahead]];
     [("left", left), ("right", right)].map(|(name, corners)| screen(name, corners, Stereo::Pair, sized(1024, 768))).into()
 }
 

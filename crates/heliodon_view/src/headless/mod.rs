@@ -4,35 +4,27 @@
 //! nothing that was drawn before. Pictures are drawn larger and averaged down: most of the stone's triangles are smaller than
 //! a pixel, so multisampling, which shades once a pixel, would leave their light noisy.
 
+mod app;
 mod downsample;
 pub(crate) mod fault;
 mod readback;
+pub mod room;
 
-use crate::HeliodonPlugins;
-use crate::actors::Actors;
-use crate::actors::levels::Directions;
-use crate::culling::{Culling, CullingTold};
+use crate::culling::CullingTold;
 use crate::daylight::prepare::StageView;
 use crate::daylight::{DaylightCamera, ExactAtRest};
 use crate::navigation::pose::{Pose, fov_deg};
-use crate::sky::SkyMaps;
+use crate::stage::Stage;
 use crate::stage::frame::StageFrame;
-use crate::stage::{Stage, StageStatus};
-use crate::time_lapse::exposure::Exposure;
-use crate::time_lapse::{Blend, TimeLapse};
+use crate::time_lapse::Blend;
 use crate::tonemap::ToneCurve;
-use bevy::app::PluginGroupBuilder;
+use app::Stepped;
+pub(crate) use app::without_a_window;
 use bevy::camera::RenderTarget;
-use bevy::log::LogPlugin;
 use bevy::prelude::*;
-use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
+use bevy::render::RenderApp;
 use bevy::render::render_resource::{TextureFormat, TextureUsages};
-use bevy::render::{RenderApp, RenderPlugin};
-use bevy::time::TimeUpdateStrategy;
-use bevy::window::ExitCondition;
-use bevy::winit::WinitPlugin;
-use fault::DeviceFault;
-use heliodon_bundle::{BundleReader, ReadError};
+use heliodon_bundle::ReadError;
 use heliodon_image::{HdrImage, SrgbImage};
 use readback::{Pending, ReadbackError, begin_readback};
 use std::path::Path;
@@ -111,10 +103,6 @@ pub enum ShotExposure {
     Stops(f32),
 }
 
-/// Levels of the light sphere for actors in films and in stills: 66 and 1,026 directions.
-const FILM_LEVEL: u32 = 2;
-const STILL_LEVEL: u32 = 4;
-
 /// One picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shot {
@@ -134,24 +122,14 @@ pub struct Shot {
     pub actors_s: f64,
 }
 
-/// Bevy's plugins for pictures that no window shows; all pipelines are there when the first is drawn.
-pub(crate) fn without_a_window() -> PluginGroupBuilder {
-    DefaultPlugins
-        .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
-        .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
-        .disable::<WinitPlugin>()
-        .disable::<LogPlugin>()
-}
-
 /// Draws pictures of one bundle.
 pub struct Renderer {
-    app: App,
+    stepped: Stepped,
     camera: Entity,
     /// Targets with display values and with linear light.
     targets: [Handle<Image>; 2],
     size: UVec2,
     samples: u32,
-    fault: DeviceFault,
 }
 
 impl Renderer {
@@ -163,55 +141,20 @@ impl Renderer {
     /// # Panics
     /// Without any Vulkan, Metal or DirectX driver, as Bevy does; a software one will do.
     pub fn new(folder: impl AsRef<Path>, width: u32, height: u32, options: RenderOptions) -> Result<Self, HeadlessError> {
-        // Before the GPU is asked for: a bad bundle fails at once.
-        drop(BundleReader::open(folder.as_ref())?);
         let samples = options.samples.clamp(1, 4);
-        let mut app = App::new();
-        app.add_plugins(without_a_window().disable::<PipelinedRenderingPlugin>())
-            .add_plugins(HeliodonPlugins)
-            .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO));
-        let fault = DeviceFault::start(&mut app);
-        app.world_mut().resource_mut::<SkyMaps>().wait = true;
-        // A picture shows all there is.
-        app.insert_resource(Culling::exact());
-        app.world_mut().resource_mut::<TimeLapse>().playing = false;
-        // A picture does not depend on how fast the machine is.
-        let level = if samples > RenderOptions::film().samples { STILL_LEVEL } else { FILM_LEVEL };
-        app.world_mut().resource_mut::<Actors>().options.directions = Directions::Fixed(level);
-
-        let most = readback::longest_side(&app) / samples;
-        if !(1..=most).contains(&width) || !(1..=most).contains(&height) {
-            return Err(HeadlessError::Size { width, height, samples, most });
-        }
+        let mut stepped = Stepped::new(folder.as_ref(), samples, |_| {})?;
+        stepped.check_size([width, height], samples)?;
         let size = UVec2::new(width, height);
         let drawn = size * samples;
-        let mut images = app.world_mut().resource_mut::<Assets<Image>>();
+        let mut images = stepped.app.world_mut().resource_mut::<Assets<Image>>();
         let targets = [TextureFormat::Rgba8UnormSrgb, TextureFormat::Rgba16Float].map(|format| {
             let mut image = Image::new_target_texture(drawn.x, drawn.y, format, None);
             image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
             images.add(image)
         });
-        let camera = app.world_mut().spawn((DaylightCamera, ExactAtRest, RenderTarget::from(targets[0].clone()))).id();
-        app.world_mut().resource_mut::<Stage>().open(folder)?;
-        let mut renderer = Self { app, camera, targets, size, samples, fault };
-        renderer.load()?;
-        Ok(renderer)
-    }
-
-    /// Steps until everything is on the GPU.
-    fn load(&mut self) -> Result<(), HeadlessError> {
-        self.set_active(false);
-        loop {
-            self.step()?;
-            match self.stage().status() {
-                StageStatus::Failed(what) => return Err(HeadlessError::Loading(what.clone())),
-                _ if self.stage().is_complete() && self.app.world().resource::<Actors>().is_complete() => break,
-                _ => std::thread::sleep(Duration::from_millis(1)),
-            }
-        }
-        self.set_active(true);
-        // A frame in which the camera gets its share of the render world.
-        self.step()
+        let camera = stepped.app.world_mut().spawn((DaylightCamera, ExactAtRest, RenderTarget::from(targets[0].clone()))).id();
+        stepped.load(folder.as_ref(), &[camera])?;
+        Ok(Self { stepped, camera, targets, size, samples })
     }
 
     /// Waits until it is known what can be culled of the bundle. Pictures are the same before; what they cost is not, nor what contribution culling would
@@ -221,46 +164,30 @@ impl Renderer {
     /// As [`Self::new`].
     pub fn wait_for_culling(&mut self) -> Result<(), HeadlessError> {
         // Without a picture: what is drawn of a moving eye may depend on what was drawn before.
-        self.set_active(false);
-        while !self.app.world().resource::<CullingTold>().is_ready() {
-            self.step()?;
+        self.stepped.set_active(&[self.camera], false);
+        while !self.stepped.app.world().resource::<CullingTold>().is_ready() {
+            self.stepped.step()?;
             std::thread::sleep(Duration::from_millis(1));
         }
-        self.set_active(true);
+        self.stepped.set_active(&[self.camera], true);
         Ok(())
-    }
-
-    /// A frame.
-    fn step(&mut self) -> Result<(), HeadlessError> {
-        self.app.update();
-        self.check_device()
-    }
-
-    fn check_device(&self) -> Result<(), HeadlessError> {
-        self.fault.first().map_or(Ok(()), |what| Err(HeadlessError::Device(what)))
-    }
-
-    fn set_active(&mut self, active: bool) {
-        if let Some(mut camera) = self.app.world_mut().get_mut::<Camera>(self.camera) {
-            camera.is_active = active;
-        }
     }
 
     /// The stage with the bundle.
     #[must_use]
     pub fn stage(&self) -> &Stage {
-        self.app.world().resource::<Stage>()
+        self.stepped.app.world().resource::<Stage>()
     }
 
     /// The app, to put guests on the stage: what is added is in the next picture.
     pub fn app_mut(&mut self) -> &mut App {
-        &mut self.app
+        &mut self.stepped.app
     }
 
     /// Triangles of the stone that the last picture drew; fewer once the eye rests where a processor draws, since it then draws
     /// what is seen.
     pub fn triangles_drawn(&mut self) -> u64 {
-        let world = self.app.sub_app_mut(RenderApp).world_mut();
+        let world = self.stepped.app.sub_app_mut(RenderApp).world_mut();
         world.query::<&StageView>().iter(world).map(StageView::triangle_count).sum()
     }
 
@@ -285,7 +212,7 @@ impl Renderer {
     /// If its sky cannot be read, or the GPU fails or does not give it back.
     pub fn render(&mut self, shot: &Shot) -> Result<SrgbImage, HeadlessError> {
         let pending = self.draw(shot, shot.curve)?;
-        let bytes = self.wait(pending)?;
+        let bytes = self.stepped.wait(pending)?;
         Ok(downsample::srgb(&bytes, self.size, self.samples))
     }
 
@@ -295,8 +222,8 @@ impl Renderer {
     /// As of [`Renderer::render`].
     pub fn render_linear(&mut self, shot: &Shot) -> Result<HdrImage, HeadlessError> {
         let pending = self.draw(shot, ToneCurve::Linear)?;
-        let stops = self.app.world().resource::<StageFrame>().exposure_stops;
-        let bytes = self.wait(pending)?;
+        let stops = self.stepped.app.world().resource::<StageFrame>().exposure_stops;
+        let bytes = self.stepped.wait(pending)?;
         Ok(downsample::linear(&bytes, self.size, self.samples, (-stops).exp2()))
     }
 
@@ -328,50 +255,28 @@ impl Renderer {
         for shot in shots {
             let drawn = self.draw(&shot, shot.curve)?;
             if let Some(pending) = before.replace(drawn)
-                && taker.send(self.wait(pending)?).is_err()
+                && taker.send(self.stepped.wait(pending)?).is_err()
             {
                 return Ok(());
             }
         }
         if let Some(pending) = before {
             // Whoever does not take it has said why.
-            taker.send(self.wait(pending)?).ok();
+            taker.send(self.stepped.wait(pending)?).ok();
         }
         Ok(())
     }
 
-    fn wait(&self, pending: Pending) -> Result<Vec<u8>, HeadlessError> {
-        let bytes = pending.wait(&self.app)?;
-        // What failed in the meantime may have failed in this picture.
-        self.check_device()?;
-        Ok(bytes)
-    }
-
     fn draw(&mut self, shot: &Shot, curve: ToneCurve) -> Result<Pending, HeadlessError> {
         let target = self.targets[usize::from(curve == ToneCurve::Linear)].clone();
-        let world = self.app.world_mut();
-        let mut lapse = world.resource_mut::<TimeLapse>();
-        lapse.playing = false;
-        lapse.blend = shot.blend;
-        lapse.scrub(shot.clock_s);
-        let mut exposure = world.resource_mut::<Exposure>();
-        *exposure = Exposure::default();
-        match shot.exposure {
-            ShotExposure::Lapse(more) => exposure.manual_stops = more,
-            ShotExposure::Stops(stops) => exposure.fix(stops),
-        }
-        world.resource_mut::<Actors>().seconds = shot.actors_s;
-        world.resource_mut::<StageFrame>().curve = curve;
+        self.stepped.set_moment(shot, curve);
         let projection = PerspectiveProjection { fov: shot.fov_deg.to_radians(), near: 0.05, ..default() };
-        world.entity_mut(self.camera).insert((
+        self.stepped.app.world_mut().entity_mut(self.camera).insert((
             RenderTarget::from(target.clone()),
             Projection::Perspective(projection),
             shot.pose.transform(),
         ));
-        self.step()?;
-        if let Some(why) = self.app.world().resource::<SkyMaps>().missing() {
-            return Err(HeadlessError::Sky(why.to_owned()));
-        }
-        Ok(begin_readback(&self.app, &target)?)
+        self.stepped.draw()?;
+        Ok(begin_readback(&self.stepped.app, &target)?)
     }
 }

@@ -1,43 +1,15 @@
-//! The keys of the day and of the window.
+//! What visitors ask of the day and of the window.
 
 use super::HudVisibility;
 use crate::culling::Culling;
+use crate::input::{Action, Actions};
 use crate::navigation::MouseLook;
 use crate::stage::frame::StageFrame;
 use crate::time_lapse::exposure::Exposure;
 use crate::time_lapse::{Blend, TimeLapse};
-use bevy::input::keyboard::{Key, KeyboardInput};
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, save_to_disk};
 use bevy::window::{PrimaryWindow, WindowMode};
-
-/// All keys, as the help lists them.
-pub(super) const HELP: [(&str, &str); 24] = [
-    ("Space", "let the day pass, or pause it"),
-    ("Left  Right", "one step of the day back or on"),
-    ("[  ]", "slower, faster"),
-    ("L", "begin the day again at its end, or stop"),
-    ("B", "smooth light, or the steps as they are"),
-    ("+  -", "exposure, a quarter of a stop"),
-    ("E", "exposure follows the day, or is held"),
-    ("T", "tone curve: clamped or filmic"),
-    ("G", "the grain of near surfaces, or none"),
-    ("Click", "look around with the mouse"),
-    ("W A S D", "move; Shift hurries"),
-    ("Page Up  Down", "rise and sink in flight"),
-    ("Wheel", "pace"),
-    ("F", "fly or walk"),
-    ("R", "inside the room's box, or free"),
-    ("Home", "back to the beginning"),
-    ("O", "cull what occluders hide, or not"),
-    ("C", "cull what is small, or not"),
-    (",  .", "how small, in pixels: less, more"),
-    ("H  F1", "this help"),
-    ("Tab", "hide or show text and timeline"),
-    ("F11", "all of the screen, or a window"),
-    ("F12", "save a picture beside you"),
-    ("Esc", "give the mouse back; quit"),
-];
 
 /// The least and the greatest threshold of contribution culling, pixels.
 const THRESHOLD_RANGE_PX: (f32, f32) = (0.25, 64.0);
@@ -45,67 +17,80 @@ const THRESHOLD_RANGE_PX: (f32, f32) = (0.25, 64.0);
 /// The slowest and the fastest day.
 const SPEED_RANGE: (f32, f32) = (1.0 / 64.0, 16.0);
 
-pub(super) fn day_keys(
-    keys: Res<ButtonInput<KeyCode>>,
-    mut typed: MessageReader<KeyboardInput>,
+/// Stops of exposure at a time.
+const EXPOSURE_STEP: f32 = 0.25;
+
+pub(super) fn day_actions(
+    actions: Res<Actions>,
     mut lapse: ResMut<TimeLapse>,
     mut exposure: ResMut<Exposure>,
     mut frame: ResMut<StageFrame>,
     mut culling: ResMut<Culling>,
 ) {
-    for key in keys.get_just_pressed() {
-        match key {
-            KeyCode::Space => lapse.toggle_playing(),
-            KeyCode::ArrowLeft => lapse.step(-1),
-            KeyCode::ArrowRight => lapse.step(1),
-            KeyCode::KeyL => lapse.looping = !lapse.looping,
-            KeyCode::KeyB => {
-                lapse.blend = match lapse.blend {
-                    Blend::Smooth => Blend::Hard,
-                    Blend::Hard => Blend::Smooth,
-                }
-            }
-            KeyCode::KeyE => exposure.held = !exposure.held,
-            KeyCode::KeyG => frame.without_details = !frame.without_details,
-            KeyCode::KeyT => frame.curve = frame.curve.toggled(),
-            KeyCode::KeyO => culling.shadow = !culling.shadow,
-            KeyCode::KeyC => culling.contribution = !culling.contribution,
-            _ => {}
-        }
+    // Nothing that rests may be taken for changed.
+    let steps = actions.count(Action::StepOn) - actions.count(Action::StepBack);
+    if steps != 0.0 {
+        lapse.step(steps as i64);
     }
-    // Signs by what is written on the key, wherever a keyboard has them. Not by `ButtonInput<Key>`: if Shift is let go before
-    // the key, that takes the sign for held ever after.
-    for key in typed.read().filter(|key| key.state.is_pressed() && !key.repeat) {
-        let Key::Character(sign) = &key.logical_key else { continue };
-        match sign.as_str() {
-            "[" => lapse.speed = (lapse.speed * 0.5).max(SPEED_RANGE.0),
-            "]" => lapse.speed = (lapse.speed * 2.0).min(SPEED_RANGE.1),
-            // The one shares its key with the plus on many keyboards.
-            "+" | "=" => exposure.manual_stops += 0.25,
-            "-" => exposure.manual_stops -= 0.25,
-            "," => culling.threshold_px = (culling.threshold_px * 0.5).max(THRESHOLD_RANGE_PX.0),
-            "." => culling.threshold_px = (culling.threshold_px * 2.0).min(THRESHOLD_RANGE_PX.1),
-            _ => {}
-        }
+    let speed = actions.count(Action::Faster) - actions.count(Action::Slower);
+    if speed != 0.0 {
+        lapse.speed = (lapse.speed * speed.exp2()).clamp(SPEED_RANGE.0, SPEED_RANGE.1);
+    }
+    if actions.begins(Action::Play) {
+        lapse.toggle_playing();
+    }
+    if actions.begins(Action::Loop) {
+        lapse.looping = !lapse.looping;
+    }
+    if actions.begins(Action::Blend) {
+        lapse.blend = match lapse.blend {
+            Blend::Smooth => Blend::Hard,
+            Blend::Hard => Blend::Smooth,
+        };
+    }
+    let brighter = actions.count(Action::Brighter) - actions.count(Action::Darker);
+    if brighter != 0.0 {
+        exposure.manual_stops += EXPOSURE_STEP * brighter;
+    }
+    if actions.begins(Action::HoldExposure) {
+        exposure.held = !exposure.held;
+    }
+    if actions.begins(Action::Grain) {
+        frame.without_details = !frame.without_details;
+    }
+    if actions.begins(Action::ToneCurve) {
+        frame.curve = frame.curve.toggled();
+    }
+    if actions.begins(Action::CullHidden) {
+        culling.shadow = !culling.shadow;
+    }
+    if actions.begins(Action::CullSmall) {
+        culling.contribution = !culling.contribution;
+    }
+    let larger = actions.count(Action::CullMore) - actions.count(Action::CullLess);
+    if larger != 0.0 {
+        culling.threshold_px = (culling.threshold_px * larger.exp2()).clamp(THRESHOLD_RANGE_PX.0, THRESHOLD_RANGE_PX.1);
     }
 }
 
-pub(super) fn window_keys(
-    keys: Res<ButtonInput<KeyCode>>,
+pub(super) fn window_actions(
+    actions: Res<Actions>,
     lapse: Res<TimeLapse>,
+    kiosk: Option<Res<crate::kiosk::Kiosk>>,
     mut visibility: ResMut<HudVisibility>,
     mut mouse: ResMut<MouseLook>,
     mut windows: Query<&mut Window, With<PrimaryWindow>>,
     mut commands: Commands,
     mut exit: MessageWriter<AppExit>,
 ) {
-    if keys.any_just_pressed([KeyCode::KeyH, KeyCode::F1]) {
+    let may_leave = kiosk.is_none_or(|kiosk| kiosk.may_quit());
+    if actions.begins(Action::Help) {
         visibility.help = !visibility.help;
     }
-    if keys.just_pressed(KeyCode::Tab) {
+    if actions.begins(Action::Hud) {
         visibility.shown = !visibility.shown;
     }
-    if keys.just_pressed(KeyCode::F11) {
+    if actions.begins(Action::FullScreen) && may_leave {
         windows.iter_mut().for_each(|mut window| {
             window.mode = match window.mode {
                 WindowMode::Windowed => WindowMode::BorderlessFullscreen(MonitorSelection::Current),
@@ -113,16 +98,16 @@ pub(super) fn window_keys(
             };
         });
     }
-    if keys.just_pressed(KeyCode::F12) {
+    if actions.begins(Action::Picture) && may_leave {
         let path = picture_name(&super::clock_text(lapse.clock_s), |name| std::path::Path::new(name).exists());
         commands.spawn(Screenshot::primary_window()).observe(save_to_disk(path));
     }
-    if keys.just_pressed(KeyCode::Escape) {
+    if actions.begins(Action::Leave) {
         if visibility.help {
             visibility.help = false;
         } else if mouse.captured {
             mouse.captured = false;
-        } else {
+        } else if may_leave {
             exit.write(AppExit::Success);
         }
     }
@@ -138,47 +123,36 @@ fn picture_name(clock: &str, taken: impl Fn(&str) -> bool) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bevy::input::ButtonState;
 
     #[test]
-    fn signs_are_found_wherever_a_keyboard_has_them() {
+    fn what_is_asked_for_is_done_and_what_is_not_rests() {
         let mut app = App::new();
-        app.init_resource::<ButtonInput<KeyCode>>()
+        app.init_resource::<Actions>()
             .init_resource::<TimeLapse>()
             .init_resource::<Exposure>()
             .init_resource::<StageFrame>()
             .init_resource::<Culling>()
-            .add_message::<KeyboardInput>()
-            .add_systems(Update, day_keys);
-        let mut press = |sign: &str, key_code: KeyCode, state: ButtonState, repeat: bool| {
-            app.world_mut().write_message(KeyboardInput {
-                key_code,
-                logical_key: Key::Character(sign.into()),
-                state,
-                text: None,
-                repeat,
-                window: Entity::PLACEHOLDER,
-            });
+            .add_systems(Update, day_actions);
+        let mut ask = |actions: &[Action]| {
+            app.insert_resource(Actions::default());
+            actions.iter().for_each(|&action| app.world_mut().resource_mut::<Actions>().set_off(action));
+            app.world_mut().clear_trackers();
             app.update();
-            (app.world().resource::<TimeLapse>().speed, app.world().resource::<Exposure>().manual_stops)
+            (
+                app.world().resource::<TimeLapse>().speed,
+                app.world().resource::<Exposure>().manual_stops,
+                *app.world().resource::<Culling>(),
+            )
         };
-        // A German keyboard has its plus where the American has a bracket.
-        assert_eq!(press("+", KeyCode::BracketRight, ButtonState::Pressed, false), (1.0, 0.25));
-        assert_eq!(press("+", KeyCode::BracketRight, ButtonState::Pressed, true), (1.0, 0.25));
-        assert_eq!(press("]", KeyCode::Digit9, ButtonState::Pressed, false), (2.0, 0.25));
-        assert_eq!(press("[", KeyCode::Digit8, ButtonState::Pressed, false), (1.0, 0.25));
-        assert_eq!(press("-", KeyCode::Slash, ButtonState::Pressed, false), (1.0, 0.0));
-        // Shift was let go first, so that the key that comes up is another sign.
-        assert_eq!(press("=", KeyCode::Equal, ButtonState::Released, false), (1.0, 0.0));
-        assert_eq!(press("+", KeyCode::Equal, ButtonState::Pressed, false), (1.0, 0.25));
-        press(".", KeyCode::Period, ButtonState::Pressed, false);
-        press(".", KeyCode::Period, ButtonState::Pressed, false);
-        press(",", KeyCode::Comma, ButtonState::Pressed, false);
-        assert_eq!(app.world().resource::<Culling>().threshold_px, 2.0);
-        app.world_mut().resource_mut::<ButtonInput<KeyCode>>().press(KeyCode::KeyO);
-        app.update();
-        let culling = *app.world().resource::<Culling>();
+        assert_eq!(ask(&[Action::Brighter]).1, 0.25);
+        assert_eq!(ask(&[Action::Faster]).0, 2.0);
+        assert_eq!(ask(&[Action::Slower, Action::Darker]).0, 1.0);
+        ask(&[Action::CullMore, Action::CullMore]);
+        assert_eq!(ask(&[Action::CullLess]).2.threshold_px, 2.0);
+        let culling = ask(&[Action::CullHidden]).2;
         assert!(!culling.shadow && culling.contribution);
+        ask(&[]);
+        assert!(!app.world().is_resource_changed::<Exposure>() && !app.world().is_resource_changed::<StageFrame>());
     }
 
     #[test]

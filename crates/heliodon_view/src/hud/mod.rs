@@ -46,8 +46,14 @@ impl Plugin for HudPlugin {
             .init_resource::<crate::navigation::MouseLook>()
             .add_message::<bevy::window::WindowFocused>()
             .add_systems(Startup, (panel::spawn, timeline::spawn))
-            .add_systems(Update, (keys::day_keys, keys::window_keys, timeline::drag.before(crate::navigation::CaptureMouse)))
-            .add_systems(PostUpdate, (panel::tell, timeline::show, panel::show_parts).before(bevy::ui::UiSystems::Prepare));
+            .add_systems(
+                Update,
+                (keys::day_actions, keys::window_actions, timeline::drag.before(crate::navigation::CaptureMouse)),
+            )
+            .add_systems(
+                PostUpdate,
+                (panel::tell, panel::list_help, timeline::show, panel::show_parts).before(bevy::ui::UiSystems::Prepare),
+            );
     }
 }
 

@@ -1,8 +1,9 @@
 //! The text in the corner, and the help.
 
-use super::{FAINT, HudVisibility, INK, PANEL, clock_text, keys};
+use super::{FAINT, HudVisibility, INK, PANEL, clock_text};
 use crate::actors::{Actors, Told};
 use crate::culling::{Amount, Culling, CullingTold, Saved};
+use crate::input::{Input, Trigger, WandInput};
 use crate::navigation::Visitor;
 use crate::sky::SkyMaps;
 use crate::stage::frame::StageFrame;
@@ -12,6 +13,7 @@ use crate::time_lapse::{Blend, Now, TimeLapse};
 use crate::tonemap::ToneCurve;
 use bevy::prelude::*;
 use bevy::window::PrimaryWindow;
+use heliodon_bundle::display::Navigation;
 
 /// The hour, in large letters.
 #[derive(Component)]
@@ -25,6 +27,33 @@ pub(super) struct HudRoot;
 /// What H shows.
 #[derive(Component)]
 pub(super) struct HelpRoot;
+
+/// What is bound, and what it does.
+#[derive(Component, Clone, Copy, PartialEq, Eq)]
+pub(super) enum HelpColumn {
+    Bound,
+    Does,
+}
+
+/// Lists what is bound: what a desk has, and what of the rest is there.
+pub(super) fn list_help(input: Res<Input>, wand: Res<WandInput>, mut columns: Query<(&HelpColumn, &mut Text)>) {
+    if !input.is_changed() && !wand.is_changed() {
+        return;
+    }
+    let lines = input.bindings.help(|trigger| match trigger {
+        Trigger::Pad(_) | Trigger::Stick(..) => input.has_pad,
+        Trigger::Wand(_) | Trigger::WandStick(..) | Trigger::WandFlick(_) => wand.present,
+        Trigger::Flick(_) => input.settings.air_mouse,
+        _ => true,
+    });
+    let (bound, does): (Vec<String>, Vec<&str>) = lines.into_iter().unzip();
+    for (column, mut text) in &mut columns {
+        text.set_if_neq(Text(match column {
+            HelpColumn::Bound => bound.join("\n"),
+            HelpColumn::Does => does.join("\n"),
+        }));
+    }
+}
 
 /// The smallest window that has room for text and timeline.
 const LEAST_PX: Vec2 = Vec2::new(300.0, 230.0);
@@ -71,11 +100,8 @@ pub(super) fn spawn(mut commands: Commands) {
             BackgroundColor(PANEL),
         ))
         .with_children(|parent| {
-            let column = |pick: fn(&(&'static str, &'static str)) -> &'static str| {
-                keys::HELP.iter().map(pick).collect::<Vec<_>>().join("\n")
-            };
-            parent.spawn((Text(column(|entry| entry.0)), TextFont::from_font_size(13.0), TextColor(INK)));
-            parent.spawn((Text(column(|entry| entry.1)), TextFont::from_font_size(13.0), TextColor(FAINT)));
+            parent.spawn((HelpColumn::Bound, text(13.0, INK)));
+            parent.spawn((HelpColumn::Does, text(13.0, FAINT)));
         });
 }
 
@@ -210,7 +236,12 @@ impl std::fmt::Display for Detail<'_> {
             write!(f, ", filmic")?;
         }
         if let Some(visitor) = self.visitor {
-            let gait = if visitor.walking { "walk" } else { "fly" };
+            let gait = match visitor.gait {
+                Navigation::Window => "window",
+                Navigation::Walk => "walk",
+                Navigation::Fly => "fly",
+                Navigation::Guided => "guided",
+            };
             let place = if visitor.in_room { ", in the room" } else { "" };
             write!(f, "\n{gait:<10}{:.1} m/s{place}", visitor.pace_m_s)?;
         }

@@ -1,54 +1,107 @@
-//! Walking and flying with mouse and keyboard, inside a room's box or freely.
+//! Walking, flying and being guided, inside a room's box or freely.
 //!
-//! W A S D move, page up and down rise and sink in flight, shift hurries, the wheel sets the pace. A click takes the mouse for
-//! looking around, Escape gives it back. F changes between flight and feet, R leaves the room's box or returns to it, Home
-//! goes back to the beginning.
+//! A [`Visitor`] is moved by what [`Actions`] ask for. Where a visitor stands in a room with screens or wears a headset, it is the
+//! room that moves through the site, and its resting eye is the visitor's.
 
+mod guided;
 pub mod pose;
 pub mod walk;
 
+use crate::input::{Action, Actions, Input, InputSet};
 use crate::stage::Stage;
 use crate::stage::ground::Ground;
-use bevy::input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll, MouseScrollUnit};
+use bevy::input::mouse::AccumulatedMouseMotion;
 use bevy::prelude::*;
 use bevy::window::{CursorGrabMode, CursorOptions, PrimaryWindow, WindowFocused};
+use guided::Tour;
 use heliodon_bundle::Manifest;
+use heliodon_bundle::display::Navigation;
 use pose::{MAX_PITCH_RAD, Pose};
 use walk::Fall;
 
 /// Radians a pixel of mouse motion.
-const LOOK_RAD_PER_PX: f32 = 0.002_2;
+pub(crate) const LOOK_RAD_PER_PX: f32 = 0.002_2;
 /// What shift multiplies the pace by.
 const HURRY: f32 = 4.0;
+/// What a frame counts for at most, seconds.
+const LONGEST_FRAME_S: f32 = 0.1;
 /// What a notch of the wheel multiplies the pace by.
 const PACE_PER_NOTCH: f32 = 1.2;
 
-/// The camera that a visitor moves.
+/// Who moves through the site: a camera, where the same entity is one, or a whole room with its screens.
 #[derive(Component, Clone, Debug)]
-#[require(crate::DaylightCamera)]
+#[require(Transform)]
 pub struct Visitor {
     /// Eye and look.
     pub pose: Pose,
-    /// On foot rather than in flight.
-    pub walking: bool,
+    /// How it gets about.
+    pub gait: Navigation,
+    /// Above what feet stand on, metres.
+    pub eye_height_m: f32,
+    /// Whether it looks up and down: a room stays upright.
+    pub tilts: bool,
+    /// Where it begins in a bundle, and comes back to.
+    pub begin: Beginning,
     /// Kept inside the first room's box, where the site has rooms.
     pub in_room: bool,
     /// Metres a second.
     pub pace_m_s: f32,
+    /// Where it is on its way.
+    pub progress: Progress,
+}
+
+/// What a [`Visitor`] is amid: nothing at first.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Progress {
     fall: Fall,
+    tour: Tour,
     at_home_on: u64,
+}
+
+/// Where a visitor begins.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Beginning {
+    /// The site's room; the first one if there is none of this name.
+    pub room: Option<String>,
+    /// The eye, in place of the room's middle.
+    pub eye: Option<Vec3>,
+    /// The heading, in place of that towards what the room looks at.
+    pub yaw_rad: Option<f32>,
+}
+
+impl Beginning {
+    /// The pose in a bundle.
+    #[must_use]
+    pub fn pose(&self, manifest: &Manifest) -> Pose {
+        let named = self.room.as_ref().and_then(|name| manifest.rooms.iter().find(|room| room.name == *name));
+        let mut pose = named.map_or_else(|| Pose::home(manifest), |room| Pose::in_room(manifest, room));
+        pose.eye = self.eye.unwrap_or(pose.eye);
+        if let Some(yaw_rad) = self.yaw_rad {
+            (pose.yaw_rad, pose.pitch_rad) = (yaw_rad, 0.0);
+        }
+        pose
+    }
 }
 
 impl Default for Visitor {
     fn default() -> Self {
         Self {
             pose: Pose { eye: Vec3::ZERO, yaw_rad: 0.0, pitch_rad: 0.0 },
-            walking: false,
+            gait: Navigation::Fly,
+            eye_height_m: walk::EYE_HEIGHT_M,
+            tilts: true,
+            begin: Beginning::default(),
             in_room: true,
             pace_m_s: 2.0,
-            fall: Fall::default(),
-            at_home_on: 0,
+            progress: Progress::default(),
         }
+    }
+}
+
+impl Visitor {
+    /// Goes back to where it began, as it began, in the next frame.
+    pub fn go_home(&mut self) {
+        self.progress.at_home_on = 0;
     }
 }
 
@@ -65,6 +118,10 @@ pub struct MouseLook {
 #[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
 pub struct CaptureMouse;
 
+/// When visitors are moved, in `Update`.
+#[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Travel;
+
 /// Moves [`Visitor`]s.
 #[derive(Default)]
 pub struct NavigationPlugin;
@@ -73,35 +130,40 @@ impl Plugin for NavigationPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<MouseLook>()
             .add_message::<WindowFocused>()
-            .add_systems(Update, (go_home, let_go, capture_mouse.in_set(CaptureMouse), look, travel).chain());
+            .add_systems(PreUpdate, let_go.before(InputSet))
+            .add_systems(Update, (go_home, capture_mouse.in_set(CaptureMouse), look, travel).chain().in_set(Travel));
     }
 }
 
 /// The first room's box.
-fn room_box(manifest: &Manifest) -> Option<(Vec3, Vec3)> {
+pub(crate) fn first_room(manifest: &Manifest) -> Option<(Vec3, Vec3)> {
     manifest.rooms.first().map(|room| {
         let corner = |at: [f64; 3]| Vec3::from(at.map(|v| v as f32));
         (corner(room.min), corner(room.max))
     })
 }
 
-/// Puts visitors at the beginning of a new bundle, and back there on Home.
+/// Puts visitors at the beginning of a new bundle, and back there when they ask for it.
 fn go_home(
     stage: Res<Stage>,
-    keys: Res<ButtonInput<KeyCode>>,
-    mut visitors: Query<(&mut Visitor, &mut Transform, &mut Projection)>,
+    actions: Res<Actions>,
+    mut visitors: Query<(&mut Visitor, &mut Transform, Option<&mut Projection>)>,
 ) {
     let Some(manifest) = stage.manifest() else { return };
-    for (mut visitor, mut transform, mut projection) in &mut visitors {
-        if visitor.at_home_on == stage.serial() && !keys.just_pressed(KeyCode::Home) {
+    for (mut visitor, mut transform, projection) in &mut visitors {
+        if visitor.progress.at_home_on == stage.serial() && !actions.begins(Action::Home) {
             continue;
         }
-        visitor.at_home_on = stage.serial();
-        visitor.pose = Pose::home(manifest);
-        visitor.in_room = room_box(manifest).is_some();
-        visitor.fall = Fall::default();
+        visitor.progress = Progress { at_home_on: stage.serial(), ..Progress::default() };
+        visitor.pose = visitor.begin.pose(manifest);
+        if !visitor.tilts {
+            visitor.pose.pitch_rad = 0.0;
+        }
+        visitor.in_room = first_room(manifest).is_some();
         *transform = visitor.pose.transform();
-        if let Projection::Perspective(perspective) = &mut *projection {
+        if let Some(mut projection) = projection
+            && let Projection::Perspective(perspective) = &mut *projection
+        {
             perspective.fov = pose::fov_deg(manifest).to_radians();
             perspective.near = 0.05;
         }
@@ -121,11 +183,12 @@ fn let_go(
 }
 
 fn capture_mouse(
-    buttons: Res<ButtonInput<MouseButton>>,
+    actions: Res<Actions>,
+    input: Res<Input>,
     mut mouse: ResMut<MouseLook>,
     mut windows: Query<&mut CursorOptions, With<PrimaryWindow>>,
 ) {
-    if buttons.just_pressed(MouseButton::Left) && !mouse.over_controls && !mouse.captured {
+    if actions.begins(Action::TakeMouse) && !mouse.over_controls && !mouse.captured && !input.settings.air_mouse {
         mouse.captured = true;
     }
     if mouse.is_changed()
@@ -136,66 +199,86 @@ fn capture_mouse(
     }
 }
 
-fn look(mouse: Res<MouseLook>, motion: Res<AccumulatedMouseMotion>, mut visitors: Query<&mut Visitor>) {
-    if !mouse.captured || motion.delta == Vec2::ZERO {
+fn look(
+    time: Res<Time>,
+    mouse: Res<MouseLook>,
+    motion: Res<AccumulatedMouseMotion>,
+    actions: Res<Actions>,
+    input: Res<Input>,
+    mut visitors: Query<&mut Visitor>,
+) {
+    let by_mouse = if mouse.captured { motion.delta * LOOK_RAD_PER_PX } else { Vec2::ZERO };
+    let stick = Vec2::new(actions.axis(Action::TurnRight, Action::TurnLeft), actions.axis(Action::LookDown, Action::LookUp));
+    let by_stick = stick * (input.settings.turn_deg_s as f32).to_radians() * time.delta_secs().min(LONGEST_FRAME_S);
+    let turn = by_mouse + by_stick;
+    if turn == Vec2::ZERO {
         return;
     }
-    for mut visitor in &mut visitors {
-        let turn = motion.delta * LOOK_RAD_PER_PX;
+    for mut visitor in visitors.iter_mut().filter(|visitor| visitor.gait != Navigation::Window) {
         visitor.pose.yaw_rad = (visitor.pose.yaw_rad + turn.x) % std::f32::consts::TAU;
-        visitor.pose.pitch_rad = (visitor.pose.pitch_rad - turn.y).clamp(-MAX_PITCH_RAD, MAX_PITCH_RAD);
+        if visitor.tilts {
+            visitor.pose.pitch_rad = (visitor.pose.pitch_rad - turn.y).clamp(-MAX_PITCH_RAD, MAX_PITCH_RAD);
+        }
     }
 }
 
-/// Notches of a wheel, or what they are on a touchpad.
-fn notches(scroll: &AccumulatedMouseScroll) -> f32 {
-    match scroll.unit {
-        MouseScrollUnit::Line => scroll.delta.y,
-        MouseScrollUnit::Pixel => scroll.delta.y / MouseScrollUnit::SCROLL_UNIT_CONVERSION_FACTOR,
+/// What comes after a way of getting about.
+fn next_gait(gait: Navigation, manifest: Option<&Manifest>) -> Navigation {
+    match gait {
+        Navigation::Window | Navigation::Guided => Navigation::Fly,
+        Navigation::Fly => Navigation::Walk,
+        Navigation::Walk if manifest.is_some_and(|manifest| manifest.rooms.len() > 1) => Navigation::Guided,
+        Navigation::Walk => Navigation::Fly,
     }
 }
 
-fn travel(
-    time: Res<Time>,
-    stage: Res<Stage>,
-    keys: Res<ButtonInput<KeyCode>>,
-    scroll: Res<AccumulatedMouseScroll>,
-    mut visitors: Query<(&mut Visitor, &mut Transform)>,
-) {
-    let axis = |plus: KeyCode, minus: KeyCode| f32::from(keys.pressed(plus)) - f32::from(keys.pressed(minus));
+fn travel(time: Res<Time>, stage: Res<Stage>, actions: Res<Actions>, mut visitors: Query<(&mut Visitor, &mut Transform)>) {
     let wish = Vec3::new(
-        axis(KeyCode::KeyD, KeyCode::KeyA),
-        axis(KeyCode::PageUp, KeyCode::PageDown),
-        axis(KeyCode::KeyS, KeyCode::KeyW),
+        actions.axis(Action::Right, Action::Left),
+        actions.axis(Action::Rise, Action::Sink),
+        actions.axis(Action::Back, Action::Forward),
     )
     .clamp_length_max(1.0);
     let unknown = Ground::default();
     let ground = stage.footing().unwrap_or(&unknown);
-    let hurry = if keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]) { HURRY } else { 1.0 };
+    let hurry = 1.0 + (HURRY - 1.0) * actions.value(Action::Hurry);
     // A frame that took long must not carry anyone through a wall.
-    let seconds = time.delta_secs().min(0.1);
+    let seconds = time.delta_secs().min(LONGEST_FRAME_S);
     for (mut visitor, mut transform) in &mut visitors {
-        if keys.just_pressed(KeyCode::KeyF) {
-            visitor.walking = !visitor.walking;
-            visitor.fall = Fall::default();
+        if actions.begins(Action::Gait) {
+            visitor.gait = next_gait(visitor.gait, stage.manifest());
+            (visitor.progress.fall, visitor.progress.tour) = (Fall::default(), Tour::default());
         }
-        if keys.just_pressed(KeyCode::KeyR) {
+        if actions.begins(Action::KeepIn) {
             visitor.in_room = !visitor.in_room;
         }
-        let notches = notches(&scroll);
-        if notches != 0.0 {
-            visitor.pace_m_s = (visitor.pace_m_s * PACE_PER_NOTCH.powf(notches.clamp(-10.0, 10.0))).clamp(0.1, 200.0);
+        let quicker = actions.count(Action::PaceUp) - actions.count(Action::PaceDown);
+        if quicker != 0.0 {
+            visitor.pace_m_s = (visitor.pace_m_s * PACE_PER_NOTCH.powf(quicker)).clamp(0.1, 200.0);
         }
         let stride = wish * visitor.pace_m_s * hurry * seconds;
         let heading = Quat::from_rotation_y(-visitor.pose.yaw_rad);
-        let Visitor { pose, fall, walking, .. } = &mut *visitor;
-        if *walking {
-            pose.eye = walk::walk(ground, pose.eye, heading * stride, seconds, fall);
-        } else {
-            pose.eye += pose.rotation() * Vec3::new(stride.x, 0.0, stride.z) + Vec3::Y * stride.y;
+        let Visitor { pose, progress: Progress { fall, tour, .. }, gait, eye_height_m, tilts, .. } = &mut *visitor;
+        match gait {
+            // The head moves, the room does not.
+            Navigation::Window => {}
+            Navigation::Walk => {
+                let taller = Vec3::Y * (*eye_height_m - walk::EYE_HEIGHT_M);
+                pose.eye = walk::walk(ground, pose.eye - taller, heading * stride, seconds, fall) + taller;
+            }
+            Navigation::Fly => pose.eye += pose.rotation() * Vec3::new(stride.x, 0.0, stride.z) + Vec3::Y * stride.y,
+            Navigation::Guided => {
+                if let Some(guided) = stage.manifest().and_then(|manifest| tour.step(manifest, *pose, seconds)) {
+                    *pose = guided;
+                    if !*tilts {
+                        pose.pitch_rad = 0.0;
+                    }
+                }
+            }
         }
         if visitor.in_room
-            && let Some((low, high)) = stage.manifest().and_then(room_box)
+            && matches!(visitor.gait, Navigation::Walk | Navigation::Fly)
+            && let Some((low, high)) = stage.manifest().and_then(first_room)
         {
             visitor.pose.eye = visitor.pose.eye.clamp(low, high);
         }
@@ -206,19 +289,16 @@ fn travel(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::input::tests::app as input_app;
     use bevy::time::TimeUpdateStrategy;
     use std::time::Duration;
 
     fn app() -> (App, Entity) {
-        let mut app = App::new();
-        app.add_plugins((MinimalPlugins, NavigationPlugin))
+        let mut app = input_app();
+        app.add_plugins(NavigationPlugin)
             .init_resource::<Stage>()
-            .init_resource::<ButtonInput<KeyCode>>()
-            .init_resource::<ButtonInput<MouseButton>>()
-            .init_resource::<AccumulatedMouseMotion>()
-            .init_resource::<AccumulatedMouseScroll>()
             .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(50)));
-        let visitor = app.world_mut().spawn((Visitor::default(), Transform::default(), Projection::default())).id();
+        let visitor = app.world_mut().spawn(Visitor::default()).id();
         app.update();
         (app, visitor)
     }
@@ -235,14 +315,19 @@ mod tests {
     }
 
     #[test]
-    fn a_flick_of_a_touchpad_is_no_more_than_a_turn_of_the_wheel() {
-        for (unit, y) in [(MouseScrollUnit::Line, 2.0), (MouseScrollUnit::Pixel, 200.0)] {
-            let (mut app, visitor) = app();
-            app.insert_resource(AccumulatedMouseScroll { unit, delta: Vec2::new(0.0, y) });
-            app.update();
-            let pace = app.world().get::<Visitor>(visitor).unwrap().pace_m_s;
-            assert!((pace - 2.0 * 1.44).abs() < 1e-4, "{pace} m/s");
-        }
+    fn a_virtual_window_stands_still_and_a_room_stays_upright() {
+        let (mut app, visitor) = app();
+        let mut of = app.world_mut().get_mut::<Visitor>(visitor).unwrap();
+        (of.gait, of.tilts) = (Navigation::Window, false);
+        app.world_mut().resource_mut::<MouseLook>().captured = true;
+        app.world_mut().resource_mut::<ButtonInput<KeyCode>>().press(KeyCode::KeyW);
+        app.insert_resource(AccumulatedMouseMotion { delta: Vec2::new(100.0, 100.0) });
+        app.update();
+        assert_eq!(*app.world().get::<Transform>(visitor).unwrap(), Transform::IDENTITY);
+        app.world_mut().get_mut::<Visitor>(visitor).unwrap().gait = Navigation::Fly;
+        app.update();
+        let moved = app.world().get::<Transform>(visitor).unwrap();
+        assert!(moved.translation.length() > 0.0 && moved.translation.y == 0.0 && moved.rotation != Quat::IDENTITY);
     }
 
     #[test]

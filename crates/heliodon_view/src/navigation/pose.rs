@@ -3,6 +3,7 @@
 use bevy::prelude::Transform;
 use glam::{EulerRot, Quat, Vec3};
 use heliodon_bundle::Manifest;
+use heliodon_bundle::site::Room;
 use heliodon_math::frame::unit_or;
 
 /// The steepest look up or down: a hair short of straight, so that the heading stays defined.
@@ -50,17 +51,21 @@ impl Pose {
         let (low, high) = (Vec3::from(manifest.bounds.min), Vec3::from(manifest.bounds.max));
         let middle = (low + high) * 0.5;
         match manifest.rooms.first() {
-            Some(room) => {
-                let [low, high] = [room.min, room.max].map(|corner| Vec3::from(corner.map(|v| v as f32)));
-                let target = room.looks_at.map_or(middle, |at| Vec3::from(at.map(|v| v as f32)));
-                Self::looking((low + high) * 0.5, target)
-            }
+            Some(room) => Self::in_room(manifest, room),
             None => {
                 let radius = ((high - low).length() * 0.5).max(0.1);
                 let half_fov = (fov_deg(manifest) * 0.5).to_radians();
                 Self::looking(middle + Vec3::new(0.5, 0.35, 0.79) * (radius / libm::sinf(half_fov)), middle)
             }
         }
+    }
+
+    /// In the middle of a room, looking at what it looks at, or at the middle of everything.
+    #[must_use]
+    pub fn in_room(manifest: &Manifest, room: &Room) -> Self {
+        let point = |at: [f64; 3]| Vec3::from(at.map(|v| v as f32));
+        let middle = (Vec3::from(manifest.bounds.min) + Vec3::from(manifest.bounds.max)) * 0.5;
+        Self::looking((point(room.min) + point(room.max)) * 0.5, room.looks_at.map_or(middle, point))
     }
 }
 

@@ -1,5 +1,7 @@
 //! `heliodon render`: stills, contact sheets and films.
 
+mod room;
+
 use crate::App;
 use crate::acting;
 use crate::failure::wrong_arguments;
@@ -25,7 +27,7 @@ use std::time::Instant;
 /// real-time pictures must look like.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  heliodon render mysite/bundle --time 10:00 -o ten.png\n  heliodon render mysite/bundle --sheet 4x3 --size 512x384 -o day.png\n  heliodon render mysite/bundle --time 06:57..17:34 --seconds 30 -o day.mp4\n  heliodon render mysite/bundle --time 10:00 --reference 256 -o truth.png"
+    after_help = "Examples:\n  heliodon render mysite/bundle --time 10:00 -o ten.png\n  heliodon render mysite/bundle --sheet 4x3 --size 512x384 -o day.png\n  heliodon render mysite/bundle --time 06:57..17:34 --seconds 30 -o day.mp4\n  heliodon render mysite/bundle --time 10:00 --reference 256 -o truth.png\n  heliodon render mysite/bundle --display flatworld --track walk.poses --preview --time 08:00..16:00 --seconds 20 -o room.mp4"
 )]
 pub struct Args {
     /// The bundle's folder
@@ -83,6 +85,19 @@ pub struct Args {
     /// Leave out the details of parts, the grain that is seen from near
     #[arg(long)]
     no_details: bool,
+    /// Pictures of a room's screens instead: display.toml, or desktop, monitor, flatworld, cave, ring; -o pictures.png writes
+    /// pictures-SCREEN.png for each
+    #[arg(long, value_name = "FILE|PRESET", conflicts_with_all = ["reference", "sheet", "eye", "look", "fov"])]
+    display: Option<PathBuf>,
+    /// A recording of the visitor's head, in place of the display's trackers
+    #[arg(long, value_name = "FILE", requires = "display")]
+    track: Option<PathBuf>,
+    /// What each output shows, both eyes packed, blended and corrected, in place of each eye's picture
+    #[arg(long, requires = "display")]
+    outputs: bool,
+    /// The room seen from outside as well, with the visitor in it
+    #[arg(long, requires = "display")]
+    preview: bool,
 }
 
 /// A tone curve by name.
@@ -116,6 +131,9 @@ struct Rendered {
 /// Runs it.
 pub fn run(app: &App, args: &Args) -> Result<()> {
     let work = plan(args)?;
+    if let Some(display) = &args.display {
+        return room::run(app, args, work, display);
+    }
     if args.coverage.is_some() && !matches!(work, Work::Still { .. }) {
         wrong_arguments!("--coverage goes with a still: -o picture.png, without --sheet");
     }
