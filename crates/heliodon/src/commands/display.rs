@@ -76,6 +76,12 @@ struct Bound {
     triggers: Vec<String>,
 }
 
+/// All actions.
+#[derive(Serialize)]
+struct Listed {
+    actions: Vec<Bound>,
+}
+
 /// A display, as it is told.
 #[derive(Serialize)]
 struct Told {
@@ -94,10 +100,10 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
             action: action.name(),
             triggers: bindings.triggers(action).iter().map(ToString::to_string).collect(),
         };
-        let actions: Vec<Bound> = Action::ALL.into_iter().map(bound).collect();
-        return app.output.result(&actions, |actions| {
+        let listed = Listed { actions: Action::ALL.into_iter().map(bound).collect() };
+        return app.output.result(&listed, |listed| {
             let lines: Vec<String> =
-                actions.iter().map(|bound| format!("{:<16} {}", bound.action, bound.triggers.join("  "))).collect();
+                listed.actions.iter().map(|bound| format!("{:<16} {}", bound.action, bound.triggers.join("  "))).collect();
             format!("{}\n\nAn action can be bound to {NOTATION}.", lines.join("\n"))
         });
     }

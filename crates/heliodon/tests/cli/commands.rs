@@ -21,6 +21,8 @@ const COMMANDS: &[&str] = &[
     #[cfg(feature = "viewer")]
     "view",
     #[cfg(feature = "viewer")]
+    "display",
+    #[cfg(feature = "viewer")]
     "render",
 ];
 

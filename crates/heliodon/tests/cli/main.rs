@@ -14,6 +14,8 @@ mod pictures;
 mod prepared;
 mod rebake;
 mod resume;
+#[cfg(feature = "viewer")]
+mod rooms;
 mod shards;
 mod sites;
 mod skies;

@@ -36,6 +36,12 @@ fn bound_groups(module: &naga::Module) -> u32 {
 }
 
 #[test]
+fn the_composing_shader_is_valid() {
+    let module = compile(crate::display::COMPOSE_WGSL);
+    assert_eq!(size_of_struct(&module, "Compose"), Some(crate::display::COMPOSE_BYTES as u32));
+}
+
+#[test]
 fn the_light_shader_is_valid_for_every_layout() {
     for coefficients in [4, 9] {
         for channels in [1, 3] {

@@ -247,7 +247,8 @@ pub(super) fn orbit(
 pub(super) fn aim(mut cameras: Query<(&PreviewCamera, &mut Transform)>) {
     for (camera, mut transform) in &mut cameras {
         let turn = Quat::from_rotation_y(camera.around_rad) * Quat::from_rotation_x(-camera.above_rad);
-        let away = camera.distance * camera.radius / libm::sinf(FOV_RAD * 0.5);
+        // A room fills its sphere badly: from three quarters of the distance all of it is in view.
+        let away = 0.75 * camera.distance * camera.radius / libm::sinf(FOV_RAD * 0.5);
         *transform = Transform { translation: camera.middle + turn * Vec3::Z * away, rotation: turn, ..default() };
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{FAINT, HudVisibility, INK, PANEL, clock_text};
 use crate::actors::{Actors, Told};
+use crate::control::Control;
 use crate::culling::{Amount, Culling, CullingTold, Saved};
 use crate::input::{Input, Trigger, WandInput};
 use crate::navigation::Visitor;
@@ -11,9 +12,11 @@ use crate::stage::{Stage, StageStatus};
 use crate::time_lapse::exposure::Exposure;
 use crate::time_lapse::{Blend, Now, TimeLapse};
 use crate::tonemap::ToneCurve;
+use crate::tracking::Trackers;
 use bevy::prelude::*;
 use bevy::window::PrimaryWindow;
 use heliodon_bundle::display::Navigation;
+use heliodon_track::follow::State;
 
 /// The hour, in large letters.
 #[derive(Component)]
@@ -130,6 +133,40 @@ pub(super) struct FrameTimes {
     told_ms: f32,
     told_actors: Told,
     told_saved: Saved,
+    told_trackers: String,
+}
+
+/// A line for each tracker, and one for orders from outside.
+fn told_trackers(trackers: Option<&Trackers>, control: Option<&Control>) -> String {
+    let mut text = String::new();
+    for (name, statistics, bodies) in trackers.into_iter().flat_map(Trackers::told) {
+        let seen = bodies.iter().map(|(body, state)| match state {
+            State::Tracked => format!("{} followed", body.name()),
+            State::Lost { for_s } => format!("{} lost for {for_s:.0} s", body.name()),
+            State::Never => format!("{} not seen yet", body.name()),
+        });
+        let seen = seen.collect::<Vec<_>>().join(", ");
+        // A screen has no room for a long name.
+        text += &format!("\n{:<9.9} {seen}", name);
+        if let Some(latency_s) = statistics.latency_s.filter(|_| bodies.iter().any(|(_, state)| *state == State::Tracked)) {
+            text += &format!(", {:.0} ms ago", latency_s * 1e3);
+        }
+        let dropped = statistics.malformed + statistics.invalid;
+        if dropped > 0 {
+            text += &format!(", {dropped} dropped");
+        }
+        if statistics.refused_jumps > 0 {
+            text += &format!(", {} jumps", statistics.refused_jumps);
+        }
+    }
+    for fault in trackers.into_iter().flat_map(Trackers::faults) {
+        text += &format!("\n{fault}");
+    }
+    if let Some(control) = control {
+        let counted = control.counted();
+        text += &format!("\norders    {} done, {} refused", counted.done, counted.refused);
+    }
+    text
 }
 
 #[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
@@ -143,6 +180,7 @@ pub(super) fn tell(
     maps: Res<SkyMaps>,
     actors: Res<Actors>,
     (culling, saved): (Res<Culling>, Res<CullingTold>),
+    (trackers, control): (Option<Res<Trackers>>, Option<Res<Control>>),
     visitors: Query<&Visitor>,
     mut times: Local<FrameTimes>,
     mut hours: Query<&mut Text, (With<HourText>, Without<DetailText>)>,
@@ -152,7 +190,8 @@ pub(super) fn tell(
     times.seconds += time.delta_secs();
     if times.seconds >= TELL_EVERY_S {
         let told_ms = times.seconds * 1e3 / times.frames as f32;
-        *times = FrameTimes { told_ms, told_actors: actors.told(), told_saved: saved.last(), ..default() };
+        let told_trackers = told_trackers(trackers.as_deref(), control.as_deref());
+        *times = FrameTimes { told_ms, told_actors: actors.told(), told_saved: saved.last(), told_trackers, ..default() };
     }
     let hour = if now.moment.is_some() { clock_text(lapse.clock_s) } else { "no bundle".to_owned() };
     for mut text in &mut hours {
@@ -170,6 +209,7 @@ pub(super) fn tell(
         status: stage.status(),
         sky_failure: maps.first_failure(),
         visitor: visitors.iter().next(),
+        trackers: &times.told_trackers,
     }
     .to_string();
     for mut text in &mut details {
@@ -190,6 +230,7 @@ struct Detail<'a> {
     status: &'a StageStatus,
     sky_failure: Option<&'a str>,
     visitor: Option<&'a Visitor>,
+    trackers: &'a str,
 }
 
 /// What of the triangles in view culling leaves out, and how much in how many clusters.
@@ -249,6 +290,7 @@ impl std::fmt::Display for Detail<'_> {
         if actors > 0 {
             write!(f, "\nactors    {actors}: k {directions}, {vertices} vertices, {ms:.1} ms")?;
         }
+        write!(f, "{}", self.trackers)?;
         write_culling(f, self.culling, &self.saved)?;
         if let Some(why) = self.sky_failure {
             write!(f, "\n{why}")?;

@@ -7,7 +7,7 @@ mod simulated;
 
 use crate::display::Room;
 use crate::input::{InputSet, WandInput};
-use crate::navigation::Travel;
+use crate::navigation::{MouseLook, Travel};
 use bevy::prelude::*;
 use heliodon_bundle::ConfigError;
 use heliodon_bundle::display::{BodyKind, Display, Protocol, TrackerEntry};
@@ -184,7 +184,7 @@ impl Trackers {
         }
     }
 
-    /// Each tracker's name, what it counted, and whether each of its bodies is seen.
+    /// Each tracker's name, what it counted with how long ago its newest report arrived, and whether each of its bodies is seen.
     pub fn told(&self) -> impl Iterator<Item = (&str, Statistics, Vec<(BodyKind, State)>)> {
         let now_s = self.now_s();
         self.trackers.iter().map(move |tracker| {
@@ -208,6 +208,7 @@ impl Plugin for TrackingPlugin {
     fn build(&self, app: &mut App) {
         let there = resource_exists::<Trackers>.and_then(resource_exists::<Room>);
         app.init_resource::<WandInput>()
+            .init_resource::<MouseLook>()
             .add_systems(PreUpdate, follow.before(InputSet).run_if(there.clone()))
             .add_systems(Update, simulated::simulate.before(Travel).run_if(there));
     }
