@@ -150,6 +150,7 @@ pub struct DisplayPlugin;
 impl Plugin for DisplayPlugin {
     fn build(&self, app: &mut App) {
         app.add_plugins(compose::ComposePlugin)
+            .add_observer(outputs::keep_windows)
             .add_systems(PreUpdate, outputs::follow_monitors.run_if(resource_exists::<Room>))
             .add_systems(Update, (preview::orbit, preview::follow).run_if(resource_exists::<Room>))
             .add_systems(

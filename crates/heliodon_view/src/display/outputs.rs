@@ -8,7 +8,7 @@ use bevy::camera::visibility::RenderLayers;
 use bevy::prelude::*;
 use bevy::render::render_resource::{TextureFormat, TextureUsages};
 use bevy::render::view::Msaa;
-use bevy::window::{Monitor, MonitorSelection, PrimaryWindow, WindowMode, WindowRef, WindowResolution};
+use bevy::window::{Monitor, MonitorSelection, OnMonitor, PrimaryWindow, WindowMode, WindowRef, WindowResolution};
 use heliodon_bundle::display::{Display, MonitorName, Output, ScreenEntry, Stereo};
 
 /// Composers come after all eyes' cameras, and text after them.
@@ -194,6 +194,12 @@ fn listed(monitors: &[(Entity, &Monitor)]) -> String {
     }
 }
 
+/// Bevy despawns a monitor that was unplugged, and with it the windows that it knows to be there, the program's own included. What
+/// is not known to be there stays.
+pub(super) fn keep_windows(put: On<Insert, OnMonitor>, mut commands: Commands) {
+    commands.entity(put.event_target()).remove::<OnMonitor>();
+}
+
 /// Puts windows onto their monitors when those come, keeps them when those go, and makes pictures as large as their windows.
 pub(super) fn follow_monitors(
     room: Res<Room>,
@@ -259,7 +265,10 @@ mod tests {
         display.screens[0].output = Output { monitor: Some(MonitorName::Name("B".to_owned())), ..Output::default() };
         let room = Room::new(Display::parse(&display.to_toml_string(), "display.toml").unwrap().into()).unwrap();
         let mut app = App::new();
-        app.init_resource::<Assets<Image>>().insert_resource(room.clone()).add_systems(Update, follow_monitors);
+        app.init_resource::<Assets<Image>>()
+            .insert_resource(room.clone())
+            .add_observer(keep_windows)
+            .add_systems(Update, follow_monitors);
         app.world_mut().spawn((Window::default(), PrimaryWindow));
         open(app.world_mut(), &room, "test", 1);
         let mode =
@@ -270,6 +279,9 @@ mod tests {
         let wanted = app.world_mut().spawn(monitor("B", 1024)).id();
         app.update();
         assert_eq!(mode(&mut app), WindowMode::BorderlessFullscreen(MonitorSelection::Entity(wanted)));
+        // As Bevy does it.
+        let window = app.world_mut().query_filtered::<Entity, With<ScreenWindow>>().single(app.world()).unwrap();
+        app.world_mut().entity_mut(window).insert(OnMonitor(wanted));
         app.world_mut().despawn(wanted);
         app.update();
         assert_eq!(mode(&mut app), WindowMode::Windowed);

@@ -114,7 +114,7 @@ pub(crate) fn spawn(world: &mut World, room: &Room, showing: &Showing, samples: 
 fn spawn_camera(world: &mut World, room: &Room, showing: &Showing) {
     let (low, high) = bounds(room);
     let camera = PreviewCamera {
-        around_rad: 0.55,
+        around_rad: 0.22,
         above_rad: 0.55,
         distance: 1.0,
         middle: (low + high) * 0.5,
@@ -181,7 +181,7 @@ fn spawn_model(world: &mut World, room: &Room, images: &[Handle<Image>]) {
     let [skin, coat] = [Color::srgb(0.78, 0.6, 0.48), Color::srgb(0.25, 0.38, 0.5)].map(|color| paint(world, matte(color)));
     let head = mesh(world, Sphere::new(HEAD_M).mesh().uv(24, 16));
     let nose = mesh(world, Cone { radius: 0.03, height: 0.07 }.into());
-    let body = mesh(world, Cylinder::new(0.17, 1.0).into());
+    let body = mesh(world, ConicalFrustum { radius_top: 0.13, radius_bottom: 0.22, height: 1.0 }.into());
     let wand = mesh(world, Cuboid::new(0.03, 0.03, 0.3).into());
     world.spawn((HeadModel, Mesh3d(head), MeshMaterial3d(skin.clone()), layers.clone())).with_children(|parent| {
         let ahead = Transform::from_xyz(0.0, 0.0, -HEAD_M).with_rotation(Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2));
@@ -247,8 +247,8 @@ pub(super) fn orbit(
 pub(super) fn aim(mut cameras: Query<(&PreviewCamera, &mut Transform)>) {
     for (camera, mut transform) in &mut cameras {
         let turn = Quat::from_rotation_y(camera.around_rad) * Quat::from_rotation_x(-camera.above_rad);
-        // A room fills its sphere badly: from three quarters of the distance all of it is in view.
-        let away = 0.75 * camera.distance * camera.radius / libm::sinf(FOV_RAD * 0.5);
+        // A room fills its sphere badly: from less than the distance all of it is in view.
+        let away = 0.85 * camera.distance * camera.radius / libm::sinf(FOV_RAD * 0.5);
         *transform = Transform { translation: camera.middle + turn * Vec3::Z * away, rotation: turn, ..default() };
     }
 }
