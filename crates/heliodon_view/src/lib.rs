@@ -17,6 +17,7 @@ pub mod culling;
 pub mod daylight;
 pub mod detail;
 pub mod display;
+mod fullscreen;
 pub mod guests;
 pub mod headless;
 pub mod hud;
@@ -30,7 +31,10 @@ pub mod stage;
 pub mod time_lapse;
 pub mod tonemap;
 pub mod tracking;
+pub mod visit;
 pub mod window;
+#[cfg(feature = "xr")]
+pub mod xr;
 
 pub use culling::Culling;
 pub use daylight::{DaylightCamera, ExactAtRest};

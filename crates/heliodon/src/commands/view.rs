@@ -13,14 +13,17 @@ use heliodon_bundle::manifest::MANIFEST_FILE_NAME;
 use heliodon_bundle::site::{Site, TimeOfDay};
 use heliodon_view::Blend;
 use heliodon_view::actors::ActorsOptions;
+use heliodon_view::visit::VisitOptions;
 use heliodon_view::window::{WindowOptions, run_window};
+#[cfg(feature = "headset")]
+use heliodon_view::xr::{HeadsetOptions, run_headset};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Opens the viewer: walk around the monument while the day passes. H shows the keys.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  heliodon view mysite\n  heliodon view mysite/bundle --time 07:30 --size 1920x1080\n  heliodon view mysite --display flatworld --preview"
+    after_help = "Examples:\n  heliodon view mysite\n  heliodon view mysite/bundle --time 07:30 --size 1920x1080\n  heliodon view mysite --display flatworld --preview\n  heliodon view mysite --headset"
 )]
 pub struct Args {
     /// A bundle's folder; or a site, whose bundle is baked first where it is not up to date
@@ -51,6 +54,14 @@ pub struct Args {
     /// Show the room itself, with its screens and the visitor in it
     #[arg(long)]
     preview: bool,
+    /// Visit in a headset, by OpenXR; a window shows what its left eye sees
+    #[cfg(feature = "headset")]
+    #[arg(long, conflicts_with_all = ["preview", "track", "size"])]
+    headset: bool,
+    /// Without that window, where there is no display
+    #[cfg(feature = "headset")]
+    #[arg(long, requires = "headset")]
+    no_mirror: bool,
 }
 
 /// Runs it.
@@ -60,17 +71,16 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     }
     let mut actors = ActorsOptions::default();
     args.acting.apply(&mut actors);
-    let options = WindowOptions {
-        size: args.size.map(|size| (size.width, size.height)),
+    let visit = VisitOptions {
         day_seconds: args.day_seconds as f32,
         clock_s: args.time.map(|time| f64::from(time.seconds())),
         blend: if args.hard_steps { Blend::Hard } else { Blend::Smooth },
         samples: args.samples,
         actors,
         display: display_of(args)?,
-        preview: args.preview,
     };
-    if args.preview && options.display.as_ref().is_none_or(|display| display.screens.is_empty()) {
+    let options = WindowOptions { size: args.size.map(|size| (size.width, size.height)), visit, preview: args.preview };
+    if args.preview && options.visit.display.as_ref().is_none_or(|display| display.screens.is_empty()) {
         wrong_arguments!(
             "--preview shows a room, and a desktop has none: --display flatworld, or a display.toml with [[screen]]"
         );
@@ -78,7 +88,14 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     if !matches!(args.samples, 1 | 2 | 4 | 8) {
         wrong_arguments!("--samples is {}: 1, 2, 4 or 8 are possible", args.samples);
     }
-    Ok(run_window(bundle_of(app, &args.path)?, &options)?)
+    let bundle = bundle_of(app, &args.path)?;
+    #[cfg(feature = "headset")]
+    if args.headset {
+        let options = HeadsetOptions { visit: options.visit, mirror: !args.no_mirror, ..HeadsetOptions::default() };
+        run_headset(bundle, &options)?;
+        return Ok(());
+    }
+    Ok(run_window(bundle, &options)?)
 }
 
 /// What the viewer shows itself on.

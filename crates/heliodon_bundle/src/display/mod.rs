@@ -32,7 +32,7 @@ const KIND: Kind = Kind {
     missing: &[
         ("corners", "give lower left, lower right and upper left corner, in metres of the room"),
         ("name", "give it a name, which messages call it by"),
-        ("protocol", "write protocol = \"osc\", \"dtrack\", \"recording\", \"simulated\" or \"openxr\""),
+        ("protocol", "write protocol = \"osc\", \"dtrack\", \"recording\" or \"simulated\""),
         ("is", "write is = \"head\", \"wand\" or \"left-hand\""),
     ],
     no_file: "`heliodon display --preset flatworld -o display.toml` makes one",

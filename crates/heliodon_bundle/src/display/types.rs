@@ -334,8 +334,6 @@ pub enum Protocol {
     Recording,
     /// Keyboard and mouse stand in for the head.
     Simulated,
-    /// What the OpenXR runtime tracks.
-    Openxr,
 }
 
 /// `[[tracker.body]]`: one thing that is tracked.

@@ -51,7 +51,7 @@ impl Scale {
     }
 }
 
-/// Which objects a view leaves out.
+/// Which objects a view leaves out, or both views of a pair.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LeftOut {
     /// Of each object the last view that asked for it, and whether that left it out.
@@ -60,11 +60,17 @@ pub struct LeftOut {
 }
 
 impl LeftOut {
-    /// Goes on to the next view; if it `remembers` the ones before, what was left out comes back late.
-    pub fn next_view<'a>(&'a mut self, objects: &'a Objects, scale: Scale, threshold_px: f32, remembers: bool) -> View<'a> {
+    /// Goes on to the next view, or the next two of a pair; if it `remembers` the ones before, what was left out comes back late.
+    pub fn next_view<'a>(
+        &'a mut self,
+        objects: &'a Objects,
+        scales: &'a [Scale],
+        threshold_px: f32,
+        remembers: bool,
+    ) -> View<'a> {
         self.view = self.view.wrapping_add(1);
         self.objects.resize(objects.spheres.len(), (self.view.wrapping_sub(1), false));
-        View { objects, scale, threshold_px, remembers, left_out: self }
+        View { objects, scales, threshold_px, remembers, left_out: self }
     }
 
     /// Forgets all views.
@@ -76,7 +82,7 @@ impl LeftOut {
 /// A view that leaves out what is small. It decides of an object when it is asked for it: a scan may have a million, of which few are met.
 pub struct View<'a> {
     objects: &'a Objects,
-    scale: Scale,
+    scales: &'a [Scale],
     threshold_px: f32,
     remembers: bool,
     left_out: &'a mut LeftOut,
@@ -93,7 +99,9 @@ impl View<'_> {
         let Some((view, out)) = self.left_out.objects.get_mut(object) else { return false };
         if *view != this {
             let until = if *out && self.remembers { self.threshold_px * BACK_AT } else { self.threshold_px };
-            (*view, *out) = (this, self.scale.pixels(self.objects.spheres[object]) < until);
+            // Where it is larger.
+            let pixels = self.scales.iter().map(|scale| scale.pixels(self.objects.spheres[object])).fold(0.0, f32::max);
+            (*view, *out) = (this, pixels < until);
         }
         *out
     }
@@ -146,12 +154,21 @@ mod tests {
             // From where the ball is so large.
             let unit = Scale::new(&looking_north(), SIZE, Eye::At(Vec3::ZERO)).pixels;
             let eye = Vec3::Z * (unit / pixels + 0.5);
-            left_out.next_view(&objects, Scale::new(&looking_north(), SIZE, Eye::At(eye)), 2.0, remembers).has_all(&[0])
+            left_out.next_view(&objects, &[Scale::new(&looking_north(), SIZE, Eye::At(eye))], 2.0, remembers).has_all(&[0])
         };
         assert_eq!(
             [2.1, 1.9, 2.1, 2.4, 2.6, 2.1, 1.9].map(|pixels| at(pixels, true)),
             [false, true, true, true, false, false, true]
         );
         assert!(!at(2.1, false), "a picture for itself remembers nothing");
+    }
+
+    #[test]
+    fn two_eyes_leave_out_what_is_small_in_both() {
+        let objects = Objects { spheres: vec![(Vec3::ZERO, 0.5)], ..Objects::default() };
+        let unit = Scale::new(&looking_north(), SIZE, Eye::At(Vec3::ZERO)).pixels;
+        let seen = |pixels: f32| Scale::new(&looking_north(), SIZE, Eye::At(Vec3::Z * (unit / pixels + 0.5)));
+        let out = |a: f32, b: f32| LeftOut::default().next_view(&objects, &[seen(a), seen(b)], 2.0, true).has_all(&[0]);
+        assert_eq!([out(1.9, 2.1), out(2.1, 1.9), out(1.9, 1.8), out(2.1, 2.2)], [false, false, true, false]);
     }
 }

@@ -10,6 +10,7 @@ pub mod contribution;
 mod eye;
 mod faces;
 pub mod objects;
+pub mod pair;
 mod rectangles;
 pub mod shadow;
 mod slice;
@@ -19,7 +20,7 @@ use crate::daylight::chunk::KeptChunk;
 use crate::daylight::closed::Bodies;
 use crate::daylight::pages::GpuChunk;
 use crate::daylight::seen::NumberSet;
-use crate::daylight::view::{ClusterRef, Eye, frustum_planes};
+use crate::daylight::view::{ClusterRef, Eye, Look, frustum_planes};
 use bevy::prelude::*;
 use bevy::render::RenderApp;
 use bevy::render::extract_resource::{ExtractResource, ExtractResourcePlugin};
@@ -193,13 +194,11 @@ pub struct Culler<'a> {
     pub scene: Option<&'a Arc<CullingScene>>,
     /// What is culled.
     pub settings: Culling,
-    /// Pixels of the picture.
-    pub size: Vec2,
     /// Whether small things that were left out come back late. Where a picture must not depend on those before it, they do not.
     pub remembers: bool,
 }
 
-/// What a view leaves out.
+/// What a view leaves out, or both views of a pair.
 #[derive(Debug, Default)]
 pub struct ViewCulling {
     scene: Option<Arc<CullingScene>>,
@@ -211,14 +210,19 @@ pub struct ViewCulling {
 }
 
 impl ViewCulling {
-    /// Of the clusters that a view meets, those that are drawn, in their order.
+    /// Takes over what was found for a pair.
+    pub fn share(&mut self, pair: &Self) {
+        self.removed.clone_from(&pair.removed);
+        self.saved = pair.saved;
+    }
+
+    /// Of the clusters that any of these views meets, those that are drawn, in their order: all that one of them sees, unless it is small in all.
     #[must_use]
     pub fn thin(
         &mut self,
         culler: &Culler,
         chunks: &[GpuChunk],
-        clip_from_world: &Mat4,
-        eye: Eye,
+        looks: &[Look],
         mut clusters: Vec<ClusterRef>,
     ) -> Vec<ClusterRef> {
         let triangles =
@@ -241,8 +245,8 @@ impl ViewCulling {
             removed[one.chunk as usize].extend([one.cluster]);
         };
         if culler.settings.contribution {
-            let scale = Scale::new(clip_from_world, culler.size, eye);
-            let mut view = self.left_out.next_view(&scene.objects, scale, culler.settings.threshold_px, culler.remembers);
+            let scales: Vec<Scale> = looks.iter().map(|look| Scale::new(&look.clip_from_world, look.size, look.eye)).collect();
+            let mut view = self.left_out.next_view(&scene.objects, &scales, culler.settings.threshold_px, culler.remembers);
             clusters.retain(|one| {
                 let is_small = view.has_all(scene.objects.of_cluster(one.chunk, one.cluster));
                 if is_small {
@@ -255,19 +259,26 @@ impl ViewCulling {
         }
         let large = amount(&clusters);
         self.saved.small = Amount { clusters: met.clusters - large.clusters, triangles: met.triangles - large.triangles };
-        let shadows = match eye {
-            Eye::At(eye) if culler.settings.shadow => scene.shadows(chunks, clip_from_world, culler.size, eye),
-            // A parallel view casts no frusta; plans are drawn from above, where little hides.
-            _ => Vec::new(),
-        };
-        if !shadows.is_empty() {
-            let mut of_chunks: Vec<Option<u32>> = vec![None; chunks.len()];
+        let shadows: Vec<Vec<Shadow>> = looks
+            .iter()
+            .map(|look| match look.eye {
+                Eye::At(eye) if culler.settings.shadow => scene.shadows(chunks, &look.clip_from_world, look.size, eye),
+                // A parallel view casts no frusta; plans are drawn from above, where little hides.
+                _ => Vec::new(),
+            })
+            .collect();
+        // What one eye sees is hidden from neither.
+        if !shadows.iter().any(Vec::is_empty) {
+            let mut of_chunks: Vec<Option<Vec<u32>>> = vec![None; chunks.len()];
             clusters.retain(|one| {
                 let kept = &chunks[one.chunk as usize].kept;
-                let partly = *of_chunks[one.chunk as usize].get_or_insert_with(|| partly_in(&shadows, kept.bounds));
+                let partly = of_chunks[one.chunk as usize]
+                    .get_or_insert_with(|| shadows.iter().map(|shadows| partly_in(shadows, kept.bounds)).collect());
                 let cluster = &kept.clusters[one.cluster as usize];
-                let mut shadows = shadows.iter().enumerate().filter(|(number, _)| partly >> number & 1 == 1);
-                let is_hidden = shadows.any(|(_, shadow)| shadow.holds(cluster.center, cluster.half) == Lies::Within);
+                let is_hidden = shadows.iter().zip(&*partly).all(|(shadows, partly)| {
+                    let mut shadows = shadows.iter().enumerate().filter(|(number, _)| partly >> number & 1 == 1);
+                    shadows.any(|(_, shadow)| shadow.holds(cluster.center, cluster.half) == Lies::Within)
+                });
                 if is_hidden {
                     remove(one);
                 }
@@ -276,7 +287,7 @@ impl ViewCulling {
         }
         let drawn = amount(&clusters);
         self.saved.hidden = Amount { clusters: large.clusters - drawn.clusters, triangles: large.triangles - drawn.triangles };
-        self.saved.occluders = shadows.len() as u64;
+        self.saved.occluders = shadows.iter().map(|shadows| shadows.len() as u64).sum();
         self.removed = removed;
         clusters
     }

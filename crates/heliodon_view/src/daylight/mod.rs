@@ -61,6 +61,12 @@ pub struct DaylightCamera;
 #[derive(Component, Clone, Copy, Debug, Default, ExtractComponent)]
 pub struct ExactAtRest;
 
+/// For the two [`DaylightCamera`]s that are the eyes of one head, under one number: what is left out for being small is the same for both, nothing is left
+/// out that one of them sees, and details fade at the same places. Else an object on the verge would be in one eye's picture and not in
+/// the other's, which shimmers. What both draw is found once.
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ExtractComponent)]
+pub struct StereoPair(pub u32);
+
 /// Lights and draws the stone, and draws the sky behind it.
 #[derive(Default)]
 pub struct DaylightPlugin;
@@ -71,6 +77,7 @@ impl Plugin for DaylightPlugin {
             ExtractResourcePlugin::<StageFrame>::default(),
             ExtractComponentPlugin::<DaylightCamera>::default(),
             ExtractComponentPlugin::<ExactAtRest>::default(),
+            ExtractComponentPlugin::<StereoPair>::default(),
         ));
         app.add_systems(PostUpdate, let_textures_be_copied);
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else { return };

@@ -11,9 +11,10 @@ use super::raster::{Lens, Raster};
 use super::seen::{LightGroup, Run, Seen};
 use super::sight::{Change, Sight, SightKey};
 use super::texels::{TexelMoment, TexelsGpu};
-use super::view::{ClusterRef, Eye, ViewUniform, cull};
-use super::{DaylightCamera, ExactAtRest, allocator};
+use super::view::{ClusterRef, Eye, Look, ViewUniform};
+use super::{DaylightCamera, ExactAtRest, StereoPair, allocator};
 use crate::actors::render::ActorsGpu;
+use crate::culling::pair::Pairs;
 use crate::culling::{Culler, Culling, CullingScene, CullingTold, Saved, ViewCulling};
 use crate::detail::DetailsGpu;
 use crate::lamps::maps::LampsGpu;
@@ -69,6 +70,8 @@ pub struct StageGpu {
     closed_known: bool,
     /// What culling knows of the bundle, once all of it is there.
     culling: Option<Arc<CullingScene>>,
+    /// What pairs of cameras leave out.
+    pairs: Pairs,
     /// Frames since less was needed than before: since the last of the bundle was taken, or a camera came to know what it sees.
     settled_frames: u32,
     /// Groups of vertices to be lit, per page.
@@ -205,22 +208,22 @@ impl StageView {
         self.pixels.as_ref().map_or_else(|| self.drawn.seen.triangle_count(), |pixels| pixels.raster.triangle_count())
     }
 
-    /// What it draws in a frame. `may_ask` is the size of its picture if it may ask what that shows; what is hidden from a moving eye is found if it `may_occlude`.
+    /// What it draws in a frame. `may_ask` is the size of its picture if it may ask what that shows; what is hidden from a moving eye is found if it `may_occlude`; `find`
+    /// says what of the stone it meets.
     fn look(
         &mut self,
         gpu: &mut StageGpu,
         device: &RenderDevice,
         key: SightKey,
         (may_ask, may_occlude): (Option<UVec2>, bool),
-        (eye, culler): (Eye, &Culler),
+        find: impl FnOnce(&mut ViewCulling, &[GpuChunk]) -> Vec<ClusterRef>,
     ) {
         // A frame that was not drawn has decided nothing.
         let undecided = self.undecided.is_some();
         match self.sight.next(device, key, may_ask.filter(|_| !undecided)) {
             Change::None if !undecided => {}
             Change::None | Change::Moved => {
-                let met = cull(&gpu.chunks, &key.clip_from_world, eye);
-                let clusters = self.culling.thin(culler, &gpu.chunks, &key.clip_from_world, eye, met);
+                let clusters = find(&mut self.culling, &gpu.chunks);
                 let occludes = may_occlude && gpu.triangles(&clusters) >= LEAST_TRIANGLES;
                 // What was seen a frame ago, or everything.
                 if !(occludes && self.stage == gpu.serial && self.drawn.seen.single.is_some()) {
@@ -390,8 +393,20 @@ type SeenCamera = (
     &'static ExtractedView,
     &'static Msaa,
     Option<&'static MainPassResolutionOverride>,
+    Option<&'static StereoPair>,
     Option<&'static mut StageView>,
 );
+
+/// What a camera's picture is seen by.
+fn look(view: &ExtractedView) -> Look {
+    // The last row of a perspective is (0, 0, -1, 0), that of a parallel projection (0, 0, 0, 1).
+    let parallel = view.clip_from_view.w_axis.w == 1.0;
+    let forward = view.world_from_view.rotation() * Vec3::NEG_Z;
+    let eye = if parallel { Eye::Along(forward) } else { Eye::At(view.world_from_view.translation()) };
+    let view_from_world = view.world_from_view.to_matrix().inverse();
+    let clip_from_world = view.clip_from_world.unwrap_or_else(|| view.clip_from_view * view_from_world);
+    Look { clip_from_world, eye, size: UVec2::new(view.viewport.z, view.viewport.w).as_vec2() }
+}
 
 /// A camera for which Bevy draws guests' depth before the stone.
 type WithPrepass = Or<(With<DepthPrepass>, With<NormalPrepass>, With<MotionVectorPrepass>, With<DeferredPrepass>)>;
@@ -419,18 +434,17 @@ pub fn prepare_views(
     gpu.needed.clear();
     let scene = gpu.culling.clone();
     let mut saved = Saved::default();
-    for (entity, camera, camera_3d, usages, view, msaa, resolution, stage_view) in &mut views {
+    let mut pairs = std::mem::take(&mut gpu.pairs);
+    pairs.begin(views.iter().filter_map(|(_, _, _, _, view, _, _, pair, _)| Some((*pair?, look(view)))));
+    for (entity, camera, camera_3d, usages, view, msaa, resolution, pair, stage_view) in &mut views {
         let Some(mut stage_view) = stage_view else {
             // From the next frame on; the commands are applied before it.
             commands.entity(entity).insert(StageView::default());
             continue;
         };
-        // The last row of a perspective is (0, 0, -1, 0), that of a parallel projection (0, 0, 0, 1).
-        let parallel = view.clip_from_view.w_axis.w == 1.0;
-        let forward = view.world_from_view.rotation() * Vec3::NEG_Z;
-        let eye = if parallel { Eye::Along(forward) } else { Eye::At(view.world_from_view.translation()) };
-        let view_from_world = view.world_from_view.to_matrix().inverse();
-        let clip_from_world = view.clip_from_world.unwrap_or_else(|| view.clip_from_view * view_from_world);
+        let own = look(view);
+        let Look { clip_from_world, eye, .. } = own;
+        let looks = pairs.looks(pair.copied(), own);
         stage_view.codes = (gpu.software && msaa.samples() == 1 && resolution.is_none())
             .then(|| codes_format(view.target_format, usages.0, camera))
             .flatten();
@@ -450,6 +464,7 @@ pub fn prepare_views(
         });
         let key = SightKey {
             clip_from_world,
+            beside: looks.iter().map(|look| look.clip_from_world).find(|other| *other != clip_from_world),
             viewport: view.viewport,
             samples: msaa.samples(),
             stage: (gpu.serial, gpu.chunks.len() + usize::from(gpu.closed_known) + usize::from(gpu.culling.is_some())),
@@ -481,20 +496,20 @@ pub fn prepare_views(
         let wanted = by_pixel
             .filter(|_| stage_view.relight_pipeline.is_some_and(|id| cache.get_render_pipeline(id).is_some()))
             .and_then(|size| Some(Wanted { key, size, lens: Lens::new(&clip_from_world)? }));
-        let size = UVec2::new(view.viewport.z, view.viewport.w).as_vec2();
-        let culler = Culler { scene: scene.as_ref(), settings: *culling, size, remembers: !exact.contains(entity) };
+        let culler = Culler { scene: scene.as_ref(), settings: *culling, remembers: !exact.contains(entity) };
         let before = stage_view.pixels.take();
         stage_view.pixels = wanted.and_then(|wanted| {
             let layout = cache.get_bind_group_layout(&pipelines.relight_layout);
-            Pixels::next(before, &wanted, (&gpu.pages, &gpu.chunks), (&device, &queue), &layout, |chunks| {
-                stage_view.culling.thin(&culler, chunks, &clip_from_world, eye, cull(chunks, &clip_from_world, eye))
-            })
+            let find = |chunks: &[GpuChunk]| pairs.clusters(pair.copied(), &mut stage_view.culling, &culler, chunks, &looks);
+            Pixels::next(before, &wanted, (&gpu.pages, &gpu.chunks), (&device, &queue), &layout, find)
         });
         if let Some(pixels) = &stage_view.pixels {
             gpu.needed.extend_from_slice(&pixels.raster.groups);
             stage_view.forget_sight();
         } else {
-            stage_view.look(&mut gpu, &device, key, (may_ask, may_occlude), (eye, &culler));
+            stage_view.look(&mut gpu, &device, key, (may_ask, may_occlude), |own, chunks| {
+                pairs.clusters(pair.copied(), own, &culler, chunks, &looks)
+            });
             gpu.needed.extend_from_slice(&stage_view.drawn.seen.groups);
         }
         saved.add(&stage_view.culling.saved);
@@ -502,12 +517,13 @@ pub fn prepare_views(
         let height = camera.physical_viewport_size.map_or(1, |size| size.y.max(1));
         let world_from_view = Mat4::from_quat(view.world_from_view.rotation());
         let pixel_rad = 2.0 / (view.clip_from_view.y_axis.y.abs().max(1e-6) * height as f32);
-        let direction_from_clip = if parallel {
-            Mat4::from_cols(Vec4::ZERO, Vec4::ZERO, forward.extend(0.0), Vec4::ZERO)
-        } else {
-            world_from_view * view.clip_from_view.inverse()
+        let direction_from_clip = match eye {
+            Eye::Along(forward) => Mat4::from_cols(Vec4::ZERO, Vec4::ZERO, forward.extend(0.0), Vec4::ZERO),
+            Eye::At(_) => world_from_view * view.clip_from_view.inverse(),
         };
-        let uniform = crate::sky::view_uniform(&frame, clip_from_world, direction_from_clip, pixel_rad, eye);
+        // Details fade at the same places in both eyes' pictures.
+        let uniform =
+            crate::sky::view_uniform(&frame, clip_from_world, direction_from_clip, pixel_rad, Look::middle(&looks, eye));
         write_uniform(
             &mut stage_view.buffer,
             &device,
@@ -519,6 +535,7 @@ pub fn prepare_views(
         stage_view.sky =
             sky.bind_group(&frame.sky, &images, &fallback, &device, &cache.get_bind_group_layout(&pipelines.sky_layout));
     }
+    gpu.pairs = pairs;
     told.tell(saved, gpu.culling.is_some());
 }
 

@@ -26,6 +26,8 @@ const NUMBER_BYTES: u32 = 4;
 pub struct SightKey {
     /// The camera.
     pub clip_from_world: Mat4,
+    /// The camera of the other eye of its pair: what both draw is found together.
+    pub beside: Option<Mat4>,
     /// Its viewport.
     pub viewport: UVec4,
     /// Samples a pixel.

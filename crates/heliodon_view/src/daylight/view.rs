@@ -2,7 +2,7 @@
 
 use super::pages::GpuChunk;
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Mat4, Vec2, Vec3, Vec4};
 
 /// `View` of view.wgsl.
 #[repr(C)]
@@ -54,6 +54,28 @@ impl Eye {
     }
 }
 
+/// What a picture is seen by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// The camera.
+    pub clip_from_world: Mat4,
+    /// Where it is.
+    pub eye: Eye,
+    /// Pixels of the picture.
+    pub size: Vec2,
+}
+
+impl Look {
+    /// Where details are seen from in these pictures, the first of which is an eye's own: from the middle between both.
+    #[must_use]
+    pub fn middle(looks: &[Self], own: Eye) -> Eye {
+        match looks {
+            [Self { eye: Eye::At(a), .. }, Self { eye: Eye::At(b), .. }] => Eye::At((*a + *b) * 0.5),
+            _ => own,
+        }
+    }
+}
+
 /// A cluster of a chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ClusterRef {
@@ -74,30 +96,33 @@ pub fn frustum_planes(clip_from_world: &Mat4) -> [Vec4; 5] {
     })
 }
 
-/// The clusters that a view meets, in the order in which they are drawn: those that show a front, the nearest chunk first; then
-/// those that show nothing but backs, unless they are part of a closed body. Stone is seen from both sides, but most backs lie
+/// The clusters that any of these views meets, in the order in which they are drawn: those that show a front, the chunk that is nearest to the first view
+/// first; then those that show nothing but backs, unless they are part of a closed body. Stone is seen from both sides, but most backs lie
 /// behind fronts, and there the depth test refuses them before they are shaded.
 #[must_use]
-pub fn cull(chunks: &[GpuChunk], clip_from_world: &Mat4, eye: Eye) -> Vec<ClusterRef> {
-    let planes = frustum_planes(clip_from_world);
+pub fn cull(chunks: &[GpuChunk], looks: &[Look]) -> Vec<ClusterRef> {
+    let Some(first) = looks.first() else { return Vec::new() };
+    let planes: Vec<[Vec4; 5]> = looks.iter().map(|look| frustum_planes(&look.clip_from_world)).collect();
     let mut order: Vec<(f32, usize)> = Vec::new();
     for (index, chunk) in chunks.iter().enumerate() {
         let (low, high) = chunk.kept.bounds;
         let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
-        let inside = planes.iter().all(|plane| {
-            let normal = plane.truncate();
-            normal.dot(center) + plane.w >= -normal.abs().dot(half)
-        });
-        if inside {
-            order.push((eye.distance((low, high)), index));
+        let is_inside = |planes: &[Vec4; 5]| {
+            planes.iter().all(|plane| {
+                let normal = plane.truncate();
+                normal.dot(center) + plane.w >= -normal.abs().dot(half)
+            })
+        };
+        if planes.iter().any(is_inside) {
+            order.push((first.eye.distance((low, high)), index));
         }
     }
     order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let (mut seen, mut backs) = (Vec::new(), Vec::new());
     for (_, index) in order {
         for (number, cluster) in chunks[index].kept.clusters.iter().enumerate() {
-            if cluster.meets(&planes) {
-                let side = match cluster.faces_away(eye) {
+            if planes.iter().any(|planes| cluster.meets(planes)) {
+                let side = match looks.iter().all(|look| cluster.faces_away(look.eye)) {
                     true if chunks[index].closed => continue,
                     true => &mut backs,
                     false => &mut seen,
@@ -143,6 +168,32 @@ pub(super) mod tests {
         }
     }
 
+    fn look(clip_from_world: Mat4, eye: Eye) -> Look {
+        Look { clip_from_world, eye, size: Vec2::new(1024.0, 768.0) }
+    }
+
+    #[test]
+    fn what_one_eye_of_two_sees_is_kept_for_both() {
+        let x = |x: f32| quad_at(Vec3::new(x, 0.0, -4.0), 0);
+        let mut chunks = [x(-4.0), x(0.0), x(4.0), x(40.0)];
+        let clip = Mat4::perspective_infinite_reverse_rh(1.0, 1.0, 0.1);
+        let eye = |x: f32| look(clip * Mat4::from_translation(Vec3::NEG_X * x), Eye::At(Vec3::X * x));
+        let of = |looks: &[Look], chunks: &[GpuChunk]| cull(chunks, looks).iter().map(|one| one.chunk).collect::<Vec<_>>();
+        assert_eq!((of(&[eye(-1.5)], &chunks), of(&[eye(1.5)], &chunks)), (vec![1, 0], vec![1, 2]));
+        assert_eq!(of(&[eye(-1.5), eye(1.5)], &chunks), [1, 0, 2]);
+        // A back of a closed body that one of them sees the front of.
+        for chunk in &mut chunks {
+            chunk.closed = true;
+        }
+        let behind = look(
+            clip * Mat4::from_rotation_y(std::f32::consts::PI) * Mat4::from_translation(Vec3::Z * 8.0),
+            Eye::At(Vec3::Z * -8.0),
+        );
+        assert!(of(&[behind], &chunks).is_empty());
+        assert_eq!(of(&[eye(0.0), behind], &chunks)[..1], [1]);
+        assert_eq!(Look::middle(&[eye(-1.0), eye(2.0)], Eye::At(Vec3::ZERO)), Eye::At(Vec3::X * 0.5));
+    }
+
     #[test]
     fn culling_keeps_what_is_seen_and_sorts_it_by_distance() {
         let chunks = [
@@ -152,7 +203,7 @@ pub(super) mod tests {
             quad_at(Vec3::new(40.0, 0.0, -5.0), 18),
         ];
         let clip = Mat4::perspective_infinite_reverse_rh(1.0, 1.0, 0.1);
-        let seen = cull(&chunks, &clip, Eye::At(Vec3::ZERO));
+        let seen = cull(&chunks, &[look(clip, Eye::At(Vec3::ZERO))]);
         assert_eq!(seen.iter().map(|one| one.chunk).collect::<Vec<_>>(), [1, 0]);
         assert_eq!(Seen::clusters(&chunks, &seen, &[]).draws, [1, 0].map(|chunk| Draw { chunk, indices: 0..6 }));
     }
@@ -164,10 +215,10 @@ pub(super) mod tests {
         turned.clusters[0].cone_axis *= -1.0;
         chunks[0].kept = Arc::new(turned);
         let clip = Mat4::perspective_infinite_reverse_rh(1.0, 1.0, 0.1);
-        let seen = cull(&chunks, &clip, Eye::At(Vec3::ZERO));
+        let seen = cull(&chunks, &[look(clip, Eye::At(Vec3::ZERO))]);
         assert_eq!(seen.iter().map(|one| one.chunk).collect::<Vec<_>>(), [1, 0]);
         chunks[0].closed = true;
-        let seen = cull(&chunks, &clip, Eye::At(Vec3::ZERO));
+        let seen = cull(&chunks, &[look(clip, Eye::At(Vec3::ZERO))]);
         assert_eq!(seen.iter().map(|one| one.chunk).collect::<Vec<_>>(), [1]);
     }
 
@@ -177,13 +228,13 @@ pub(super) mod tests {
         let chunks = [quad_at(Vec3::new(30.0, 0.0, -5.0), 0), quad_at(Vec3::new(-30.0, 0.0, 20.0), 6)];
         let clip = Mat4::orthographic_rh(-40.0, 40.0, -40.0, 40.0, 100.0, -100.0);
         for (forward, wanted) in [(Vec3::NEG_Z, [1, 0]), (Vec3::Z, [0, 1])] {
-            let seen = cull(&chunks, &clip, Eye::Along(forward));
+            let seen = cull(&chunks, &[look(clip, Eye::Along(forward))]);
             assert_eq!(seen.iter().map(|one| one.chunk).collect::<Vec<_>>(), wanted);
         }
         let mut closed = chunks;
         closed.iter_mut().for_each(|chunk| chunk.closed = true);
         for (forward, wanted) in [(Vec3::NEG_Z, 2), (Vec3::Z, 0)] {
-            let seen = cull(&closed, &clip, Eye::Along(forward));
+            let seen = cull(&closed, &[look(clip, Eye::Along(forward))]);
             assert_eq!(seen.len(), wanted);
         }
     }

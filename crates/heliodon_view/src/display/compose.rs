@@ -3,7 +3,7 @@
 //! Each eye's picture is drawn whole, into a texture of its own: on processors that is the quick way of drawing (docs/decisions/008-drawing-stone.md),
 //! and it lets every kind of stereo, blending and correction be one small pass. That pass costs 3 ms for 1024x768 pixels on llvmpipe.
 
-use bevy::asset::uuid::Uuid;
+use crate::fullscreen::{self, Fullscreen, FullscreenPipelines};
 use bevy::core_pipeline::core_3d::main_opaque_pass_3d;
 use bevy::core_pipeline::schedule::{Core3d, Core3dSystems};
 use bevy::prelude::*;
@@ -15,17 +15,15 @@ use bevy::render::renderer::{RenderContext, RenderDevice, ViewQuery};
 use bevy::render::texture::{FallbackImage, GpuImage};
 use bevy::render::view::{ExtractedView, ViewTarget};
 use bevy::render::{Render, RenderApp, RenderSystems};
-use bevy::shader::Shader;
 use bytemuck::{Pod, Zeroable};
 use heliodon_bundle::display::{ScreenEntry, Stereo};
-use std::collections::HashMap;
 use std::num::NonZeroU64;
 
 /// The pass's shader.
 pub(crate) const COMPOSE_WGSL: &str = include_str!("compose.wgsl");
 
-/// The shader's name among the assets: a random number.
-const SHADER: Uuid = Uuid::from_u128(0x2f6b_0d55_91c8_4e17_a3d4_77e0_5b1c_9a68);
+const PASS: Fullscreen =
+    Fullscreen { uuid: 0x2f6b_0d55_91c8_4e17_a3d4_77e0_5b1c_9a68, name: "compose", wgsl: COMPOSE_WGSL, blend: None };
 
 /// `Compose` of compose.wgsl.
 #[repr(C)]
@@ -88,14 +86,9 @@ impl Composer {
     }
 }
 
-/// The pass's layout and pipelines.
+/// The pass's pipelines.
 #[derive(Resource)]
-struct ComposePipelines {
-    layout: BindGroupLayoutDescriptor,
-    sampler: Option<Sampler>,
-    shader: Option<Handle<Shader>>,
-    made: HashMap<TextureFormat, CachedRenderPipelineId>,
-}
+struct ComposePipelines(FullscreenPipelines);
 
 impl Default for ComposePipelines {
     fn default() -> Self {
@@ -109,30 +102,7 @@ impl Default for ComposePipelines {
         );
         let layout =
             BindGroupLayoutDescriptor::new("compose", &BindGroupLayoutEntries::sequential(ShaderStages::FRAGMENT, entries));
-        Self { layout, sampler: None, shader: None, made: HashMap::new() }
-    }
-}
-
-impl ComposePipelines {
-    fn pipeline(&mut self, cache: &mut PipelineCache, format: TextureFormat) -> CachedRenderPipelineId {
-        let shader = self.shader.get_or_insert_with(|| {
-            cache.set_shader(AssetId::Uuid { uuid: SHADER }, Shader::from_wgsl(COMPOSE_WGSL, "heliodon/compose.wgsl"));
-            Handle::Uuid(SHADER, std::marker::PhantomData)
-        });
-        *self.made.entry(format).or_insert_with(|| {
-            cache.queue_render_pipeline(RenderPipelineDescriptor {
-                label: Some("compose".into()),
-                layout: vec![self.layout.clone()],
-                vertex: VertexState { shader: shader.clone(), entry_point: Some("vertex".into()), ..default() },
-                fragment: Some(FragmentState {
-                    shader: shader.clone(),
-                    entry_point: Some("fragment".into()),
-                    targets: vec![Some(ColorTargetState { format, blend: None, write_mask: ColorWrites::ALL })],
-                    ..default()
-                }),
-                ..default()
-            })
-        })
+        Self(FullscreenPipelines::new(PASS, layout))
     }
 }
 
@@ -174,23 +144,17 @@ fn prepare(
         let [Some(left), Some(right)] = composer.eyes.each_ref().map(picture) else { continue };
         let overlay = composer.overlay.as_ref().and_then(picture).unwrap_or(&fallback.d2.texture_view);
         let of = ([left, right, overlay].map(|view| view.id()), composer.uniform);
-        let pipeline = pipelines.pipeline(&mut cache, view.target_format);
+        let pipeline = pipelines.0.pipeline(&mut cache, view.target_format, 1);
         if before.is_some_and(|before| before.of == of && before.pipeline == pipeline) {
             continue;
         }
-        let descriptor = SamplerDescriptor {
-            label: Some("compose"),
-            mag_filter: FilterMode::Linear,
-            min_filter: FilterMode::Linear,
-            ..default()
-        };
-        let sampler = pipelines.sampler.get_or_insert_with(|| device.create_sampler(&descriptor)).clone();
+        let sampler = pipelines.0.sampler(&device);
         let buffer = device.create_buffer_with_data(&BufferInitDescriptor {
             label: Some("compose"),
             contents: bytemuck::bytes_of(&composer.uniform),
             usage: BufferUsages::UNIFORM,
         });
-        let layout = cache.get_bind_group_layout(&pipelines.layout);
+        let layout = cache.get_bind_group_layout(&pipelines.0.layout);
         let entries = BindGroupEntries::sequential((buffer.as_entire_buffer_binding(), left, right, overlay, &sampler));
         let group = device.create_bind_group("compose", &layout, &entries);
         commands.entity(entity).insert(Composition { pipeline, group, of });
@@ -200,15 +164,5 @@ fn prepare(
 fn compose(view: ViewQuery<(&ViewTarget, &Composition)>, cache: Res<PipelineCache>, mut context: RenderContext) {
     let (target, composition) = view.into_inner();
     let Some(pipeline) = cache.get_render_pipeline(composition.pipeline) else { return };
-    let mut pass = context.command_encoder().begin_render_pass(&RenderPassDescriptor {
-        label: Some("compose"),
-        color_attachments: &[Some(target.get_color_attachment())],
-        depth_stencil_attachment: None,
-        timestamp_writes: None,
-        occlusion_query_set: None,
-        multiview_mask: None,
-    });
-    pass.set_pipeline(pipeline);
-    pass.set_bind_group(0, &*composition.group, &[]);
-    pass.draw(0..3, 0..1);
+    fullscreen::draw(&mut context, target, "compose", pipeline, &composition.group);
 }

@@ -3,6 +3,7 @@
 use super::compose::Composer;
 use super::eyes::RoomEye;
 use super::{Room, Side};
+use crate::daylight::StereoPair;
 use bevy::camera::RenderTarget;
 use bevy::camera::visibility::RenderLayers;
 use bevy::prelude::*;
@@ -84,6 +85,10 @@ pub(crate) fn spawn_eye(world: &mut World, eye: RoomEye, size: UVec2, samples: u
     let order = (eye.screen * 2 + usize::from(eye.side == Side::Right)) as isize;
     let camera = Camera { order, ..default() };
     let entity = world.spawn((eye, camera, Msaa::from_samples(samples), RenderTarget::from(image.clone()))).id();
+    if eye.side != Side::Middle {
+        // Nothing may be in one eye's picture and not in the other's.
+        world.entity_mut(entity).insert(StereoPair(eye.screen as u32));
+    }
     (entity, image)
 }
 

@@ -61,6 +61,9 @@ pub(super) fn list_help(input: Res<Input>, wand: Res<WandInput>, mut columns: Qu
 /// The smallest window that has room for text and timeline.
 const LEAST_PX: Vec2 = Vec2::new(300.0, 230.0);
 
+/// The narrowest window in which text and help stand side by side.
+const BOTH_PX: f32 = 1000.0;
+
 /// How often the frame time is told, in seconds: figures that change with every frame cannot be read.
 const TELL_EVERY_S: f32 = 0.4;
 
@@ -116,9 +119,10 @@ pub(super) fn show_parts(
 ) {
     // In a window too small for both, text and timeline would lie on each other.
     let room = windows.iter().all(|window| window.width() >= LEAST_PX.x && window.height() >= LEAST_PX.y);
+    let narrow = windows.iter().any(|window| window.width() < BOTH_PX);
     let seen = |shown: bool| if shown { Visibility::Inherited } else { Visibility::Hidden };
     hud.iter_mut().for_each(|mut part| {
-        part.set_if_neq(seen(visibility.shown && room));
+        part.set_if_neq(seen(visibility.shown && room && !(visibility.help && narrow)));
     });
     help.iter_mut().for_each(|mut part| {
         part.set_if_neq(seen(visibility.help));

@@ -29,8 +29,6 @@ enum Source {
     Recording(Player),
     /// Keyboard and mouse; where the head is, and its heading and pitch.
     Simulated(simulated::Head),
-    /// Whoever calls [`Trackers::report`]: the headset.
-    Headset,
 }
 
 struct Tracker {
@@ -72,7 +70,7 @@ fn settings(display: &Display, number: usize, entry: &TrackerEntry) -> Result<Se
     let smooth = |beta: f64| OneEuro { min_cutoff_hz: entry.smoothing_hz as f32, beta: beta as f32, ..usual.position };
     let filter = match entry.protocol {
         // What was recorded or moved by hand is shown as it is.
-        Protocol::Recording | Protocol::Simulated | Protocol::Openxr => FilterSettings::unfiltered(),
+        Protocol::Recording | Protocol::Simulated => FilterSettings::unfiltered(),
         Protocol::Osc | Protocol::Dtrack => {
             let (position, orientation) = match entry.smoothing_hz > 0.0 {
                 true => (smooth(entry.smoothing_beta), smooth(entry.smoothing_beta / 3.0)),
@@ -134,7 +132,6 @@ impl Trackers {
                         .map_err(|why| why.to_string())
                 }
                 Protocol::Simulated => Ok(Source::Simulated(simulated::Head::default())),
-                Protocol::Openxr => Ok(Source::Headset),
             };
             match source {
                 Ok(source) => trackers.push(Tracker {
@@ -173,21 +170,11 @@ impl Trackers {
         self.clock_s.unwrap_or_else(|| self.start.elapsed().as_secs_f64())
     }
 
-    /// Takes the pose of a body that a headset tells, in the room; none: it does not see it.
-    pub fn report(&mut self, body: BodyKind, pose: Option<Pose>) {
-        let arrival_s = self.now_s();
-        for tracker in self.trackers.iter_mut().filter(|tracker| matches!(tracker.source, Source::Headset)) {
-            if let Some(index) = tracker.bodies.iter().position(|known| *known == body) {
-                let sight = pose.map_or(heliodon_track::report::Sight::Lost, heliodon_track::report::Sight::Pose);
-                tracker.follower.report(&Report::of(index, arrival_s).with_sight(sight));
-            }
-        }
-    }
-
-    /// Each tracker's name, what it counted with how long ago its newest report arrived, and whether each of its bodies is seen.
+    /// Each tracker's name but for keyboards, what it counted with how long ago its newest report arrived, and whether each of its bodies is seen.
     pub fn told(&self) -> impl Iterator<Item = (&str, Statistics, Vec<(BodyKind, State)>)> {
         let now_s = self.now_s();
-        self.trackers.iter().map(move |tracker| {
+        let hardware = self.trackers.iter().filter(|tracker| !matches!(tracker.source, Source::Simulated(_)));
+        hardware.map(move |tracker| {
             let seen = |(index, body): (usize, &BodyKind)| (*body, tracker.follower.state(index, now_s));
             (tracker.name.as_str(), tracker.follower.statistics(now_s), tracker.bodies.iter().enumerate().map(seen).collect())
         })
@@ -233,7 +220,7 @@ fn follow(mut trackers: ResMut<Trackers>, mut room: ResMut<Room>, mut wand_input
                 player.reports(now_s, now_s, &mut trackers.reports);
                 trackers.reports.drain(..).for_each(|report| tracker.follower.report(&report));
             }
-            Source::Simulated(_) | Source::Headset => {}
+            Source::Simulated(_) => {}
         }
         for (index, body) in tracker.bodies.iter().enumerate() {
             let lost = matches!(tracker.follower.state(index, now_s), State::Lost { .. });
