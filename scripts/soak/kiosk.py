@@ -5,7 +5,7 @@
 Starts Xvfb and `heliodon view BUNDLE --display FILE` (without one: FlatWorld's two walls in stereo, small windows, a kiosk that begins anew after two minutes), moves a
 tracked head by OSC all the time, loses it now and then, floods its port with packets that are none, lets a show-control system set the exposure every minute, and asks for the hour
 every half second. Prints one JSON object: resident memory after five minutes and at the end and its growth, days that passed beside those that should have, frames and slow ones from the
-kiosk's log. Needs Xvfb (Debian: xvfb) and Python 3 only.
+kiosk's log. DIR/memory.csv has resident memory in KiB by seconds. Needs Xvfb (Debian: xvfb) and Python 3 only.
 """
 import argparse
 import json
@@ -164,6 +164,8 @@ def main():
     finally:
         viewer.kill()
         server.terminate()
+    with open(os.path.join(folder, "memory.csv"), "w") as file:
+        file.writelines(f"{at:.1f},{kib}\n" for at, kib in memory)
     settled = [kib for at, kib in memory if 300 <= at < 420] or [kib for _, kib in memory[-20:]]
     final = [kib for at, kib in memory if at > memory[-1][0] - 120]
     middle = lambda values: sorted(values)[len(values) // 2]
@@ -176,7 +178,6 @@ def main():
         "resident_mib_at_end": round(middle(final) / 1024, 1),
         "growth_percent": round(100 * (middle(final) / middle(settled) - 1), 2),
         "days": days,
-        # Frames' time is clipped nowhere but at Bevy's quarter of a second, so slow frames lengthen a day.
         "days_by_the_clock": round(watched / DAY_S, 2),
         "answers": answers,
         "without_an_answer": silent,

@@ -1,7 +1,9 @@
 //! A device without a window, and what can go wrong with one.
 
 use crate::DeviceFault;
-use wgpu::{Adapter, Device, DeviceDescriptor, Instance, InstanceDescriptor, PowerPreference, Queue, RequestAdapterOptions};
+use wgpu::{
+    Adapter, Backends, Device, DeviceDescriptor, Instance, InstanceDescriptor, PowerPreference, Queue, RequestAdapterOptions,
+};
 
 /// Why a GPU gave no answer.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -49,7 +51,9 @@ pub struct Headless {
 /// # Errors
 /// [`GpuError::NoAdapter`], or what the driver says.
 pub fn headless() -> Result<Headless, GpuError> {
-    let instance = Instance::new(InstanceDescriptor::new_without_display_handle());
+    // OpenGL, which other crates of a program may switch on, has not what is needed.
+    let backends = Backends::from_env().unwrap_or(Backends::PRIMARY);
+    let instance = Instance::new(InstanceDescriptor { backends, ..InstanceDescriptor::new_without_display_handle() });
     let options = RequestAdapterOptions { power_preference: PowerPreference::HighPerformance, ..Default::default() };
     let adapter =
         pollster::block_on(instance.request_adapter(&options)).map_err(|error| GpuError::NoAdapter(error.to_string()))?;

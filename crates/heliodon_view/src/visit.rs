@@ -8,13 +8,25 @@ use crate::kiosk::{Kiosk, frame_watch};
 use crate::stage::Stage;
 use crate::time_lapse::{Blend, TimeLapse};
 use bevy::prelude::*;
+use bevy::render::RenderPlugin;
+use bevy::render::settings::{Backends, WgpuSettings};
 use heliodon_bundle::ReadError;
 use heliodon_bundle::display::{Display, Preset};
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// Our own warnings are told, other people's errors.
 pub(crate) const LOG_FILTER: &str = "error,heliodon_view=warn";
+
+/// Bevy's renderer on Vulkan, Metal or DirectX: OpenGL, which crates beside us switch on, has not what is needed.
+pub(crate) fn graphics() -> RenderPlugin {
+    let backends = Some(Backends::from_env().unwrap_or(Backends::PRIMARY));
+    RenderPlugin { render_creation: WgpuSettings { backends, ..default() }.into(), ..default() }
+}
+
+/// What a frame of an installation counts for at most.
+const LONGEST_FRAME: Duration = Duration::from_secs(10);
 
 /// What a visit begins with.
 #[derive(Clone, Debug)]
@@ -80,6 +92,8 @@ impl VisitOptions {
             let log = settings.log.as_ref().map(|log| display.resolve(log));
             world.insert_resource(frame_watch(settings, log));
             world.insert_resource(Kiosk::new(settings.clone(), self.day_seconds));
+            // An installation's day keeps to the clock, however long a frame takes.
+            world.resource_mut::<Time<Virtual>>().set_max_delta(LONGEST_FRAME);
         }
         if display.display.hud.as_deref() == Some("none") {
             world.resource_mut::<HudVisibility>().shown = false;

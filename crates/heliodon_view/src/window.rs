@@ -4,7 +4,7 @@ use crate::daylight::DaylightCamera;
 use crate::display::{self, Room};
 use crate::navigation::Visitor;
 use crate::tracking::Trackers;
-use crate::visit::{LOG_FILTER, VisitOptions};
+use crate::visit::{LOG_FILTER, VisitOptions, graphics};
 use crate::{HeliodonPlugins, VisitPlugins};
 use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
@@ -86,6 +86,7 @@ pub fn run_window(folder: impl AsRef<Path>, options: &WindowOptions) -> Result<(
     let mut app = App::new();
     app.add_plugins(
         DefaultPlugins
+            .set(graphics())
             .set(WindowPlugin { primary_window: Some(window), close_when_requested, exit_condition, ..default() })
             // Other people's remarks are for those who ask for them.
             .set(LogPlugin { level: Level::WARN, filter: LOG_FILTER.to_owned(), ..default() }),

@@ -13,6 +13,7 @@ use crate::stage::{Stage, StageStatus};
 use crate::time_lapse::TimeLapse;
 use crate::time_lapse::exposure::Exposure;
 use crate::tonemap::ToneCurve;
+use crate::visit::graphics;
 use bevy::app::PluginGroupBuilder;
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
@@ -33,7 +34,7 @@ const STILL_LEVEL: u32 = 4;
 pub(crate) fn without_a_window() -> PluginGroupBuilder {
     DefaultPlugins
         .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
-        .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
+        .set(RenderPlugin { synchronous_pipeline_compilation: true, ..graphics() })
         .disable::<WinitPlugin>()
         .disable::<LogPlugin>()
 }

@@ -13,6 +13,7 @@ mod digits;
 mod eyes;
 mod hands;
 mod mirror;
+mod models;
 pub mod play;
 mod profiles;
 mod reach;
@@ -62,6 +63,7 @@ bevy::app::plugin_group! {
         controllers:::ControllersPlugin,
         turn:::TurnPlugin,
         timeline:::TimelinePlugin,
+        models:::ModelsPlugin,
         vignette:::VignettePlugin,
         mirror:::MirrorPlugin,
     }

@@ -5,6 +5,7 @@ use super::session::SessionPlugin;
 use super::watch::{Tally, Told, WatchPlugin};
 use super::{HeadsetPlugins, HeadsetSettings, mirror};
 use crate::display::Room;
+use crate::hud::clock_text;
 use crate::visit::{LOG_FILTER, VisitOptions};
 use crate::{HeliodonPlugins, VisitPlugins};
 use bevy::app::{PluginGroupBuilder, ScheduleRunnerPlugin};
@@ -25,6 +26,8 @@ use bevy_mod_xr::camera::XrCameraPlugin;
 use bevy_mod_xr::session::XrSessionPlugin;
 use heliodon_bundle::display::Navigation;
 use heliodon_bundle::{BundleReader, ConfigError, ReadError};
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -74,6 +77,14 @@ pub struct HeadsetReport {
     pub headset: String,
     /// Size of an eye's picture.
     pub resolution: [u32; 2],
+    /// Where the visitor's platform was at the end, and how far it had turned clockwise, degrees.
+    pub eye: [f32; 3],
+    /// See [`Self::eye`].
+    pub heading_deg: f32,
+    /// Local time at the end, seconds after midnight.
+    pub clock_s: f64,
+    /// Whether the day was passing.
+    pub playing: bool,
     /// Pictures that were written.
     pub pictures: Vec<PathBuf>,
 }
@@ -90,6 +101,10 @@ impl HeadsetReport {
             runtime,
             headset,
             resolution: told.resolution,
+            eye: told.eye.to_array(),
+            heading_deg: told.yaw_rad.to_degrees(),
+            clock_s: told.clock_s,
+            playing: told.playing,
             pictures,
         }
     }
@@ -110,17 +125,22 @@ impl HeadsetReport {
     #[must_use]
     pub fn json(&self) -> String {
         let pictures: Vec<String> = self.pictures.iter().map(|path| json_string(&path.display().to_string())).collect();
-        let [width, height] = self.resolution;
-        format!(
-            "{{\"frames\": {}, \"seconds\": {:.3}, \"frame_ms\": {:.2}, \"work_ms\": {:.2}, \"runtime\": {}, \"headset\": {}, \"resolution\": [{width}, {height}], \"pictures\": [{}]}}",
-            self.frames,
-            self.seconds,
-            self.frame_ms(),
-            self.work_ms(),
-            json_string(&self.runtime),
-            json_string(&self.headset),
-            pictures.join(", ")
-        )
+        let ([width, height], [x, y, z]) = (self.resolution, self.eye);
+        let fields = [
+            format!("\"frames\": {}", self.frames),
+            format!("\"seconds\": {:.3}", self.seconds),
+            format!("\"frame_ms\": {:.2}", self.frame_ms()),
+            format!("\"work_ms\": {:.2}", self.work_ms()),
+            format!("\"runtime\": {}", json_string(&self.runtime)),
+            format!("\"headset\": {}", json_string(&self.headset)),
+            format!("\"resolution\": [{width}, {height}]"),
+            format!("\"eye\": [{x:.3}, {y:.3}, {z:.3}]"),
+            format!("\"heading_deg\": {:.2}", self.heading_deg),
+            format!("\"clock\": {}", json_string(&clock_text(self.clock_s))),
+            format!("\"playing\": {}", self.playing),
+            format!("\"pictures\": [{}]", pictures.join(", ")),
+        ];
+        format!("{{{}}}", fields.join(", "))
     }
 }
 
@@ -242,7 +262,6 @@ pub fn run_headset(folder: impl AsRef<Path>, options: &HeadsetOptions) -> Result
     app.add_plugins(bevys_plugins(render_creation, mirror));
     if has_mirror {
         app.insert_resource(WinitSettings { focused_mode: UpdateMode::Continuous, unfocused_mode: UpdateMode::Continuous });
-        mirror::spawn(app.world_mut());
     } else {
         app.add_plugins(ScheduleRunnerPlugin::run_loop(IDLE_FRAME));
     }
@@ -262,14 +281,34 @@ pub fn run_headset(folder: impl AsRef<Path>, options: &HeadsetOptions) -> Result
         .add_plugins((HeliodonPlugins, VisitPlugins, HeadsetPlugins));
     options.visit.begin(&mut app, folder.as_ref(), &display)?;
     app.world_mut().spawn(visitor);
-
-    let exit = app.run();
-    let told = tally.told().clone();
-    match (told.fault.clone(), exit) {
-        (Some(why), _) => Err(HeadsetError::Broken { runtime: name, frames: told.frames, why }),
-        (None, AppExit::Error(code)) => Err(HeadsetError::Ended(code.get())),
-        (None, AppExit::Success) => Ok(HeadsetReport::new(&told, name, headset)),
+    if has_mirror {
+        mirror::spawn(app.world_mut());
     }
+
+    let exit = run(&mut app);
+    let told = tally.told().clone();
+    let broken = |why: String| HeadsetError::Broken { runtime: name.clone(), frames: told.frames, why };
+    match (told.fault.clone(), exit) {
+        (Some(why), _) | (None, Err(why)) => Err(broken(why)),
+        (None, Ok(AppExit::Error(code))) => Err(HeadsetError::Ended(code.get())),
+        (None, Ok(AppExit::Success)) => Ok(HeadsetReport::new(&told, name, headset)),
+    }
+}
+
+/// Runs the app. A runtime that breaks down in the middle of a frame lets bevy_mod_openxr 0.6 panic, where it begins frames and takes and gives back images: that
+/// is told like any other end of a visit. Other panics go on.
+fn run(app: &mut App) -> Result<AppExit, String> {
+    catch_unwind(AssertUnwindSafe(|| app.run())).or_else(|panic| match lost(&*panic) {
+        Some(why) => Err(why),
+        None => resume_unwind(panic),
+    })
+}
+
+/// What of a panic is a result of the runtime's that ends a session.
+fn lost(panic: &(dyn Any + Send)) -> Option<String> {
+    let said = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied())?;
+    const ENDS: [&str; 3] = ["ERROR_INSTANCE_LOST", "ERROR_SESSION_LOST", "ERROR_RUNTIME_FAILURE"];
+    ENDS.iter().any(|end| said.contains(end)).then(|| format!("it broke down in the middle of a frame: {said}"))
 }
 
 #[cfg(test)]
@@ -287,15 +326,29 @@ mod tests {
             waited: Duration::from_secs(1),
             resolution: [320, 240],
             pictures: vec!["b\\right.png".into(), "a\"left.png".into()],
+            eye: Vec3::new(1.0, 1.65, -2.0),
+            yaw_rad: std::f32::consts::FRAC_PI_2,
+            clock_s: 9.5 * 3600.0,
+            playing: true,
             fault: None,
         };
         let report = HeadsetReport::new(&told, "Monado\n25".to_owned(), String::new());
         assert_eq!(
             report.json(),
             "{\"frames\": 101, \"seconds\": 5.000, \"frame_ms\": 50.00, \"work_ms\": 40.00, \"runtime\": \"Monado\\u000a25\", \"headset\": \"\", \
-             \"resolution\": [320, 240], \"pictures\": [\"a\\\"left.png\", \"b\\\\right.png\"]}"
+             \"resolution\": [320, 240], \"eye\": [1.000, 1.650, -2.000], \"heading_deg\": 90.00, \"clock\": \"09:30\", \"playing\": true, \
+             \"pictures\": [\"a\\\"left.png\", \"b\\\\right.png\"]}"
         );
         assert_eq!(HeadsetReport::new(&Told::default(), String::new(), String::new()).frame_ms(), 0.0);
+    }
+
+    #[test]
+    fn only_what_a_runtime_breaks_off_is_taken_for_its_end() {
+        let panics = |with: &'static str| catch_unwind(|| std::panic::panic_any(with.to_owned())).unwrap_err();
+        assert!(lost(&*panics("Failed to begin frame: ERROR_SESSION_LOST")).is_some_and(|why| why.contains("begin frame")));
+        assert!(lost(&*panics("called `Result::unwrap()` on an `Err` value: OpenXrError(ERROR_INSTANCE_LOST)")).is_some());
+        assert_eq!(lost(&*panics("index out of bounds")), None);
+        assert_eq!(lost(&7_u32), None);
     }
 
     #[test]

@@ -27,7 +27,7 @@ const ON_FLOOR_M: f32 = 1.2;
 
 /// Where it stands on the floor, as a desk does: before the feet, so far that a glance down finds it, and leaning back.
 const FLOOR: Vec3 = Vec3::new(0.0, 0.3, -1.8);
-const LEANS_RAD: f32 = 1.0;
+const LEANS_RAD: f32 = 0.9;
 
 /// Where it lies on a wrist, from where the hand grips: behind the hand and above its back.
 const WRIST: Vec3 = Vec3::new(-0.045, 0.09, 0.0);

@@ -7,6 +7,7 @@ use crate::input::{Action, Actions};
 use crate::navigation::{Travel, Visitor};
 use bevy::prelude::*;
 use heliodon_track::pose::Pose;
+use std::f32::consts::{PI, TAU};
 
 /// How far a stick is pushed to turn, and how far it must come back to turn again.
 const PUSHED: f32 = 0.6;
@@ -33,7 +34,7 @@ impl SnapTurn {
 /// Turns a visitor by `by_rad` clockwise, so that a head on the platform stays where it is.
 pub fn turn_about(visitor: &mut Visitor, head_on_platform: Vec3, by_rad: f32) {
     let before = world_from_platform(visitor).point(head_on_platform);
-    visitor.pose.yaw_rad = (visitor.pose.yaw_rad + by_rad) % std::f32::consts::TAU;
+    visitor.pose.yaw_rad = (visitor.pose.yaw_rad + by_rad) % TAU;
     let after = world_from_platform(visitor).point(head_on_platform);
     visitor.pose.eye += (before - after) * Vec3::new(1.0, 0.0, 1.0);
 }
@@ -112,12 +113,13 @@ fn tell_carried(
     before: Res<Before>,
     mut carried: ResMut<Carried>,
 ) {
-    let now = visitors.iter().next().map(world_from_platform);
+    let now = visitors.iter().next().map(|visitor| (visitor.pose.yaw_rad, world_from_platform(visitor)));
     let head = hands.head.map_or(Vec3::ZERO, |head| (play.platform_from_play * head).position);
     let found = match (before.world_from_platform, now) {
-        (Some(before_m), Some(now)) if !before.snapped => {
-            let moved_m = before_m.point(head).distance(now.point(head));
-            let turned_rad = before_m.orientation.angle_between(now.orientation);
+        (Some(was), Some((yaw_rad, is))) if !before.snapped => {
+            let moved_m = was.point(head).distance(is.point(head));
+            // The shorter way round.
+            let turned_rad = ((yaw_rad - before.yaw_rad + PI).rem_euclid(TAU) - PI).abs();
             let seconds = time.delta_secs().max(1e-3);
             match moved_m < FARTHEST_M {
                 true => Carried { speed_m_s: moved_m / seconds, turn_rad_s: turned_rad / seconds },

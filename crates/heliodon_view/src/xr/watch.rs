@@ -2,7 +2,9 @@
 
 use super::eyes::Eye;
 use super::run::XrOptions;
+use crate::navigation::Visitor;
 use crate::stage::{Stage, StageStatus};
+use crate::time_lapse::TimeLapse;
 use bevy::camera::RenderTarget;
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
@@ -36,6 +38,11 @@ pub(super) struct Told {
     pub waited: Duration,
     /// Size of an eye's picture.
     pub resolution: [u32; 2],
+    /// Where the visitor's platform is, how far it is turned, and what hour it is.
+    pub eye: Vec3,
+    pub yaw_rad: f32,
+    pub clock_s: f64,
+    pub playing: bool,
     /// Pictures that were written.
     pub pictures: Vec<PathBuf>,
     /// The first thing that went wrong.
@@ -97,9 +104,7 @@ pub(super) struct WatchPlugin {
 impl Plugin for WatchPlugin {
     fn build(&self, app: &mut App) {
         let watch = Watch { options: self.options.clone(), begun: Instant::now(), stand: Stand::Goes };
-        app.insert_resource(self.tally.clone())
-            .insert_resource(watch)
-            .add_systems(Last, (note_resolution, end_in_time).chain());
+        app.insert_resource(self.tally.clone()).insert_resource(watch).add_systems(Last, (note, end_in_time).chain());
         app.sub_app_mut(RenderApp).insert_resource(self.tally.clone()).init_resource::<AsksForImage>().add_systems(
             Render,
             (
@@ -131,13 +136,16 @@ fn count_frames(state: Option<Res<OxrFrameState>>, tally: Res<Tally>) {
     }
 }
 
-fn note_resolution(config: Option<Res<OxrCurrentSessionConfig>>, tally: Res<Tally>) {
+/// Notes what a report tells of the end: nobody knows which frame will be the last.
+fn note(config: Option<Res<OxrCurrentSessionConfig>>, visitors: Query<&Visitor>, lapse: Res<TimeLapse>, tally: Res<Tally>) {
+    let mut told = tally.told();
     if let Some(config) = config {
-        let size = config.resolution.to_array();
-        if tally.told().resolution != size {
-            tally.told().resolution = size;
-        }
+        told.resolution = config.resolution.to_array();
     }
+    if let Some(visitor) = visitors.iter().next() {
+        (told.eye, told.yaw_rad) = (visitor.pose.eye, visitor.pose.yaw_rad);
+    }
+    (told.clock_s, told.playing) = (lapse.clock_s, lapse.playing);
 }
 
 /// Ends a run in time, or when there is no session any more.
