@@ -85,11 +85,11 @@ if [ "$code" != 0 ]; then
     fail "that ended with $code; all of what was said is in $out/headset.log and $out/monado.log"
 fi
 
-python3 - "$out" "$seconds" "$puppet" <<'CHECK'
-import json, math, struct, sys
+python3 - "$out" "$seconds" "$puppet" "$bundle" <<'CHECK'
+import json, struct, sys
 from pathlib import Path
 
-out, seconds, puppet = Path(sys.argv[1]), float(sys.argv[2]), sys.argv[3]
+out, seconds, puppet, bundle = Path(sys.argv[1]), float(sys.argv[2]), *sys.argv[3:]
 report = json.loads((out / "report.json").read_text())
 print(json.dumps(report))
 faults = []
@@ -110,8 +110,10 @@ for picture in pictures:
 if all(picture.exists() for picture in pictures):
     want(pictures[0].read_bytes() != pictures[1].read_bytes(), "both eyes see the same: there is no parallax")
 if puppet:
-    # One push is one snap; the court's visitor begins looking north.
-    want(report["heading_deg"] % 30 < 1 and report["heading_deg"] != 0, f"the right stick turned it to {report['heading_deg']} degrees")
+    # One push is one snap; in the court a visitor begins at z = 30 and looks north.
+    if not bundle:
+        want(abs(report["heading_deg"] - 30) < 1, f"the right stick turned it to {report['heading_deg']} degrees, and not by 30")
+        want(report["eye"][2] < 29, f"the left stick moved it to {report['eye']}, and not forward")
     want(not report["playing"], "the trigger did not pause the day")
 for fault in faults:
     print(f"headset: {fault}", file=sys.stderr)

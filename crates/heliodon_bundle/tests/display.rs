@@ -58,6 +58,7 @@ fn an_empty_file_is_a_desktop() {
 
 /// What is said of a room in which `from` is replaced by `to`.
 #[track_caller]
+#[expect(clippy::unwrap_used, reason = "a helper of tests")]
 fn refusal(from: &str, to: &str) -> String {
     assert!(ROOM.contains(from), "{from}");
     Display::parse(&ROOM.replacen(from, to, 1), "display.toml").unwrap_err().to_string()

@@ -49,7 +49,6 @@ fn what_is_wrong_with_a_display_is_told_at_once() {
 }
 
 #[test]
-#[expect(clippy::print_stderr, reason = "a test that skips says so")]
 fn every_eye_of_every_screen_gets_its_picture() {
     let site = TestSite::smallest(&waves(24));
     sunny_probe().write_hdr(site.path("grey.hdr")).unwrap();

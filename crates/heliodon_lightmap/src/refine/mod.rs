@@ -165,6 +165,9 @@ const OFF_MIDDLE: f32 = 0.1;
 /// The ways to the texels around one.
 const AROUND: [[i32; 2]; 8] = [[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1], [0, 1], [1, 1]];
 
+/// A texel, the values that its neighbours agree on, and whether they are valid.
+type Agreed = (u32, Vec<f32>, bool);
+
 impl Work<'_> {
     fn value(&self, texel: u32) -> &[f32] {
         &self.values[texel as usize * self.count..][..self.count]
@@ -189,7 +192,7 @@ impl Work<'_> {
 
     /// Of a chart's rim beyond the surface, those whose neighbours on the surface agree and are what was promised, with the mean of these and whether they are valid, and
     /// those that are to be sampled.
-    fn beside_surface(&self, texels: Vec<u32>) -> (Vec<(u32, Vec<f32>, bool)>, Vec<u32>) {
+    fn beside_surface(&self, texels: Vec<u32>) -> (Vec<Agreed>, Vec<u32>) {
         let is_known = |texel: &u32| self.grid.covered[*texel as usize] && self.state[*texel as usize] != State::Unknown;
         let beside = |texel: u32| -> Option<(u32, Vec<f32>, bool)> {
             let around: Vec<u32> = AROUND.iter().filter_map(|&[x, y]| self.grid.beside(texel, x, y)).filter(is_known).collect();

@@ -106,7 +106,6 @@ impl Plugin for ControlPlugin {
     }
 }
 
-#[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
 fn obey(
     mut control: ResMut<Control>,
     mut stage: ResMut<Stage>,

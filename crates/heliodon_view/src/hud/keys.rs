@@ -73,6 +73,7 @@ pub(super) fn day_actions(
     }
 }
 
+#[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
 pub(super) fn window_actions(
     actions: Res<Actions>,
     lapse: Res<TimeLapse>,

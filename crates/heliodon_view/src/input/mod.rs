@@ -170,6 +170,7 @@ type Desk<'w> = (
     Res<'w, AccumulatedMouseScroll>,
 );
 
+#[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
 fn find_out(
     time: Res<Time<Real>>,
     (keys, buttons, motion, scroll): Desk,
@@ -228,10 +229,11 @@ fn find_out(
         actions.begun[action as usize] += times;
         held[action as usize] |= value > PRESSED;
     }
-    for number in 0..ACTIONS {
+    let Actions { begun, held: before, .. } = &mut *actions;
+    for ((begun, before), now) in begun.iter_mut().zip(before.iter()).zip(&held) {
         // Keys and buttons tell themselves that they went down; of what only tells how it is, it is seen here.
-        if held[number] && !actions.held[number] && actions.begun[number] == 0.0 {
-            actions.begun[number] = 1.0;
+        if *now && !before && *begun == 0.0 {
+            *begun = 1.0;
         }
     }
     actions.held = held;

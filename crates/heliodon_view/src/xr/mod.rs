@@ -6,7 +6,7 @@
 //! [`StereoPair`]; controllers set off the same [actions](crate::input) as keys do: their buttons are the wand's, their sticks those of a game controller.
 //!
 //! Why the start-up of `bevy_mod_openxr` is not taken as it is: it goes on without a headset where there is none, and tells why in a line of its log. Here
-//! ([`runtime`]) the runtime is asked before there is an app, and what is missing ends in one message.
+//! (runtime.rs) the runtime is asked before there is an app, and what is missing ends in one message.
 
 mod controllers;
 mod digits;

@@ -154,12 +154,11 @@ fn along(lapse: &TimeLapse, clock_s: f64) -> f32 {
     if last > first { (((clock_s - first) / (last - first)) as f32).clamp(0.0, 1.0) - 0.5 } else { -0.5 }
 }
 
+/// A part, and the digits that it shows.
+type MovingPart = (&'static Part, &'static mut Transform, Option<(&'static mut Shown, &'static Mesh3d)>);
+
 /// Moves what moves along the bar and tells the hours.
-fn tell(
-    lapse: Res<TimeLapse>,
-    mut parts: Query<(&Part, &mut Transform, Option<(&mut Shown, &Mesh3d)>)>,
-    mut meshes: ResMut<Assets<Mesh>>,
-) {
+fn tell(lapse: Res<TimeLapse>, mut parts: Query<MovingPart>, mut meshes: ResMut<Assets<Mesh>>) {
     if !lapse.is_changed() {
         return;
     }
