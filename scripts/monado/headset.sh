@@ -13,6 +13,7 @@ usage: headset.sh [OPTIONS]
   --puppet         Monado's remote driver in place of the simulated one: the left stick moves, the right one turns, the trigger pauses the day.
                    While it runs, TCP port 4242 is open
   --program FILE   this one of `examples/headset`, which is not built
+  --passes HOW     auto, one or two: in how many passes both eyes are drawn (default: auto)
   --monado DIR     where monado.sh has set it up
 
 Variables for Monado (U_PACING_*, OXR_*, ...) are handed on; see monado.sh.
@@ -24,10 +25,10 @@ fail() { say "$*"; exit 1; }
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
-seconds=60 bundle='' out='' puppet='' program='' monado=()
+seconds=60 bundle='' out='' passes=auto puppet='' program='' monado=()
 while [ $# -gt 0 ]; do
     case "$1" in
-        --seconds | --bundle | --out | --program | --monado) [ $# -ge 2 ] || fail "$1 needs a value" ;;
+        --seconds | --bundle | --passes | --out | --program | --monado) [ $# -ge 2 ] || fail "$1 needs a value" ;;
     esac
     case "$1" in
         --seconds) seconds=$2; shift 2 ;;
@@ -35,6 +36,7 @@ while [ $# -gt 0 ]; do
         --out) out=$2; shift 2 ;;
         --program) program=$(realpath -e -- "$2") || fail "$2 is not there"; shift 2 ;;
         --monado) monado=("$2"); shift 2 ;;
+        --passes) passes=$2; shift 2 ;;
         --puppet) puppet=1; shift ;;
         -h | --help) usage; exit 0 ;;
         *) usage >&2; fail "there is no option $1" ;;
@@ -54,7 +56,7 @@ if [ -n "$out" ]; then mkdir -p -- "$out"; else out=$(mktemp -d /tmp/heliodon-he
 out=$(realpath -- "$out")
 rm -f -- "$out/left.png" "$out/right.png" "$out/report.json"
 
-arguments=(--no-window --seconds "$seconds" --capture "$out")
+arguments=(--no-window --seconds "$seconds" --capture "$out" --passes "$passes")
 binds=(--bind "$program" --bind-rw "$out")
 [ -z "$bundle" ] || { binds+=(--bind "$bundle"); arguments+=("$bundle"); }
 if [ -n "$puppet" ]; then

@@ -24,6 +24,11 @@ pub fn size(text: &str) -> Result<Size, String> {
     Ok(Size { width, height })
 }
 
+/// Samples of a pixel: 1, 2, 4 or 8.
+pub fn samples(text: &str) -> Result<u32, String> {
+    text.parse().ok().filter(|samples| matches!(samples, 1 | 2 | 4 | 8)).ok_or_else(|| "1, 2, 4 or 8 are possible".to_owned())
+}
+
 /// Columns and rows of a contact sheet, `4x3`.
 pub fn sheet(text: &str) -> Result<(u32, u32), String> {
     let (columns, rows) = pair(text)?;

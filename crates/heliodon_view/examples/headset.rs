@@ -1,14 +1,14 @@
 //! A visit in a headset, without the command line around it: what OpenXR runtime there is, it shows the bundle in it.
 //!
-//! `cargo run --example headset [BUNDLE] [--no-window] [--seconds N] [--capture FOLDER] [--floor] [--noon]`; without a bundle, a small court
-//! of columns is made; the day is on the wrist, or with `--floor` on the floor. scripts/monado/headset.sh runs it in Monado.
+//! `cargo run --example headset [BUNDLE] [--no-window] [--seconds N] [--capture FOLDER] [--floor] [--noon] [--passes auto|one|two]`; without a bundle, a
+//! small court of columns is made; the day is on the wrist, or with `--floor` on the floor. scripts/monado/headset.sh runs it in Monado.
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "an example speaks to people")]
 
 #[path = "common/mod.rs"]
 mod common;
 
-use heliodon_bundle::display::{Display, DisplayFile, HeadsetTimeline, Navigation};
+use heliodon_bundle::display::{Display, DisplayFile, HeadsetTimeline, Navigation, Passes};
 use heliodon_view::xr::{HeadsetOptions, run_headset};
 use std::error::Error;
 use std::path::PathBuf;
@@ -31,14 +31,24 @@ fn main() -> ExitCode {
 fn visit() -> Result<String, Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let mut options = HeadsetOptions::default();
-    let (mut bundle, mut on_floor) = (None, false);
+    let mut bundle = None;
+    let mut display = DisplayFile::default();
+    display.display.navigation = Navigation::Walk;
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or_else(|| format!("{argument} needs a value"));
         match argument.as_str() {
             "--no-window" => options.mirror = false,
             "--seconds" => options.trial.seconds = Some(value()?.parse()?),
             "--capture" => options.trial.capture = Some(value()?.into()),
-            "--floor" => on_floor = true,
+            "--floor" => display.headset.timeline = HeadsetTimeline::Floor,
+            "--passes" => {
+                display.display.passes = match value()?.as_str() {
+                    "auto" => Passes::Auto,
+                    "one" => Passes::One,
+                    "two" => Passes::Two,
+                    other => return Err(format!("--passes {other}: auto, one or two").into()),
+                }
+            }
             "--noon" => options.visit.clock_s = Some(12.0 * 3600.0),
             _ => bundle = Some(PathBuf::from(argument)),
         }
@@ -52,11 +62,6 @@ fn visit() -> Result<String, Box<dyn Error>> {
             path
         }
     };
-    if on_floor {
-        let mut display = DisplayFile::default();
-        display.display.navigation = Navigation::Walk;
-        display.headset.timeline = HeadsetTimeline::Floor;
-        options.visit.display = Some(Arc::new(Display::parse(&display.to_toml_string(), "headset")?));
-    }
+    options.visit.display = Some(Arc::new(Display::parse(&display.to_toml_string(), "headset")?));
     Ok(run_headset(bundle, &options)?.json())
 }

@@ -4,7 +4,7 @@ pub mod walk;
 
 use crate::HeliodonPlugins;
 use crate::actors::{Actors, ActorsOptions, Told};
-use crate::daylight::DaylightCamera;
+use crate::daylight::{DaylightCamera, OnePassPairs, StereoPair, StereoPasses};
 use crate::headless::fault::DeviceFault;
 use crate::headless::without_a_window;
 use crate::navigation::pose::{Pose, fov_deg};
@@ -17,6 +17,7 @@ use bevy::prelude::*;
 use bevy::render::render_resource::TextureFormat;
 use bevy::render::renderer::RenderAdapterInfo;
 use heliodon_bundle::ReadError;
+use heliodon_bundle::display::Passes;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -29,12 +30,14 @@ pub struct FrameBench {
     pub width: u32,
     /// Rows.
     pub height: u32,
+    /// Samples a pixel: 1, 2, 4 or 8.
+    pub samples: u32,
     /// Whether the day passes, so that every frame has its own light; otherwise it is noon.
     pub playing: bool,
     /// Whether the eye moves in every frame, to and fro: an eye at rest is spared what it does not see.
     pub swaying: bool,
-    /// Whether each frame is two pictures, of eyes [`EYES_APART_M`] apart.
-    pub stereo: bool,
+    /// In how many passes each frame's two pictures are drawn, of eyes [`EYES_APART_M`] apart; `None` for one picture.
+    pub stereo: Option<Passes>,
     /// Frames that are not counted, after everything was loaded.
     pub warm_up: u32,
     /// Frames that are.
@@ -52,9 +55,10 @@ impl Default for FrameBench {
         Self {
             width: 1024,
             height: 768,
+            samples: 1,
             playing: true,
             swaying: false,
-            stereo: false,
+            stereo: None,
             warm_up: 60,
             frames: 100,
             pose: None,
@@ -119,6 +123,8 @@ pub struct FrameTimes {
     pub device: String,
     /// Memory of the process at the end, bytes; `None` where the system does not tell.
     pub resident_bytes: Option<u64>,
+    /// In how many passes two pictures were drawn.
+    pub stereo_passes: Option<u32>,
     /// What the actors of the last frame took.
     pub actors: Told,
 }
@@ -166,13 +172,19 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
     app.world_mut().resource_mut::<TimeLapse>().playing = bench.playing;
     app.world_mut().resource_mut::<Actors>().options = bench.actors;
     app.world_mut().resource_mut::<StageFrame>().without_details = bench.without_details;
-    let sides: &[f32] = if bench.stereo { &[-0.5, 0.5] } else { &[0.0] };
+    let sides: &[f32] = if bench.stereo.is_some() { &[-0.5, 0.5] } else { &[0.0] };
+    app.insert_resource(StereoPasses(bench.stereo.unwrap_or_default()));
     let cameras: Vec<(Entity, f32)> = sides
         .iter()
         .map(|side| {
             let target = Image::new_target_texture(bench.width, bench.height, TextureFormat::Rgba8UnormSrgb, None);
             let target = app.world_mut().resource_mut::<Assets<Image>>().add(target);
-            (app.world_mut().spawn((DaylightCamera, RenderTarget::from(target))).id(), side * EYES_APART_M)
+            let camera =
+                app.world_mut().spawn((DaylightCamera, Msaa::from_samples(bench.samples), RenderTarget::from(target))).id();
+            if bench.stereo.is_some() {
+                app.world_mut().entity_mut(camera).insert(StereoPair::default());
+            }
+            (camera, side * EYES_APART_M)
         })
         .collect();
     if let Some(folder) = folder {
@@ -198,6 +210,7 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
               clock: Res<Clock>,
               fault: Res<DeviceFault>,
               adapter: Option<Res<RenderAdapterInfo>>,
+              one_pass: Res<OnePassPairs>,
               mut cameras: Query<&mut Transform, With<DaylightCamera>>,
               mut lapse: ResMut<TimeLapse>,
               mut exit: MessageWriter<AppExit>| {
@@ -230,6 +243,7 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
                         processor_ms: before.zip(processor_ms()).map(|(before, after)| (after - before) / frames),
                         device: adapter.map_or_else(String::new, |info| info.name.clone()),
                         resident_bytes: resident_bytes(),
+                        stereo_passes: bench.stereo.map(|_| if one_pass.count() > 0 { 1 } else { 2 }),
                         actors: actors.told(),
                     }));
                 }

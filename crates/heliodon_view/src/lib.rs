@@ -37,7 +37,7 @@ pub mod window;
 pub mod xr;
 
 pub use culling::Culling;
-pub use daylight::{DaylightCamera, ExactAtRest};
+pub use daylight::{DaylightCamera, ExactAtRest, OnePassPairs, StereoPair, StereoPasses};
 pub use navigation::pose::Pose;
 pub use stage::{Stage, StageStatus};
 pub use time_lapse::exposure::Exposure;

@@ -2,6 +2,7 @@
 
 use crate::actors::{Actors, ActorsOptions};
 use crate::control::Control;
+use crate::daylight::StereoPasses;
 use crate::hud::HudVisibility;
 use crate::input::Input;
 use crate::kiosk::{Kiosk, frame_watch};
@@ -75,6 +76,7 @@ impl VisitOptions {
         let mut lapse = world.resource_mut::<TimeLapse>();
         (lapse.day_seconds, lapse.blend) = (self.day_seconds, self.blend);
         world.resource_mut::<Actors>().options = self.actors;
+        world.insert_resource(StereoPasses(display.display.passes));
         world.resource_mut::<Stage>().open(folder)?;
         let (input, faults) = Input::new(&display.input);
         for fault in faults {

@@ -43,7 +43,7 @@ pub struct Args {
     #[arg(long)]
     hard_steps: bool,
     /// Samples a pixel: 1, 2, 4 or 8; more where a GPU has the time
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = values::samples)]
     samples: u32,
     /// Screens, trackers and keys: display.toml, or desktop, monitor, flatworld, cave, ring [default: display.toml beside the site, or the user's own]
     #[arg(long, value_name = "FILE|PRESET")]
@@ -84,9 +84,6 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         wrong_arguments!(
             "--preview shows a room, and a desktop has none: --display flatworld, or a display.toml with [[screen]]"
         );
-    }
-    if !matches!(args.samples, 1 | 2 | 4 | 8) {
-        wrong_arguments!("--samples is {}: 1, 2, 4 or 8 are possible", args.samples);
     }
     let bundle = bundle_of(app, &args.path)?;
     #[cfg(feature = "headset")]

@@ -12,7 +12,7 @@ mod types;
 pub use preset::Preset;
 pub use types::{
     Blend, BodyEntry, BodyKind, Control, Correction, DEFAULT_SIZE_PX, DisplayFile, DisplayInfo, Headset, HeadsetTimeline,
-    InputSettings, Kiosk, MonitorName, Navigation, Output, Place, Protocol, ScreenEntry, Stereo, TrackerEntry,
+    InputSettings, Kiosk, MonitorName, Navigation, Output, Passes, Place, Protocol, ScreenEntry, Stereo, TrackerEntry,
 };
 
 use crate::config::{ConfigError, Kind, Source};

@@ -64,6 +64,7 @@ fn write_info(w: &mut Writer, info: &DisplayInfo) {
     w.optional("eye_separation_m", &info.eye_separation_m, &default.eye_separation_m, "");
     w.optional("near_m", &info.near_m, &default.near_m, "nothing nearer is drawn");
     w.absent("far_m", info.far_m.as_ref(), "10000.0", "nothing farther is drawn; default: no end");
+    w.optional("passes", &info.passes, &default.passes, "in which both eyes are drawn: auto, one or two");
     w.optional("navigation", &info.navigation, &default.navigation, "or window, walk, guided");
     w.absent("hud", info.hud.as_ref(), "\"none\"", "the screen with text and timeline; default: the first");
 }

@@ -49,6 +49,8 @@ pub struct DisplayInfo {
     /// Nothing farther than this is drawn, metres; without it, there is no end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub far_m: Option<f64>,
+    /// In how many passes both eyes' pictures are drawn.
+    pub passes: Passes,
     /// How a visitor gets about at first.
     pub navigation: Navigation,
     /// Where the text and the timeline are shown: a screen's name; without it, on the first one. "none" for nowhere.
@@ -64,10 +66,24 @@ impl Default for DisplayInfo {
             eye_separation_m: 0.063,
             near_m: 0.05,
             far_m: None,
+            passes: Passes::default(),
             navigation: Navigation::default(),
             hud: None,
         }
     }
+}
+
+/// In how many passes the site is drawn for two eyes; their pictures are the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Passes {
+    /// In one where the device can (multiview); in two where it cannot, or where a processor draws, to which pixels are dear and vertices are not.
+    #[default]
+    Auto,
+    /// In one wherever the device can.
+    One,
+    /// In two.
+    Two,
 }
 
 /// How a visitor gets about.

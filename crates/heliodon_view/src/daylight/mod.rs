@@ -14,6 +14,7 @@ mod encoded;
 mod flat;
 pub mod layout;
 pub mod moment;
+mod multiview;
 mod occlusion;
 pub mod pages;
 pub mod parts;
@@ -29,6 +30,8 @@ mod shader_tests;
 pub mod sight;
 pub(crate) mod texels;
 pub mod view;
+
+pub use multiview::{OnePassPairs, StereoPasses};
 
 use crate::stage::frame::StageFrame;
 use bevy::camera::{Camera3d, CameraMainTextureUsages};
@@ -63,7 +66,7 @@ pub struct ExactAtRest;
 
 /// For the two [`DaylightCamera`]s that are the eyes of one head, under one number: what is left out for being small is the same for both, nothing is left
 /// out that one of them sees, and details fade at the same places. Else an object on the verge would be in one eye's picture and not in
-/// the other's, which shimmers. What both draw is found once.
+/// the other's, which shimmers. What both draw is found once, and drawn in one pass where [`StereoPasses`] says so.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ExtractComponent)]
 pub struct StereoPair(pub u32);
 
@@ -73,8 +76,10 @@ pub struct DaylightPlugin;
 
 impl Plugin for DaylightPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<StageFrame>().add_plugins((
+        let one_pass = OnePassPairs::default();
+        app.init_resource::<StageFrame>().init_resource::<StereoPasses>().insert_resource(one_pass.clone()).add_plugins((
             ExtractResourcePlugin::<StageFrame>::default(),
+            ExtractResourcePlugin::<StereoPasses>::default(),
             ExtractComponentPlugin::<DaylightCamera>::default(),
             ExtractComponentPlugin::<ExactAtRest>::default(),
             ExtractComponentPlugin::<StereoPair>::default(),
@@ -83,6 +88,7 @@ impl Plugin for DaylightPlugin {
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else { return };
         render_app
             .init_resource::<prepare::StageGpu>()
+            .insert_resource(one_pass)
             .init_resource::<pipelines::StagePipelines>()
             .add_systems(
                 Render,

@@ -5,9 +5,10 @@
 //! eye is submitted in two parts (occlusion.rs).
 
 use super::encoded::Encoded;
+use super::multiview::{BOTH, BothEyes};
 use super::occlusion::{DepthReadback, may_show};
 use super::pages::GpuChunk;
-use super::pipelines::{Near, STONES, SUBJECTS, StoneKind, Subject};
+use super::pipelines::{Near, PipelineKey, STONES, SUBJECTS, StagePipelines, StoneKind, Subject};
 use super::prepare::{Drawn, StageGpu, StageView};
 use super::seen::{Draw, Seen, split};
 use crate::actors::render::ActorsGpu;
@@ -16,12 +17,13 @@ use bevy::camera::{MainPassResolutionOverride, Viewport};
 use bevy::prelude::*;
 use bevy::render::camera::ExtractedCamera;
 use bevy::render::render_resource::{
-    BindGroup, Buffer, CachedRenderPipelineId, CommandEncoder, CommandEncoderDescriptor, ComputePassDescriptor, IndexFormat,
-    LoadOp, Operations, PipelineCache, RenderPassColorAttachment, RenderPassDescriptor, RenderPipeline, StoreOp,
+    BindGroup, Buffer, CommandEncoder, CommandEncoderDescriptor, ComputePassDescriptor, IndexFormat, LoadOp, Operations,
+    PipelineCache, RenderPassColorAttachment, RenderPassDepthStencilAttachment, RenderPassDescriptor, RenderPipeline, StoreOp,
 };
 use bevy::render::renderer::{PendingCommandBuffers, RenderContext, RenderDevice, RenderQueue, ViewQuery};
 use bevy::render::view::{ExtractedView, ViewDepthTexture, ViewTarget};
 use std::cell::Cell;
+use std::num::NonZeroU32;
 use wgpu::{RenderPass, TextureView};
 
 /// The most triangles of a pass where a processor draws. Such a driver (llvmpipe) keeps some 300 bytes of each triangle until the
@@ -69,50 +71,52 @@ type DrawnView = (
     &'static ExtractedView,
     &'static ViewTarget,
     &'static ViewDepthTexture,
-    &'static mut StageView,
     Option<&'static MainPassResolutionOverride>,
 );
 
 /// Draws stone, actors and sky for the current camera.
 #[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
 pub fn draw_stage(
-    view: ViewQuery<DrawnView>,
+    view: ViewQuery<DrawnView, With<StageView>>,
+    mut stage_views: Query<&mut StageView>,
     mut gpu: ResMut<StageGpu>,
     mut pending: ResMut<PendingCommandBuffers>,
-    actors: Res<ActorsGpu>,
-    lamps: Res<LampsGpu>,
-    cache: Res<PipelineCache>,
+    (actors, lamps): (Res<ActorsGpu>, Res<LampsGpu>),
+    (cache, pipelines): (Res<PipelineCache>, Res<StagePipelines>),
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
     mut context: RenderContext,
 ) {
-    let (camera, extracted, target, depth, mut stage_view, resolution) = view.into_inner();
+    let entity = view.entity();
+    let (camera, extracted, target, depth, resolution) = view.into_inner();
+    let find = |stage_view: &StageView| Pipelines::find(stage_view, (&*pipelines, &*cache), (&*actors, &*lamps));
+    if let Some((eyes, layer)) = gpu.multiview.of(entity) {
+        let Ok(first) = stage_views.get(eyes.first()) else { return };
+        let Some(pipelines) = find(first) else { return };
+        let color = target.get_color_attachment();
+        let encoder = context.command_encoder();
+        if !eyes.drawn {
+            let onto = Onto::Both(eyes, color.ops.load);
+            let canvas = Canvas { onto, begun: Cell::new(false), viewport: None, view_group: eyes.view_group(), pipelines };
+            let most = if gpu.software { PASS_TRIANGLES } else { u64::MAX };
+            let mut pass = canvas.stone(encoder, &gpu, &first.drawn, most);
+            canvas.actors_and_sky(&mut pass, &actors, first.sky.as_ref());
+        }
+        eyes.hand_out(encoder, layer, cache.get_render_pipeline(eyes.layer_pipeline), color, depth);
+        gpu.multiview.was_drawn(entity);
+        return;
+    }
+    let Ok(mut stage_view) = stage_views.get_mut(entity) else { return };
     let stage_view = &mut *stage_view;
-    let (Some(ids), Some(view_group)) = (stage_view.pipelines, stage_view.bind_group().cloned()) else { return };
-    let [stone @ .., sky] = ids.map(|id| cache.get_render_pipeline(id));
+    let (Some(pipelines), Some(view_group)) = (find(stage_view), stage_view.bind_group().cloned()) else { return };
     let viewport = Viewport::from_viewport_and_override(camera.viewport.as_ref(), resolution);
-    // Stone near actors and lamps; without its pipelines it is drawn as if there were none.
-    let shaded = stage_view.near_pipelines.zip(actors.shade()).and_then(|((near, ids), shade)| {
-        let [stone @ .., _] = ids.map(|id| cache.get_render_pipeline(id));
-        let lamps = (near == Near::Lamps).then_some(&*lamps);
-        stone.iter().all(Option::is_some).then_some(Shaded { stone, shade, actors: &actors, lamps })
-    });
-    let detailed = stage_view.detailed_pipelines.map(|ids| {
-        let stone = |ids: [CachedRenderPipelineId; SUBJECTS.len()]| {
-            let [stone @ .., _] = ids.map(|id| cache.get_render_pipeline(id));
-            stone
-        };
-        Detailed { alone: stone(ids.alone), near: ids.near.map_or([None; STONES], stone) }
-    });
-    let lamps = shaded.as_ref().and_then(|shaded| shaded.lamps);
-    let (plain_actors, shaded_actors) = (closed_stone(stone), shaded.as_ref().map(|shaded| closed_stone(shaded.stone)));
     let size = UVec2::new(depth.texture.width(), depth.texture.height());
     let encoded = stage_view.codes.map(|format| match stage_view.encoded.take() {
         Some(encoded) if encoded.is(size, format) => encoded,
         _ => Encoded::new(&device, size, format),
     });
-    let begun = Cell::new(false);
-    let canvas = Canvas { target, encoded: encoded.as_ref(), begun, depth, viewport, view_group, stone, shaded, detailed };
+    let onto = Onto::Eye { target, encoded: encoded.as_ref(), depth };
+    let canvas = Canvas { onto, begun: Cell::new(false), viewport, view_group: &view_group, pipelines };
 
     let moving = stage_view.undecided.is_some() || stage_view.drawn.seen.single.is_none();
     // A day that passes before an eye at rest is what must be quick: that is one pass.
@@ -147,7 +151,7 @@ pub fn draw_stage(
     let relight_pipeline = stage_view.relight_pipeline.and_then(|id| cache.get_render_pipeline(id));
     if let Some(question) = stage_view.sight.question() {
         let pipelines = stage_view.sight_pipelines.map_or([None; 2], |ids| ids.map(|id| cache.get_render_pipeline(id)));
-        canvas.numbers(encoder, &gpu, &stage_view.drawn, &question.view, pipelines);
+        canvas.numbers(encoder, &gpu, &stage_view.drawn, (&question.view, depth), pipelines);
         question.read(encoder);
     }
     let mut pass = match stage_view.pixels.as_ref().zip(relight_pipeline) {
@@ -161,12 +165,7 @@ pub fn draw_stage(
         }
         None => canvas.stone(encoder, &gpu, later.as_ref().unwrap_or(&stage_view.drawn), most),
     };
-    actors.draw(&mut pass, plain_actors, shaded_actors, lamps);
-    if let (Some(pipeline), Some(maps)) = (sky, &stage_view.sky) {
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(1, &**maps, &[]);
-        pass.draw(0..3, 0..1);
-    }
+    canvas.actors_and_sky(&mut pass, &actors, stage_view.sky.as_ref());
     drop(pass);
     if let Some(encoded) = &encoded {
         encoded.end(encoder, target);
@@ -179,21 +178,64 @@ fn closed_stone(stone: [Option<&RenderPipeline>; STONES]) -> [Option<&RenderPipe
     [StoneKind::Plain, StoneKind::Textured].map(|kind| stone[Subject::stone_index(kind, true)])
 }
 
-/// Where a camera's passes draw, and by which pipelines.
-struct Canvas<'a> {
-    target: &'a ViewTarget,
-    /// What is drawn to in place of the target.
-    encoded: Option<&'a Encoded>,
-    /// Whether anything was drawn to it.
-    begun: Cell<bool>,
-    depth: &'a ViewDepthTexture,
-    viewport: Option<Viewport>,
-    view_group: BindGroup,
+/// What a camera's passes draw by.
+struct Pipelines<'a> {
     stone: [Option<&'a RenderPipeline>; STONES],
-    /// Stone near actors and lamps.
+    sky: Option<&'a RenderPipeline>,
+    /// Stone near actors and lamps; without its pipelines it is drawn as if there were none.
     shaded: Option<Shaded<'a>>,
     /// Stone with details.
     detailed: Option<Detailed<'a>>,
+}
+
+impl<'a> Pipelines<'a> {
+    /// Those of a camera; `None` before it knows what it draws by.
+    fn find(
+        stage_view: &StageView,
+        (pipelines, cache): (&'a StagePipelines, &'a PipelineCache),
+        (actors, lamps): (&'a ActorsGpu, &'a LampsGpu),
+    ) -> Option<Self> {
+        let keys = stage_view.keys?;
+        let find = |keys: [PipelineKey; SUBJECTS.len()]| keys.map(|key| pipelines.get(cache, key));
+        let stone_of = |keys| {
+            let [stone @ .., _] = find(keys);
+            stone
+        };
+        let near_keys = |near| keys.map(|key| key.near(near));
+        let shaded = stage_view.near.zip(actors.shade()).and_then(|(near, shade)| {
+            let (stone, lamps) = (stone_of(near_keys(near)), (near == Near::Lamps).then_some(lamps));
+            stone.iter().all(Option::is_some).then_some(Shaded { stone, shade, actors, lamps })
+        });
+        let detailed = stage_view.details.then(|| Detailed {
+            alone: stone_of(keys.map(PipelineKey::detailed)),
+            near: stage_view.near.map_or([None; STONES], |near| stone_of(near_keys(near).map(PipelineKey::detailed))),
+        });
+        let [stone @ .., sky] = find(keys);
+        Some(Self { stone, sky, shaded, detailed })
+    }
+}
+
+/// What a camera's passes draw on.
+enum Onto<'a> {
+    /// Its own picture.
+    Eye {
+        target: &'a ViewTarget,
+        /// What is drawn to in place of the target.
+        encoded: Option<&'a Encoded>,
+        depth: &'a ViewDepthTexture,
+    },
+    /// Both eyes' layers, and what they begin with.
+    Both(&'a BothEyes, LoadOp<wgpu::Color>),
+}
+
+/// Where a camera's passes draw, and by which pipelines.
+struct Canvas<'a> {
+    onto: Onto<'a>,
+    /// Whether anything was drawn to it.
+    begun: Cell<bool>,
+    viewport: Option<Viewport>,
+    view_group: &'a BindGroup,
+    pipelines: Pipelines<'a>,
 }
 
 /// How stone with a detail is drawn, which is the group after its texture.
@@ -218,15 +260,41 @@ impl Shaded<'_> {
 }
 
 impl Canvas<'_> {
-    fn begin(&self, encoder: &mut CommandEncoder, label: &str, color: RenderPassColorAttachment<'_>) -> RenderPass<'static> {
+    /// A pass for stone and sky.
+    fn stone_pass(&self, encoder: &mut CommandEncoder) -> RenderPass<'static> {
+        let begun = self.begun.replace(true);
+        let (color, depth, multiview_mask) = match self.onto {
+            Onto::Eye { target, encoded, depth } => {
+                let color = match encoded {
+                    None => target.get_color_attachment(),
+                    Some(encoded) if begun => encoded.attachment(LoadOp::Load),
+                    Some(encoded) => encoded.attachment(encoded.begin(encoder, target)),
+                };
+                (color, depth.get_attachment(StoreOp::Store), None)
+            }
+            Onto::Both(eyes, clear) => {
+                let (color, depth) = eyes.attachments(if begun { LoadOp::Load } else { clear });
+                (color, depth, Some(BOTH))
+            }
+        };
+        self.begin(encoder, "stone_and_sky", (color, depth), multiview_mask)
+    }
+
+    fn begin(
+        &self,
+        encoder: &mut CommandEncoder,
+        label: &str,
+        (color, depth): (RenderPassColorAttachment<'_>, RenderPassDepthStencilAttachment<'_>),
+        multiview_mask: Option<NonZeroU32>,
+    ) -> RenderPass<'static> {
         let mut pass = encoder
             .begin_render_pass(&RenderPassDescriptor {
                 label: Some(label),
                 color_attachments: &[Some(color)],
-                depth_stencil_attachment: Some(self.depth.get_attachment(StoreOp::Store)),
+                depth_stencil_attachment: Some(depth),
                 timestamp_writes: None,
                 occlusion_query_set: None,
-                multiview_mask: None,
+                multiview_mask,
             })
             .forget_lifetime();
         if let Some(viewport) = &self.viewport {
@@ -234,23 +302,25 @@ impl Canvas<'_> {
             let [x, y, width, height] = [at.x, at.y, size.x, size.y].map(|v| v as f32);
             pass.set_viewport(x, y, width, height, viewport.depth.start, viewport.depth.end);
         }
-        pass.set_bind_group(0, &*self.view_group, &[]);
+        pass.set_bind_group(0, &**self.view_group, &[]);
         pass
     }
 
-    /// A pass for stone and sky.
-    fn stone_pass(&self, encoder: &mut CommandEncoder) -> RenderPass<'static> {
-        let color = match self.encoded {
-            None => self.target.get_color_attachment(),
-            Some(encoded) if self.begun.replace(true) => encoded.attachment(LoadOp::Load),
-            Some(encoded) => encoded.attachment(encoded.begin(encoder, self.target)),
-        };
-        self.begin(encoder, "stone_and_sky", color)
+    /// Draws actors, and the sky where nothing is.
+    fn actors_and_sky(&self, pass: &mut RenderPass<'_>, actors: &ActorsGpu, sky: Option<&BindGroup>) {
+        let shaded = self.pipelines.shaded.as_ref();
+        let lamps = shaded.and_then(|shaded| shaded.lamps);
+        actors.draw(pass, closed_stone(self.pipelines.stone), shaded.map(|shaded| closed_stone(shaded.stone)), lamps);
+        if let (Some(pipeline), Some(maps)) = (self.pipelines.sky, sky) {
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(1, &**maps, &[]);
+            pass.draw(0..3, 0..1);
+        }
     }
 
     /// Draws stone, in passes of `most` triangles; the last is left open.
     fn stone(&self, encoder: &mut CommandEncoder, gpu: &StageGpu, drawn: &Drawn, most: u64) -> RenderPass<'static> {
-        let runs = self.shaded.as_ref().map(|shaded| (shaded, drawn.runs(&gpu.chunks)));
+        let runs = self.pipelines.shaded.as_ref().map(|shaded| (shaded, drawn.runs(&gpu.chunks)));
         let mut pass = self.stone_pass(encoder);
         let mut number = 0;
         for (part, draws) in drawn.seen.parts(most).enumerate() {
@@ -290,9 +360,9 @@ impl Canvas<'_> {
         bound.shade(pass, shaded.map(|shaded| shaded.shade));
         let (pipelines, group) = match shaded {
             Some(shaded) => (&shaded.stone, 2),
-            None => (&self.stone, 1),
+            None => (&self.pipelines.stone, 1),
         };
-        let detailed = self.detailed.as_ref().zip(chunk.detail).and_then(|(detailed, number)| {
+        let detailed = self.pipelines.detailed.as_ref().zip(chunk.detail).and_then(|(detailed, number)| {
             let pipelines = if shaded.is_some() { &detailed.near } else { &detailed.alone };
             Some((pipelines[subject]?, gpu.details.bind_group(number)?, number))
         });
@@ -318,13 +388,13 @@ impl Canvas<'_> {
         encoder: &mut CommandEncoder,
         gpu: &StageGpu,
         drawn: &Drawn,
-        numbers: &TextureView,
+        (numbers, depth): (&TextureView, &ViewDepthTexture),
         pipelines: [Option<&RenderPipeline>; 2],
     ) {
         let load = LoadOp::Clear(wgpu::Color::TRANSPARENT);
         let ops = Operations { load, store: StoreOp::Store };
         let color = RenderPassColorAttachment { view: numbers, depth_slice: None, resolve_target: None, ops };
-        let mut pass = self.begin(encoder, "stone_sight", color);
+        let mut pass = self.begin(encoder, "stone_sight", (color, depth.get_attachment(StoreOp::Store)), None);
         let mut bound = Bound::default();
         let mut first = 0;
         for draw in &drawn.seen.draws {

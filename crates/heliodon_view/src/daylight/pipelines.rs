@@ -2,6 +2,7 @@
 
 use super::depth_map;
 use super::layout::{BLOCK, VertexLayout};
+use super::multiview::{BothEyesPipelines, layer_wgsl};
 use super::sight::NUMBER_FORMAT;
 use super::texels::{TEXEL_LIGHT_WGSL, TEXEL_MOMENT_BYTES, TEXEL_RELIGHT_WGSL, TEXELS_WGSL};
 use super::view::VIEW_BYTES;
@@ -20,6 +21,7 @@ use bevy::render::render_resource::binding_types::{
     uniform_buffer_sized,
 };
 use bevy::render::render_resource::*;
+use bevy::render::renderer::RenderDevice;
 use bevy::shader::Shader;
 use std::collections::HashMap;
 use std::num::NonZeroU64;
@@ -106,6 +108,7 @@ pub struct PipelineKey {
     subject: Subject,
     near: Near,
     detailed: bool,
+    both_eyes: bool,
     display: DisplayKey,
     samples: u32,
 }
@@ -114,7 +117,8 @@ impl PipelineKey {
     /// The key for a target of `format` with `samples` samples.
     #[must_use]
     pub fn new(subject: Subject, curve: ToneCurve, format: TextureFormat, samples: u32) -> Self {
-        Self { subject, near: Near::Nothing, detailed: false, display: DisplayKey { curve, format }, samples }
+        let display = DisplayKey { curve, format };
+        Self { subject, near: Near::Nothing, detailed: false, both_eyes: false, display, samples }
     }
 
     /// The key for stone that is near to something; what that casts is bound as group 1, and the texture is group 2.
@@ -127,6 +131,12 @@ impl PipelineKey {
     #[must_use]
     pub fn detailed(self) -> Self {
         Self { detailed: self.subject != Subject::Sky, ..self }
+    }
+
+    /// The key for two layers, one for each eye, whose uniforms are an array (multiview.rs).
+    #[must_use]
+    pub fn both_eyes(self) -> Self {
+        Self { both_eyes: true, ..self }
     }
 
     /// Whether vertices have normals.
@@ -142,7 +152,8 @@ impl PipelineKey {
     /// The shader's whole text.
     #[must_use]
     pub fn wgsl(self) -> String {
-        let before = format!("{}{VIEW_WGSL}\n", self.display.wgsl());
+        let views = [("ONE_VIEW", !self.both_eyes), ("BOTH_EYES", self.both_eyes)];
+        let before = format!("{}{}\n", self.display.wgsl(), resolved(VIEW_WGSL, &views));
         match self.subject {
             Subject::Stone { .. } => {
                 let (shaded, lamps) = (self.near != Near::Nothing, self.near == Near::Lamps);
@@ -157,6 +168,7 @@ impl PipelineKey {
                     ("NORMALS", self.has_normals()),
                     ("PLACED", shaded || self.detailed),
                     ("DETAIL", self.detailed),
+                    ("BOTH_EYES", self.both_eyes),
                 ];
                 let stone = resolved(include_str!("stone.wgsl"), &defined);
                 let stone = if texels { format!("{TEXELS_WGSL}{TEXEL_LIGHT_WGSL}{stone}") } else { stone };
@@ -172,7 +184,7 @@ impl PipelineKey {
                     before + &stone + &detail
                 }
             }
-            Subject::Sky => before + crate::sky::SKY_WGSL,
+            Subject::Sky => before + &resolved(crate::sky::SKY_WGSL, &views),
         }
     }
 }
@@ -180,7 +192,7 @@ impl PipelineKey {
 /// The whole text of the shader that numbers triangles.
 #[must_use]
 pub fn sight_wgsl() -> String {
-    format!("enable primitive_index;\n{VIEW_WGSL}\n{}", include_str!("sight.wgsl"))
+    format!("enable primitive_index;\n{}\n{}", resolved(VIEW_WGSL, &[("ONE_VIEW", true)]), include_str!("sight.wgsl"))
 }
 
 /// The whole text of the shader that lights stone pixel by pixel.
@@ -190,7 +202,7 @@ pub(crate) fn relight_wgsl(display: DisplayKey) -> String {
 }
 
 /// A shader with the lines that its `#ifdef`s keep, those of whose names all are defined, so that what a test validates is what runs.
-fn resolved(source: &str, defined: &[(&str, bool)]) -> String {
+pub(super) fn resolved(source: &str, defined: &[(&str, bool)]) -> String {
     let is_defined = |name: &str| defined.iter().any(|&(known, yes)| known == name && yes);
     let mut keep = true;
     let mut out = String::with_capacity(source.len());
@@ -233,6 +245,9 @@ pub struct StagePipelines {
     pub normals_layout: BindGroupLayoutDescriptor,
     /// What pixels are lit from, where stone is lit pixel by pixel.
     pub relight_layout: BindGroupLayoutDescriptor,
+    /// What draws both eyes at once.
+    pub both_eyes: BothEyesPipelines,
+    layer_made: HashMap<(TextureFormat, u32), CachedRenderPipelineId>,
     made: HashMap<PipelineKey, CachedRenderPipelineId>,
     relight_made: HashMap<DisplayKey, CachedRenderPipelineId>,
     /// Bevy's cache frees none: bundles of one layout share theirs.
@@ -335,6 +350,8 @@ impl Default for StagePipelines {
                     ),
                 ),
             ),
+            both_eyes: BothEyesPipelines::default(),
+            layer_made: HashMap::new(),
             made: HashMap::new(),
             relight_made: HashMap::new(),
             light_made: Vec::new(),
@@ -494,14 +511,57 @@ impl StagePipelines {
         id
     }
 
-    /// The colour pipeline for a target.
-    pub fn colour(&mut self, cache: &mut PipelineCache, key: PipelineKey) -> CachedRenderPipelineId {
-        if let Some(&id) = self.made.get(&key) {
+    /// Lets the colour pipeline for a target be made, if it is not.
+    pub fn want(&mut self, cache: &mut PipelineCache, device: &RenderDevice, key: PipelineKey) {
+        if key.both_eyes {
+            if !self.both_eyes.has(key) {
+                let descriptor = self.colour(key, self.both_eyes.views_layout.clone(), Handle::default());
+                self.both_eyes.make(cache, device, key, &descriptor);
+            }
+        } else if !self.made.contains_key(&key) {
+            let shader = self.shader(cache, key.wgsl(), "colour");
+            let id = cache.queue_render_pipeline(self.colour(key, self.view_layout.clone(), shader));
+            self.made.insert(key, id);
+        }
+    }
+
+    /// A colour pipeline that was [wanted](Self::want), once it is there.
+    #[must_use]
+    pub fn get<'a>(&'a self, cache: &'a PipelineCache, key: PipelineKey) -> Option<&'a RenderPipeline> {
+        match key.both_eyes {
+            true => self.both_eyes.get(key),
+            false => self.made.get(&key).and_then(|&id| cache.get_render_pipeline(id)),
+        }
+    }
+
+    /// The pipeline that hands an eye its layer.
+    pub fn layer(&mut self, cache: &mut PipelineCache, format: TextureFormat, samples: u32) -> CachedRenderPipelineId {
+        if let Some(&id) = self.layer_made.get(&(format, samples)) {
             return id;
         }
-        let shader = self.shader(cache, key.wgsl(), "colour");
+        let shader = self.shader(cache, layer_wgsl(samples > 1), "layer");
+        let id = cache.queue_render_pipeline(RenderPipelineDescriptor {
+            label: Some("eye_layer".into()),
+            layout: vec![self.both_eyes.layer_layout(samples).clone()],
+            vertex: VertexState { shader: shader.clone(), entry_point: Some("vertex".into()), ..default() },
+            depth_stencil: Some(depth_test(true)),
+            multisample: MultisampleState { count: samples, ..default() },
+            fragment: Some(FragmentState {
+                shader,
+                entry_point: Some("fragment".into()),
+                targets: vec![Some(ColorTargetState { format, blend: None, write_mask: ColorWrites::ALL })],
+                ..default()
+            }),
+            ..default()
+        });
+        self.layer_made.insert((format, samples), id);
+        id
+    }
+
+    /// The colour pipeline for a target.
+    fn colour(&self, key: PipelineKey, view: BindGroupLayoutDescriptor, shader: Handle<Shader>) -> RenderPipelineDescriptor {
         let stone = key.subject != Subject::Sky;
-        let mut layout = vec![self.view_layout.clone()];
+        let mut layout = vec![view];
         if key.near != Near::Nothing {
             layout.push(shade_layout());
         }
@@ -514,7 +574,7 @@ impl StagePipelines {
         if key.detailed {
             layout.push(self.detail_layout.clone());
         }
-        let id = cache.queue_render_pipeline(RenderPipelineDescriptor {
+        RenderPipelineDescriptor {
             label: Some(if stone { "stone" } else { "sky" }.into()),
             layout,
             vertex: VertexState {
@@ -533,9 +593,7 @@ impl StagePipelines {
                 ..default()
             }),
             ..default()
-        });
-        self.made.insert(key, id);
-        id
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 use super::encoded::{Encoded, codes_format};
 use super::layout::{BLOCK, GROUP};
 use super::moment::MomentUniform;
+use super::multiview::{EyeCanvas, Multiview, OnePassPairs, StereoPasses};
 use super::occlusion::{DepthReadback, LEAST_TRIANGLES};
 use super::pages::{GpuChunk, GpuTexture, Page, PageNormals, Remaining, upload};
 use super::pipelines::{KINDS, Near, PipelineKey, STONES, SUBJECTS, StagePipelines};
@@ -72,6 +73,8 @@ pub struct StageGpu {
     culling: Option<Arc<CullingScene>>,
     /// What pairs of cameras leave out.
     pairs: Pairs,
+    /// Pairs that are drawn in one pass.
+    pub multiview: Multiview,
     /// Frames since less was needed than before: since the last of the bundle was taken, or a camera came to know what it sees.
     settled_frames: u32,
     /// Groups of vertices to be lit, per page.
@@ -154,15 +157,6 @@ impl StageGpu {
     }
 }
 
-/// Pipelines of stone with a detail.
-#[derive(Clone, Copy, Debug)]
-pub struct DetailedPipelines {
-    /// Stone that nothing is near to.
-    pub alone: [CachedRenderPipelineId; SUBJECTS.len()],
-    /// Stone near actors and lamps, while there are any.
-    pub near: Option<[CachedRenderPipelineId; SUBJECTS.len()]>,
-}
-
 /// A camera's share of a frame.
 #[derive(Component, Default)]
 pub struct StageView {
@@ -189,12 +183,12 @@ pub struct StageView {
     pub pixels: Option<Pixels>,
     /// The pipeline for that.
     pub relight_pipeline: Option<CachedRenderPipelineId>,
-    /// Pipelines for all subjects.
-    pub pipelines: Option<[CachedRenderPipelineId; SUBJECTS.len()]>,
-    /// The same for stone that actors shade, while they do.
-    pub near_pipelines: Option<(Near, [CachedRenderPipelineId; SUBJECTS.len()])>,
-    /// The same two for stone with a detail, while any is shown.
-    pub detailed_pipelines: Option<DetailedPipelines>,
+    /// What all subjects are drawn by.
+    pub keys: Option<[PipelineKey; SUBJECTS.len()]>,
+    /// What stone is near to, while it is to anything.
+    pub near: Option<Near>,
+    /// Whether details are shown.
+    pub details: bool,
     /// Pipelines that find out what is seen, for surfaces and for closed bodies.
     pub sight_pipelines: Option<[CachedRenderPipelineId; 2]>,
     /// The dome's maps, when there are any.
@@ -424,9 +418,9 @@ pub fn prepare_views(
     images: Res<RenderAssets<GpuImage>>,
     fallback: Res<FallbackImage>,
     mut sky: ResMut<SkyResources>,
-    actors: Res<ActorsGpu>,
-    lamps: Res<LampsGpu>,
+    (actors, lamps): (Res<ActorsGpu>, Res<LampsGpu>),
     (culling, told): (Res<Culling>, Res<CullingTold>),
+    (passes, one_pass): (Res<StereoPasses>, Res<OnePassPairs>),
     prepassed: Query<(), WithPrepass>,
     exact: Query<(), With<ExactAtRest>>,
     mut views: Query<SeenCamera, With<DaylightCamera>>,
@@ -436,6 +430,14 @@ pub fn prepare_views(
     let mut saved = Saved::default();
     let mut pairs = std::mem::take(&mut gpu.pairs);
     pairs.begin(views.iter().filter_map(|(_, _, _, _, view, _, _, pair, _)| Some((*pair?, look(view)))));
+    let mut multiview = std::mem::take(&mut gpu.multiview);
+    let canvases = views.iter().filter_map(|(entity, camera, _, _, view, msaa, resolution, pair, _)| {
+        let in_perspective = matches!(look(view).eye, Eye::At(_));
+        Some((*pair?, entity, EyeCanvas::new(camera, view, *msaa, resolution).filter(|_| in_perspective)))
+    });
+    // The frame before knows which were drawn.
+    one_pass.tell(multiview.drawn());
+    multiview.begin(&device, (&mut cache, &mut pipelines), canvases, |samples| passes.is_one(&device, gpu.software, samples));
     for (entity, camera, camera_3d, usages, view, msaa, resolution, pair, stage_view) in &mut views {
         let Some(mut stage_view) = stage_view else {
             // From the next frame on; the commands are applied before it.
@@ -445,23 +447,30 @@ pub fn prepare_views(
         let own = look(view);
         let Look { clip_from_world, eye, .. } = own;
         let looks = pairs.looks(pair.copied(), own);
-        stage_view.codes = (gpu.software && msaa.samples() == 1 && resolution.is_none())
+        let layer = multiview.layer(entity);
+        stage_view.codes = (gpu.software && msaa.samples() == 1 && resolution.is_none() && layer.is_none())
             .then(|| codes_format(view.target_format, usages.0, camera))
             .flatten();
         let format = stage_view.codes.unwrap_or(view.target_format);
-        let keys = SUBJECTS.map(|subject| PipelineKey::new(subject, frame.curve, format, msaa.samples()));
-        let ids = keys.map(|key| pipelines.colour(&mut cache, key));
-        stage_view.pipelines = Some(ids);
+        let keys = SUBJECTS.map(|subject| {
+            let key = PipelineKey::new(subject, frame.curve, format, msaa.samples());
+            if layer.is_some() { key.both_eyes() } else { key }
+        });
+        stage_view.keys = Some(keys);
         stage_view.relight_pipeline = stage_view.codes.map(|format| pipelines.relight(&mut cache, frame.curve, format));
-        let near = if lamps.any() && gpu.has_normals() { Near::Lamps } else { Near::Actors };
-        stage_view.near_pipelines =
-            actors.shade().map(|_| (near, keys.map(|key| pipelines.colour(&mut cache, key.near(near)))));
+        stage_view.near = actors.shade().map(|_| if lamps.any() && gpu.has_normals() { Near::Lamps } else { Near::Actors });
         // Details take part of their place from normals, which are there once all chunks are.
         let shows_details = !gpu.details.is_empty() && !frame.without_details;
-        stage_view.detailed_pipelines = (shows_details && gpu.has_normals()).then(|| DetailedPipelines {
-            alone: keys.map(|key| pipelines.colour(&mut cache, key.detailed())),
-            near: actors.shade().map(|_| keys.map(|key| pipelines.colour(&mut cache, key.near(near).detailed()))),
-        });
+        stage_view.details = shows_details && gpu.has_normals();
+        for key in keys {
+            let near = stage_view.near.map(|near| key.near(near));
+            for key in [Some(key), near].into_iter().flatten() {
+                pipelines.want(&mut cache, &device, key);
+                if stage_view.details {
+                    pipelines.want(&mut cache, &device, key.detailed());
+                }
+            }
+        }
         let key = SightKey {
             clip_from_world,
             beside: looks.iter().map(|look| look.clip_from_world).find(|other| *other != clip_from_world),
@@ -470,19 +479,21 @@ pub fn prepare_views(
             stage: (gpu.serial, gpu.chunks.len() + usize::from(gpu.closed_known) + usize::from(gpu.culling.is_some())),
             culling: *culling,
         };
-        let numbering =
-            (gpu.software && device.features().contains(WgpuFeatures::PRIMITIVE_INDEX)).then(|| pipelines.sight(&mut cache));
+        let numbering = (gpu.software && layer.is_none() && device.features().contains(WgpuFeatures::PRIMITIVE_INDEX))
+            .then(|| pipelines.sight(&mut cache));
         stage_view.sight_pipelines = numbering;
         // A frame without its pipelines would find that nothing is seen, and one whose depth begins with guests would find that
         // what they hide is not: they may move while the eye rests.
-        let needed = ids[..STONES].iter().chain(numbering.iter().flatten());
+        let has_all = keys[..STONES].iter().all(|&key| pipelines.get(&cache, key).is_some())
+            && numbering.iter().flatten().all(|&id| cache.get_render_pipeline(id).is_some());
         let may_ask = (numbering.is_some() && msaa.samples() == 1 && !prepassed.contains(entity))
             .then_some(camera.physical_target_size)
             .flatten()
             .filter(|size| size.element_product() <= MAX_ASKED_PIXELS)
-            .filter(|_| needed.into_iter().all(|&id| cache.get_render_pipeline(id).is_some()));
+            .filter(|_| has_all);
         // Likewise what guests hide is not hidden from an eye that comes to rest.
         let may_occlude = gpu.software
+            && layer.is_none()
             && msaa.samples() == 1
             && !prepassed.contains(entity)
             && resolution.is_none()
@@ -506,6 +517,9 @@ pub fn prepare_views(
         if let Some(pixels) = &stage_view.pixels {
             gpu.needed.extend_from_slice(&pixels.raster.groups);
             stage_view.forget_sight();
+        } else if layer == Some(1) {
+            // The first eye's draws are both eyes'.
+            stage_view.forget_sight();
         } else {
             stage_view.look(&mut gpu, &device, key, (may_ask, may_occlude), |own, chunks| {
                 pairs.clusters(pair.copied(), own, &culler, chunks, &looks)
@@ -524,18 +538,15 @@ pub fn prepare_views(
         // Details fade at the same places in both eyes' pictures.
         let uniform =
             crate::sky::view_uniform(&frame, clip_from_world, direction_from_clip, pixel_rad, Look::middle(&looks, eye));
-        write_uniform(
-            &mut stage_view.buffer,
-            &device,
-            &queue,
-            &cache.get_bind_group_layout(&pipelines.view_layout),
-            bytemuck::bytes_of::<ViewUniform>(&uniform),
-            "stone_view",
-        );
+        if !multiview.write(&queue, entity, &uniform) {
+            let layout = cache.get_bind_group_layout(&pipelines.view_layout);
+            let bytes = bytemuck::bytes_of::<ViewUniform>(&uniform);
+            write_uniform(&mut stage_view.buffer, &device, &queue, &layout, bytes, "stone_view");
+        }
         stage_view.sky =
             sky.bind_group(&frame.sky, &images, &fallback, &device, &cache.get_bind_group_layout(&pipelines.sky_layout));
     }
-    gpu.pairs = pairs;
+    (gpu.pairs, gpu.multiview) = (pairs, multiview);
     told.tell(saved, gpu.culling.is_some());
 }
 

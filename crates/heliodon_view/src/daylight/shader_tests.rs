@@ -2,6 +2,7 @@
 
 use super::layout::VertexLayout;
 use super::moment::MOMENT_BYTES;
+use super::multiview::layer_wgsl;
 use super::pipelines::{CASTER_WGSL, Near, PipelineKey, SUBJECTS, Subject, relight_wgsl, sight_wgsl};
 use super::texels::{TEXEL_MOMENT_BYTES, TEXEL_RELIGHT_WGSL, TEXELS_WGSL};
 use super::view::VIEW_BYTES;
@@ -16,7 +17,12 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 fn compile(source: &str) -> naga::Module {
     let module = naga::front::wgsl::parse_str(source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(source)));
     // Half floats read as words: every WebGPU device does that. Triangles are numbered where the device can.
-    Validator::new(ValidationFlags::all(), Capabilities::SHADER_FLOAT16_IN_FLOAT32 | Capabilities::PRIMITIVE_INDEX)
+    // Both eyes are drawn at once where it can, too.
+    let capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32
+        | Capabilities::PRIMITIVE_INDEX
+        | Capabilities::MULTIVIEW
+        | Capabilities::MULTISAMPLED_SHADING;
+    Validator::new(ValidationFlags::all(), capabilities)
         .validate(&module)
         .unwrap_or_else(|error| panic!("{}", error.emit_to_string(source)));
     module
@@ -61,8 +67,10 @@ fn the_colour_shaders_are_valid_for_every_target() {
             for format in [TextureFormat::Rgba8UnormSrgb, TextureFormat::Rgba8Unorm, TextureFormat::Rgba16Float] {
                 let key = PipelineKey::new(subject, curve, format, 1);
                 assert_eq!(size_of_struct(&compile(&key.wgsl()), "View"), Some(VIEW_BYTES as u32));
+                assert_eq!(size_of_struct(&compile(&key.both_eyes().wgsl()), "View"), Some(VIEW_BYTES as u32));
                 if subject != Subject::Sky {
                     for near in [Near::Nothing, Near::Actors, Near::Lamps] {
+                        compile(&key.near(near).detailed().both_eyes().wgsl());
                         let module = compile(&key.near(near).detailed().wgsl());
                         assert_eq!(size_of_struct(&module, "Detail"), Some(DETAIL_BYTES as u32));
                         assert!(bound_groups(&module) <= 4, "no more than portable devices have");
@@ -76,6 +84,13 @@ fn the_colour_shaders_are_valid_for_every_target() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn what_hands_an_eye_its_layer_is_valid() {
+    for several_samples in [false, true] {
+        compile(&layer_wgsl(several_samples));
     }
 }
 

@@ -46,7 +46,16 @@ struct Fragment {
 #endif
 
 @vertex
-fn vertex(in: Vertex, @builtin(instance_index) own: u32) -> Fragment {
+fn vertex(
+    in: Vertex,
+    @builtin(instance_index) own: u32,
+#ifdef BOTH_EYES
+    @builtin(view_index) eye: u32,
+#endif
+) -> Fragment {
+#ifdef BOTH_EYES
+    view = views[eye];
+#endif
     var out: Fragment;
     out.clip = view.clip_from_world * vec4<f32>(in.position, 1.0);
     out.light = in.light.rgb;
@@ -69,7 +78,15 @@ fn vertex(in: Vertex, @builtin(instance_index) own: u32) -> Fragment {
 }
 
 @fragment
-fn fragment(in: Fragment) -> @location(0) vec4<f32> {
+fn fragment(
+    in: Fragment,
+#ifdef BOTH_EYES
+    @builtin(view_index) eye: u32,
+#endif
+) -> @location(0) vec4<f32> {
+#ifdef BOTH_EYES
+    view = views[eye];
+#endif
     var albedo = in.albedo;
 #ifdef TEXTURED
     albedo *= textureSample(albedo_texture, albedo_sampler, in.uv).rgb;

@@ -13,4 +13,11 @@ struct View {
     eye: vec4<f32>,
 }
 
+#ifdef ONE_VIEW
 @group(0) @binding(0) var<uniform> view: View;
+#endif
+#ifdef BOTH_EYES
+// Each entry point that needs its eye's sets it first.
+@group(0) @binding(0) var<uniform> views: array<View, 2>;
+var<private> view: View;
+#endif

@@ -4,7 +4,7 @@ use super::app::Stepped;
 use super::readback::begin_readback;
 use super::{HeadlessError, RenderOptions, Shot, downsample};
 use crate::VisitPlugins;
-use crate::daylight::ExactAtRest;
+use crate::daylight::{ExactAtRest, StereoPasses};
 use crate::display::preview;
 use crate::display::{Composer, Room, RoomEye, Showing, Side, eye_size, picture, spawn_composer, spawn_eye};
 use crate::navigation::Visitor;
@@ -80,6 +80,7 @@ impl RoomRenderer {
             app.add_plugins(VisitPlugins);
         })?;
         let world = stepped.app.world_mut();
+        world.insert_resource(StereoPasses(display.display.passes));
         world.spawn(room.visitor());
         let (mut cameras, mut pictures) = (Vec::new(), Vec::new());
         for (number, entry) in display.screens.iter().enumerate() {

@@ -11,7 +11,15 @@ struct Fragment {
 }
 
 @vertex
-fn vertex(@builtin(vertex_index) index: u32) -> Fragment {
+fn vertex(
+    @builtin(vertex_index) index: u32,
+#ifdef BOTH_EYES
+    @builtin(view_index) eye: u32,
+#endif
+) -> Fragment {
+#ifdef BOTH_EYES
+    view = views[eye];
+#endif
     // One triangle over the whole screen on the far plane, which is 0 with reversed depth.
     let xy = vec2<f32>(f32((index << 1u) & 2u), f32(index & 2u)) * 2.0 - 1.0;
     var out: Fragment;
@@ -26,7 +34,15 @@ fn lat_long(d: vec3<f32>) -> vec2<f32> {
 }
 
 @fragment
-fn fragment(in: Fragment) -> @location(0) vec4<f32> {
+fn fragment(
+    in: Fragment,
+#ifdef BOTH_EYES
+    @builtin(view_index) eye: u32,
+#endif
+) -> @location(0) vec4<f32> {
+#ifdef BOTH_EYES
+    view = views[eye];
+#endif
     let d = normalize(in.direction);
     let uv = lat_long(d);
     var radiance = vec3<f32>(0.0);

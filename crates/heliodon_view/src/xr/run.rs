@@ -77,6 +77,8 @@ pub struct HeadsetReport {
     pub headset: String,
     /// Size of an eye's picture.
     pub resolution: [u32; 2],
+    /// In how many passes both eyes' pictures were drawn.
+    pub passes: u32,
     /// Where the visitor's platform was at the end, and how far it had turned clockwise, degrees.
     pub eye: [f32; 3],
     /// See [`Self::eye`].
@@ -101,6 +103,7 @@ impl HeadsetReport {
             runtime,
             headset,
             resolution: told.resolution,
+            passes: if told.one_pass { 1 } else { 2 },
             eye: told.eye.to_array(),
             heading_deg: told.yaw_rad.to_degrees(),
             clock_s: told.clock_s,
@@ -134,6 +137,7 @@ impl HeadsetReport {
             format!("\"runtime\": {}", json_string(&self.runtime)),
             format!("\"headset\": {}", json_string(&self.headset)),
             format!("\"resolution\": [{width}, {height}]"),
+            format!("\"passes\": {}", self.passes),
             format!("\"eye\": [{x:.3}, {y:.3}, {z:.3}]"),
             format!("\"heading_deg\": {:.2}", self.heading_deg),
             format!("\"clock\": {}", json_string(&clock_text(self.clock_s))),
@@ -325,6 +329,7 @@ mod tests {
             last: Some(first + Duration::from_secs(5)),
             waited: Duration::from_secs(1),
             resolution: [320, 240],
+            one_pass: true,
             pictures: vec!["b\\right.png".into(), "a\"left.png".into()],
             eye: Vec3::new(1.0, 1.65, -2.0),
             yaw_rad: std::f32::consts::FRAC_PI_2,
@@ -336,7 +341,7 @@ mod tests {
         assert_eq!(
             report.json(),
             "{\"frames\": 101, \"seconds\": 5.000, \"frame_ms\": 50.00, \"work_ms\": 40.00, \"runtime\": \"Monado\\u000a25\", \"headset\": \"\", \
-             \"resolution\": [320, 240], \"eye\": [1.000, 1.650, -2.000], \"heading_deg\": 90.00, \"clock\": \"09:30\", \"playing\": true, \
+             \"resolution\": [320, 240], \"passes\": 1, \"eye\": [1.000, 1.650, -2.000], \"heading_deg\": 90.00, \"clock\": \"09:30\", \"playing\": true, \
              \"pictures\": [\"a\\\"left.png\", \"b\\\\right.png\"]}"
         );
         assert_eq!(HeadsetReport::new(&Told::default(), String::new(), String::new()).frame_ms(), 0.0);

@@ -2,6 +2,7 @@
 
 use super::eyes::Eye;
 use super::run::XrOptions;
+use crate::daylight::OnePassPairs;
 use crate::navigation::Visitor;
 use crate::stage::{Stage, StageStatus};
 use crate::time_lapse::TimeLapse;
@@ -38,6 +39,8 @@ pub(super) struct Told {
     pub waited: Duration,
     /// Size of an eye's picture.
     pub resolution: [u32; 2],
+    /// Whether both eyes' were drawn in one pass.
+    pub one_pass: bool,
     /// Where the visitor's platform is, how far it is turned, and what hour it is.
     pub eye: Vec3,
     pub yaw_rad: f32,
@@ -137,8 +140,15 @@ fn count_frames(state: Option<Res<OxrFrameState>>, tally: Res<Tally>) {
 }
 
 /// Notes what a report tells of the end: nobody knows which frame will be the last.
-fn note(config: Option<Res<OxrCurrentSessionConfig>>, visitors: Query<&Visitor>, lapse: Res<TimeLapse>, tally: Res<Tally>) {
+fn note(
+    config: Option<Res<OxrCurrentSessionConfig>>,
+    visitors: Query<&Visitor>,
+    lapse: Res<TimeLapse>,
+    one_pass: Res<OnePassPairs>,
+    tally: Res<Tally>,
+) {
     let mut told = tally.told();
+    told.one_pass |= one_pass.count() > 0;
     if let Some(config) = config {
         told.resolution = config.resolution.to_array();
     }

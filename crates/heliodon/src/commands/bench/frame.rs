@@ -5,7 +5,7 @@ use crate::failure::wrong_arguments;
 use crate::{acting, values};
 use anyhow::Result;
 use glam::Vec3;
-use heliodon_bundle::BundleReader;
+use heliodon_bundle::{BundleReader, display};
 use heliodon_mesh::Mesh;
 use heliodon_view::Pose;
 use heliodon_view::bench::{FrameBench, frame_times};
@@ -27,9 +27,36 @@ pub struct Args {
     /// For frame: the day stands still
     #[arg(long)]
     paused: bool,
-    /// For frame: two pictures a frame, one for each eye
-    #[arg(long)]
-    stereo: bool,
+    /// For frame: samples of a pixel: 1, 2, 4 or 8
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = values::samples)]
+    msaa: u32,
+    /// For frame: size of a picture
+    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = values::size)]
+    size: values::Size,
+    /// For frame: two pictures a frame, one for each eye, in so many passes [default: auto]
+    #[arg(long, value_enum, value_name = "PASSES", num_args = 0..=1, default_missing_value = "auto")]
+    stereo: Option<Passes>,
+}
+
+/// In how many passes both eyes are drawn.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Passes {
+    /// One where it is quicker
+    Auto,
+    /// One where the device can
+    One,
+    /// One for each eye
+    Two,
+}
+
+impl From<Passes> for display::Passes {
+    fn from(passes: Passes) -> Self {
+        match passes {
+            Passes::Auto => Self::Auto,
+            Passes::One => Self::One,
+            Passes::Two => Self::Two,
+        }
+    }
 }
 
 /// Frames of a bundle, and the memory that an empty scene needs in the same program.
@@ -41,8 +68,10 @@ pub fn run(args: &super::Args) -> Result<Figures> {
     drop(bundle);
     let asked = args.frame;
     let pose = asked.eye.zip(asked.look).map(|(eye, look)| Pose::looking(eye, look));
-    let mut bench =
-        FrameBench { playing: !asked.paused, swaying: asked.moving, stereo: asked.stereo, pose, ..FrameBench::default() };
+    let stereo = asked.stereo.map(display::Passes::from);
+    let (values::Size { width, height }, samples) = (asked.size, asked.msaa);
+    let (playing, swaying) = (!asked.paused, asked.moving);
+    let mut bench = FrameBench { width, height, samples, playing, swaying, stereo, pose, ..FrameBench::default() };
     asked.acting.apply(&mut bench.actors);
     let empty = frame_times(None, bench)?;
     for _ in 0..args.runs {
@@ -53,6 +82,9 @@ pub fn run(args: &super::Args) -> Result<Figures> {
         }
         if let Some(ms) = times.processor_ms {
             figures.more.insert("processor_ms".to_owned(), ms);
+        }
+        if let Some(passes) = times.stereo_passes {
+            figures.more.insert("stereo_passes".to_owned(), f64::from(passes));
         }
         let told = times.actors;
         if told.actors > 0 {
