@@ -2,7 +2,7 @@
 
 use crate::App;
 use crate::failure::{WrongArguments, wrong_arguments};
-use crate::files;
+use crate::{files, values};
 use anyhow::{Result, bail};
 use heliodon_bundle::display::{DISPLAY_FILE_NAME, Display, Preset};
 use heliodon_bundle::site::Site;
@@ -13,13 +13,15 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Writes a display.toml to start from, or checks one: its screens, its bindings, whether its ports are free.
+mod listen;
+
+/// Writes a display.toml to start from, or checks one: its screens, its bindings, whether its ports are free, what its trackers say.
 ///
 /// A viewer looks for display.toml beside the site, then for heliodon/display.toml in the user's configuration; `heliodon view --display` names
 /// another one.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  heliodon display --preset flatworld -o mysite/display.toml\n  heliodon display mysite/display.toml\n  heliodon display --actions"
+    after_help = "Examples:\n  heliodon display --preset flatworld -o mysite/display.toml\n  heliodon display mysite/display.toml\n  heliodon display mysite/display.toml --listen 60\n  heliodon display --actions"
 )]
 pub struct Args {
     /// A display.toml to check
@@ -31,6 +33,9 @@ pub struct Args {
     /// Where to write it [default: to the terminal]
     #[arg(short, long, value_name = "FILE", requires = "preset")]
     output: Option<PathBuf>,
+    /// Tell each second where the trackers of FILE see heads and hands, for so many seconds
+    #[arg(long, value_name = "SECONDS", value_parser = values::elapsed, conflicts_with_all = ["preset", "actions"])]
+    listen: Option<f64>,
     /// List every action, what it is bound to, and what else it could be
     #[arg(long, conflicts_with = "preset")]
     actions: bool,
@@ -120,6 +125,9 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     }
     let Some(file) = &args.file else { wrong_arguments!("name a display.toml, or --preset, or --actions") };
     let display = Display::read(file)?;
+    if let Some(seconds) = args.listen {
+        return listen::run(app, &display, seconds);
+    }
     let told = check(&display)?;
     app.output.result(&told, |told| {
         let screens =

@@ -203,6 +203,11 @@ fn check_body(path: &[&str], protocol: Protocol, body: &BodyEntry) -> Checked {
         Protocol::Osc if body.address.as_ref().is_none_or(|address| !address.starts_with('/')) => {
             fault(path, "a body of an OSC tracker needs its address", "add address = \"/head\"")
         }
+        Protocol::Openxr if body.address.as_ref().is_some_and(|path| !path.starts_with("/user/")) => fault(
+            path,
+            "a body's OpenXR path begins with /user/",
+            "write \"/user/head\", \"/user/hand/right\" or \"/user/vive_tracker_htcx/role/waist\", or leave it out",
+        ),
         Protocol::Dtrack if body.id.is_some() == body.flystick.is_some() => {
             fault(path, "a body of DTrack needs its number", "add id = 0 for a standard body, or flystick = 0")
         }

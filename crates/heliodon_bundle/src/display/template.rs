@@ -95,7 +95,7 @@ fn write_tracker(w: &mut Writer, tracker: &TrackerEntry) {
     let default = TrackerEntry::new("", tracker.protocol);
     w.line("\n[[tracker]]");
     w.set("name", &tracker.name, "");
-    w.set("protocol", tracker.protocol, "osc, dtrack, recording or simulated");
+    w.set("protocol", tracker.protocol, "osc, dtrack, openxr, recording or simulated");
     w.absent("listen", tracker.listen.as_ref(), "\"127.0.0.1:5000\"", "0.0.0.0 takes packets of other machines");
     w.absent("file", tracker.file.as_ref(), "\"walk.poses\"", "a recording's");
     w.optional("repeat", &tracker.repeat, &default.repeat, "the recording");

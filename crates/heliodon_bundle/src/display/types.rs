@@ -346,6 +346,8 @@ pub enum Protocol {
     Osc,
     /// The ASCII protocol of A.R.T.'s DTrack over UDP.
     Dtrack,
+    /// An OpenXR runtime that can be asked without showing pictures (XR_MND_headless), such as Monado.
+    Openxr,
     /// A recording of poses, played back.
     Recording,
     /// Keyboard and mouse stand in for the head.
@@ -358,7 +360,8 @@ pub enum Protocol {
 pub struct BodyEntry {
     /// Whose pose it is.
     pub is: BodyKind,
-    /// Its OSC address: "/head".
+    /// Its OSC address: "/head". Its OpenXR path: "/user/head", "/user/hand/left", "/user/hand/right" (what the body's kind says without one), or a tracker's
+    /// role, "/user/vive_tracker_htcx/role/waist".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub address: Option<String>,
     /// Its number as DTrack counts standard bodies, from 0.

@@ -5,7 +5,7 @@
 //! moment, and only where it is seen; drawing then reads position, light and albedo, 24 bytes a vertex, and the
 //! fragment multiplies light by albedo. Why this split, and what it costs, is in docs/decisions/008-drawing-stone.md.
 
-mod allocator;
+pub(crate) mod allocator;
 pub mod chunk;
 pub mod closed;
 pub mod cluster;

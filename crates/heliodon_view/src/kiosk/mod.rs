@@ -4,6 +4,7 @@
 mod watch;
 
 use crate::culling::Culling;
+use crate::daylight::allocator::give_back_freed_memory;
 use crate::input::Actions;
 use crate::navigation::{MouseLook, Visitor};
 use crate::stage::frame::StageFrame;
@@ -91,6 +92,8 @@ fn begin_anew(
     *culling = Culling::default();
     mouse.captured = false;
     visitors.iter_mut().for_each(|mut visitor| visitor.go_home());
+    // What the day before needed for a moment is not kept for weeks.
+    give_back_freed_memory();
 }
 
 fn hide_cursors(mut cursors: Query<&mut CursorOptions, With<Window>>) {

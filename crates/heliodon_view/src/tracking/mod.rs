@@ -3,6 +3,8 @@
 //! What a tracker says is taken once a frame, as late as can be. A body that is lost rests gently where it was; a tracker that cannot
 //! be listened to is told and left out.
 
+#[cfg(feature = "xr")]
+mod openxr;
 mod simulated;
 
 use crate::display::Room;
@@ -12,7 +14,7 @@ use bevy::prelude::*;
 use heliodon_bundle::ConfigError;
 use heliodon_bundle::display::{BodyKind, Display, Protocol, TrackerEntry};
 use heliodon_track::calibration::{Axes, Calibration};
-use heliodon_track::filter::State;
+pub use heliodon_track::filter::State;
 use heliodon_track::filter::{FilterSettings, OneEuro};
 use heliodon_track::follow::{Follower, Protocol as Language, Statistics};
 use heliodon_track::gesture::{FlickSettings, WandFlickDetector};
@@ -27,6 +29,8 @@ use std::time::Instant;
 enum Source {
     Udp(Receiver, Language),
     Recording(Player),
+    #[cfg(feature = "xr")]
+    OpenXr(openxr::Runtime),
     /// Keyboard and mouse; where the head is, and its heading and pitch.
     Simulated(simulated::Head),
 }
@@ -71,7 +75,7 @@ fn settings(display: &Display, number: usize, entry: &TrackerEntry) -> Result<Se
     let filter = match entry.protocol {
         // What was recorded or moved by hand is shown as it is.
         Protocol::Recording | Protocol::Simulated => FilterSettings::unfiltered(),
-        Protocol::Osc | Protocol::Dtrack => {
+        Protocol::Osc | Protocol::Dtrack | Protocol::Openxr => {
             let (position, orientation) = match entry.smoothing_hz > 0.0 {
                 true => (smooth(entry.smoothing_beta), smooth(entry.smoothing_beta / 3.0)),
                 false => (OneEuro::OFF, OneEuro::OFF),
@@ -125,6 +129,10 @@ impl Trackers {
             let source = match entry.protocol {
                 Protocol::Osc => listen(entry, Language::Osc),
                 Protocol::Dtrack => listen(entry, Language::Dtrack),
+                #[cfg(feature = "xr")]
+                Protocol::Openxr => openxr::Runtime::open(entry).map(Source::OpenXr).map_err(|why| why.to_string()),
+                #[cfg(not(feature = "xr"))]
+                Protocol::Openxr => Err("this program was built without OpenXR (feature headset)".to_owned()),
                 Protocol::Recording => {
                     let file = entry.file.as_deref().map(|file| display.resolve(file)).unwrap_or_default();
                     PoseRecording::read(&file)
@@ -170,6 +178,39 @@ impl Trackers {
         self.clock_s.unwrap_or_else(|| self.start.elapsed().as_secs_f64())
     }
 
+    /// Takes what has come since this was called last. Apps with a [`Room`] and the [`TrackingPlugin`] do so in each frame.
+    pub fn take(&mut self) {
+        let (now_s, start) = (self.now_s(), self.start);
+        for Tracker { name, source, follower, .. } in &mut self.trackers {
+            match source {
+                Source::Udp(receiver, language) => {
+                    receiver.drain(&mut self.arrivals);
+                    for arrival in self.arrivals.drain(..) {
+                        // What is malformed is counted.
+                        follower.packet(*language, &arrival.packet, arrival.seconds_after(start)).ok();
+                    }
+                }
+                Source::Recording(player) => player.reports(now_s, now_s, &mut self.reports),
+                #[cfg(feature = "xr")]
+                Source::OpenXr(runtime) => runtime.reports(name, now_s, &mut self.reports),
+                Source::Simulated(_) => {}
+            }
+            self.reports.drain(..).for_each(|report| follower.report(&report));
+        }
+    }
+
+    /// Each body: its tracker's name, what it is, whether it is seen, and where in the room it is once it was.
+    pub fn bodies(&self) -> impl Iterator<Item = (&str, BodyKind, State, Option<Pose>)> {
+        let now_s = self.now_s();
+        self.trackers.iter().flat_map(move |tracker| {
+            let of = |(index, body): (usize, &BodyKind)| {
+                (*body, tracker.follower.state(index, now_s), tracker.follower.pose(index, now_s))
+            };
+            let bodies: Vec<_> = tracker.bodies.iter().enumerate().map(of).collect();
+            bodies.into_iter().map(|(body, state, pose)| (tracker.name.as_str(), body, state, pose))
+        })
+    }
+
     /// Each tracker's name but for keyboards, what it counted with how long ago its newest report arrived, and whether each of its bodies is seen.
     pub fn told(&self) -> impl Iterator<Item = (&str, Statistics, Vec<(BodyKind, State)>)> {
         let now_s = self.now_s();
@@ -201,27 +242,14 @@ impl Plugin for TrackingPlugin {
     }
 }
 
-/// Takes what has come, and moves the room's head and hands.
+/// Moves the room's head and hands to where the trackers say.
 fn follow(mut trackers: ResMut<Trackers>, mut room: ResMut<Room>, mut wand_input: ResMut<WandInput>) {
     let trackers = &mut *trackers;
-    let (now_s, start) = (trackers.now_s(), trackers.start);
+    trackers.take();
+    let now_s = trackers.now_s();
     let (mut head, mut wand, mut left_hand) = (None, None, None);
     let mut input = WandInput::default();
     for tracker in &mut trackers.trackers {
-        match &mut tracker.source {
-            Source::Udp(receiver, language) => {
-                receiver.drain(&mut trackers.arrivals);
-                for arrival in trackers.arrivals.drain(..) {
-                    // What is malformed is counted.
-                    tracker.follower.packet(*language, &arrival.packet, arrival.seconds_after(start)).ok();
-                }
-            }
-            Source::Recording(player) => {
-                player.reports(now_s, now_s, &mut trackers.reports);
-                trackers.reports.drain(..).for_each(|report| tracker.follower.report(&report));
-            }
-            Source::Simulated(_) => {}
-        }
         for (index, body) in tracker.bodies.iter().enumerate() {
             let lost = matches!(tracker.follower.state(index, now_s), State::Lost { .. });
             if lost != tracker.told_lost[index] && !matches!(tracker.source, Source::Simulated(_)) {

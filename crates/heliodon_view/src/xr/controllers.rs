@@ -8,14 +8,13 @@ use super::profiles::{Asked, PROFILES};
 use crate::input::{Input, InputSet, WandInput};
 use bevy::input::gamepad::{Gamepad, GamepadAxis};
 use bevy::prelude::*;
-use bevy_mod_openxr::action_binding::{OxrSendActionBindings, OxrSuggestActionBinding};
 use bevy_mod_openxr::action_set_attaching::OxrAttachActionSet;
 use bevy_mod_openxr::action_set_syncing::{OxrActionSetSyncSet, OxrSyncActionSet};
 use bevy_mod_openxr::openxr_session_running;
 use bevy_mod_openxr::resources::OxrInstance;
 use bevy_mod_openxr::session::OxrSession;
 use bevy_mod_xr::session::{XrSessionCreated, XrState};
-use openxr::{Action, ActionSet, Path, Posef, Vector2f};
+use openxr::{Action, ActionSet, Binding, Path, Posef, Vector2f};
 
 /// The wand's button that is the trigger.
 pub(super) const TRIGGER: u32 = 1;
@@ -41,7 +40,7 @@ pub(super) struct Bound {
 }
 
 impl Bound {
-    fn new(instance: &openxr::Instance) -> openxr::Result<Self> {
+    pub(super) fn new(instance: &openxr::Instance) -> openxr::Result<Self> {
         let set = instance.create_action_set("visit", "Visit", 0)?;
         fn action<T: openxr::ActionTy>(set: &ActionSet, asked: Asked) -> openxr::Result<Action<T>> {
             let (name, shown) = asked.names();
@@ -60,23 +59,69 @@ impl Bound {
         [Follows::Left, Follows::Right, Follows::LeftAim, Follows::RightAim].into_iter().zip(&self.poses)
     }
 
-    fn raw(&self, asked: Asked) -> openxr::sys::Action {
+    /// All of them are of this set.
+    pub(super) fn set(&self) -> &ActionSet {
+        &self.set
+    }
+
+    /// Where the left and the right hand grip.
+    pub(super) fn grips(&self) -> [&Action<Posef>; 2] {
+        [&self.poses[0], &self.poses[1]]
+    }
+
+    /// Tells the runtime what each kind of controller calls them. A runtime passes over kinds that it does not know.
+    pub(super) fn suggest(&self, instance: &openxr::Instance) -> openxr::Result<()> {
+        for profile in PROFILES {
+            let bindings: Vec<(Asked, Path)> = profile
+                .bindings()
+                .map(|(asked, path)| Ok((asked, instance.string_to_path(&path)?)))
+                .collect::<openxr::Result<_>>()?;
+            let bindings: Vec<Binding<'_>> = bindings.iter().map(|(asked, path)| self.binding(*asked, *path)).collect();
+            match instance.suggest_interaction_profile_bindings(instance.string_to_path(profile.path)?, &bindings) {
+                Ok(()) | Err(openxr::sys::Result::ERROR_PATH_UNSUPPORTED) => {}
+                Err(why) => return Err(why),
+            }
+        }
+        Ok(())
+    }
+
+    /// Actions of the same set for trackers that go by these roles, in their order.
+    pub(super) fn roles<'a>(
+        &self,
+        instance: &openxr::Instance,
+        roles: impl Iterator<Item = &'a String>,
+    ) -> openxr::Result<Vec<Action<Posef>>> {
+        let (mut actions, mut paths) = (Vec::new(), Vec::new());
+        for (number, role) in roles.enumerate() {
+            actions.push(self.set.create_action::<Posef>(&format!("role_{number}"), role, &[])?);
+            paths.push(instance.string_to_path(&format!("{role}/input/grip/pose"))?);
+        }
+        if !actions.is_empty() {
+            let bindings: Vec<Binding<'_>> =
+                actions.iter().zip(&paths).map(|(action, path)| Binding::new(action, *path)).collect();
+            let profile = instance.string_to_path("/interaction_profiles/htc/vive_tracker_htcx")?;
+            instance.suggest_interaction_profile_bindings(profile, &bindings)?;
+        }
+        Ok(actions)
+    }
+
+    fn binding(&self, asked: Asked, path: Path) -> Binding<'_> {
         match asked {
-            Asked::GripLeft => self.poses[0].as_raw(),
-            Asked::GripRight => self.poses[1].as_raw(),
-            Asked::AimLeft => self.poses[2].as_raw(),
-            Asked::AimRight => self.poses[3].as_raw(),
-            Asked::Move => self.sticks[0].as_raw(),
-            Asked::Turn => self.sticks[1].as_raw(),
-            Asked::Trigger => self.buttons[0].as_raw(),
-            Asked::First => self.buttons[1].as_raw(),
-            Asked::Second => self.buttons[2].as_raw(),
-            Asked::Menu => self.buttons[3].as_raw(),
+            Asked::GripLeft => Binding::new(&self.poses[0], path),
+            Asked::GripRight => Binding::new(&self.poses[1], path),
+            Asked::AimLeft => Binding::new(&self.poses[2], path),
+            Asked::AimRight => Binding::new(&self.poses[3], path),
+            Asked::Move => Binding::new(&self.sticks[0], path),
+            Asked::Turn => Binding::new(&self.sticks[1], path),
+            Asked::Trigger => Binding::new(&self.buttons[0], path),
+            Asked::First => Binding::new(&self.buttons[1], path),
+            Asked::Second => Binding::new(&self.buttons[2], path),
+            Asked::Menu => Binding::new(&self.buttons[3], path),
         }
     }
 
     /// What a session's controllers say; of those that are not there, nothing.
-    fn read(&self, session: &OxrSession) -> Controllers {
+    pub(super) fn read<G>(&self, session: &openxr::Session<G>) -> Controllers {
         let stick = |action: &Action<Vector2f>| {
             let state = action.state(session, Path::NULL).ok().filter(|state| state.is_active);
             let way = state.map_or(Vec2::ZERO, |state| Vec2::new(state.current_state.x, state.current_state.y));
@@ -112,7 +157,6 @@ impl Plugin for ControllersPlugin {
                 commands.spawn((Sticks, Gamepad::default(), Name::new("headset's controllers")));
             })
             .add_systems(XrSessionCreated, bind)
-            .add_systems(OxrSendActionBindings, suggest)
             .add_systems(
                 PreUpdate,
                 (
@@ -126,25 +170,12 @@ impl Plugin for ControllersPlugin {
 
 /// Makes the actions and asks for them to be attached.
 pub(super) fn bind(instance: Res<OxrInstance>, mut attach: MessageWriter<OxrAttachActionSet>, mut commands: Commands) {
-    match Bound::new(&instance) {
+    match Bound::new(&instance).and_then(|bound| bound.suggest(&instance).map(|()| bound)) {
         Ok(bound) => {
             attach.write(OxrAttachActionSet(bound.set.clone()));
             commands.insert_resource(bound);
         }
         Err(why) => error!("the headset's controllers cannot be used: {why}"),
-    }
-}
-
-fn suggest(bound: Option<Res<Bound>>, mut suggestions: MessageWriter<OxrSuggestActionBinding>) {
-    let Some(bound) = bound else { return };
-    for profile in PROFILES {
-        for (asked, path) in profile.bindings() {
-            suggestions.write(OxrSuggestActionBinding {
-                action: bound.raw(asked),
-                interaction_profile: profile.path.into(),
-                bindings: vec![path.into()],
-            });
-        }
     }
 }
 

@@ -21,6 +21,7 @@ mod run;
 mod runtime;
 mod session;
 mod timeline;
+pub(crate) mod tracker;
 pub mod turn;
 mod vignette;
 mod watch;

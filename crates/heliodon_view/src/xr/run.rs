@@ -16,7 +16,6 @@ use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::settings::RenderCreation;
 use bevy::window::{ExitCondition, PresentMode, WindowResolution};
 use bevy::winit::{UpdateMode, WinitPlugin, WinitSettings};
-use bevy_mod_openxr::action_binding::OxrActionBindingPlugin;
 use bevy_mod_openxr::action_set_attaching::OxrActionAttachingPlugin;
 use bevy_mod_openxr::action_set_syncing::OxrActionSyncingPlugin;
 use bevy_mod_openxr::poll_events::OxrEventsPlugin;
@@ -276,7 +275,6 @@ pub fn run_headset(folder: impl AsRef<Path>, options: &HeadsetOptions) -> Result
             OxrRenderPlugin { spawn_cameras: true, default_wait_frame: false },
             XrCameraPlugin,
             OxrActionAttachingPlugin,
-            OxrActionBindingPlugin,
             OxrActionSyncingPlugin,
             OxrSpatialPlugin,
             OxrSpacePatchingPlugin,

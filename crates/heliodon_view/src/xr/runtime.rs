@@ -45,7 +45,7 @@ pub(super) struct Runtime {
 /// Looks for the loader where the system keeps libraries, first by the name that it has where only the library is installed: the one without a number
 /// comes with what programs are built with.
 #[expect(unsafe_code, reason = "a library is loaded, whose functions are then trusted; all of it is in this function")]
-fn entry() -> Result<OxrEntry, openxr::LoadError> {
+pub(super) fn entry() -> Result<OxrEntry, openxr::LoadError> {
     // SAFETY: what is loaded is OpenXR's own loader, by its name, from the library search path. Whoever can put another there can change any library of
     // the program.
     let (numbered, usual) = unsafe { (openxr::Entry::load_from(Path::new("libopenxr_loader.so.1")), openxr::Entry::load()) };
