@@ -5,7 +5,7 @@
 Starts Xvfb and `heliodon view BUNDLE --display FILE` (without one: FlatWorld's two walls in stereo, small windows, a kiosk that begins anew after two minutes), moves a
 tracked head by OSC all the time, loses it now and then, floods its port with packets that are none, lets a show-control system set the exposure every minute, and asks for the hour
 every half second. Prints one JSON object: resident memory after five minutes and at the end and its growth, days that passed beside those that should have, frames and slow ones from the
-kiosk's log. DIR/memory.csv has resident memory in KiB by seconds. Needs Xvfb (Debian: xvfb) and Python 3 only.
+kiosk's log, the time from the tracker to the picture. DIR/memory.csv has resident memory in KiB by seconds. Needs Xvfb (Debian: xvfb) and Python 3 only.
 """
 import argparse
 import json
@@ -61,7 +61,7 @@ def message(address, tags="", *values):
 
 
 def state(socket_, patience):
-    """The answer to /heliodon/state: local time, playing, refused orders; None without one."""
+    """The answer to /heliodon/state, as docs/rooms.md lists it; None without one."""
     socket_.settimeout(patience)
     socket_.sendto(message("/heliodon/state"), CONTROL)
     try:
@@ -117,7 +117,7 @@ def main():
     ask = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     begun = time.monotonic()
     rng = random.Random(1)
-    memory, answers, silent = [], 0, 0
+    memory, pictures, last_told, answers, silent = [], [], None, 0, 0
     days = anew = 0
     last, last_at, since, watched = None, 0.0, None, 0.0
     asked = minute = 0.0
@@ -142,7 +142,8 @@ def main():
                 if told is None:
                     silent += 1
                 else:
-                    answers += 1
+                    answers, last_told = answers + 1, told
+                    pictures.append(told[8])
                     clock = told[0]
                     moment = time.monotonic() - begun
                     if last is None:
@@ -181,7 +182,8 @@ def main():
         "days_by_the_clock": round(watched / DAY_S, 2),
         "answers": answers,
         "without_an_answer": silent,
-        "orders_refused": told[-1] if told else None,
+        "orders_refused": last_told[7] if last_told else None,
+        "ms_from_tracker_to_picture": round(middle(pictures), 1) if pictures else None,
         "slow_frames": sum(1 for _ in open(log)) if os.path.exists(log) else 0,
         "folder": folder,
     }, indent=1))

@@ -11,6 +11,7 @@ use crate::navigation::pose::Pose;
 use crate::stage::Stage;
 use crate::time_lapse::TimeLapse;
 use crate::time_lapse::exposure::Exposure;
+use crate::tracking::PictureLatency;
 use bevy::prelude::*;
 use heliodon_bundle::display::{Control as ControlSettings, Display};
 use heliodon_track::receiver::{Arrival, Receiver, ReceiverSettings};
@@ -106,12 +107,14 @@ impl Plugin for ControlPlugin {
     }
 }
 
+#[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
 fn obey(
     mut control: ResMut<Control>,
     mut stage: ResMut<Stage>,
     mut lapse: ResMut<TimeLapse>,
     mut exposure: ResMut<Exposure>,
     mut actions: ResMut<Actions>,
+    latency: Option<Res<PictureLatency>>,
     mut visitors: Query<(&mut Visitor, &mut Transform)>,
     mut exit: MessageWriter<AppExit>,
 ) {
@@ -182,6 +185,7 @@ fn obey(
         eye: visitor.map_or(Vec3::ZERO, |pose| pose.eye),
         yaw_rad: visitor.map_or(0.0, |pose| pose.yaw_rad),
         refused: control.counted.refused,
+        picture_ms: latency.and_then(|latency| latency.median_ms()),
     };
     for to in asked {
         // Whoever asked may be gone.

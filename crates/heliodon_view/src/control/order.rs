@@ -52,6 +52,8 @@ pub struct State {
     pub yaw_rad: f32,
     /// Orders that were refused.
     pub refused: u64,
+    /// From a tracker's report to the picture that shows it, milliseconds; none without trackers.
+    pub picture_ms: Option<f64>,
 }
 
 /// Why a packet is no order.
@@ -150,7 +152,8 @@ fn order(message: &Message) -> Result<Order, OrderFault> {
     found.ok_or_else(|| OrderFault::Arguments { address: message.address.clone(), wants })
 }
 
-/// The answer to `/heliodon/state`: time in seconds, whether the day passes, exposure, x, y, z, heading in degrees, orders refused.
+/// The answer to `/heliodon/state`: time in seconds, whether the day passes, exposure, x, y, z, heading in degrees, orders refused, milliseconds from
+/// a tracker's report to its picture, which are -1 without trackers.
 pub(super) fn packet(state: &State) -> Vec<u8> {
     let arguments = vec![
         Argument::Double(state.clock_s),
@@ -161,6 +164,7 @@ pub(super) fn packet(state: &State) -> Vec<u8> {
         Argument::Float(state.eye.z),
         Argument::Float(state.yaw_rad.to_degrees()),
         Argument::Long(i64::try_from(state.refused).unwrap_or(i64::MAX)),
+        Argument::Float(state.picture_ms.map_or(-1.0, |ms| ms as f32)),
     ];
     message_packet(&Message { address: "/heliodon/state".to_owned(), arguments })
 }

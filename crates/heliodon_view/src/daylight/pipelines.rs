@@ -494,19 +494,8 @@ impl StagePipelines {
             return id;
         }
         let shader = self.shader(cache, relight_wgsl(key), "relight");
-        let id = cache.queue_render_pipeline(RenderPipelineDescriptor {
-            label: Some("relight".into()),
-            layout: vec![self.view_layout.clone(), self.relight_layout.clone()],
-            vertex: VertexState { shader: shader.clone(), entry_point: Some("vertex".into()), ..default() },
-            depth_stencil: Some(depth_test(true)),
-            fragment: Some(FragmentState {
-                shader,
-                entry_point: Some("fragment".into()),
-                targets: vec![Some(ColorTargetState { format, blend: None, write_mask: ColorWrites::ALL })],
-                ..default()
-            }),
-            ..default()
-        });
+        let layout = vec![self.view_layout.clone(), self.relight_layout.clone()];
+        let id = cache.queue_render_pipeline(whole_picture("relight", layout, shader, format, 1));
         self.relight_made.insert(key, id);
         id
     }
@@ -540,20 +529,8 @@ impl StagePipelines {
             return id;
         }
         let shader = self.shader(cache, layer_wgsl(samples > 1), "layer");
-        let id = cache.queue_render_pipeline(RenderPipelineDescriptor {
-            label: Some("eye_layer".into()),
-            layout: vec![self.both_eyes.layer_layout(samples).clone()],
-            vertex: VertexState { shader: shader.clone(), entry_point: Some("vertex".into()), ..default() },
-            depth_stencil: Some(depth_test(true)),
-            multisample: MultisampleState { count: samples, ..default() },
-            fragment: Some(FragmentState {
-                shader,
-                entry_point: Some("fragment".into()),
-                targets: vec![Some(ColorTargetState { format, blend: None, write_mask: ColorWrites::ALL })],
-                ..default()
-            }),
-            ..default()
-        });
+        let layout = vec![self.both_eyes.layer_layout(samples).clone()];
+        let id = cache.queue_render_pipeline(whole_picture("eye_layer", layout, shader, format, samples));
         self.layer_made.insert((format, samples), id);
         id
     }
@@ -594,6 +571,30 @@ impl StagePipelines {
             }),
             ..default()
         }
+    }
+}
+
+/// What fills a picture, colour and depth, by one triangle.
+fn whole_picture(
+    label: &'static str,
+    layout: Vec<BindGroupLayoutDescriptor>,
+    shader: Handle<Shader>,
+    format: TextureFormat,
+    samples: u32,
+) -> RenderPipelineDescriptor {
+    RenderPipelineDescriptor {
+        label: Some(label.into()),
+        layout,
+        vertex: VertexState { shader: shader.clone(), entry_point: Some("vertex".into()), ..default() },
+        depth_stencil: Some(depth_test(true)),
+        multisample: MultisampleState { count: samples, ..default() },
+        fragment: Some(FragmentState {
+            shader,
+            entry_point: Some("fragment".into()),
+            targets: vec![Some(ColorTargetState { format, blend: None, write_mask: ColorWrites::ALL })],
+            ..default()
+        }),
+        ..default()
     }
 }
 

@@ -12,7 +12,7 @@ use crate::stage::{Stage, StageStatus};
 use crate::time_lapse::exposure::Exposure;
 use crate::time_lapse::{Blend, Now, TimeLapse};
 use crate::tonemap::ToneCurve;
-use crate::tracking::Trackers;
+use crate::tracking::{PictureLatency, Trackers};
 use bevy::prelude::*;
 use bevy::window::PrimaryWindow;
 use heliodon_bundle::display::Navigation;
@@ -141,7 +141,7 @@ pub(super) struct FrameTimes {
 }
 
 /// A line for each tracker, and one for orders from outside.
-fn told_trackers(trackers: Option<&Trackers>, control: Option<&Control>) -> String {
+fn told_trackers(trackers: Option<&Trackers>, picture_ms: Option<f64>, control: Option<&Control>) -> String {
     let mut text = String::new();
     for (name, statistics, bodies) in trackers.into_iter().flat_map(Trackers::told) {
         let seen = bodies.iter().map(|(body, state)| match state {
@@ -162,6 +162,9 @@ fn told_trackers(trackers: Option<&Trackers>, control: Option<&Control>) -> Stri
         if statistics.refused_jumps > 0 {
             text += &format!(", {} jumps", statistics.refused_jumps);
         }
+    }
+    if let Some(ms) = picture_ms.filter(|_| trackers.is_some()) {
+        text += &format!("\nlatency   {ms:.0} ms from tracker to picture");
     }
     for fault in trackers.into_iter().flat_map(Trackers::faults) {
         text += &format!("\n{fault}");
@@ -184,7 +187,7 @@ pub(super) fn tell(
     maps: Res<SkyMaps>,
     actors: Res<Actors>,
     (culling, saved): (Res<Culling>, Res<CullingTold>),
-    (trackers, control): (Option<Res<Trackers>>, Option<Res<Control>>),
+    (trackers, latency, control): (Option<Res<Trackers>>, Option<Res<PictureLatency>>, Option<Res<Control>>),
     visitors: Query<&Visitor>,
     mut times: Local<FrameTimes>,
     mut hours: Query<&mut Text, (With<HourText>, Without<DetailText>)>,
@@ -194,7 +197,8 @@ pub(super) fn tell(
     times.seconds += time.delta_secs();
     if times.seconds >= TELL_EVERY_S {
         let told_ms = times.seconds * 1e3 / times.frames as f32;
-        let told_trackers = told_trackers(trackers.as_deref(), control.as_deref());
+        let told_trackers =
+            told_trackers(trackers.as_deref(), latency.and_then(|latency| latency.median_ms()), control.as_deref());
         *times = FrameTimes { told_ms, told_actors: actors.told(), told_saved: saved.last(), told_trackers, ..default() };
     }
     let hour = if now.moment.is_some() { clock_text(lapse.clock_s) } else { "no bundle".to_owned() };

@@ -3,6 +3,7 @@
 //! What a tracker says is taken once a frame, as late as can be. A body that is lost rests gently where it was; a tracker that cannot
 //! be listened to is told and left out.
 
+mod latency;
 #[cfg(feature = "xr")]
 mod openxr;
 mod simulated;
@@ -23,7 +24,9 @@ use heliodon_track::receiver::{Arrival, Receiver, ReceiverSettings};
 use heliodon_track::recording::{Player, PoseRecording};
 use heliodon_track::report::Report;
 use heliodon_track::settings::{Body, DtrackTarget, Settings};
-use std::time::Instant;
+use latency::LatencyPlugin;
+pub use latency::PictureLatency;
+use std::time::{Duration, Instant};
 
 /// Where a tracker's reports come from.
 enum Source {
@@ -42,6 +45,13 @@ struct Tracker {
     bodies: Vec<BodyKind>,
     /// Whether each body's loss was told.
     told_lost: Vec<bool>,
+}
+
+impl Tracker {
+    /// Whether its reports are made now, by somebody who moves.
+    fn is_live(&self) -> bool {
+        !matches!(self.source, Source::Simulated(_) | Source::Recording(_))
+    }
 }
 
 /// The trackers of a room.
@@ -211,6 +221,15 @@ impl Trackers {
         })
     }
 
+    /// When the newest report that is used arrived.
+    fn newest(&self) -> Option<Instant> {
+        let now_s = self.now_s();
+        let hardware = self.trackers.iter().filter(|tracker| tracker.is_live());
+        let latest = hardware.filter_map(|tracker| tracker.follower.statistics(now_s).latency_s).fold(f64::INFINITY, f64::min);
+        let arrived = Duration::try_from_secs_f64(now_s - latest).ok().filter(|_| self.clock_s.is_none())?;
+        Some(self.start + arrived)
+    }
+
     /// Each tracker's name but for keyboards, what it counted with how long ago its newest report arrived, and whether each of its bodies is seen.
     pub fn told(&self) -> impl Iterator<Item = (&str, Statistics, Vec<(BodyKind, State)>)> {
         let now_s = self.now_s();
@@ -235,7 +254,8 @@ pub struct TrackingPlugin;
 impl Plugin for TrackingPlugin {
     fn build(&self, app: &mut App) {
         let there = resource_exists::<Trackers>.and_then(resource_exists::<Room>);
-        app.init_resource::<WandInput>()
+        app.add_plugins(LatencyPlugin)
+            .init_resource::<WandInput>()
             .init_resource::<MouseLook>()
             .add_systems(PreUpdate, follow.before(InputSet).run_if(there.clone()))
             .add_systems(Update, simulated::simulate.before(Travel).run_if(there));
