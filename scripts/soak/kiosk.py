@@ -4,7 +4,7 @@
 
 Starts Xvfb and `heliodon view BUNDLE --display FILE` (without one: FlatWorld's two walls in stereo, small windows, a kiosk that begins anew after two minutes), moves a
 tracked head by OSC all the time, loses it now and then, floods its port with packets that are none, lets a show-control system set the exposure every minute, and asks for the hour
-every half second. Prints one JSON object: resident memory after five minutes and at the end and its growth, days that passed beside those that should have, frames and slow ones from the
+every half second. Prints one JSON object, and fails on what is at fault: resident memory after five minutes and at the end and its growth, days that passed beside those that should have, slow frames from the
 kiosk's log, the time from the tracker to the picture. DIR/memory.csv has resident memory in KiB by seconds. Needs Xvfb (Debian: xvfb) and Python 3 only.
 """
 import argparse
@@ -84,7 +84,7 @@ def state(socket_, patience):
 
 def resident_kib(pid):
     with open(f"/proc/{pid}/status") as status:
-        return next(int(line.split()[1]) for line in status if line.startswith("VmRSS:"))
+        return next((int(line.split()[1]) for line in status if line.startswith("VmRSS:")), None)
 
 
 def main():
@@ -94,6 +94,7 @@ def main():
     p.add_argument("--heliodon", default="heliodon")
     p.add_argument("--display")
     p.add_argument("--out")
+    p.add_argument("--most-growth", type=float, default=1.0, metavar="PERCENT", help="of resident memory, from five minutes on (default 1)")
     p.add_argument("--nice", action="store_true", help="only on processors that nobody else wants")
     a = p.parse_args()
     folder = a.out or tempfile.mkdtemp(prefix="heliodon-soak-")
@@ -153,7 +154,11 @@ def main():
                         days += 1
                     last, last_at = clock, moment
                     watched = moment - since
-                memory.append((time.monotonic() - begun, resident_kib(viewer.pid)))
+                kib = resident_kib(viewer.pid)
+                if kib is None:
+                    # It ended while it was asked.
+                    break
+                memory.append((time.monotonic() - begun, kib))
             time.sleep(1 / 60)
         ended = viewer.poll()
         out.sendto(message("/heliodon/quit"), CONTROL)
@@ -167,27 +172,39 @@ def main():
         server.terminate()
     with open(os.path.join(folder, "memory.csv"), "w") as file:
         file.writelines(f"{at:.1f},{kib}\n" for at, kib in memory)
+    if not memory:
+        print(json.dumps({"ended_early": True, "exit": quit_code, "folder": folder}))
+        return 1
     settled = [kib for at, kib in memory if 300 <= at < 420] or [kib for _, kib in memory[-20:]]
     final = [kib for at, kib in memory if at > memory[-1][0] - 120]
     middle = lambda values: sorted(values)[len(values) // 2]
     log = os.path.join(folder, "frames.log")
+    growth, by_the_clock = 100 * (middle(final) / middle(settled) - 1), watched / DAY_S
+    faults = [what for what, is_so in [
+        ("it ended early", ended is not None),
+        ("it did not end as it was told to", quit_code != 0),
+        (f"memory grew by more than {a.most_growth} %", growth > a.most_growth),
+        # What begins anew begins a day, too: there are more.
+        ("days are missing", days < int(by_the_clock) - 1),
+        ("it was silent for one in fifty questions and more", silent > 0.02 * (answers + silent)),
+    ] if is_so]
     print(json.dumps({
         "minutes": round((memory[-1][0]) / 60, 2),
-        "ended_early": ended is not None,
         "exit": quit_code,
         "resident_mib_after_5_minutes": round(middle(settled) / 1024, 1),
         "resident_mib_at_end": round(middle(final) / 1024, 1),
-        "growth_percent": round(100 * (middle(final) / middle(settled) - 1), 2),
+        "growth_percent": round(growth, 2),
         "days": days,
-        "days_by_the_clock": round(watched / DAY_S, 2),
+        "days_by_the_clock": round(by_the_clock, 2),
         "answers": answers,
         "without_an_answer": silent,
         "orders_refused": last_told[7] if last_told else None,
         "ms_from_tracker_to_picture": round(middle(pictures), 1) if pictures else None,
         "slow_frames": sum(1 for _ in open(log)) if os.path.exists(log) else 0,
+        "faults": faults,
         "folder": folder,
     }, indent=1))
-    return 0 if ended is None and quit_code == 0 else 1
+    return 1 if faults else 0
 
 
 if __name__ == "__main__":

@@ -218,8 +218,20 @@ fn check_body(path: &[&str], protocol: Protocol, body: &BodyEntry) -> Checked {
 /// No body is tracked twice.
 fn check_bodies(file: &DisplayFile) -> Checked {
     let mut known = BTreeMap::new();
+    let (mut runtime, mut paths) = (None, BTreeMap::new());
     for (i, tracker) in file.trackers.iter().enumerate() {
+        let of_runtime = tracker.protocol == Protocol::Openxr;
+        if let Some(other) = of_runtime.then(|| runtime.replace(&tracker.name)).flatten() {
+            let message = format!("trackers `{other}` and `{}` both ask the OpenXR runtime, which answers one", tracker.name);
+            return fault(&["tracker", &i.to_string(), "protocol"], message, "give one of them all bodies");
+        }
         for (k, body) in tracker.bodies.iter().enumerate() {
+            if let Some(path) = body.address.as_ref().filter(|_| of_runtime)
+                && let Some(other) = paths.insert(path, body.is)
+            {
+                let message = format!("the {} and the {} both follow {path}", other.name(), body.is.name());
+                return fault(&["tracker", &i.to_string(), "body", &k.to_string()], message, "give each a path of its own");
+            }
             if let Some(other) = known.insert(body.is, &tracker.name) {
                 let message = format!("trackers `{other}` and `{}` both track the {}", tracker.name, body.is.name());
                 return fault(&["tracker", &i.to_string(), "body", &k.to_string()], message, "keep one of them");

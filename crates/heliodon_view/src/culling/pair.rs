@@ -6,7 +6,7 @@ use crate::daylight::pages::GpuChunk;
 use crate::daylight::view::{ClusterRef, Look, cull};
 use std::collections::HashMap;
 
-/// The two cameras of a pair in this frame, the left one first, and what they draw once one of them has asked.
+/// The two cameras of a pair in this frame, and what they draw once one of them has asked.
 #[derive(Debug, Default)]
 struct Pair {
     looks: Vec<Look>,

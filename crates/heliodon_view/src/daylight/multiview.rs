@@ -18,6 +18,8 @@ use bevy::render::render_resource::binding_types::{
 use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderDevice, RenderQueue};
 use bevy::render::view::{ExtractedView, ViewDepthTexture};
+use bevy::tasks::futures::check_ready;
+use bevy::tasks::{AsyncComputeTaskPool, Task};
 use heliodon_bundle::display::Passes;
 use std::collections::HashMap;
 use std::num::{NonZeroU32, NonZeroU64};
@@ -192,20 +194,20 @@ impl BothEyes {
         &self.view_group
     }
 
-    /// What a pass draws to, beginning with `load`.
+    /// What a pass draws to; the first of a frame begins with a colour where there is nothing.
     #[must_use]
     pub fn attachments(
         &self,
-        load: LoadOp<wgpu::Color>,
+        begin: Option<wgpu::Color>,
     ) -> (RenderPassColorAttachment<'_>, RenderPassDepthStencilAttachment<'_>) {
-        let begins = matches!(load, LoadOp::Clear(_));
+        let load = begin.map_or(LoadOp::Load, LoadOp::Clear);
         let color = RenderPassColorAttachment {
             view: &self.color.array,
             depth_slice: None,
             resolve_target: None,
             ops: Operations { load, store: StoreOp::Store },
         };
-        let depth_ops = Operations { load: if begins { LoadOp::Clear(0.0) } else { LoadOp::Load }, store: StoreOp::Store };
+        let depth_ops = Operations { load: begin.map_or(LoadOp::Load, |_| LoadOp::Clear(0.0)), store: StoreOp::Store };
         let depth = RenderPassDepthStencilAttachment { view: &self.depth.array, depth_ops: Some(depth_ops), stencil_ops: None };
         (color, depth)
     }
@@ -315,7 +317,15 @@ pub struct BothEyesPipelines {
     pub views_layout: BindGroupLayoutDescriptor,
     /// A layer's colour and depth, of one sample a pixel and of several.
     layer_layouts: [BindGroupLayoutDescriptor; 2],
-    made: HashMap<PipelineKey, RenderPipeline>,
+    made: HashMap<PipelineKey, Made>,
+    /// Made when they are asked for, for pictures that must show all there is, and not in the background.
+    pub at_once: bool,
+}
+
+/// A pipeline, or its making.
+enum Made {
+    There(RenderPipeline),
+    Making(Task<RenderPipeline>),
 }
 
 impl Default for BothEyesPipelines {
@@ -339,6 +349,7 @@ impl Default for BothEyesPipelines {
                 ),
             ],
             made: HashMap::new(),
+            at_once: false,
         }
     }
 }
@@ -350,67 +361,90 @@ impl BothEyesPipelines {
         &self.layer_layouts[usize::from(samples > 1)]
     }
 
-    /// Whether a pipeline was made.
-    #[must_use]
-    pub fn has(&self, key: PipelineKey) -> bool {
-        self.made.contains_key(&key)
+    /// Whether a pipeline is there or being made; takes what has been made.
+    pub fn has(&mut self, key: PipelineKey) -> bool {
+        let Some(made) = self.made.get_mut(&key) else { return false };
+        if let Made::Making(task) = made
+            && let Some(pipeline) = check_ready(task)
+        {
+            *made = Made::There(pipeline);
+        }
+        true
     }
 
-    /// A pipeline that was made.
+    /// A pipeline that is there.
     #[must_use]
     pub fn get(&self, key: PipelineKey) -> Option<&RenderPipeline> {
-        self.made.get(&key)
+        match self.made.get(&key)? {
+            Made::There(pipeline) => Some(pipeline),
+            Made::Making(_) => None,
+        }
     }
 
-    /// Makes a pipeline, at once: some milliseconds each, while a bundle is being loaded. `descriptor` is all of it but the shader, which is the key's.
+    /// Makes a pipeline. `descriptor` is all of it but the shader, which is the key's.
     pub fn make(
         &mut self,
         cache: &PipelineCache,
         device: &RenderDevice,
         key: PipelineKey,
-        descriptor: &RenderPipelineDescriptor,
+        descriptor: RenderPipelineDescriptor,
     ) {
-        let module = device.create_and_validate_shader_module(ShaderModuleDescriptor {
-            label: Some("both_eyes"),
-            source: ShaderSource::Wgsl(key.wgsl().into()),
-        });
         let groups: Vec<BindGroupLayout> = descriptor.layout.iter().map(|group| cache.get_bind_group_layout(group)).collect();
-        let layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
-            label: Some("both_eyes"),
-            bind_group_layouts: &groups.iter().map(|group| Some(&**group)).collect::<Vec<_>>(),
-            ..PipelineLayoutDescriptor::default()
-        });
-        let buffers: Vec<RawVertexBufferLayout<'_>> = descriptor
-            .vertex
-            .buffers
-            .iter()
-            .map(|buffer| RawVertexBufferLayout {
-                array_stride: buffer.array_stride,
-                step_mode: buffer.step_mode,
-                attributes: &buffer.attributes,
-            })
-            .collect();
-        let pipeline = device.create_render_pipeline(&RawRenderPipelineDescriptor {
-            label: descriptor.label.as_deref(),
-            layout: Some(&layout),
-            vertex: RawVertexState {
-                module: &module,
-                entry_point: descriptor.vertex.entry_point.as_deref(),
-                compilation_options: PipelineCompilationOptions::default(),
-                buffers: &buffers,
-            },
-            primitive: descriptor.primitive,
-            depth_stencil: descriptor.depth_stencil.clone(),
-            multisample: descriptor.multisample,
-            fragment: descriptor.fragment.as_ref().map(|fragment| RawFragmentState {
-                module: &module,
-                entry_point: fragment.entry_point.as_deref(),
-                compilation_options: PipelineCompilationOptions::default(),
-                targets: &fragment.targets,
-            }),
-            multiview_mask: Some(BOTH),
-            cache: None,
-        });
-        self.made.insert(key, pipeline);
+        let made = if self.at_once {
+            Made::There(create(device, key, &groups, &descriptor))
+        } else {
+            let device = device.clone();
+            Made::Making(AsyncComputeTaskPool::get().spawn(async move { create(&device, key, &groups, &descriptor) }))
+        };
+        self.made.insert(key, made);
     }
+}
+
+/// The pipeline of a key.
+fn create(
+    device: &RenderDevice,
+    key: PipelineKey,
+    groups: &[BindGroupLayout],
+    descriptor: &RenderPipelineDescriptor,
+) -> RenderPipeline {
+    let module = device.create_and_validate_shader_module(ShaderModuleDescriptor {
+        label: Some("both_eyes"),
+        source: ShaderSource::Wgsl(key.wgsl().into()),
+    });
+    let layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
+        label: Some("both_eyes"),
+        bind_group_layouts: &groups.iter().map(|group| Some(&**group)).collect::<Vec<_>>(),
+        ..PipelineLayoutDescriptor::default()
+    });
+    let buffers: Vec<RawVertexBufferLayout<'_>> = descriptor
+        .vertex
+        .buffers
+        .iter()
+        .map(|buffer| RawVertexBufferLayout {
+            array_stride: buffer.array_stride,
+            step_mode: buffer.step_mode,
+            attributes: &buffer.attributes,
+        })
+        .collect();
+    device.create_render_pipeline(&RawRenderPipelineDescriptor {
+        label: descriptor.label.as_deref(),
+        layout: Some(&layout),
+        vertex: RawVertexState {
+            module: &module,
+            entry_point: descriptor.vertex.entry_point.as_deref(),
+            compilation_options: PipelineCompilationOptions::default(),
+            buffers: &buffers,
+        },
+        primitive: descriptor.primitive,
+        depth_stencil: descriptor.depth_stencil.clone(),
+        multisample: descriptor.multisample,
+        fragment: descriptor.fragment.as_ref().map(|fragment| RawFragmentState {
+            module: &module,
+            entry_point: fragment.entry_point.as_deref(),
+            compilation_options: PipelineCompilationOptions::default(),
+            targets: &fragment.targets,
+        }),
+        multiview_mask: Some(BOTH),
+        cache: None,
+    })
 }

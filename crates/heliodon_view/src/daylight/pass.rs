@@ -96,7 +96,12 @@ pub fn draw_stage(
         let color = target.get_color_attachment();
         let encoder = context.command_encoder();
         if !eyes.drawn {
-            let onto = Onto::Both(eyes, color.ops.load);
+            // A camera whose colour something else began keeps it below the sky.
+            let clear = match color.ops.load {
+                LoadOp::Clear(color) => color,
+                _ => wgpu::Color::BLACK,
+            };
+            let onto = Onto::Both(eyes, clear);
             let canvas = Canvas { onto, begun: Cell::new(false), viewport: None, view_group: eyes.view_group(), pipelines };
             let most = if gpu.software { PASS_TRIANGLES } else { u64::MAX };
             let mut pass = canvas.stone(encoder, &gpu, &first.drawn, most);
@@ -224,8 +229,8 @@ enum Onto<'a> {
         encoded: Option<&'a Encoded>,
         depth: &'a ViewDepthTexture,
     },
-    /// Both eyes' layers, and what they begin with.
-    Both(&'a BothEyes, LoadOp<wgpu::Color>),
+    /// Both eyes' layers, and what colour they begin with.
+    Both(&'a BothEyes, wgpu::Color),
 }
 
 /// Where a camera's passes draw, and by which pipelines.
@@ -273,7 +278,7 @@ impl Canvas<'_> {
                 (color, depth.get_attachment(StoreOp::Store), None)
             }
             Onto::Both(eyes, clear) => {
-                let (color, depth) = eyes.attachments(if begun { LoadOp::Load } else { clear });
+                let (color, depth) = eyes.attachments((!begun).then_some(clear));
                 (color, depth, Some(BOTH))
             }
         };

@@ -505,7 +505,7 @@ impl StagePipelines {
         if key.both_eyes {
             if !self.both_eyes.has(key) {
                 let descriptor = self.colour(key, self.both_eyes.views_layout.clone(), Handle::default());
-                self.both_eyes.make(cache, device, key, &descriptor);
+                self.both_eyes.make(cache, device, key, descriptor);
             }
         } else if !self.made.contains_key(&key) {
             let shader = self.shader(cache, key.wgsl(), "colour");

@@ -431,7 +431,9 @@ pub fn prepare_views(
     let mut pairs = std::mem::take(&mut gpu.pairs);
     pairs.begin(views.iter().filter_map(|(_, _, _, _, view, _, _, pair, _)| Some((*pair?, look(view)))));
     let mut multiview = std::mem::take(&mut gpu.multiview);
-    let canvases = views.iter().filter_map(|(entity, camera, _, _, view, msaa, resolution, pair, _)| {
+    let canvases = views.iter().filter_map(|(entity, camera, _, _, view, msaa, resolution, pair, stage_view)| {
+        // A camera that is new has no share yet.
+        stage_view?;
         let in_perspective = matches!(look(view).eye, Eye::At(_));
         Some((*pair?, entity, EyeCanvas::new(camera, view, *msaa, resolution).filter(|_| in_perspective)))
     });

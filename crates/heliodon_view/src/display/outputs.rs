@@ -17,7 +17,7 @@ const COMPOSER_ORDER: isize = 1000;
 const HUD_ORDER: isize = 500;
 
 /// A layer on which nothing is: composers draw no entity of the stage.
-const NOTHING: usize = 31;
+pub(crate) const NOTHING: usize = 31;
 
 /// What a picture is shown in.
 #[derive(Clone, Debug)]

@@ -7,6 +7,7 @@ use crate::HeliodonPlugins;
 use crate::actors::Actors;
 use crate::actors::levels::Directions;
 use crate::culling::Culling;
+use crate::daylight::pipelines::StagePipelines;
 use crate::sky::SkyMaps;
 use crate::stage::frame::StageFrame;
 use crate::stage::{Stage, StageStatus};
@@ -17,8 +18,8 @@ use crate::visit::graphics;
 use bevy::app::PluginGroupBuilder;
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
-use bevy::render::RenderPlugin;
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
+use bevy::render::{RenderApp, RenderPlugin};
 use bevy::time::TimeUpdateStrategy;
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
@@ -55,6 +56,9 @@ impl Stepped {
             .add_plugins(HeliodonPlugins)
             .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO));
         more(&mut app);
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            render_app.world_mut().resource_mut::<StagePipelines>().both_eyes.at_once = true;
+        }
         let fault = DeviceFault::start(&mut app);
         app.world_mut().resource_mut::<SkyMaps>().wait = true;
         // A picture shows all there is.

@@ -80,6 +80,11 @@ impl Actions {
         self.touched
     }
 
+    /// Somebody is there.
+    pub fn touch(&mut self) {
+        self.touched = true;
+    }
+
     /// Sets an action off from elsewhere, once.
     pub fn set_off(&mut self, action: Action) {
         self.begun[action as usize] += 1.0;

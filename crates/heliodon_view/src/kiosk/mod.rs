@@ -6,7 +6,7 @@ mod watch;
 use crate::culling::Culling;
 use crate::daylight::allocator::give_back_freed_memory;
 use crate::input::Actions;
-use crate::navigation::{MouseLook, Visitor};
+use crate::navigation::{MouseLook, Travel, Visitor};
 use crate::stage::frame::StageFrame;
 use crate::time_lapse::TimeLapse;
 use crate::time_lapse::exposure::Exposure;
@@ -53,7 +53,7 @@ pub struct KioskPlugin;
 
 impl Plugin for KioskPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Update, (begin_anew, hide_cursors, refuse_to_close).run_if(resource_exists::<Kiosk>))
+        app.add_systems(Update, (begin_anew.after(Travel), hide_cursors, refuse_to_close).run_if(resource_exists::<Kiosk>))
             .add_systems(Last, watch::watch.run_if(resource_exists::<FrameWatch>));
     }
 }

@@ -44,6 +44,8 @@ pub struct Visitor {
     pub begin: Beginning,
     /// Kept inside the first room's box, where the site has rooms.
     pub in_room: bool,
+    /// Where the head is on the platform that a headset's wearer walks about on, from its middle, metres, -Z ahead; 0 for all others. Walls and rooms hold the head.
+    pub head_m: Vec2,
     /// Metres a second.
     pub pace_m_s: f32,
     /// Where it is on its way.
@@ -92,6 +94,7 @@ impl Default for Visitor {
             tilts: true,
             begin: Beginning::default(),
             in_room: true,
+            head_m: Vec2::ZERO,
             pace_m_s: 2.0,
             progress: Progress::default(),
         }
@@ -258,13 +261,15 @@ fn travel(time: Res<Time>, stage: Res<Stage>, actions: Res<Actions>, mut visitor
         }
         let stride = wish * visitor.pace_m_s * hurry * seconds;
         let heading = Quat::from_rotation_y(-visitor.pose.yaw_rad);
+        let head = heading * Vec3::new(visitor.head_m.x, 0.0, visitor.head_m.y);
         let Visitor { pose, progress: Progress { fall, tour, .. }, gait, eye_height_m, tilts, .. } = &mut *visitor;
         match gait {
             // The head moves, the room does not.
             Navigation::Window => {}
             Navigation::Walk => {
                 let taller = Vec3::Y * (*eye_height_m - walk::EYE_HEIGHT_M);
-                pose.eye = walk::walk(ground, pose.eye - taller, heading * stride, seconds, fall) + taller;
+                let to_feet = head - taller;
+                pose.eye = walk::walk(ground, pose.eye + to_feet, heading * stride, seconds, fall) - to_feet;
             }
             Navigation::Fly => pose.eye += pose.rotation() * Vec3::new(stride.x, 0.0, stride.z) + Vec3::Y * stride.y,
             Navigation::Guided => {
@@ -278,9 +283,11 @@ fn travel(time: Res<Time>, stage: Res<Stage>, actions: Res<Actions>, mut visitor
         }
         if visitor.in_room
             && matches!(visitor.gait, Navigation::Walk | Navigation::Fly)
+            // Steps of one's own are not taken back: that would be felt.
+            && (stride != Vec3::ZERO || head == Vec3::ZERO)
             && let Some((low, high)) = stage.manifest().and_then(first_room)
         {
-            visitor.pose.eye = visitor.pose.eye.clamp(low, high);
+            visitor.pose.eye = (visitor.pose.eye + head).clamp(low, high) - head;
         }
         transform.set_if_neq(visitor.pose.transform());
     }

@@ -34,7 +34,7 @@ pub struct Controllers {
 #[derive(Resource)]
 pub(super) struct Bound {
     set: ActionSet,
-    poses: [Action<Posef>; 4],
+    poses: [Action<Posef>; 3],
     sticks: [Action<Vector2f>; 2],
     buttons: [Action<bool>; 4],
 }
@@ -47,7 +47,7 @@ impl Bound {
             set.create_action(name, shown, &[])
         }
         let pose = |asked| action(&set, asked);
-        let poses = [pose(Asked::GripLeft)?, pose(Asked::GripRight)?, pose(Asked::AimLeft)?, pose(Asked::AimRight)?];
+        let poses = [pose(Asked::GripLeft)?, pose(Asked::GripRight)?, pose(Asked::AimRight)?];
         let sticks = [action(&set, Asked::Move)?, action(&set, Asked::Turn)?];
         let [trigger, first, second, menu] = Asked::BUTTONS;
         let buttons = [action(&set, trigger)?, action(&set, first)?, action(&set, second)?, action(&set, menu)?];
@@ -56,7 +56,7 @@ impl Bound {
 
     /// What tells where hands are.
     pub(super) fn poses(&self) -> impl Iterator<Item = (Follows, &Action<Posef>)> {
-        [Follows::Left, Follows::Right, Follows::LeftAim, Follows::RightAim].into_iter().zip(&self.poses)
+        [Follows::Left, Follows::Right, Follows::RightAim].into_iter().zip(&self.poses)
     }
 
     /// All of them are of this set.
@@ -109,8 +109,7 @@ impl Bound {
         match asked {
             Asked::GripLeft => Binding::new(&self.poses[0], path),
             Asked::GripRight => Binding::new(&self.poses[1], path),
-            Asked::AimLeft => Binding::new(&self.poses[2], path),
-            Asked::AimRight => Binding::new(&self.poses[3], path),
+            Asked::AimRight => Binding::new(&self.poses[2], path),
             Asked::Move => Binding::new(&self.sticks[0], path),
             Asked::Turn => Binding::new(&self.sticks[1], path),
             Asked::Trigger => Binding::new(&self.buttons[0], path),

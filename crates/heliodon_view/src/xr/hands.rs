@@ -11,7 +11,7 @@ use bevy_mod_xr::spaces::XrSpaceSyncSet;
 use heliodon_track::pose::Pose;
 use openxr::ReferenceSpaceType;
 
-/// Where head and hands are in the play space; none that nobody sees.
+/// Where head and hands are in the play space; none of which the runtime knows nothing.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
 pub struct XrHands {
     /// The middle between the eyes.
@@ -20,8 +20,6 @@ pub struct XrHands {
     pub left: Option<Pose>,
     /// The right hand, as it grips: -Z as of the left, +X into the palm.
     pub right: Option<Pose>,
-    /// Where the left hand points, along -Z.
-    pub left_aim: Option<Pose>,
     /// Where the right hand points, along -Z.
     pub right_aim: Option<Pose>,
 }
@@ -32,7 +30,6 @@ pub(super) enum Follows {
     Head,
     Left,
     Right,
-    LeftAim,
     RightAim,
 }
 
@@ -42,7 +39,6 @@ impl XrHands {
             Follows::Head => &mut self.head,
             Follows::Left => &mut self.left,
             Follows::Right => &mut self.right,
-            Follows::LeftAim => &mut self.left_aim,
             Follows::RightAim => &mut self.right_aim,
         }
     }

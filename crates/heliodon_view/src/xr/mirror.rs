@@ -2,6 +2,7 @@
 //!
 //! The eye's picture is shown, not drawn anew: a pass of a few megapixels in place of a third view of the stage.
 
+use crate::display::NOTHING;
 use crate::fullscreen::{self, Fullscreen, FullscreenPipelines};
 use bevy::camera::visibility::RenderLayers;
 use bevy::core_pipeline::core_3d::main_opaque_pass_3d;
@@ -24,9 +25,6 @@ const PASS: Fullscreen =
 
 /// After both eyes.
 const ORDER: isize = 1000;
-
-/// A layer on which nothing is.
-const NOTHING: usize = 31;
 
 /// A camera that shows what the left eye sees.
 #[derive(Component, Clone, Copy, Debug, Default, ExtractComponent)]

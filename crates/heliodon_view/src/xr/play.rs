@@ -5,6 +5,7 @@ use super::session::SpaceChanged;
 use crate::input::{Action, Actions};
 use crate::navigation::{Travel, Visitor};
 use bevy::prelude::*;
+use bevy_mod_openxr::resources::OxrFrameState;
 use bevy_mod_xr::session::XrTrackingRoot;
 use heliodon_track::pose::Pose;
 
@@ -13,7 +14,7 @@ use heliodon_track::pose::Pose;
 pub struct PlaySpace {
     /// Turned about the vertical and moved along the floor, whose height stays.
     pub platform_from_play: Pose,
-    /// Whether it was recentred, by somebody or as the first head was seen.
+    /// Whether it was recentred, by somebody or as the headset was put on.
     pub is_centred: bool,
 }
 
@@ -66,13 +67,26 @@ impl Plugin for PlaySpacePlugin {
     }
 }
 
-fn recentre(actions: Res<Actions>, hands: Res<XrHands>, mut changed: MessageReader<SpaceChanged>, mut play: ResMut<PlaySpace>) {
-    if changed.read().count() > 0 {
-        // The runtime has centred it by itself.
-        play.platform_from_play = Pose::IDENTITY;
+/// Recentres when somebody asks for it, here or by the headset's own button, and when somebody puts the headset on: before, it lay somewhere. A headset that is worn is
+/// a visitor's hand, too: an installation does not begin anew.
+fn recentre(
+    mut actions: ResMut<Actions>,
+    hands: Res<XrHands>,
+    frame: Option<Res<OxrFrameState>>,
+    mut changed: MessageReader<SpaceChanged>,
+    mut was_worn: Local<bool>,
+    mut play: ResMut<PlaySpace>,
+) {
+    let is_worn = hands.head.is_some() && frame.is_none_or(|frame| frame.should_render);
+    if changed.read().count() > 0 || (is_worn && !*was_worn) {
+        play.is_centred = false;
+    }
+    *was_worn = is_worn;
+    if is_worn {
+        actions.touch();
     }
     if let Some(head) = &hands.head
-        && (actions.begins(Action::Recentre) || !play.is_centred)
+        && (actions.begins(Action::Recentre) || (is_worn && !play.is_centred))
     {
         play.recentre(head);
     }
@@ -149,8 +163,18 @@ mod tests {
         app.world_mut().resource_mut::<Actions>().set_off(Action::Recentre);
         app.update();
         assert_eq!(app.world().resource::<PlaySpace>().platform_from_play.position, Vec3::new(0.0, 0.0, -2.0));
-        app.insert_resource(Actions::default()).world_mut().write_message(SpaceChanged);
+        // The runtime gives poses another origin: the same head is centred anew.
+        let moved = Pose { position: Vec3::new(1.0, 1.6, 0.0), ..other };
+        app.insert_resource(XrHands { head: Some(moved), ..XrHands::default() });
+        app.insert_resource(Actions::default()).update();
+        assert_eq!(app.world().resource::<PlaySpace>().platform_from_play.position, Vec3::new(0.0, 0.0, -2.0));
+        app.world_mut().write_message(SpaceChanged);
         app.update();
-        assert_eq!(app.world().resource::<PlaySpace>().platform_from_play, Pose::IDENTITY);
+        assert_eq!(app.world().resource::<PlaySpace>().platform_from_play.position, Vec3::new(-1.0, 0.0, 0.0));
+        assert!(app.world().resource::<Actions>().is_touched(), "a headset that is worn is a visitor");
+        // Laid aside, and put on by somebody who stands elsewhere.
+        app.insert_resource(XrHands::default()).update();
+        app.insert_resource(XrHands { head: Some(other), ..XrHands::default() }).update();
+        assert_eq!(app.world().resource::<PlaySpace>().platform_from_play.position, Vec3::new(0.0, 0.0, -2.0));
     }
 }

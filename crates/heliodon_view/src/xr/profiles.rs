@@ -9,8 +9,7 @@ pub(super) enum Asked {
     /// Where the hands are.
     GripLeft,
     GripRight,
-    /// Where they point.
-    AimLeft,
+    /// Where the right one points.
     AimRight,
     /// The left stick.
     Move,
@@ -25,10 +24,9 @@ pub(super) enum Asked {
 
 impl Asked {
     #[cfg(test)]
-    pub(super) const ALL: [Self; 10] = [
+    pub(super) const ALL: [Self; 9] = [
         Self::GripLeft,
         Self::GripRight,
-        Self::AimLeft,
         Self::AimRight,
         Self::Move,
         Self::Turn,
@@ -46,7 +44,6 @@ impl Asked {
         match self {
             Self::GripLeft => ("grip_left", "Left hand"),
             Self::GripRight => ("grip_right", "Right hand"),
-            Self::AimLeft => ("aim_left", "Where the left hand points"),
             Self::AimRight => ("aim_right", "Where the right hand points"),
             Self::Move => ("move", "Move"),
             Self::Turn => ("turn", "Turn"),
@@ -65,12 +62,8 @@ pub(super) struct Profile {
 }
 
 /// Poses, which every kind has.
-const POSES: [(Asked, &str); 4] = [
-    (Asked::GripLeft, "L/grip/pose"),
-    (Asked::GripRight, "R/grip/pose"),
-    (Asked::AimLeft, "L/aim/pose"),
-    (Asked::AimRight, "R/aim/pose"),
-];
+const POSES: [(Asked, &str); 3] =
+    [(Asked::GripLeft, "L/grip/pose"), (Asked::GripRight, "R/grip/pose"), (Asked::AimRight, "R/aim/pose")];
 
 /// All kinds.
 pub(super) const PROFILES: [Profile; 5] = [
@@ -154,7 +147,7 @@ mod tests {
             for (number, (asked, path)) in bound.iter().enumerate() {
                 assert!(path.starts_with("/user/hand/left/input/") || path.starts_with("/user/hand/right/input/"), "{path}");
                 assert!(!bound[..number].iter().any(|(_, other)| other == path), "{path} of {}", profile.path);
-                let is_pose = matches!(asked, Asked::GripLeft | Asked::GripRight | Asked::AimLeft | Asked::AimRight);
+                let is_pose = matches!(asked, Asked::GripLeft | Asked::GripRight | Asked::AimRight);
                 assert_eq!(path.ends_with("/pose"), is_pose);
             }
             // A simple controller has two buttons at each hand and no stick.

@@ -59,7 +59,9 @@ pub(super) fn reach(
     mut reach: ResMut<Reach>,
 ) {
     let is_down = controllers.buttons & TRIGGER != 0;
-    let placed = timeline::placed(&settings, &hands, &play).filter(|_| visibility.shown);
+    // There is a day to be taken, once its line is shown.
+    let is_shown = visibility.shown && lapse.span_s().1 > 0.0;
+    let placed = timeline::placed(&settings, &hands, &play).filter(|_| is_shown);
     let met = hands.right_aim.zip(placed).and_then(|(aim, line)| Some((aim, meet(&aim, &line)?)));
     let hovers = met.filter(|(_, (at, distance_m))| is_on(*at) && *distance_m < REACH_M);
     let mut now = Reach {

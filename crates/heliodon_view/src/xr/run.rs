@@ -76,7 +76,7 @@ pub struct HeadsetReport {
     pub headset: String,
     /// Size of an eye's picture.
     pub resolution: [u32; 2],
-    /// In how many passes both eyes' pictures were drawn.
+    /// In how many passes both eyes' pictures were drawn, mostly.
     pub passes: u32,
     /// Where the visitor's platform was at the end, and how far it had turned clockwise, degrees.
     pub eye: [f32; 3],
@@ -102,7 +102,7 @@ impl HeadsetReport {
             runtime,
             headset,
             resolution: told.resolution,
-            passes: if told.one_pass { 1 } else { 2 },
+            passes: if told.one_pass_frames * 2 > told.frames { 1 } else { 2 },
             eye: told.eye.to_array(),
             heading_deg: told.yaw_rad.to_degrees(),
             clock_s: told.clock_s,
@@ -327,7 +327,7 @@ mod tests {
             last: Some(first + Duration::from_secs(5)),
             waited: Duration::from_secs(1),
             resolution: [320, 240],
-            one_pass: true,
+            one_pass_frames: 100,
             pictures: vec!["b\\right.png".into(), "a\"left.png".into()],
             eye: Vec3::new(1.0, 1.65, -2.0),
             yaw_rad: std::f32::consts::FRAC_PI_2,
@@ -347,10 +347,14 @@ mod tests {
 
     #[test]
     fn only_what_a_runtime_breaks_off_is_taken_for_its_end() {
-        let panics = |with: &'static str| catch_unwind(|| std::panic::panic_any(with.to_owned())).unwrap_err();
-        assert!(lost(&*panics("Failed to begin frame: ERROR_SESSION_LOST")).is_some_and(|why| why.contains("begin frame")));
-        assert!(lost(&*panics("called `Result::unwrap()` on an `Err` value: OpenXrError(ERROR_INSTANCE_LOST)")).is_some());
-        assert_eq!(lost(&*panics("index out of bounds")), None);
+        let panics = |with: String| catch_unwind(|| std::panic::panic_any(with)).unwrap_err();
+        let result = openxr::sys::Result::ERROR_INSTANCE_LOST;
+        assert!(
+            lost(&*panics(format!("Failed to begin frame: {:?}", openxr::sys::Result::ERROR_SESSION_LOST)))
+                .is_some_and(|why| why.contains("begin frame"))
+        );
+        assert!(lost(&*panics(format!("called `Result::unwrap()` on an `Err` value: OpenXrError({result:?})"))).is_some());
+        assert_eq!(lost(&*panics("index out of bounds".to_owned())), None);
         assert_eq!(lost(&7_u32), None);
     }
 

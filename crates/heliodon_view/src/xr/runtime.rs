@@ -17,12 +17,12 @@ use bevy_mod_openxr::poll_events::OxrEventHandlerExt;
 use bevy_mod_openxr::resources::{
     OxrEntry, OxrInstance, OxrSessionConfig, OxrSessionStarted, OxrSystemId, SessionGraphicsCreateInfo,
 };
-use bevy_mod_openxr::session::OxrSessionCreateNextChain;
+use bevy_mod_openxr::session::{OxrSession, OxrSessionCreateNextChain};
 use bevy_mod_openxr::types::{AppInfo, Version, WgpuGraphics};
 use bevy_mod_xr::session::{
     XrBeginSessionMessage, XrCreateSessionMessage, XrDestroySessionMessage, XrDestroySessionRender, XrEndSessionMessage,
-    XrFirst, XrHandleEvents, XrRequestExitMessage, XrSessionDestroyedMessage, XrState, XrStateChanged, session_created,
-    state_equals,
+    XrFirst, XrHandleEvents, XrRequestExitMessage, XrSessionCreated, XrSessionCreatedMessage, XrSessionDestroyedMessage,
+    XrState, XrStateChanged, session_created, state_equals,
 };
 use openxr::sys;
 use std::path::Path;
@@ -103,9 +103,7 @@ impl Runtime {
             .add_systems(
                 XrFirst,
                 (
-                    init::create_xr_session
-                        .run_if(state_equals(XrState::Available))
-                        .run_if(on_message::<XrCreateSessionMessage>),
+                    create_session.run_if(state_equals(XrState::Available)).run_if(on_message::<XrCreateSessionMessage>),
                     (init::destroy_xr_session, destroy_in_render_world)
                         .chain()
                         .run_if(is_exiting)
@@ -134,6 +132,20 @@ impl Runtime {
     }
 }
 
+/// bevy_mod_openxr runs what is to follow even if no session could be made, and there all of it panics. Here nothing follows, and watch.rs tells it.
+fn create_session(world: &mut World) {
+    let follows = world.resource_mut::<Schedules>().insert(Schedule::new(XrSessionCreated));
+    init::create_xr_session(world);
+    if let Some(follows) = follows {
+        world.resource_mut::<Schedules>().insert(follows);
+    }
+    if world.contains_resource::<OxrSession>() {
+        world.run_schedule(XrSessionCreated);
+    } else {
+        world.resource_mut::<Messages<XrSessionCreatedMessage>>().clear();
+    }
+}
+
 /// The innermost of what went wrong, for people.
 fn told(why: &OxrError) -> String {
     match why {
@@ -147,7 +159,7 @@ fn is_exiting(state: Option<Res<XrState>>) -> bool {
 }
 
 /// A session may end between two frames.
-fn request_exit(session: Option<Res<bevy_mod_openxr::session::OxrSession>>) {
+fn request_exit(session: Option<Res<OxrSession>>) {
     if let Some(Err(why)) = session.map(|session| session.request_exit()) {
         warn!("the headset's session does not end: {why}");
     }

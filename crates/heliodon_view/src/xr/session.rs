@@ -10,15 +10,19 @@ use bevy_mod_openxr::poll_events::{OxrEventHandlerExt, OxrEventIn};
 use bevy_mod_openxr::render::OxrWaitFrameSystem;
 use bevy_mod_openxr::resources::{OxrFrameState, OxrFrameWaiter, OxrSessionStarted};
 use bevy_mod_openxr::session::OxrSession;
+use bevy_mod_xr::camera::XrCamera;
 use bevy_mod_xr::session::{XrFirst, XrHandleEvents, XrPreDestroySession, XrSessionCreated};
 use bevy_mod_xr::spaces::{XrPrimaryReferenceSpace, XrReferenceSpace};
 use openxr::ReferenceSpaceType;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// How high eyes are above the floor where the runtime does not know the floor, metres.
 const EYES_M: f32 = 1.6;
 
-/// The runtime gave poses another origin: what was recentred before counts no more.
+/// How long a turn of the loop takes at the least while no frame is wanted: the headset lies on the table.
+const IDLE_TURN: Duration = Duration::from_millis(10);
+
+/// The runtime gave poses another origin, or was asked to: what was recentred before counts no more.
 #[derive(Message, Clone, Copy, Debug, Default)]
 pub(super) struct SpaceChanged;
 
@@ -30,18 +34,54 @@ impl Plugin for SessionPlugin {
         app.add_message::<SpaceChanged>()
             .add_plugins(ExtractResourcePlugin::<XrPrimaryReferenceSpace>::default())
             .add_systems(XrSessionCreated, make_space)
-            .add_systems(XrPreDestroySession, forget_space)
+            .add_systems(XrPreDestroySession, (forget_space, |mut started: ResMut<OxrSessionStarted>| started.0 = false))
+            .init_resource::<SpaceWillChange>()
             .add_systems(
                 XrFirst,
-                wait_frame.run_if(should_run_frame_loop).in_set(OxrWaitFrameSystem).in_set(XrHandleEvents::FrameLoop),
+                (wait_frame.run_if(should_run_frame_loop).in_set(OxrWaitFrameSystem), rest.run_if(not(should_run_frame_loop)))
+                    .in_set(XrHandleEvents::FrameLoop),
             )
-            .add_oxr_event_handler(|event: OxrEventIn, mut changed: MessageWriter<SpaceChanged>| {
-                if let openxr::Event::ReferenceSpaceChangePending(_) = *event {
-                    changed.write_default();
-                }
-            });
+            .add_systems(PreUpdate, change_space)
+            .add_oxr_event_handler(hear);
         app.sub_app_mut(RenderApp).add_systems(XrPreDestroySession, forget_space);
     }
+}
+
+/// When poses will have another origin.
+#[derive(Resource, Default)]
+struct SpaceWillChange(Option<openxr::Time>);
+
+/// A space that poses are not in changes when somebody recentres by the headset's own button: they mean this one.
+fn hear(event: OxrEventIn, mut will: ResMut<SpaceWillChange>, tally: Res<Tally>) {
+    match *event {
+        openxr::Event::ReferenceSpaceChangePending(change) => will.0 = Some(change.change_time()),
+        openxr::Event::InstanceLossPending(_) => tally.fail("it is going".to_owned()),
+        openxr::Event::SessionStateChanged(change) if change.state() == openxr::SessionState::LOSS_PENDING => {
+            tally.fail("it lost the headset".to_owned());
+        }
+        _ => {}
+    }
+}
+
+/// Tells of the other origin once frames are of a time when it holds.
+fn change_space(
+    frame: Option<Res<OxrFrameState>>,
+    mut will: ResMut<SpaceWillChange>,
+    mut changed: MessageWriter<SpaceChanged>,
+) {
+    let now = frame.map(|frame| frame.predicted_display_time);
+    if let Some(time) = will.0
+        && now.is_some_and(|now| now.as_nanos() >= time.as_nanos())
+    {
+        changed.write_default();
+        will.0 = None;
+    }
+}
+
+/// Between a session's frames there are no images to draw to.
+fn rest(mut cameras: Query<&mut Camera, With<XrCamera>>) {
+    cameras.iter_mut().filter(|camera| camera.is_active).for_each(|mut camera| camera.is_active = false);
+    std::thread::sleep(IDLE_TURN);
 }
 
 /// Waits until the runtime wants the next frame. A runtime that is gone ends the loop, where bevy_mod_openxr's own system panics.

@@ -23,16 +23,21 @@ pub(crate) enum XrTrackerError {
     NoLoader(openxr::LoadError),
     #[error("no OpenXR runtime answers ({0})")]
     NoRuntime(openxr::sys::Result),
-    #[error("{0} cannot be asked without showing pictures: it has no {1}")]
-    NoExtension(String, &'static str),
+    #[error("the OpenXR runtime cannot be asked without showing pictures: it has no {0}")]
+    NoExtension(&'static str),
     #[error("{0} has nothing to track ({1})")]
     NoSystem(String, openxr::sys::Result),
-    #[error("{0} does not track trackers by their role: it has no XR_HTCX_vive_tracker_interaction")]
-    NoRoles(String),
     #[error("`{0}` is none of /user/head, /user/hand/left, /user/hand/right and /user/vive_tracker_htcx/role/...")]
     UnknownPath(String),
     #[error("{0} breaks off: {1}")]
     Failed(String, openxr::sys::Result),
+}
+
+impl XrTrackerError {
+    /// Whether it may be otherwise in a while.
+    pub(crate) fn may_pass(&self) -> bool {
+        matches!(self, Self::NoRuntime(_) | Self::NoSystem(..) | Self::Failed(..))
+    }
 }
 
 /// A runtime that is followed.
@@ -67,20 +72,20 @@ impl XrTracker {
         wanted.mnd_headless = available.mnd_headless;
         wanted.htcx_vive_tracker_interaction = wants_roles && available.htcx_vive_tracker_interaction;
         let has_clock = time_extension(&mut wanted, &available);
+        if !available.mnd_headless {
+            return Err(XrTrackerError::NoExtension("XR_MND_headless"));
+        }
+        if !has_clock {
+            return Err(XrTrackerError::NoExtension("conversion of times"));
+        }
+        if wants_roles && !available.htcx_vive_tracker_interaction {
+            return Err(XrTrackerError::NoExtension("XR_HTCX_vive_tracker_interaction, which tells trackers by their role"));
+        }
         let info = ApplicationInfo { application_name: "Heliodon", application_version: 1, ..Default::default() };
         let instance = entry.create_instance(&info, &wanted, &[]).map_err(XrTrackerError::NoRuntime)?;
         let name = instance
             .properties()
             .map_or_else(|_| "the OpenXR runtime".to_owned(), |of| format!("{} {}", of.runtime_name, of.runtime_version));
-        if !available.mnd_headless {
-            return Err(XrTrackerError::NoExtension(name, "XR_MND_headless"));
-        }
-        if !has_clock {
-            return Err(XrTrackerError::NoExtension(name, "conversion of times"));
-        }
-        if wants_roles && !available.htcx_vive_tracker_interaction {
-            return Err(XrTrackerError::NoRoles(name));
-        }
         let system =
             instance.system(FormFactor::HEAD_MOUNTED_DISPLAY).map_err(|why| XrTrackerError::NoSystem(name.clone(), why))?;
         let failed = |why| XrTrackerError::Failed(name.clone(), why);
@@ -101,7 +106,7 @@ impl XrTracker {
                 "/user/head" => reference(ReferenceSpaceType::VIEW),
                 "/user/hand/left" => in_hand(bound.grips()[0]),
                 "/user/hand/right" => in_hand(bound.grips()[1]),
-                _ => match of_roles.next() {
+                _ => match of_roles.next().filter(|_| path.starts_with(ROLES)) {
                     Some(action) => in_hand(action),
                     None => return Err(XrTrackerError::UnknownPath(path.clone())),
                 },
@@ -130,10 +135,11 @@ impl XrTracker {
             let whole = SpaceLocationFlags::POSITION_VALID | SpaceLocationFlags::ORIENTATION_VALID;
             let tracked = SpaceLocationFlags::POSITION_TRACKED | SpaceLocationFlags::ORIENTATION_TRACKED;
             let is_seen = location.location_flags.contains(whole | tracked);
-            // What was never seen is not lost.
+            // What was never seen is not lost, and what is lost may be pressed.
             let sight = match (is_seen, std::mem::replace(&mut body.was_seen, is_seen)) {
                 (true, _) => Sight::Pose(pose(location.pose)),
                 (false, true) => Sight::Lost,
+                (false, false) if body.has_buttons => Sight::Untold,
                 (false, false) => continue,
             };
             let mut report =

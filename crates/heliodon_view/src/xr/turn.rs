@@ -6,6 +6,7 @@ use super::play::{PlaySpace, world_from_platform};
 use crate::input::{Action, Actions};
 use crate::navigation::{Travel, Visitor};
 use bevy::prelude::*;
+use heliodon_bundle::display::Navigation;
 use heliodon_track::pose::Pose;
 use std::f32::consts::{PI, TAU};
 
@@ -72,7 +73,10 @@ struct Before {
     snapped: bool,
 }
 
-fn remember(visitors: Query<&Visitor>, mut before: ResMut<Before>) {
+fn remember(hands: Res<XrHands>, play: Res<PlaySpace>, mut visitors: Query<&mut Visitor>, mut before: ResMut<Before>) {
+    for mut visitor in &mut visitors {
+        visitor.head_m = hands.head.map_or(Vec2::ZERO, |head| (play.platform_from_play * head).position.xz());
+    }
     let visitor = visitors.iter().next();
     let (yaw_rad, platform) = visitor.map_or((0.0, None), |visitor| (visitor.pose.yaw_rad, Some(world_from_platform(visitor))));
     *before = Before { yaw_rad, world_from_platform: platform, snapped: false };
@@ -90,18 +94,24 @@ fn turn(
     let way = actions.axis(Action::TurnRight, Action::TurnLeft);
     let step_rad = settings.comfort.snap_turn_deg.to_radians() as f32;
     let steps = if step_rad > 0.0 { snap.steps(way) } else { 0.0 };
-    if way == 0.0 || actions.begins(Action::Home) {
+    let Some(mut visitor) = visitors.iter_mut().next() else { return };
+    // Those that go by themselves, or stand still, are turned by nobody; who is put elsewhere is turned there.
+    let moved_m = before.world_from_platform.map_or(0.0, |was| was.position.distance(world_from_platform(&visitor).position));
+    let is_elsewhere = actions.begins(Action::Home) || moved_m > FARTHEST_M;
+    if is_elsewhere || matches!(visitor.gait, Navigation::Window | Navigation::Guided) {
         return;
     }
-    let Some(mut visitor) = visitors.iter_mut().next() else { return };
-    // What `look` has turned smoothly, unless its gait lets nothing turn it; it is taken back and done here.
+    // What `look` has turned smoothly, by the stick or by a mouse on the desk, is taken back and done here, about the head.
     let smooth_rad = visitor.pose.yaw_rad - before.yaw_rad;
-    let by_rad = if step_rad > 0.0 { steps * step_rad } else { smooth_rad };
+    let by_rad = if step_rad > 0.0 && way != 0.0 { steps * step_rad } else { smooth_rad };
+    if by_rad == 0.0 && smooth_rad == 0.0 {
+        return;
+    }
     visitor.pose.yaw_rad = before.yaw_rad;
     if by_rad != 0.0 {
         let head = hands.head.map_or(Vec3::ZERO, |head| (play.platform_from_play * head).position);
         turn_about(&mut visitor, head, by_rad);
-        before.snapped = step_rad > 0.0;
+        before.snapped = step_rad > 0.0 && way != 0.0;
     }
 }
 
@@ -135,10 +145,11 @@ fn tell_carried(
 mod tests {
     use super::*;
     use crate::input::{InputPlugin, WandInput};
-    use crate::navigation::NavigationPlugin;
+    use crate::navigation::{MouseLook, NavigationPlugin};
     use crate::stage::Stage;
+    use bevy::input::mouse::AccumulatedMouseMotion;
     use bevy::time::TimeUpdateStrategy;
-    use heliodon_bundle::display::{DisplayFile, Headset, Navigation};
+    use heliodon_bundle::display::{DisplayFile, Headset};
     use std::time::Duration;
 
     #[test]
@@ -197,6 +208,17 @@ mod tests {
         push(&mut app, -1.0);
         assert!(yaw_deg(&app).abs() < 1e-3);
         assert!(app.world().get::<Visitor>(visitor).unwrap().pose.eye.length() < 1e-5, "there and back");
+    }
+
+    #[test]
+    fn a_mouse_on_the_desk_turns_about_the_head_too() {
+        let (mut app, visitor) = app(30.0);
+        app.world_mut().resource_mut::<MouseLook>().captured = true;
+        app.insert_resource(AccumulatedMouseMotion { delta: Vec2::new(200.0, 0.0) });
+        app.update();
+        let turned = app.world().get::<Visitor>(visitor).unwrap().clone();
+        assert!(turned.pose.yaw_rad > 0.3 && turned.pose.eye.length() > 0.1, "{:?}", turned.pose);
+        assert!(app.world().resource::<Carried>().speed_m_s < 1e-3, "the head stays");
     }
 
     #[test]

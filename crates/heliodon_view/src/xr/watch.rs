@@ -39,8 +39,8 @@ pub(super) struct Told {
     pub waited: Duration,
     /// Size of an eye's picture.
     pub resolution: [u32; 2],
-    /// Whether both eyes' were drawn in one pass.
-    pub one_pass: bool,
+    /// Frames of which both eyes' were drawn in one pass.
+    pub one_pass_frames: u64,
     /// Where the visitor's platform is, how far it is turned, and what hour it is.
     pub eye: Vec3,
     pub yaw_rad: f32,
@@ -148,7 +148,7 @@ fn note(
     tally: Res<Tally>,
 ) {
     let mut told = tally.told();
-    told.one_pass |= one_pass.count() > 0;
+    told.one_pass_frames += u64::from(one_pass.count() > 0);
     if let Some(config) = config {
         told.resolution = config.resolution.to_array();
     }
