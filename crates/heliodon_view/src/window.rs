@@ -1,6 +1,7 @@
 //! The viewer's own windows: one on a desk, or those of a room's screens.
 
 use crate::daylight::DaylightCamera;
+use crate::daylight::allocator::spare_memory;
 use crate::display::{self, Room};
 use crate::navigation::Visitor;
 use crate::tracking::Trackers;
@@ -62,6 +63,9 @@ pub fn run_window(folder: impl AsRef<Path>, options: &WindowOptions) -> Result<(
     let (width, height) = options.size.unwrap_or((prepared_for.width_px, prepared_for.height_px));
     drop(bundle);
     let display = options.visit.display();
+    if display.kiosk.is_some() {
+        spare_memory();
+    }
     let room = (!display.screens.is_empty()).then(|| Room::new(Arc::clone(&display))).transpose()?;
     let trackers = room.as_ref().map(|_| Trackers::new(&display)).transpose()?;
     let mut window = match &room {

@@ -12,6 +12,22 @@ const KEPT_BYTES: i32 = 64 << 20;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const USUAL_BYTES: i32 = 128 << 10;
 
+/// Blocks from this size on go back to the system as soon as they are freed.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+const LARGE_BYTES: i32 = 256 << 10;
+
+/// For programs that run for weeks, before they have threads: few heaps for all of these, and what is large is the system's again once it is freed, so that what
+/// frames need for a moment does not add up. docs/decisions/029-rooms.md has the figures.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[expect(unsafe_code, reason = "as below")]
+pub fn spare_memory() {
+    // SAFETY: mallopt takes the allocator's own lock and sets one word each; it touches no memory of the program.
+    unsafe {
+        libc::mallopt(libc::M_ARENA_MAX, 2);
+        libc::mallopt(libc::M_MMAP_THRESHOLD, LARGE_BYTES);
+    }
+}
+
 /// Lets the allocator keep what is freed, or give it back to the system as usual, from the next time something is freed.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 #[expect(unsafe_code, reason = "glibc's allocator is told by a C function; all of it is in this module")]
@@ -32,6 +48,10 @@ pub fn give_back_freed_memory() {
         libc::malloc_trim(0);
     }
 }
+
+/// Elsewhere the allocator is left as it is.
+#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+pub fn spare_memory() {}
 
 /// Elsewhere the allocator is left as it is.
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]

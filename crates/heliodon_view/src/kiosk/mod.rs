@@ -53,8 +53,11 @@ pub struct KioskPlugin;
 
 impl Plugin for KioskPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Update, (begin_anew.after(Travel), hide_cursors, refuse_to_close).run_if(resource_exists::<Kiosk>))
-            .add_systems(Last, watch::watch.run_if(resource_exists::<FrameWatch>));
+        app.add_systems(
+            Update,
+            (begin_anew.after(Travel), tidy, hide_cursors, refuse_to_close).run_if(resource_exists::<Kiosk>),
+        )
+        .add_systems(Last, watch::watch.run_if(resource_exists::<FrameWatch>));
     }
 }
 
@@ -92,8 +95,14 @@ fn begin_anew(
     *culling = Culling::default();
     mouse.captured = false;
     visitors.iter_mut().for_each(|mut visitor| visitor.go_home());
-    // What the day before needed for a moment is not kept for weeks.
-    give_back_freed_memory();
+}
+
+/// With a new day, where the picture jumps anyway, what the day before needed for a moment is given back: weeks of days must not add up.
+fn tidy(lapse: Res<TimeLapse>, mut before_s: Local<f64>) {
+    if lapse.clock_s < *before_s {
+        give_back_freed_memory();
+    }
+    *before_s = lapse.clock_s;
 }
 
 fn hide_cursors(mut cursors: Query<&mut CursorOptions, With<Window>>) {

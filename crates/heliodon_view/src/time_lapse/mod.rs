@@ -233,11 +233,12 @@ fn disc_radiance(day: &Day<Lapse>, moment: &Moment) -> Vec3 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use heliodon_sky::lapse::LapseStep;
 
-    fn lapse() -> TimeLapse {
+    /// Nine hundred seconds with ten steps.
+    pub(crate) fn lapse() -> TimeLapse {
         TimeLapse { entries_s: (0..10).map(|i| 100.0 * f64::from(i)).collect(), span_s: (0.0, 900.0), ..TimeLapse::default() }
     }
 

@@ -116,7 +116,7 @@ mod tests {
         app.init_resource::<XrHands>()
             .init_resource::<PlaySpace>()
             .init_resource::<Controllers>()
-            .init_resource::<TimeLapse>()
+            .insert_resource(crate::time_lapse::tests::lapse())
             .init_resource::<HudVisibility>()
             .init_resource::<Reach>()
             .insert_resource(settings)
@@ -150,7 +150,11 @@ mod tests {
         point(&mut app, 0.5, true);
         assert!(!holds(&app) && buttons(&app) == 0b11, "pressed beside it, the trigger is the wand's");
         point(&mut app, 0.5, false);
-        app.world_mut().resource_mut::<HudVisibility>().shown = false;
+        let lapse = std::mem::take(&mut *app.world_mut().resource_mut::<TimeLapse>());
+        point(&mut app, 0.5, true);
+        assert!(!holds(&app) && app.world().resource::<TimeLapse>().playing, "there is no day yet");
+        point(&mut app, 0.5, false);
+        app.insert_resource(lapse).world_mut().resource_mut::<HudVisibility>().shown = false;
         point(&mut app, 0.5, true);
         assert!(!holds(&app) && buttons(&app) == 0b11, "hidden");
     }

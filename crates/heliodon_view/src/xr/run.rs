@@ -4,6 +4,7 @@ use super::runtime::Runtime;
 use super::session::SessionPlugin;
 use super::watch::{Tally, Told, WatchPlugin};
 use super::{HeadsetPlugins, HeadsetSettings, mirror};
+use crate::daylight::allocator::spare_memory;
 use crate::display::Room;
 use crate::hud::clock_text;
 use crate::visit::{LOG_FILTER, VisitOptions};
@@ -244,6 +245,9 @@ pub fn run_headset(folder: impl AsRef<Path>, options: &HeadsetOptions) -> Result
     let title = format!("{} - Heliodon", bundle.manifest().site.name);
     drop(bundle);
     let display = options.visit.display();
+    if display.kiosk.is_some() {
+        spare_memory();
+    }
     let mut visitor = Room::new(Arc::clone(&display))?.visitor();
     if options.visit.display.is_none() {
         visitor.gait = Navigation::Walk;
