@@ -33,7 +33,7 @@ enum Source {
     Udp(Receiver, Language),
     Recording(Player),
     #[cfg(feature = "xr")]
-    OpenXr(openxr::Runtime),
+    OpenXr(Box<openxr::Runtime>),
     /// Keyboard and mouse; where the head is, and its heading and pitch.
     Simulated(simulated::Head),
 }
@@ -140,7 +140,9 @@ impl Trackers {
                 Protocol::Osc => listen(entry, Language::Osc),
                 Protocol::Dtrack => listen(entry, Language::Dtrack),
                 #[cfg(feature = "xr")]
-                Protocol::Openxr => openxr::Runtime::open(entry).map(Source::OpenXr).map_err(|why| why.to_string()),
+                Protocol::Openxr => {
+                    openxr::Runtime::open(entry).map(|runtime| Source::OpenXr(Box::new(runtime))).map_err(|why| why.to_string())
+                }
                 #[cfg(not(feature = "xr"))]
                 Protocol::Openxr => Err("this program was built without OpenXR (feature headset)".to_owned()),
                 Protocol::Recording => {
