@@ -70,6 +70,8 @@ pub enum Command {
     Export(commands::export::Args),
     /// Makes objects that move: a walking skeleton, a curtain in the wind, a mason's yard
     Figures(commands::figures::Args),
+    /// Captures a model from many sides into a billboard that the hour's light falls on
+    Impostor(commands::impostor::Args),
     /// Makes or checks a detail texture: a fine pattern for surfaces that are seen from near
     Detail(commands::detail::Args),
     /// Tells what is in a mesh, an image, a site or a bundle

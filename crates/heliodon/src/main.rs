@@ -70,6 +70,7 @@ fn run(args: Args) -> Result<()> {
         Command::Arrays(args) => commands::arrays::run(&app, &args),
         Command::Export(args) => commands::export::run(&app, &args),
         Command::Figures(args) => commands::figures::run(&app, &args),
+        Command::Impostor(args) => commands::impostor::run(&app, &args),
         Command::Detail(args) => commands::detail::run(&app, &args),
         Command::Inspect(args) => commands::inspect::run(&app, &args),
         Command::Bench(args) => commands::bench::run(&app, &args),

@@ -2,6 +2,7 @@
 
 use crate::error::BakeError;
 use crate::referenced::referenced_files;
+use heliodon_bundle::impostor::Impostor;
 use heliodon_bundle::site::{Actor, Albedo, Ground, InputFile, InputKind, Site};
 use heliodon_bundle::{ActorFile, ActorMeta};
 use heliodon_mesh::import::{ImportOptions, ImportReport};
@@ -28,27 +29,53 @@ pub fn read_figures(site: &Site, files: &[InputFile]) -> Result<Vec<Figure>, Bak
     let of_kind = |kind: InputKind| files.iter().find(|file| file.kind == kind);
     let read = |(i, actor): (usize, &Actor)| {
         let Some(model) = of_kind(InputKind::Actor(i)) else { return Ok(Figure::default()) };
+        if actor.is_impostor() {
+            return read_impostor(site, i, actor, model);
+        }
         let options = ImportOptions { placement: actor.placement(), ..ImportOptions::default() };
         let mut report = ImportReport::default();
         let moving = match of_kind(InputKind::ActorCache(i)) {
             Some(cache) => read_cached(&model.path, &cache.path, &options, &mut report)?,
             None => read_moving(&model.path, &options, &mut report)?,
         };
-        if let Some(wanted) = &actor.animation
-            && moving.clip_named(wanted).is_none()
-        {
-            let clips: Vec<&str> = moving.clips().iter().map(|clip| clip.name.as_str()).collect();
-            let there = if clips.is_empty() { "it has none".to_owned() } else { format!("it has {}", clips.join(", ")) };
-            let message = format!("{} has no animation `{wanted}`", model.name);
-            let key = ["actor", &i.to_string(), "animation"];
-            return Err(site.error_at(&key, message, format!("{there}; without the key the first is played")).into());
-        }
+        has_animation(site, i, model, moving.clips().iter().map(|clip| clip.name.as_str()))?;
         let (low, high) = moving.rest().bounds().unwrap_or_default();
         let told = |warning: String| format!("actor {}: {warning}", actor.display_name());
         let warnings = report.warnings.into_iter().map(told).collect();
         Ok(Figure { low_m: low.y.into(), high_m: high.y.into(), warnings })
     };
     site.actors.iter().enumerate().map(read).collect()
+}
+
+/// Whether the clip that an actor asks for is among those that its file has.
+fn has_animation<'a>(
+    site: &Site,
+    index: usize,
+    model: &InputFile,
+    clips: impl Iterator<Item = &'a str>,
+) -> Result<(), BakeError> {
+    let Some(wanted) = &site.actors[index].animation else { return Ok(()) };
+    let clips: Vec<&str> = clips.collect();
+    if clips.contains(&wanted.as_str()) {
+        return Ok(());
+    }
+    let there = if clips.is_empty() { "it has none".to_owned() } else { format!("it has {}", clips.join(", ")) };
+    let message = format!("{} has no animation `{wanted}`", model.name);
+    let key = ["actor", &index.to_string(), "animation"];
+    Err(site.error_at(&key, message, format!("{there}; without the key the first is played")).into())
+}
+
+/// An impostor's figure; its texels are read by who shows it.
+fn read_impostor(site: &Site, index: usize, actor: &Actor, file: &InputFile) -> Result<Figure, BakeError> {
+    let refuse = |what: String| {
+        let key = ["actor", &index.to_string(), "file"];
+        BakeError::from(site.error_at(&key, what, "capture the model again with `heliodon impostor`"))
+    };
+    let bytes = std::fs::read(&file.path).map_err(|error| refuse(format!("{}: {error}", file.name)))?;
+    let info = Impostor::info_of(&bytes, &file.name).map_err(|error| refuse(error.to_string()))?;
+    has_animation(site, index, file, info.clips.iter().map(|clip| clip.name.as_str()))?;
+    let [low_m, high_m] = info.heights_m.map(|height| f64::from(height) * actor.scale);
+    Ok(Figure { low_m, high_m, warnings: Vec::new() })
 }
 
 /// What the bundle takes in of each actor; `actors` are the site's in the bundle's space, on the ground where they follow it.

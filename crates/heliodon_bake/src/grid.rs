@@ -73,7 +73,9 @@ impl GridPlan {
             }
         }
         for (i, actor) in actors.iter().enumerate() {
-            if !corridor(&actor.stations(), spacing_m).all(|piece| piece.add(spacing_m, limit, None, &mut cells)) {
+            let ways = actor.ways();
+            let mut pieces = ways.iter().flat_map(|way| corridor(way, spacing_m));
+            if !pieces.all(|piece| piece.add(spacing_m, limit, None, &mut cells)) {
                 let key = if actor.path.is_some() { "path" } else { "place" };
                 return Err(too_many(&["actor", &i.to_string(), key], "the actor's path needs, with what comes before it,"));
             }

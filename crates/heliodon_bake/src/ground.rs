@@ -53,12 +53,23 @@ pub fn as_given(site: &Site) -> Vec<Actor> {
     site.actors.iter().map(|actor| actor.relative_to(site.site.origin)).collect()
 }
 
-/// The site's actors in the bundle's space, those with `ground = "follow"` on the ground.
+/// The site's actors in the bundle's space, those with `ground = "follow"` on the ground, and those of which there are several with their lanes.
 #[must_use]
 pub fn on_the_ground(site: &Site, figures: &[Figure], rays: &TriangleScene) -> Vec<Actor> {
     let mut actors = as_given(site);
-    for (actor, figure) in actors.iter_mut().zip(figures).filter(|(actor, _)| actor.ground == Ground::Follow) {
-        follow(actor, figure, rays);
+    for (actor, figure) in actors.iter_mut().zip(figures) {
+        // Each of several has ground of its own.
+        let mut lanes = actor.scattered();
+        if actor.ground == Ground::Follow {
+            for lane in &mut lanes {
+                let (place, path) = if lane.len() > 1 { (None, Some(lane.clone())) } else { (lane.first().copied(), None) };
+                let mut alone = Actor { place, path, ..actor.clone() };
+                follow(&mut alone, figure, rays);
+                *lane = alone.path.or(alone.place.map(|place| vec![place])).unwrap_or_default();
+            }
+            follow(actor, figure, rays);
+        }
+        actor.lanes = lanes;
     }
     actors
 }

@@ -6,6 +6,7 @@
 //!   by chunk and trusts nothing in it.
 //! - [`moment`] and [`shade`]: the light of a vertex at an hour of the day; the reference that every viewer mirrors.
 //! - [`grid`]: the light of space, for what moves in it; [`texels`]: that of surfaces whose triangles are large.
+//! - [`impostor`]: image-based characters; their files, which views are shown, and the reference of how they are looked at.
 //! - [`detail`]: fine patterns that are multiplied onto albedo near the eye; the reference that viewers mirror.
 //! - [`arrays`], [`export`], [`inspect`]: bundles for numpy, for stock viewers, for people.
 //!
@@ -23,6 +24,7 @@ pub mod file_lock;
 mod glb;
 mod gltf;
 pub mod grid;
+pub mod impostor;
 pub mod inspect;
 mod lapse_check;
 pub mod layout;

@@ -7,6 +7,7 @@
 //! crate, PNG and JPEG through `image`. [`ktx2`] holds textures of numbers.
 
 mod bc6h;
+mod bc7;
 mod contact_sheet;
 pub mod detail;
 mod error;
@@ -21,6 +22,7 @@ mod srgb_image;
 mod texture_wrap;
 
 pub use bc6h::{decode_bc6h, encode_bc6h};
+pub use bc7::{Bc7Quality, decode_bc7, encode_bc7};
 pub use contact_sheet::{SheetLayout, contact_sheet};
 pub use error::ImageError;
 pub use hdr_image::{HdrImage, PixelRepairs};

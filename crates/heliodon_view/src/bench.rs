@@ -3,6 +3,7 @@
 pub mod walk;
 
 use crate::HeliodonPlugins;
+use crate::impostor::Impostors;
 use crate::actors::{Actors, ActorsOptions, Told};
 use crate::daylight::{DaylightCamera, OnePassPairs, StereoPair, StereoPasses};
 use crate::headless::fault::DeviceFault;
@@ -206,7 +207,7 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
     app.insert_resource(clock.clone()).insert_resource(fault.clone()).add_systems(
         Update,
         move |stage: Res<Stage>,
-              actors: Res<Actors>,
+              (actors, impostors): (Res<Actors>, Res<Impostors>),
               clock: Res<Clock>,
               fault: Res<DeviceFault>,
               adapter: Option<Res<RenderAdapterInfo>>,
@@ -220,7 +221,8 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
                 exit.write(AppExit::error());
                 return;
             }
-            if !(stage.is_complete() && actors.is_complete() || *stage.status() == StageStatus::Empty) {
+            let complete = stage.is_complete() && actors.is_complete() && impostors.is_complete();
+            if !(complete || *stage.status() == StageStatus::Empty) {
                 return;
             }
             let (first, last) = lapse.span_s();

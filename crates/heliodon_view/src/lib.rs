@@ -21,6 +21,7 @@ mod fullscreen;
 pub mod guests;
 pub mod headless;
 pub mod hud;
+pub mod impostor;
 pub mod input;
 pub mod kiosk;
 pub mod lamps;
@@ -54,6 +55,7 @@ bevy::app::plugin_group! {
         sky:::SkyPlugin,
         time_lapse:::TimeLapsePlugin,
         actors:::ActorsPlugin,
+        impostor:::ImpostorPlugin,
         lamps:::LampsPlugin,
         guests:::GuestsPlugin,
     }

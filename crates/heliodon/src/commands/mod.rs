@@ -10,6 +10,7 @@ pub mod detail;
 pub mod display;
 pub mod export;
 pub mod figures;
+pub mod impostor;
 pub mod inspect;
 pub mod lightmap;
 pub mod merge;

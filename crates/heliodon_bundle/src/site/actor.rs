@@ -1,9 +1,12 @@
 //! `[[actor]]`: figures that walk or stand in the site and are lit each frame.
 
 use super::types::{Albedo, UpAxis};
+use crate::impostor::IMPOSTOR_ENDING;
+use heliodon_math::random::Pcg32;
 use heliodon_math::unit::Unit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
 /// `[[actor]]`: a model that moves, lit by what is baked of the place where it is.
@@ -16,8 +19,23 @@ pub struct Actor {
     /// The actor's name, unique in the site, and that of its folder in the bundle. Default: the file's name without its ending.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// A PLY, OBJ, glTF, GLB or STL file relative to the site's folder; in a bundle's manifest, to the bundle's.
+    /// A PLY, OBJ, glTF, GLB or STL file relative to the site's folder, or an impostor (.impostor.ktx2); in a bundle's manifest, to the bundle's.
     pub file: String,
+    /// How many of them there are, 1 to 10,000, each with its own phase and pace; more than one only of an impostor.
+    #[serde(default = "one_of_them", skip_serializing_if = "is_one")]
+    #[schemars(range(min = 1, max = 10_000))]
+    pub count: u32,
+    /// How far off the place or to the sides of the path they are, metres; only where there are several.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0))]
+    pub spread_m: f64,
+    /// Another number scatters them in another way.
+    #[serde(default, skip_serializing_if = "is_zero_seed")]
+    pub seed: u32,
+    /// In a bundle's manifest: where several of them stand, or the ways that they take side by side. A site has none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(skip)]
+    pub lanes: Vec<Vec<[f64; 3]>>,
     /// A vertex cache (.pc2) for the file's vertices, from the same folder.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cache: Option<String>,
@@ -103,6 +121,11 @@ impl Ground {
     }
 }
 
+/// The most of one impostor.
+pub const MAX_COUNT: u32 = 10_000;
+/// The most ways side by side: who walks along a path shares one of them with others, before and behind.
+pub const MAX_LANES: u32 = 24;
+
 /// How many frames of a vertex cache can make a second.
 pub const CACHE_FRAMES_PER_S_RANGE: RangeInclusive<f64> = 0.001..=1000.0;
 
@@ -116,6 +139,10 @@ impl Actor {
         Self {
             name: None,
             file: file.into(),
+            count: 1,
+            spread_m: 0.0,
+            seed: 0,
+            lanes: Vec::new(),
             cache: None,
             cache_frames_per_s: None,
             animation: None,
@@ -138,18 +165,85 @@ impl Actor {
     #[must_use]
     pub fn display_name(&self) -> &str {
         let file = self.file.rsplit('/').next().unwrap_or_default();
-        let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
+        let stem = file.strip_suffix(IMPOSTOR_ENDING).or_else(|| file.rsplit_once('.').map(|(stem, _)| stem)).unwrap_or(file);
         self.name.as_deref().unwrap_or(stem)
+    }
+
+    /// Whether it is an image of a model rather than a model.
+    #[must_use]
+    pub fn is_impostor(&self) -> bool {
+        self.file.ends_with(IMPOSTOR_ENDING)
     }
 
     /// The points between which it walks, the first again at the end of a circle; its place alone where it stands.
     #[must_use]
     pub fn stations(&self) -> Vec<[f64; 3]> {
-        let mut stations: Vec<[f64; 3]> = self.path.iter().flatten().chain(&self.place).copied().collect();
+        let stations: Vec<[f64; 3]> = self.path.iter().flatten().chain(&self.place).copied().collect();
+        self.rounded(stations)
+    }
+
+    /// All stations of all of its ways: of its lanes, where it has any.
+    #[must_use]
+    pub fn ways(&self) -> Vec<Vec<[f64; 3]>> {
+        if self.lanes.is_empty() {
+            return vec![self.stations()];
+        }
+        self.lanes.iter().map(|lane| self.rounded(lane.clone())).collect()
+    }
+
+    fn rounded(&self, mut stations: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
         if self.walk == Walk::Circle && stations.len() > 1 {
             stations.extend(stations.first().copied());
         }
         stations
+    }
+
+    /// Where several of them stand around its place, or walk beside its path, at its heights: as many lanes as there are of them, at most [`MAX_LANES`] beside
+    /// a path. None for one alone.
+    #[must_use]
+    pub fn scattered(&self) -> Vec<Vec<[f64; 3]>> {
+        if self.count <= 1 {
+            return Vec::new();
+        }
+        let mut random = Pcg32::new(u64::from(self.seed), 0x1a9e5);
+        let mut unit = || f64::from(random.next_f32());
+        match (&self.place, &self.path) {
+            (Some([x, y, z]), _) => {
+                let around = |_| {
+                    // evenly over the disc
+                    let (radius, turn) = (self.spread_m * unit().sqrt(), TAU * unit());
+                    vec![[x + radius * libm::cos(turn), *y, z + radius * libm::sin(turn)]]
+                };
+                (0..self.count).map(around).collect()
+            }
+            (None, Some(path)) => {
+                let lanes = self.count.min(MAX_LANES);
+                // each in its strip, somewhere
+                let off = |lane: u32| ((f64::from(lane) + unit()) / f64::from(lanes) * 2.0 - 1.0) * self.spread_m;
+                (0..lanes).map(off).map(|off| self.beside(path, off)).collect()
+            }
+            (None, None) => Vec::new(),
+        }
+    }
+
+    /// A path so many metres to the right of another one.
+    fn beside(&self, path: &[[f64; 3]], off: f64) -> Vec<[f64; 3]> {
+        let (last, closed) = (path.len() - 1, self.walk == Walk::Circle && path.len() > 2);
+        let right_of = |from: [f64; 3], to: [f64; 3]| {
+            let (x, z) = (to[0] - from[0], to[2] - from[2]);
+            let length = (x * x + z * z).sqrt();
+            if length > 0.0 { [-z / length, x / length] } else { [0.0; 2] }
+        };
+        let moved = |i: usize| {
+            let before = (i > 0 || closed).then(|| right_of(path[if i > 0 { i - 1 } else { last }], path[i]));
+            let after = (i < last || closed).then(|| right_of(path[i], path[if i < last { i + 1 } else { 0 }]));
+            let (a, b) = (before.or(after).unwrap_or_default(), after.or(before).unwrap_or_default());
+            // at a bend as far out as keeps both pieces parallel, within reason
+            let sum = [a[0] + b[0], a[1] + b[1]];
+            let scale = 2.0 / (sum[0] * sum[0] + sum[1] * sum[1]).max(1.0);
+            [path[i][0] + sum[0] * scale * off, path[i][1], path[i][2] + sum[1] * scale * off]
+        };
+        (0..path.len()).map(moved).collect()
     }
 
     /// The actor with its place or path moved by minus the site's origin: from the site's coordinates to the bundle's.
@@ -157,8 +251,28 @@ impl Actor {
     pub fn relative_to(&self, origin: [f64; 3]) -> Self {
         let moved = |point: [f64; 3]| [0, 1, 2].map(|axis| point[axis] - origin[axis]);
         let path = self.path.as_ref().map(|path| path.iter().copied().map(moved).collect());
-        Self { place: self.place.map(moved), path, ..self.clone() }
+        let lanes = self.lanes.iter().map(|lane| lane.iter().copied().map(moved).collect()).collect();
+        Self { place: self.place.map(moved), path, lanes, ..self.clone() }
     }
+}
+
+fn one_of_them() -> u32 {
+    1
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's skip_serializing_if passes a reference")]
+fn is_one(count: &u32) -> bool {
+    *count == 1
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as above")]
+fn is_zero(metres: &f64) -> bool {
+    *metres == 0.0
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as above")]
+fn is_zero_seed(seed: &u32) -> bool {
+    *seed == 0
 }
 
 fn one() -> f64 {
@@ -167,4 +281,41 @@ fn one() -> f64 {
 
 fn walk_speed() -> f64 {
     DEFAULT_WALK_SPEED
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn several_stand_around_a_place_each_in_its_own() {
+        let crowd = Actor { count: 300, spread_m: 4.0, ..Actor::at("somebody.impostor.ktx2", [10.0, 2.0, -5.0]) };
+        let lanes = crowd.scattered();
+        assert_eq!(lanes.len(), 300);
+        let off: Vec<f64> = lanes.iter().map(|lane| (lane[0][0] - 10.0).hypot(lane[0][2] + 5.0)).collect();
+        assert!(lanes.iter().all(|lane| lane.len() == 1 && lane[0][1] == 2.0) && off.iter().all(|off| *off <= 4.0));
+        // half of them beyond 0.7 of the radius
+        let far = off.iter().filter(|off| **off > 4.0 / 2.0_f64.sqrt()).count();
+        assert!((120..180).contains(&far), "{far}");
+        assert_eq!(crowd.scattered(), lanes);
+        assert_ne!(Actor { seed: 1, ..crowd.clone() }.scattered(), lanes);
+        assert_eq!(crowd.display_name(), "somebody");
+        assert_eq!(Actor { count: 1, ..crowd }.scattered(), Vec::<Vec<[f64; 3]>>::new());
+    }
+
+    #[test]
+    fn several_walk_beside_a_path() {
+        let path = Some(vec![[0.0, 0.0, 0.0], [10.0, 1.0, 0.0], [10.0, 1.0, 10.0]]);
+        let actor = Actor { count: 8, spread_m: 2.0, place: None, path, walk: Walk::Once, ..Actor::at("a.impostor.ktx2", [0.0; 3]) };
+        let lanes = actor.scattered();
+        assert_eq!(lanes.len(), 8);
+        for lane in &lanes {
+            let off = lane[0][2];
+            assert!(off.abs() <= 2.0 && lane[0][0].abs() < 1e-9 && lane[1][1] == 1.0);
+            // the bend keeps both pieces as far off: to the right is +Z along +X, and -X along +Z
+            assert!((lane[1][2] - off).abs() < 1e-9 && (lane[1][0] - (10.0 - off)).abs() < 1e-9 && (lane[2][0] - (10.0 - off)).abs() < 1e-9);
+        }
+        assert_eq!(Actor { lanes: lanes.clone(), ..actor.clone() }.ways(), lanes);
+        assert_eq!(Actor { walk: Walk::Circle, lanes, ..actor }.ways()[0].len(), 4);
+    }
 }

@@ -1,6 +1,6 @@
 //! What makes a `site.toml` that parses a sensible one.
 
-use super::actor::{Actor, CACHE_FRAMES_PER_S_RANGE};
+use super::actor::{Actor, CACHE_FRAMES_PER_S_RANGE, MAX_COUNT};
 use super::budget;
 use super::detail::{Detail, DetailMapping};
 use super::lamp::Lamp;
@@ -42,6 +42,10 @@ pub(super) fn check(site: &SiteFile) -> Checked {
     }
     for (i, actor) in site.actors.iter().enumerate() {
         check_actor(&["actor", &i.to_string()], actor)?;
+        if !actor.lanes.is_empty() {
+            let remedy = "take it out: count and spread_m say how many there are, and where";
+            return fault(&["actor", &i.to_string(), "lanes"], "lanes are found by the bake", remedy);
+        }
         let folder = |actor: &Actor| actor.display_name().to_lowercase();
         if site.actors[..i].iter().any(|earlier| folder(earlier) == folder(actor)) {
             let message = format!("another actor is called `{}`", actor.display_name());
@@ -242,6 +246,7 @@ fn check_actor(at: &[&str; 2], actor: &Actor) -> Checked {
             not_empty(&key(name), text)?;
         }
     }
+    check_count(at, actor)?;
     if let Some(frames_per_s) = actor.cache_frames_per_s {
         let at = key("cache_frames_per_s");
         if actor.cache.is_none() {
@@ -284,6 +289,43 @@ fn check_actor(at: &[&str; 2], actor: &Actor) -> Checked {
     check_scale(&key("scale"), actor.scale)?;
     finite(&key("rotate_deg"), &actor.rotate_deg)?;
     check_albedo(&key("albedo"), actor.albedo.as_ref())
+}
+
+/// What there are several of, and what an impostor cannot have, for it is shown as it was captured.
+fn check_count(at: &[&str; 2], actor: &Actor) -> Checked {
+    let key = |name| [at[0], at[1], name];
+    if !(1..=MAX_COUNT).contains(&actor.count) {
+        return fault(&key("count"), format!("count is {}", actor.count), "give 1 to 10,000");
+    }
+    if !(actor.spread_m >= 0.0 && COORDINATES_M.contains(&actor.spread_m)) {
+        return fault(&key("spread_m"), format!("spread_m is {}", actor.spread_m), "give metres from 0 up");
+    }
+    for lane in &actor.lanes {
+        finite(&key("lanes"), lane.as_flattened())?;
+    }
+    if !actor.is_impostor() {
+        if actor.count > 1 {
+            let remedy = "capture the model (`heliodon impostor`) and name the file that comes of it, or write an [[actor]] for each";
+            return fault(&key("count"), "only impostors can be many", remedy);
+        }
+        return Ok(());
+    }
+    let plain = Actor::at("", [0.0; 3]);
+    let taken = [
+        ("cache", actor.cache.is_some()),
+        ("albedo", actor.albedo.is_some()),
+        ("unit", actor.unit != plain.unit),
+        ("up", actor.up != plain.up),
+        ("rotate_deg", actor.rotate_deg != plain.rotate_deg),
+    ];
+    if let Some((name, _)) = taken.into_iter().find(|(_, given)| *given) {
+        let remedy = "give it to the model when you capture it (`heliodon impostor`), and take it out here";
+        return fault(&key(name), format!("an impostor is shown as it was captured: {name} says nothing"), remedy);
+    }
+    if actor.scale <= 0.0 {
+        return fault(&key("scale"), format!("an impostor of scale {}", actor.scale), "give a number above 0");
+    }
+    Ok(())
 }
 
 /// What is wrong with a lamp that stands in no `site.toml`.

@@ -17,7 +17,7 @@ mod types;
 mod values;
 mod weathering;
 
-pub use actor::{Actor, CACHE_FRAMES_PER_S_RANGE, DEFAULT_WALK_SPEED, Ground, Walk};
+pub use actor::{Actor, CACHE_FRAMES_PER_S_RANGE, DEFAULT_WALK_SPEED, Ground, MAX_COUNT, MAX_LANES, Walk};
 pub use budget::Budget;
 pub(crate) use check::check_lone_actor as check_actor;
 pub(crate) use check::check_lone_lamp as check_lamp;

@@ -1,6 +1,6 @@
 //! Pictures as BC6H with smaller versions: what engines load straight into a graphics processor's memory.
 
-use super::Head;
+use super::{Head, block_descriptor, key_value};
 use crate::HdrImage;
 use crate::bc6h::encode_bc6h;
 use glam::Vec3;
@@ -22,29 +22,11 @@ pub fn ktx2_bc6h(image: &HdrImage, levels: u32) -> Vec<u8> {
         images.push(halved(last));
     }
     let levels: Vec<Vec<u8>> = images.iter().map(encode_bc6h).collect();
-    let descriptor = descriptor();
+    let descriptor = block_descriptor(MODEL, [0, 1.0_f32.to_bits()]);
     let values = [key_value("KTXorientation", "rd"), key_value("KTXwriter", "Heliodon")].concat();
     let levels: Vec<(&[u8], u64)> = levels.iter().map(|level| (level.as_slice(), level.len() as u64)).collect();
     let head = Head { vk: BC6H_UFLOAT, type_bytes: 1, size: [image.width, image.height], packing: 0 };
     head.file(0, &levels, &descriptor, &values, ALIGNMENT)
-}
-
-/// One block of four by four texels, sixteen bytes, of one sample of unsigned floats.
-fn descriptor() -> Vec<u8> {
-    let size = 24 + 16;
-    // the lengths of the descriptor and of its one block, version 2; then the texel block's sides less one, and its bytes
-    let head = [4 + size, 0, 2 | size << 16, MODEL, 3 | 3 << 8, 16, 0];
-    // 128 bits from bit 0 on, a float; from 0 to 1
-    let sample = [127 << 16 | 0x80 << 24, 0, 0, 1.0_f32.to_bits()];
-    head.iter().chain(&sample).flat_map(|word| word.to_le_bytes()).collect()
-}
-
-fn key_value(key: &str, value: &str) -> Vec<u8> {
-    let text = [key.as_bytes(), b"\0", value.as_bytes(), b"\0"].concat();
-    let mut bytes = (text.len() as u32).to_le_bytes().to_vec();
-    bytes.extend(text);
-    bytes.resize(bytes.len().next_multiple_of(4), 0);
-    bytes
 }
 
 /// Half as large, each pixel the mean of those it stands for.

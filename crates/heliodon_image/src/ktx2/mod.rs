@@ -21,6 +21,8 @@ const MAGIC: [u8; 12] = [0xAB, b'K', b'T', b'X', b' ', b'2', b'0', 0xBB, 0x0D, 0
 const HEADER_BYTES: usize = 80;
 /// Bytes of a level in the index.
 const LEVEL_BYTES: usize = 24;
+/// Where the header says where texts lie.
+const VALUES_AT: usize = 56;
 /// Levels packed by zlib.
 const ZLIB: u32 = 3;
 /// The largest side.
@@ -39,34 +41,45 @@ pub enum TexelFormat {
     Rgba16Float,
     /// Four unsigned numbers of 8 bits, from 0 to 1: colour coded as sRGB, and what is linear.
     Rgba8Srgb,
+    /// Four numbers from 0 to 1, blocks of 4 x 4 texels in 16 bytes: BC7 ([`crate::encode_bc7`]).
+    Bc7,
 }
 
 impl TexelFormat {
-    const ALL: [Self; 3] = [Self::R32Uint, Self::Rgba16Float, Self::Rgba8Srgb];
+    const ALL: [Self; 4] = [Self::R32Uint, Self::Rgba16Float, Self::Rgba8Srgb, Self::Bc7];
 
     /// Numbers of a texel.
     #[must_use]
     pub fn channels(self) -> u32 {
         match self {
             Self::R32Uint => 1,
-            Self::Rgba16Float | Self::Rgba8Srgb => 4,
+            Self::Rgba16Float | Self::Rgba8Srgb | Self::Bc7 => 4,
         }
     }
 
-    /// Bytes of each of them.
+    /// Texels along the sides of a block: 1 where each texel has its own bytes.
     #[must_use]
-    pub fn channel_bytes(self) -> u32 {
+    pub fn block_side(self) -> u32 {
+        if self == Self::Bc7 { 4 } else { 1 }
+    }
+
+    /// Bytes of a block.
+    #[must_use]
+    pub fn block_bytes(self) -> u32 {
         match self {
-            Self::Rgba8Srgb => 1,
+            Self::R32Uint | Self::Rgba8Srgb => 4,
+            Self::Rgba16Float => 8,
+            Self::Bc7 => 16,
+        }
+    }
+
+    /// Bytes of the type that files count in, as far as byte order is concerned.
+    fn type_bytes(self) -> u32 {
+        match self {
+            Self::Rgba8Srgb | Self::Bc7 => 1,
             Self::Rgba16Float => 2,
             Self::R32Uint => 4,
         }
-    }
-
-    /// Bytes of a texel.
-    #[must_use]
-    pub fn texel_bytes(self) -> u32 {
-        self.channels() * self.channel_bytes()
     }
 
     /// Vulkan's number.
@@ -75,6 +88,7 @@ impl TexelFormat {
             Self::Rgba8Srgb => 43,
             Self::Rgba16Float => 97,
             Self::R32Uint => 98,
+            Self::Bc7 => 145,
         }
     }
 }
@@ -118,8 +132,8 @@ impl Ktx2 {
     /// Bytes of a level, unpacked.
     #[must_use]
     pub fn level_bytes(&self, level: usize) -> u64 {
-        let side = |texels: u32| u64::from((texels >> level).max(1));
-        side(self.width) * side(self.height) * u64::from(self.layers) * u64::from(self.format.texel_bytes())
+        let blocks = |texels: u32| u64::from((texels >> level).max(1).div_ceil(self.format.block_side()));
+        blocks(self.width) * blocks(self.height) * u64::from(self.layers) * u64::from(self.format.block_bytes())
     }
 
     /// The file's bytes.
@@ -127,6 +141,14 @@ impl Ktx2 {
     /// # Errors
     /// Sizes that the file cannot have, levels that have not their bytes.
     pub fn to_bytes(&self, name: &str) -> Result<Vec<u8>, ImageError> {
+        self.to_bytes_with(&[], name)
+    }
+
+    /// The file's bytes, with texts by their keys, which must be in the order of their bytes and without zeros; [`Self::text_of`] finds them again.
+    ///
+    /// # Errors
+    /// As [`Self::to_bytes`].
+    pub fn to_bytes_with(&self, texts: &[(&str, &str)], name: &str) -> Result<Vec<u8>, ImageError> {
         self.check(name)?;
         if let Some(level) = (0..self.levels.len()).find(|&level| self.levels[level].len() as u64 != self.level_bytes(level)) {
             let problem = format!("level {level} has {} bytes, not {}", self.levels[level].len(), self.level_bytes(level));
@@ -142,14 +164,34 @@ impl Ktx2 {
         }
         let head = Head {
             vk: self.format.vk(),
-            type_bytes: self.format.channel_bytes(),
+            type_bytes: self.format.type_bytes(),
             size: [self.width, self.height],
             packing: ZLIB,
         };
         let layers = if self.layers == 1 { 0 } else { self.layers };
         let whole = (0..packed.len()).map(|level| self.level_bytes(level));
         let levels: Vec<(&[u8], u64)> = packed.iter().map(Vec::as_slice).zip(whole).collect();
-        Ok(head.file(layers, &levels, &described, &[], 1))
+        let values: Vec<u8> = texts.iter().flat_map(|(key, text)| key_value(key, text)).collect();
+        Ok(head.file(layers, &levels, &described, &values, 1))
+    }
+
+    /// The text that a file has by a key, without anything of it being unpacked.
+    #[must_use]
+    pub fn text_of<'a>(bytes: &'a [u8], key: &str) -> Option<&'a str> {
+        let number = |at: usize| bytes.get(at..).and_then(|rest| rest.first_chunk()).map(|&four| u32::from_le_bytes(four) as usize);
+        let mut values = bytes.starts_with(&MAGIC).then(|| {
+            let (at, length) = (number(VALUES_AT)?, number(VALUES_AT + 4)?);
+            bytes.get(at..at.checked_add(length)?)
+        })??;
+        while let Some((length, rest)) = values.split_first_chunk() {
+            let length = u32::from_le_bytes(*length) as usize;
+            let pair = rest.get(..length)?;
+            if let Some(text) = pair.strip_prefix(key.as_bytes()).and_then(|rest| rest.strip_prefix(b"\0")) {
+                return std::str::from_utf8(text.strip_suffix(b"\0").unwrap_or(text)).ok();
+            }
+            values = rest.get(length.next_multiple_of(4)..)?;
+        }
+        None
     }
 
     /// What the texture is but for its texels.
@@ -236,7 +278,11 @@ impl Ktx2 {
         const VERSION: u32 = 2;
         const ALPHA: u32 = 15;
         const LINEAR: u32 = 0x10;
-        let (format, channels) = (self.format, self.format.channels());
+        let format = self.format;
+        if format == TexelFormat::Bc7 {
+            return block_descriptor(BC7_MODEL, [0, u32::MAX]);
+        }
+        let channels = format.channels();
         let block = BLOCK_BYTES + SAMPLE_BYTES * channels;
         let mut bytes = Vec::new();
         for number in [4 + block, 0, VERSION | block << 16] {
@@ -245,13 +291,13 @@ impl Ktx2 {
         let is_srgb = format == TexelFormat::Rgba8Srgb;
         bytes.extend(if is_srgb { SRGB_MODEL } else { MODEL });
         bytes.extend([0_u8; 4]);
-        bytes.extend([format.texel_bytes() as u8, 0, 0, 0, 0, 0, 0, 0]);
-        let bits = 8 * format.channel_bytes();
+        bytes.extend([format.block_bytes() as u8, 0, 0, 0, 0, 0, 0, 0]);
+        let bits = 8 * format.type_bytes();
         // floats are signed, from -1 to 1 as far as programs that know nothing else are concerned
         let (kind, low, high) = match format {
             TexelFormat::Rgba16Float => (0xC0, (-1.0_f32).to_bits(), 1.0_f32.to_bits()),
             TexelFormat::Rgba8Srgb => (0, 0, 255),
-            TexelFormat::R32Uint => (0, 0, 1),
+            TexelFormat::R32Uint | TexelFormat::Bc7 => (0, 0, 1),
         };
         for channel in 0..channels {
             let id = if channel == 3 { ALPHA } else { channel };
@@ -262,6 +308,29 @@ impl Ktx2 {
         }
         bytes
     }
+}
+
+/// `KHR_DF_MODEL_BC7`, primaries of Rec. 709, linear, alpha straight.
+const BC7_MODEL: u32 = 134 | 1 << 8 | 1 << 16;
+
+/// The descriptor of blocks of four by four texels, sixteen bytes, of one sample: its model, and the sample's lowest and highest number.
+fn block_descriptor(model: u32, limits: [u32; 2]) -> Vec<u8> {
+    let size = 24 + 16;
+    // the lengths of the descriptor and of its one block, version 2; then the texel block's sides less one, and its bytes
+    let head = [4 + size, 0, 2 | size << 16, model, 3 | 3 << 8, 16, 0];
+    // 128 bits from bit 0 on; BC6H's are floats
+    let kind = if model == BC7_MODEL { 0 } else { 0x80 << 24 };
+    let sample = [127 << 16 | kind, 0, limits[0], limits[1]];
+    head.iter().chain(&sample).flat_map(|word| word.to_le_bytes()).collect()
+}
+
+/// A text by its key, as files hold it.
+fn key_value(key: &str, value: &str) -> Vec<u8> {
+    let text = [key.as_bytes(), b"\0", value.as_bytes(), b"\0"].concat();
+    let mut bytes = (text.len() as u32).to_le_bytes().to_vec();
+    bytes.extend(text);
+    bytes.resize(bytes.len().next_multiple_of(4), 0);
+    bytes
 }
 
 /// What the beginning of a file says of its texture.
@@ -325,7 +394,7 @@ mod tests {
             let written = texture(format, layers);
             let bytes = written.to_bytes("a.ktx2").unwrap();
             assert_eq!(Ktx2::from_bytes(&bytes, "a.ktx2").unwrap(), written);
-            assert_eq!(written.level_bytes(2), 3 * u64::from(layers * format.texel_bytes()));
+            assert_eq!(written.level_bytes(2), 3 * u64::from(layers * format.block_bytes()));
         }
     }
 

@@ -39,7 +39,7 @@ pub fn run(bundle: &BundleReader) -> Loaded {
         Ok(grid) => loaded.grid = grid,
         Err(error) => loaded.failures.push(format!("actors stand in the open: {error}")),
     }
-    for actor in bundle.actors() {
+    for actor in bundle.actors().iter().filter(|actor| !actor.is_impostor()) {
         match read(bundle, actor) {
             Ok((person, look)) => {
                 loaded.people.push(person);

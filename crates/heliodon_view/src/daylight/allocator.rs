@@ -16,14 +16,14 @@ const USUAL_BYTES: i32 = 128 << 10;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const LARGE_BYTES: i32 = 256 << 10;
 
-/// For programs that run for weeks, before they have threads: few heaps for all of these, and what is large is the system's again once it is freed, so that what
-/// frames need for a moment does not add up. docs/decisions/029-rooms.md has the figures.
+/// For programs that run for weeks, before they have threads: one heap for all of these, for only of the first one the free end can be given back, and what is large is the system's
+/// again once it is freed, so that what frames need for a moment does not add up. docs/decisions/029-rooms.md has the figures.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 #[expect(unsafe_code, reason = "as below")]
 pub fn spare_memory() {
     // SAFETY: mallopt takes the allocator's own lock and sets one word each; it touches no memory of the program.
     unsafe {
-        libc::mallopt(libc::M_ARENA_MAX, 2);
+        libc::mallopt(libc::M_ARENA_MAX, 1);
         libc::mallopt(libc::M_MMAP_THRESHOLD, LARGE_BYTES);
     }
 }

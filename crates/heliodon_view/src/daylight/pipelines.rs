@@ -202,7 +202,7 @@ pub(crate) fn relight_wgsl(display: DisplayKey) -> String {
 }
 
 /// A shader with the lines that its `#ifdef`s keep, those of whose names all are defined, so that what a test validates is what runs.
-pub(super) fn resolved(source: &str, defined: &[(&str, bool)]) -> String {
+pub(crate) fn resolved(source: &str, defined: &[(&str, bool)]) -> String {
     let is_defined = |name: &str| defined.iter().any(|&(known, yes)| known == name && yes);
     let mut keep = true;
     let mut out = String::with_capacity(source.len());
@@ -366,7 +366,7 @@ impl Default for StagePipelines {
 
 impl StagePipelines {
     /// Gives `source` to the cache under a name of its own.
-    fn shader(&mut self, cache: &mut PipelineCache, source: String, name: &str) -> Handle<Shader> {
+    pub fn shader(&mut self, cache: &mut PipelineCache, source: String, name: &str) -> Handle<Shader> {
         // Ours alone: the upper half is a random number.
         let uuid = Uuid::from_u128(0x5f1d_9c1e_7a42_4b0b_0000_0000_0000_0000 + self.shaders);
         self.shaders += 1;

@@ -180,7 +180,7 @@ impl TexelsGpu {
         });
         let side = |texels: u32| (texels >> piece.level).max(1);
         let origin = Origin3d { x: 0, y: 0, z: piece.layer };
-        let bytes_per_row = Some(side(width) * piece.format.texel_bytes());
+        let bytes_per_row = Some(side(width) * piece.format.block_bytes());
         queue.write_texture(
             TexelCopyTextureInfo { texture, mip_level: piece.level - skipped, origin, aspect: TextureAspect::All },
             &piece.bytes,

@@ -4,6 +4,7 @@ use super::fault::DeviceFault;
 use super::readback::{Pending, longest_side};
 use super::{HeadlessError, RenderOptions, Shot, ShotExposure};
 use crate::HeliodonPlugins;
+use crate::impostor::Impostors;
 use crate::actors::Actors;
 use crate::actors::levels::Directions;
 use crate::culling::Culling;
@@ -88,13 +89,18 @@ impl Stepped {
             let stage = self.app.world().resource::<Stage>();
             match stage.status() {
                 StageStatus::Failed(what) => return Err(HeadlessError::Loading(what.clone())),
-                _ if stage.is_complete() && self.app.world().resource::<Actors>().is_complete() => break,
+                _ if stage.is_complete() && self.people_are_complete() => break,
                 _ => std::thread::sleep(Duration::from_millis(1)),
             }
         }
         self.set_active(cameras, true);
         // A frame in which the cameras get their share of the render world.
         self.step()
+    }
+
+    fn people_are_complete(&self) -> bool {
+        let world = self.app.world();
+        world.resource::<Actors>().is_complete() && world.resource::<Impostors>().is_complete()
     }
 
     /// A frame.

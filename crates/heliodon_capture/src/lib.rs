@@ -1,0 +1,3 @@
+//! From models to what stands for them where they are not looked at closely.
+
+pub mod impostor;

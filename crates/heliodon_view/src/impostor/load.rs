@@ -1,0 +1,84 @@
+//! Reading the bundle's impostors, on a thread of its own.
+
+use super::Person;
+use crate::actors::course::Course;
+use bevy::math::{DVec3, Vec3};
+use heliodon_bundle::BundleReader;
+use heliodon_bundle::grid::Grid;
+use heliodon_bundle::impostor::{Impostor, ImpostorInfo};
+use heliodon_bundle::site::Actor;
+use heliodon_math::random::Pcg32;
+use std::sync::Arc;
+
+/// How much slower or faster than another somebody of several walks.
+const PACE: f32 = 0.12;
+
+/// The bundle's impostors.
+#[derive(Default)]
+pub struct Loaded {
+    /// What they look like, each once.
+    pub kinds: Vec<Arc<Kind>>,
+    /// All of them.
+    pub people: Vec<Person>,
+    /// What the monument leaves of the light where they are.
+    pub grid: Option<Grid>,
+    /// What could not be read, and why.
+    pub failures: Vec<String>,
+}
+
+/// An impostor.
+#[derive(Debug)]
+pub struct Kind {
+    /// With its texels.
+    pub impostor: Impostor,
+}
+
+/// Reads them all; what fails is told, and the others are there.
+pub fn run(bundle: &BundleReader) -> Loaded {
+    let mut loaded = Loaded::default();
+    match bundle.read_grid() {
+        Ok(grid) => loaded.grid = grid,
+        Err(error) => loaded.failures.push(format!("impostors stand in the open: {error}")),
+    }
+    for actor in bundle.actors().iter().filter(|actor| actor.is_impostor()) {
+        match read(bundle, actor) {
+            Ok(impostor) => {
+                let kind = loaded.kinds.len();
+                loaded.people.extend(people(&impostor.info, actor, kind));
+                loaded.kinds.push(Arc::new(Kind { impostor }));
+            }
+            Err(what) => loaded.failures.push(format!("the actor {} is missing: {what}", actor.display_name())),
+        }
+    }
+    loaded
+}
+
+fn read(bundle: &BundleReader, actor: &Actor) -> Result<Impostor, String> {
+    let bytes = std::fs::read(bundle.folder().join(&actor.file)).map_err(|error| format!("{}: {error}", actor.file))?;
+    Impostor::from_bytes(&bytes, &actor.file).map_err(|error| error.to_string())
+}
+
+/// Everybody that an actor stands for, each on one of its ways, somewhere along it, with a pace and a phase of their own.
+pub fn people(info: &ImpostorInfo, actor: &Actor, kind: usize) -> Vec<Person> {
+    let clip = actor.animation.as_ref().and_then(|name| info.clips.iter().position(|clip| clip.name == *name)).unwrap_or(0);
+    let turn = (actor.turn_deg as f32).to_radians();
+    let ways: Vec<Vec<Vec3>> =
+        actor.ways().iter().map(|way| way.iter().map(|&point| DVec3::from(point).as_vec3()).collect()).collect();
+    let mut random = Pcg32::new(u64::from(actor.seed), 0xc20d);
+    (0..actor.count as usize)
+        .filter_map(|number| {
+            let way = ways.get(number % ways.len().max(1))?.clone();
+            let several = actor.count > 1;
+            let mut among = |low: f32, high: f32| if several { random.range_f32(low, high) } else { 0.5 * (low + high) };
+            let pace = among(1.0 - PACE, 1.0 + PACE);
+            let (length, stands) = (way.windows(2).map(|pair| pair[0].distance(pair[1])).sum::<f32>(), way.len() < 2);
+            // who stands among others looks anywhere
+            let turn = if stands && several { turn + among(-std::f32::consts::PI, std::f32::consts::PI) } else { turn };
+            let course = Course::walks(way, actor.walk_speed as f32 * pace, actor.walk, turn);
+            // There and back, or round.
+            let ahead_s = if several { among(0.0, 2.0) * length / (actor.walk_speed as f32 * pace) } else { 0.0 };
+            let phase_s = if several { among(0.0, 60.0) } else { 0.0 };
+            Some(Person { kind, clip, course, ahead_s, speed: actor.speed as f32 * pace, phase_s, scale: actor.scale as f32 })
+        })
+        .collect()
+}

@@ -1,0 +1,372 @@
+//! Image-based people: whole crowds in a few draws, lit by the hour.
+//!
+//! `heliodon_bundle::impostor` says what an impostor is and where the paper says so. Each person is a quad that faces the eye, on which the views around it are blended in one
+//! pass; both eyes of a head see the same views. The light grid tells what sky and sun reach them: six sides of light, and the sun at feet, middle and head. They are drawn last, from the
+//! farthest on, over stone and guests, and go softly into what is before them.
+
+mod load;
+mod render;
+mod uniform;
+
+pub use load::Kind;
+pub use uniform::{CAMERA_BYTES, KIND_BYTES, PERSON_BYTES, SEEN_BYTES};
+
+use crate::actors::Actors;
+use crate::actors::course::Course;
+use crate::daylight::{DaylightCamera, StereoPair};
+use crate::stage::Stage;
+use crate::stage::frame::StageFrame;
+use crate::time_lapse::{Now, SettleMoment};
+use bevy::camera::{Camera, Camera3d};
+use bevy::core_pipeline::core_3d::{main_opaque_pass_3d, main_transparent_pass_3d};
+use bevy::core_pipeline::schedule::{Core3d, Core3dSystems};
+use bevy::math::Vec4;
+use bevy::prelude::*;
+use bevy::render::extract_resource::{ExtractResource, ExtractResourcePlugin};
+use bevy::render::{Render, RenderApp, RenderSystems};
+use glam::Affine3A;
+use heliodon_bundle::BundleReader;
+use heliodon_bundle::grid::{AXES, AmbientCube, Grid};
+use heliodon_bundle::impostor::ImpostorInfo;
+use heliodon_bundle::moment::Moment;
+use heliodon_math::sh;
+use load::Loaded;
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+use uniform::{PersonUniform, SeenUniform};
+use wgpu::TextureUsages;
+
+/// WGSL of impostors.
+pub(crate) const IMPOSTOR_WGSL: &str = include_str!("impostor.wgsl");
+
+/// The impostors of the bundle on the stage.
+#[derive(Resource, Default)]
+pub struct Impostors {
+    /// How they are shown.
+    pub options: ImpostorOptions,
+    stage: u64,
+    loading: Option<Mutex<Receiver<Loaded>>>,
+    kinds: Vec<Arc<Kind>>,
+    people: Vec<Person>,
+    grid: Option<Grid>,
+    told: Told,
+}
+
+/// How impostors are shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImpostorOptions {
+    /// Which views.
+    pub views: Views,
+    /// How many times a view is looked for by its depths, 0 to 3: the fewer, the more views of a coarse ring part from one another.
+    pub steps: u32,
+}
+
+/// Which views of an impostor are shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Views {
+    /// Those around the eye, blended.
+    #[default]
+    Blended,
+    /// The nearest alone: a quarter of the work, and it jumps from view to view.
+    Nearest,
+}
+
+impl Default for ImpostorOptions {
+    fn default() -> Self {
+        Self { views: Views::Blended, steps: 2 }
+    }
+}
+
+/// What the impostors of a frame took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Told {
+    /// People.
+    pub people: usize,
+    /// Quads of all cameras' heads.
+    pub shown: usize,
+    /// Milliseconds that the processor took.
+    pub ms: f32,
+}
+
+/// Somebody.
+#[derive(Clone, Debug)]
+pub struct Person {
+    kind: usize,
+    clip: usize,
+    course: Course,
+    /// How long it has been on its way when the actors begin, seconds.
+    ahead_s: f32,
+    speed: f32,
+    phase_s: f32,
+    scale: f32,
+}
+
+impl Impostors {
+    /// Whether all of the bundle's impostors are there.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.loading.is_none()
+    }
+
+    /// What the last frame took.
+    #[must_use]
+    pub fn told(&self) -> Told {
+        self.told
+    }
+
+    /// How many people there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.people.len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.people.is_empty()
+    }
+}
+
+/// What the render world is told of a frame's impostors.
+#[derive(Resource, Clone, Default, ExtractResource)]
+pub(crate) struct ImpostorsFrame {
+    /// Changes with the kinds.
+    serial: u64,
+    kinds: Arc<[Arc<Kind>]>,
+    people: Arc<Vec<PersonUniform>>,
+    heads: Arc<Vec<Head>>,
+    steps: u32,
+    /// Direction, and exposed irradiance at normal incidence.
+    sun: (Vec3, Vec3),
+}
+
+/// What a head sees of them.
+#[derive(Clone, Debug, Default)]
+struct Head {
+    place: Vec3,
+    /// Its eyes.
+    cameras: Vec<Entity>,
+    /// From the farthest on.
+    order: Vec<SeenUniform>,
+    /// Which of these are of one kind.
+    runs: Vec<(usize, Range<u32>)>,
+}
+
+/// Shows impostors.
+#[derive(Default)]
+pub struct ImpostorPlugin;
+
+impl Plugin for ImpostorPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Impostors>()
+            .init_resource::<ImpostorsFrame>()
+            .add_plugins(ExtractResourcePlugin::<ImpostorsFrame>::default())
+            .add_systems(Update, follow_stage)
+            .add_systems(
+                PostUpdate,
+                (
+                    let_depth_be_read,
+                    arrange
+                        .after(SettleMoment)
+                        .after(bevy::transform::TransformSystems::Propagate)
+                        .after(bevy::camera::CameraUpdateSystems),
+                ),
+            );
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else { return };
+        render_app
+            .init_resource::<render::ImpostorsGpu>()
+            .add_systems(
+                Render,
+                render::prepare.in_set(RenderSystems::PrepareResources).after(crate::daylight::prepare::prepare_views),
+            )
+            .add_systems(
+                Core3d,
+                render::draw
+                    .in_set(Core3dSystems::MainPass)
+                    .after(main_opaque_pass_3d)
+                    .before(main_transparent_pass_3d),
+            );
+    }
+}
+
+/// Where somebody goes into the stone is seen by its depth.
+fn let_depth_be_read(mut cameras: Query<&mut Camera3d, Added<DaylightCamera>>) {
+    for mut camera in &mut cameras {
+        camera.depth_texture_usages.0 |= TextureUsages::TEXTURE_BINDING.bits();
+    }
+}
+
+/// Loads the impostors of another bundle, and takes them when they are there.
+fn follow_stage(stage: Res<Stage>, mut impostors: ResMut<Impostors>, mut frame: ResMut<ImpostorsFrame>) {
+    let impostors = &mut *impostors;
+    if impostors.stage != stage.serial() {
+        *impostors = Impostors { options: impostors.options, stage: stage.serial(), ..default() };
+        *frame = ImpostorsFrame { serial: frame.serial + 1, ..default() };
+        let has_any = |bundle: &&Arc<BundleReader>| bundle.actors().iter().any(|actor| actor.is_impostor());
+        if let Some(bundle) = stage.bundle().filter(has_any) {
+            let (to_stage, loaded) = channel();
+            impostors.loading = Some(Mutex::new(loaded));
+            let bundle = Arc::clone(bundle);
+            // The stage may have gone to another bundle: then nobody wants to know.
+            std::thread::spawn(move || to_stage.send(load::run(&bundle)).ok());
+        }
+    }
+    let Some(loading) = &impostors.loading else { return };
+    let loaded = match loading.lock().unwrap_or_else(PoisonError::into_inner).try_recv() {
+        Ok(loaded) => loaded,
+        Err(TryRecvError::Empty) => return,
+        Err(TryRecvError::Disconnected) => {
+            Loaded { failures: vec!["the impostors' loading thread broke off".to_owned()], ..default() }
+        }
+    };
+    loaded.failures.iter().for_each(|failure| warn!("{failure}"));
+    impostors.loading = None;
+    (impostors.kinds, impostors.people, impostors.grid) = (loaded.kinds, loaded.people, loaded.grid);
+    *frame = ImpostorsFrame { serial: frame.serial + 1, kinds: impostors.kinds.clone().into(), ..default() };
+}
+
+/// Puts everybody where they are, into the light that is there, and chooses what each head sees of them.
+fn arrange(
+    now: Res<Now>,
+    stage_frame: Res<StageFrame>,
+    actors: Res<Actors>,
+    mut impostors: ResMut<Impostors>,
+    mut frame: ResMut<ImpostorsFrame>,
+    cameras: Query<(Entity, &Camera, &GlobalTransform, Option<&StereoPair>), With<DaylightCamera>>,
+) {
+    let Some(moment) = &now.moment else { return };
+    if impostors.people.is_empty() {
+        return;
+    }
+    let start = Instant::now();
+    let Impostors { options, kinds, people, grid, told, .. } = &mut *impostors;
+    let exposure = stage_frame.exposure_stops.exp2();
+    let light = Light { moment, grid: grid.as_ref(), exposure };
+    let seconds = actors.seconds as f32;
+    let infos: Vec<&ImpostorInfo> = kinds.iter().map(|kind| &kind.impostor.info).collect();
+    let placed: Vec<PersonUniform> =
+        people.par_iter().with_min_len(32).map(|person| person.at(seconds, infos[person.kind], &light)).collect();
+    let mut heads = heads(cameras.iter().filter(|(_, camera, ..)| camera.is_active));
+    for head in &mut heads {
+        head.look(people, &placed, &infos, options.views);
+    }
+    let sun = if now.has_sun { moment.shading.sun_irradiance * exposure } else { Vec3::ZERO };
+    *told = Told {
+        people: people.len(),
+        shown: heads.iter().map(|head| head.order.len()).sum(),
+        ms: start.elapsed().as_secs_f32() * 1e3,
+    };
+    *frame = ImpostorsFrame {
+        people: Arc::new(placed),
+        heads: Arc::new(heads),
+        steps: options.steps.min(3),
+        sun: (moment.sun_direction, sun),
+        ..frame.clone()
+    };
+}
+
+/// The light that everybody is under.
+struct Light<'a> {
+    moment: &'a Moment,
+    grid: Option<&'a Grid>,
+    exposure: f32,
+}
+
+impl Light<'_> {
+    /// What reaches a place.
+    fn at(&self, place: Vec3) -> AmbientCube {
+        self.grid.and_then(|grid| grid.light_at(self.moment, place)).unwrap_or_else(|| {
+            let open = |axis: Vec3| {
+                let transfer = sh::open_transfer9(axis);
+                let all = self.moment.sky.iter().zip(transfer).map(|(sky, transfer)| *sky * transfer);
+                all.sum::<Vec3>().max(Vec3::ZERO)
+            };
+            AmbientCube { sky_and_bounce: AXES.map(open), sun_visible: 1.0 }
+        })
+    }
+}
+
+impl Person {
+    /// Where it is at a time, and in what light.
+    fn at(&self, seconds: f32, info: &ImpostorInfo, light: &Light) -> PersonUniform {
+        let stands: Affine3A = self.course.at(seconds + self.ahead_s);
+        let [low, high] = info.heights_m;
+        let middle = stands.transform_point3(info.middle() * self.scale);
+        let height = |metres: f32| stands.transform_point3(Vec3::Y * (metres * self.scale));
+        let around = light.at(middle);
+        // a hand above the ground: below are points within stone
+        let feet = light.at(height(low + 0.1 * (high - low))).sun_visible;
+        let head = light.at(height(high)).sun_visible;
+        let forward = stands.matrix3.z_axis;
+        let ([frame, next], part) = info.frames_at(self.clip, seconds * self.speed + self.phase_s);
+        let corner = info.frame_corner(if part < 0.5 { frame } else { next });
+        let suns = [feet, around.sun_visible, head, 0.0, 0.0, 0.0];
+        let mut sides = [Vec4::ZERO; 6];
+        for ((side, lit), sun) in sides.iter_mut().zip(around.sky_and_bounce).zip(suns) {
+            *side = (lit * light.exposure).extend(sun);
+        }
+        PersonUniform {
+            place: middle.extend(self.scale),
+            turn: Vec4::new(forward.x, forward.z, corner.x, corner.y),
+            light: sides,
+        }
+    }
+}
+
+/// The heads that look, each with its cameras: both eyes of a pair are one, and so are cameras in the same place.
+fn heads<'a>(cameras: impl Iterator<Item = (Entity, &'a Camera, &'a GlobalTransform, Option<&'a StereoPair>)>) -> Vec<Head> {
+    const SAME_M: f32 = 1e-3;
+    let mut pairs: Vec<(StereoPair, Vec<(Entity, Vec3)>)> = Vec::new();
+    let mut places: Vec<(Vec<Entity>, Vec3)> = Vec::new();
+    for (entity, _, transform, pair) in cameras {
+        let eye = transform.translation();
+        match pair {
+            None => places.push((vec![entity], eye)),
+            Some(pair) => match pairs.iter_mut().find(|(known, _)| known == pair) {
+                Some((_, eyes)) => eyes.push((entity, eye)),
+                None => pairs.push((*pair, vec![(entity, eye)])),
+            },
+        }
+    }
+    for (_, eyes) in pairs {
+        let middle = eyes.iter().map(|(_, eye)| *eye).sum::<Vec3>() / eyes.len() as f32;
+        places.push((eyes.into_iter().map(|(entity, _)| entity).collect(), middle));
+    }
+    let mut heads: Vec<Head> = Vec::new();
+    for (cameras, place) in places {
+        match heads.iter_mut().find(|head| head.place.distance(place) < SAME_M) {
+            Some(head) => head.cameras.extend(cameras),
+            None => heads.push(Head { place, cameras, ..Head::default() }),
+        }
+    }
+    heads
+}
+
+impl Head {
+    /// Chooses views of everybody, from the farthest on.
+    fn look(&mut self, people: &[Person], placed: &[PersonUniform], infos: &[&ImpostorInfo], views: Views) {
+        let mut far: Vec<(f32, u32)> =
+            placed.iter().zip(0..).map(|(person, i)| (person.place.truncate().distance_squared(self.place), i)).collect();
+        far.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        for (_, number) in far {
+            let (person, at) = (&people[number as usize], &placed[number as usize]);
+            let to_eye = self.place - at.place.truncate();
+            let (sin, cos) = (at.turn.x, at.turn.y);
+            let toward = Vec3::new(cos * to_eye.x - sin * to_eye.z, to_eye.y, sin * to_eye.x + cos * to_eye.z);
+            let info = infos[person.kind];
+            let choice = match views {
+                Views::Blended => info.choose(toward),
+                Views::Nearest => info.nearest(toward),
+            };
+            let next = self.order.len() as u32;
+            self.order.push(SeenUniform::new(number, &choice));
+            match self.runs.last_mut().filter(|(kind, _)| *kind == person.kind) {
+                Some((_, run)) => run.end = next + 1,
+                None => self.runs.push((person.kind, next..next + 1)),
+            }
+        }
+    }
+}

@@ -1,0 +1,329 @@
+//! Impostors on the GPU: a texture and a uniform for each kind, two buffers for all people and for what a head sees of them, and one pass a camera.
+
+use super::uniform::{CAMERA_BYTES, CameraUniform, KIND_BYTES, KindUniform, PERSON_BYTES, SEEN_BYTES};
+use super::{Head, IMPOSTOR_WGSL, ImpostorsFrame, Kind};
+use crate::daylight::pipelines::{StagePipelines, resolved};
+use crate::daylight::prepare::StageGpu;
+use crate::stage::frame::StageFrame;
+use crate::tonemap::DisplayKey;
+use bevy::camera::{Camera3d, MainPassResolutionOverride, Viewport};
+use bevy::prelude::*;
+use bevy::render::camera::ExtractedCamera;
+use bevy::render::render_resource::binding_types::{
+    sampler, storage_buffer_read_only_sized, texture_2d_array, texture_depth_2d, texture_depth_2d_multisampled, uniform_buffer_sized,
+};
+use bevy::render::render_resource::*;
+use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery};
+use bevy::render::sync_world::MainEntity;
+use bevy::render::view::{ExtractedView, Msaa, ViewDepthTexture, ViewTarget};
+use heliodon_image::decode_bc7;
+use std::collections::HashMap;
+use std::num::NonZeroU64;
+use std::ops::Range;
+
+/// What a pipeline is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ImpostorKey {
+    /// What its target shows.
+    pub display: DisplayKey,
+    /// Whether its target has several samples a pixel.
+    pub samples: u32,
+    /// How many times views are looked for by their depths.
+    pub steps: u32,
+}
+
+impl ImpostorKey {
+    /// The shader's whole text.
+    #[must_use]
+    pub fn wgsl(self) -> String {
+        let defined = [("ONE_SAMPLE", self.samples == 1), ("MANY_SAMPLES", self.samples > 1)];
+        format!("{}const STEPS: u32 = {}u;\n{}", self.display.wgsl(), self.steps, resolved(IMPOSTOR_WGSL, &defined))
+    }
+}
+
+/// Render world: the impostors.
+#[derive(Resource, Default)]
+pub struct ImpostorsGpu {
+    serial: u64,
+    kinds: Vec<BindGroup>,
+    people: Option<Grown>,
+    heads: Vec<HeadGpu>,
+    cameras: HashMap<Entity, CameraGpu>,
+    layouts: Option<Layouts>,
+    made: HashMap<ImpostorKey, CachedRenderPipelineId>,
+}
+
+struct Layouts {
+    /// A camera of a target with one sample a pixel, and with several.
+    camera: [BindGroupLayoutDescriptor; 2],
+    people: BindGroupLayoutDescriptor,
+    kind: BindGroupLayoutDescriptor,
+}
+
+/// A buffer that is made anew where it is too small.
+struct Grown {
+    buffer: Buffer,
+    bytes: u64,
+}
+
+struct HeadGpu {
+    order: Grown,
+    group: BindGroup,
+    runs: Vec<(usize, Range<u32>)>,
+}
+
+struct CameraGpu {
+    head: usize,
+    pipeline: CachedRenderPipelineId,
+    group: BindGroup,
+}
+
+impl Default for Layouts {
+    fn default() -> Self {
+        let uniform = |bytes: usize| uniform_buffer_sized(false, NonZeroU64::new(bytes as u64));
+        let storage = |bytes: usize| storage_buffer_read_only_sized(false, NonZeroU64::new(bytes as u64));
+        let both = ShaderStages::VERTEX_FRAGMENT;
+        Self {
+            camera: [
+                BindGroupLayoutDescriptor::new(
+                    "impostor_camera",
+                    &BindGroupLayoutEntries::sequential(both, (uniform(CAMERA_BYTES), texture_depth_2d())),
+                ),
+                BindGroupLayoutDescriptor::new(
+                    "impostor_camera",
+                    &BindGroupLayoutEntries::sequential(both, (uniform(CAMERA_BYTES), texture_depth_2d_multisampled())),
+                ),
+            ],
+            people: BindGroupLayoutDescriptor::new(
+                "impostor_people",
+                &BindGroupLayoutEntries::sequential(ShaderStages::VERTEX, (storage(PERSON_BYTES), storage(SEEN_BYTES))),
+            ),
+            kind: BindGroupLayoutDescriptor::new(
+                "impostor_kind",
+                &BindGroupLayoutEntries::sequential(
+                    both,
+                    (
+                        uniform(KIND_BYTES),
+                        texture_2d_array(TextureSampleType::Float { filterable: true }),
+                        sampler(SamplerBindingType::Filtering),
+                    ),
+                ),
+            ),
+        }
+    }
+}
+
+impl Grown {
+    /// Writes a list into a buffer that holds it.
+    fn write(before: Option<Self>, device: &RenderDevice, queue: &RenderQueue, label: &str, contents: &[u8]) -> Self {
+        let wanted = contents.len() as u64;
+        let buffer = before.filter(|grown| grown.bytes >= wanted).unwrap_or_else(|| {
+            // with room, so that a crowd that grows does not make one in every frame
+            let bytes = wanted.next_power_of_two().max(256);
+            let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
+            let buffer = device.create_buffer(&BufferDescriptor { label: Some(label), size: bytes, usage, mapped_at_creation: false });
+            Self { buffer, bytes }
+        });
+        queue.write_buffer(&buffer.buffer, 0, contents);
+        buffer
+    }
+}
+
+/// What of a camera counts.
+type SeenCamera = (
+    Entity,
+    &'static MainEntity,
+    &'static ExtractedCamera,
+    &'static Camera3d,
+    &'static ExtractedView,
+    &'static Msaa,
+    &'static ViewDepthTexture,
+);
+
+/// Takes the frame's impostors to the GPU.
+#[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
+pub fn prepare(
+    frame: Res<ImpostorsFrame>,
+    (stage, stone): (Res<StageFrame>, Res<StageGpu>),
+    mut gpu: ResMut<ImpostorsGpu>,
+    mut pipelines: ResMut<StagePipelines>,
+    mut cache: ResMut<PipelineCache>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+    cameras: Query<SeenCamera>,
+) {
+    let gpu = &mut *gpu;
+    if gpu.serial != frame.serial {
+        *gpu = ImpostorsGpu { serial: frame.serial, made: std::mem::take(&mut gpu.made), layouts: gpu.layouts.take(), ..default() };
+    }
+    if frame.people.is_empty() || frame.heads.is_empty() {
+        gpu.heads.clear();
+        return;
+    }
+    let layouts = gpu.layouts.get_or_insert_with(Layouts::default);
+    if gpu.kinds.len() != frame.kinds.len() {
+        let layout = cache.get_bind_group_layout(&layouts.kind);
+        gpu.kinds = frame.kinds.iter().map(|kind| upload((&device, &queue), &layout, kind, stone.software)).collect();
+    }
+    let people = Grown::write(gpu.people.take(), &device, &queue, "impostor_people", bytemuck::cast_slice(&frame.people));
+    let layout = cache.get_bind_group_layout(&layouts.people);
+    let mut before = std::mem::take(&mut gpu.heads).into_iter();
+    gpu.heads = frame
+        .heads
+        .iter()
+        .map(|Head { order, runs, .. }| {
+            let kept = before.next().map(|head| head.order);
+            let order = Grown::write(kept, &device, &queue, "impostor_order", bytemuck::cast_slice(order));
+            let (people, seen) = (people.buffer.as_entire_binding(), order.buffer.as_entire_binding());
+            let group = device.create_bind_group("impostor_people", &layout, &BindGroupEntries::sequential((people, seen)));
+            HeadGpu { order, group, runs: runs.clone() }
+        })
+        .collect();
+    gpu.people = Some(people);
+    gpu.cameras.clear();
+    for (entity, main, camera, camera_3d, view, msaa, depth) in &cameras {
+        let Some(head) = frame.heads.iter().position(|head| head.cameras.contains(&main.id())) else { continue };
+        // Bevy gives depth its usages a frame after they are asked for.
+        let readable = TextureUsages::from(camera_3d.depth_texture_usages).contains(TextureUsages::TEXTURE_BINDING)
+            && depth.texture.usage().contains(TextureUsages::TEXTURE_BINDING);
+        let Some(size) = camera.physical_viewport_size.filter(|_| readable) else { continue };
+        let samples = msaa.samples();
+        let key = ImpostorKey { display: DisplayKey { curve: stage.curve, format: view.target_format }, samples, steps: frame.steps };
+        let pipeline = *gpu.made.entry(key).or_insert_with(|| queue_pipeline(&mut cache, &mut pipelines, layouts, key));
+        let world_from_view = view.world_from_view.to_matrix();
+        let clip_from_world = view.clip_from_world.unwrap_or_else(|| view.clip_from_view * world_from_view.inverse());
+        let uniform = CameraUniform::new(world_from_view, view.clip_from_view, clip_from_world, size.y as f32);
+        let uniform = uniform.under(frame.sun.0, frame.sun.1);
+        let contents = bytemuck::bytes_of(&uniform);
+        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+        let uniform = device.create_buffer_with_data(&BufferInitDescriptor { label: Some("impostor_camera"), contents, usage });
+        let layout = cache.get_bind_group_layout(&layouts.camera[usize::from(samples > 1)]);
+        let entries = BindGroupEntries::sequential((uniform.as_entire_binding(), depth.view()));
+        let group = device.create_bind_group("impostor_camera", &layout, &entries);
+        gpu.cameras.insert(entity, CameraGpu { head, pipeline, group });
+    }
+}
+
+fn queue_pipeline(
+    cache: &mut PipelineCache,
+    pipelines: &mut StagePipelines,
+    layouts: &Layouts,
+    key: ImpostorKey,
+) -> CachedRenderPipelineId {
+    let shader = pipelines.shader(cache, key.wgsl(), "impostor");
+    let camera = layouts.camera[usize::from(key.samples > 1)].clone();
+    cache.queue_render_pipeline(RenderPipelineDescriptor {
+        label: Some("impostors".into()),
+        layout: vec![camera, layouts.people.clone(), layouts.kind.clone()],
+        vertex: VertexState { shader: shader.clone(), entry_point: Some("vertex".into()), ..default() },
+        primitive: PrimitiveState { topology: PrimitiveTopology::TriangleStrip, ..default() },
+        depth_stencil: Some(DepthStencilState {
+            format: bevy::core_pipeline::core_3d::CORE_3D_DEPTH_FORMAT,
+            depth_write_enabled: Some(false),
+            depth_compare: Some(CompareFunction::GreaterEqual),
+            stencil: StencilState::default(),
+            bias: DepthBiasState::default(),
+        }),
+        multisample: MultisampleState { count: key.samples, ..default() },
+        fragment: Some(FragmentState {
+            shader,
+            entry_point: Some("fragment".into()),
+            targets: vec![Some(ColorTargetState {
+                format: key.display.format,
+                blend: Some(BlendState::ALPHA_BLENDING),
+                // what is opaque below stays it
+                write_mask: ColorWrites::COLOR,
+            })],
+            ..default()
+        }),
+        ..default()
+    })
+}
+
+/// An impostor's texture and uniform: blocks as they are, or unpacked for devices that take none and for those that read them slowly.
+fn upload((device, queue): (&RenderDevice, &RenderQueue), layout: &BindGroupLayout, kind: &Kind, software: bool) -> BindGroup {
+    let (info, texture) = (&kind.impostor.info, &kind.impostor.texture);
+    let packed = device.features().contains(WgpuFeatures::TEXTURE_COMPRESSION_BC) && !software;
+    let format = if packed { TextureFormat::Bc7RgbaUnorm } else { TextureFormat::Rgba8Unorm };
+    let levels = texture.levels.len() as u32;
+    let on_gpu = device.create_texture(&TextureDescriptor {
+        label: Some("impostor"),
+        size: Extent3d { width: texture.width, height: texture.height, depth_or_array_layers: texture.layers },
+        mip_level_count: levels,
+        sample_count: 1,
+        dimension: TextureDimension::D2,
+        format,
+        usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    for (level, blocks) in texture.levels.iter().enumerate() {
+        let [width, height] = [texture.width >> level, texture.height >> level];
+        let layer_bytes = blocks.len() / texture.layers as usize;
+        for (layer, blocks) in blocks.chunks_exact(layer_bytes).enumerate() {
+            let unpacked = if packed { Vec::new() } else { decode_bc7(blocks, width, height) };
+            let (bytes, row): (&[u8], u32) =
+                if packed { (blocks, width.div_ceil(4) * 16) } else { (bytemuck::cast_slice(&unpacked), width * 4) };
+            queue.write_texture(
+                TexelCopyTextureInfo {
+                    texture: &on_gpu,
+                    mip_level: level as u32,
+                    origin: Origin3d { x: 0, y: 0, z: layer as u32 },
+                    aspect: TextureAspect::All,
+                },
+                bytes,
+                TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None },
+                Extent3d { width, height, depth_or_array_layers: 1 },
+            );
+        }
+    }
+    let view = on_gpu.create_view(&TextureViewDescriptor { dimension: Some(TextureViewDimension::D2Array), ..default() });
+    let sampler = device.create_sampler(&SamplerDescriptor {
+        label: Some("impostor"),
+        mag_filter: FilterMode::Linear,
+        min_filter: FilterMode::Linear,
+        mipmap_filter: MipmapFilterMode::Linear,
+        ..default()
+    });
+    let uniform = KindUniform::new(info, levels);
+    let contents = bytemuck::bytes_of(&uniform);
+    let descriptor = BufferInitDescriptor { label: Some("impostor_kind"), contents, usage: BufferUsages::UNIFORM };
+    let uniform = device.create_buffer_with_data(&descriptor);
+    let entries = BindGroupEntries::sequential((uniform.as_entire_binding(), &view, &sampler));
+    device.create_bind_group("impostor_kind", layout, &entries)
+}
+
+/// What drawing needs of a camera.
+type DrawnView =
+    (&'static ExtractedCamera, &'static ViewTarget, &'static ViewDepthTexture, Option<&'static MainPassResolutionOverride>);
+
+/// Draws what the current camera sees of them.
+pub fn draw(view: ViewQuery<DrawnView>, gpu: Res<ImpostorsGpu>, cache: Res<PipelineCache>, mut context: RenderContext) {
+    let entity = view.entity();
+    let (camera, target, depth, resolution) = view.into_inner();
+    let Some(own) = gpu.cameras.get(&entity) else { return };
+    let Some((head, pipeline)) = gpu.heads.get(own.head).zip(cache.get_render_pipeline(own.pipeline)) else { return };
+    let mut pass = context
+        .command_encoder()
+        .begin_render_pass(&RenderPassDescriptor {
+            label: Some("impostors"),
+            color_attachments: &[Some(target.get_color_attachment())],
+            depth_stencil_attachment: Some(RenderPassDepthStencilAttachment { view: depth.view(), depth_ops: None, stencil_ops: None }),
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        })
+        .forget_lifetime();
+    if let Some(viewport) = Viewport::from_viewport_and_override(camera.viewport.as_ref(), resolution) {
+        let (at, size) = (viewport.physical_position, viewport.physical_size);
+        let [x, y, width, height] = [at.x, at.y, size.x, size.y].map(|v| v as f32);
+        pass.set_viewport(x, y, width, height, viewport.depth.start, viewport.depth.end);
+    }
+    pass.set_pipeline(pipeline);
+    pass.set_bind_group(0, &*own.group, &[]);
+    pass.set_bind_group(1, &*head.group, &[]);
+    for (kind, run) in &head.runs {
+        let Some(kind) = gpu.kinds.get(*kind) else { continue };
+        pass.set_bind_group(2, &**kind, &[]);
+        pass.draw(0..4, run.clone());
+    }
+}
