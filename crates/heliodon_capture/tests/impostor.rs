@@ -61,7 +61,7 @@ fn a_ball_is_as_round_from_everywhere() {
                 let from_middle = seen.place - look.info().middle();
                 assert!((from_middle.length() - 0.5).abs() < 0.02, "{elevation} {azimuth}: {from_middle}");
                 assert!(seen.normal.dot(from_middle.normalize_or_zero()) > 0.98, "{elevation} {azimuth}: {seen:?}");
-                assert!(seen.albedo.abs_diff_eq(Mesh::UNSAID_ALBEDO, 0.02) && seen.openness > 0.99);
+                assert!(seen.albedo.abs_diff_eq(Mesh::UNSAID_ALBEDO, 0.03) && seen.openness > 0.97, "{seen:?}");
             }
         }
         // from 6 m the silhouette of a ball of 0.5 is a little larger than it

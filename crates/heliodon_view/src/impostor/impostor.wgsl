@@ -12,6 +12,11 @@ struct Camera {
     sun_direction: vec4<f32>,
     // rgb: exposed irradiance of the sun at normal incidence / pi.
     sun_over_pi: vec4<f32>,
+    // Unit direction that shadows come from: the sun's, or from above without one.
+    shadow: vec4<f32>,
+    world_from_clip: mat4x4<f32>,
+    // x, y: where its picture begins, pixels; z, w: 2 / its sides.
+    viewport: vec4<f32>,
 }
 
 struct Person {
@@ -21,6 +26,8 @@ struct Person {
     turn: vec4<f32>,
     // Exposed light on surfaces that face +X -X +Y -Y +Z -Z; w of the first three: how much of the sun reaches its feet, its middle, its head.
     light: array<vec4<f32>, 6>,
+    // The view that its shadow is taken from; half of what that shows upwards, and of what the sun sees, metres; how far shadows reach, metres.
+    shadow: vec4<f32>,
 }
 
 struct View {
@@ -192,4 +199,99 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
     let own = dot(camera.forward.xyz, world) + camera.forward.w;
     let before = clamp((scene_depth(in.clip.xy) - own) / SOFT_M + 0.5, 0.0, 1.0);
     return vec4<f32>(display(light * color * whole, in.clip.xy), min(covered, 1.0) * before);
+}
+
+// Bits of the fourteen corners of a strip around a box.
+const BOX_X: u32 = 0x287au;
+const BOX_Y: u32 = 0x02afu;
+const BOX_Z: u32 = 0x31e3u;
+// Around feet the sky is darker so far, metres.
+const FEET_M: f32 = 0.4;
+
+struct Shadow {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) @interpolate(flat) turn: vec4<f32>,
+    @location(1) @interpolate(flat) place: vec4<f32>,
+    @location(2) @interpolate(flat) shadow: vec4<f32>,
+    @location(3) @interpolate(flat) light_0: vec4<f32>,
+    @location(4) @interpolate(flat) light_1: vec4<f32>,
+    @location(5) @interpolate(flat) light_2: vec4<f32>,
+    @location(6) @interpolate(flat) light_3: vec4<f32>,
+    @location(7) @interpolate(flat) light_4: vec4<f32>,
+    @location(8) @interpolate(flat) light_5: vec4<f32>,
+}
+
+// Across the light that casts shadows, to the right and up for who looks back along it.
+fn shadow_right() -> vec3<f32> {
+    let across = vec2<f32>(camera.shadow.z, -camera.shadow.x);
+    let length = length(across);
+    return select(vec3<f32>(across.x / length, 0.0, across.y / length), vec3<f32>(1.0, 0.0, 0.0), length < 1e-3);
+}
+
+// A box around somebody and what lies behind, as the light sees it.
+@vertex
+fn shadow_vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u32) -> Shadow {
+    let person = order[number].x;
+    let place = people[person].place;
+    let shadow = people[person].shadow;
+    let right = shadow_right();
+    let up = cross(camera.shadow.xyz, right);
+    let side = vec3<f32>(vec3<u32>(BOX_X >> corner, BOX_Y >> corner, BOX_Z >> corner) & vec3<u32>(1u));
+    let across = (side.x * 2.0 - 1.0) * max(kind.reach.y * place.w, FEET_M);
+    let upward = (side.y * 2.0 - 1.0) * (shadow.z * place.w + 0.1);
+    let along = mix(-shadow.w, kind.reach.x * place.w, side.z);
+    var out: Shadow;
+    out.clip = camera.clip_from_world * vec4<f32>(place.xyz + right * across + up * upward + camera.shadow.xyz * along, 1.0);
+    out.turn = people[person].turn;
+    out.place = place;
+    out.shadow = shadow;
+    out.light_0 = people[person].light[0];
+    out.light_1 = people[person].light[1];
+    out.light_2 = people[person].light[2];
+    out.light_3 = people[person].light[3];
+    out.light_4 = people[person].light[4];
+    out.light_5 = people[person].light[5];
+    return out;
+}
+
+fn scene_place(pixel: vec2<f32>) -> vec3<f32> {
+    let z = textureLoad(depth, vec2<i32>(pixel), 0);
+    let ndc = (pixel - camera.viewport.xy) * camera.viewport.zw * vec2<f32>(1.0, -1.0) + vec2<f32>(-1.0, 1.0);
+    let place = camera.world_from_clip * vec4<f32>(ndc, max(z, 1e-9), 1.0);
+    return place.xyz / place.w;
+}
+
+// What somebody leaves of the light of what is behind: the sun's, that has not passed, and some of the sky's at the feet. What is already there is multiplied by it.
+@fragment
+fn shadow_fragment(in: Shadow) -> @location(0) vec4<f32> {
+    let world = scene_place(in.clip.xy);
+    // of what is seen there, towards the eye: the picture's y points down
+    let facing = cross(dpdy(world), dpdx(world));
+    let n = facing * inverseSqrt(max(dot(facing, facing), 1e-20));
+    let right = shadow_right();
+    let up = cross(camera.shadow.xyz, right);
+    let off = (world - in.place.xyz) / in.place.w;
+    let along = dot(off, camera.shadow.xyz);
+    let number = u32(in.shadow.x + 0.5);
+    let view = kind.views[number];
+    // what the view shows stands for what the light sees, stretched to the same height
+    let at = vec2<f32>(dot(off, right), dot(off, up) * in.shadow.y / max(in.shadow.z, 1e-3));
+    let uv = vec2<f32>(at.x - view.right.w, view.up.w - at.y) * view.window.xy;
+    let inside = all(abs(uv - 0.5) <= vec2<f32>(0.5)) && along < 0.5 * kind.reach.x && along > -in.shadow.w / in.place.w;
+    let there = in.turn.zw + clamp(uv, vec2<f32>(0.0), vec2<f32>(1.0)) * kind.frame.xy;
+    // the penumbra is as wide as the way is long
+    let level = clamp(log2(max(0.01 * abs(along) * kind.frame.z, 1.0)), 0.0, kind.frame.w);
+    let cover = select(0.0, textureSampleLevel(texels, texel_sampler, there, 2u * number, level).a, inside);
+
+    let squares = n * n;
+    let x = select(in.light_1.rgb, in.light_0.rgb, n.x >= 0.0);
+    let y = select(in.light_3.rgb, in.light_2.rgb, n.y >= 0.0);
+    let z = select(in.light_5.rgb, in.light_4.rgb, n.z >= 0.0);
+    let around = x * squares.x + y * squares.y + z * squares.z;
+    let direct = camera.sun_over_pi.rgb * (max(dot(n, camera.sun_direction.xyz), 0.0) * in.light_0.a);
+    let far = length(vec3<f32>(off.x, (off.y + kind.reach.z) * 0.5, off.z)) / FEET_M;
+    let feet = 0.5 * pow(max(1.0 - far, 0.0), 2.0);
+    let all = around + direct;
+    let left = around * (1.0 - feet) + direct * (1.0 - cover);
+    return vec4<f32>(clamp(left / max(all, vec3<f32>(1e-6)), vec3<f32>(0.0), vec3<f32>(1.0)), 1.0);
 }

@@ -9,6 +9,8 @@ mod render;
 mod uniform;
 
 pub use load::Kind;
+#[cfg(test)]
+pub(crate) use render::ImpostorKey;
 pub use uniform::{CAMERA_BYTES, KIND_BYTES, PERSON_BYTES, SEEN_BYTES};
 
 use crate::actors::Actors;
@@ -80,6 +82,11 @@ impl Default for ImpostorOptions {
     }
 }
 
+/// The sine of the sun's height from which it casts shadows: below they would be longer than thirty times what casts them.
+const LEAST_RISE: f32 = 0.03;
+/// The longest shadows, metres.
+const LONGEST_M: f32 = 30.0;
+
 /// What the impostors of a frame took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Told {
@@ -141,6 +148,8 @@ pub(crate) struct ImpostorsFrame {
     steps: u32,
     /// Direction, and exposed irradiance at normal incidence.
     sun: (Vec3, Vec3),
+    /// Where shadows come from.
+    shadow: Vec3,
 }
 
 /// What a head sees of them.
@@ -244,7 +253,9 @@ fn arrange(
     let start = Instant::now();
     let Impostors { options, kinds, people, grid, told, .. } = &mut *impostors;
     let exposure = stage_frame.exposure_stops.exp2();
-    let light = Light { moment, grid: grid.as_ref(), exposure };
+    let high = now.has_sun && moment.sun_direction.y > LEAST_RISE;
+    let shadow = if high { moment.sun_direction } else { Vec3::Y };
+    let light = Light { moment, grid: grid.as_ref(), exposure, shadow };
     let seconds = actors.seconds as f32;
     let infos: Vec<&ImpostorInfo> = kinds.iter().map(|kind| &kind.impostor.info).collect();
     let placed: Vec<PersonUniform> =
@@ -264,6 +275,7 @@ fn arrange(
         heads: Arc::new(heads),
         steps: options.steps.min(3),
         sun: (moment.sun_direction, sun),
+        shadow,
         ..frame.clone()
     };
 }
@@ -273,6 +285,8 @@ struct Light<'a> {
     moment: &'a Moment,
     grid: Option<&'a Grid>,
     exposure: f32,
+    /// Where shadows come from.
+    shadow: Vec3,
 }
 
 impl Light<'_> {
@@ -308,7 +322,15 @@ impl Person {
         for ((side, lit), sun) in sides.iter_mut().zip(around.sky_and_bounce).zip(suns) {
             *side = (lit * light.exposure).extend(sun);
         }
+        let to_model = |v: Vec3| Vec3::new(forward.z * v.x - forward.x * v.z, v.y, forward.x * v.x + forward.z * v.z);
+        let view = info.nearest(to_model(light.shadow)).views[0];
+        let upward = |toward: Vec3| 0.5 * (high - low) * (1.0 - toward.y * toward.y).max(0.0).sqrt() + info.around_m * toward.y.abs();
+        let of_view = info.view_axes().nth(view as usize).map_or(1.0, |[_, _, toward]| upward(toward));
+        // to the ground beneath the feet, and a little on
+        let reach = (self.scale * (high - low) + 0.5) / light.shadow.y.max(LEAST_RISE);
+        let shadow = Vec4::new(view as f32, of_view, upward(light.shadow), reach.min(LONGEST_M));
         PersonUniform {
+            shadow,
             place: middle.extend(self.scale),
             turn: Vec4::new(forward.x, forward.z, corner.x, corner.y),
             light: sides,

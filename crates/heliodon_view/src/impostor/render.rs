@@ -30,6 +30,8 @@ pub struct ImpostorKey {
     pub samples: u32,
     /// How many times views are looked for by their depths.
     pub steps: u32,
+    /// Whether it draws what people cast rather than people.
+    pub shadows: bool,
 }
 
 impl ImpostorKey {
@@ -74,7 +76,8 @@ struct HeadGpu {
 
 struct CameraGpu {
     head: usize,
-    pipeline: CachedRenderPipelineId,
+    /// Of shadows, and of people.
+    pipelines: [CachedRenderPipelineId; 2],
     group: BindGroup,
 }
 
@@ -128,6 +131,10 @@ impl Grown {
         buffer
     }
 }
+
+/// Corners of the strip around a shadow's box, and of a person's quad.
+const BOX_CORNERS: u32 = 14;
+const QUAD_CORNERS: u32 = 4;
 
 /// What of a camera counts.
 type SeenCamera = (
@@ -187,20 +194,24 @@ pub fn prepare(
         let readable = TextureUsages::from(camera_3d.depth_texture_usages).contains(TextureUsages::TEXTURE_BINDING)
             && depth.texture.usage().contains(TextureUsages::TEXTURE_BINDING);
         let Some(size) = camera.physical_viewport_size.filter(|_| readable) else { continue };
+        let at = camera.viewport.as_ref().map_or(UVec2::ZERO, |viewport| viewport.physical_position);
         let samples = msaa.samples();
-        let key = ImpostorKey { display: DisplayKey { curve: stage.curve, format: view.target_format }, samples, steps: frame.steps };
-        let pipeline = *gpu.made.entry(key).or_insert_with(|| queue_pipeline(&mut cache, &mut pipelines, layouts, key));
+        let display = DisplayKey { curve: stage.curve, format: view.target_format };
+        let found = [true, false].map(|shadows| {
+            let key = ImpostorKey { display, samples, steps: frame.steps, shadows };
+            *gpu.made.entry(key).or_insert_with(|| queue_pipeline(&mut cache, &mut pipelines, layouts, key))
+        });
         let world_from_view = view.world_from_view.to_matrix();
         let clip_from_world = view.clip_from_world.unwrap_or_else(|| view.clip_from_view * world_from_view.inverse());
-        let uniform = CameraUniform::new(world_from_view, view.clip_from_view, clip_from_world, size.y as f32);
-        let uniform = uniform.under(frame.sun.0, frame.sun.1);
+        let uniform = CameraUniform::new(world_from_view, view.clip_from_view, clip_from_world, (at.as_vec2(), size.as_vec2()));
+        let uniform = uniform.under(frame.sun.0, frame.sun.1, frame.shadow);
         let contents = bytemuck::bytes_of(&uniform);
         let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
         let uniform = device.create_buffer_with_data(&BufferInitDescriptor { label: Some("impostor_camera"), contents, usage });
         let layout = cache.get_bind_group_layout(&layouts.camera[usize::from(samples > 1)]);
         let entries = BindGroupEntries::sequential((uniform.as_entire_binding(), depth.view()));
         let group = device.create_bind_group("impostor_camera", &layout, &entries);
-        gpu.cameras.insert(entity, CameraGpu { head, pipeline, group });
+        gpu.cameras.insert(entity, CameraGpu { head, pipelines: found, group });
     }
 }
 
@@ -212,25 +223,36 @@ fn queue_pipeline(
 ) -> CachedRenderPipelineId {
     let shader = pipelines.shader(cache, key.wgsl(), "impostor");
     let camera = layouts.camera[usize::from(key.samples > 1)].clone();
+    let multiplied = BlendComponent { src_factor: BlendFactor::Dst, dst_factor: BlendFactor::Zero, operation: BlendOperation::Add };
+    let (entries, blend) = if key.shadows {
+        (["shadow_vertex", "shadow_fragment"], BlendState { color: multiplied, alpha: multiplied })
+    } else {
+        (["vertex", "fragment"], BlendState::ALPHA_BLENDING)
+    };
     cache.queue_render_pipeline(RenderPipelineDescriptor {
         label: Some("impostors".into()),
         layout: vec![camera, layouts.people.clone(), layouts.kind.clone()],
-        vertex: VertexState { shader: shader.clone(), entry_point: Some("vertex".into()), ..default() },
-        primitive: PrimitiveState { topology: PrimitiveTopology::TriangleStrip, ..default() },
+        vertex: VertexState { shader: shader.clone(), entry_point: Some(entries[0].into()), ..default() },
+        primitive: PrimitiveState {
+            topology: PrimitiveTopology::TriangleStrip,
+            // of the shadow's box the far side, which is there also for who stands within
+            cull_mode: key.shadows.then_some(Face::Front),
+            ..default()
+        },
         depth_stencil: Some(DepthStencilState {
             format: bevy::core_pipeline::core_3d::CORE_3D_DEPTH_FORMAT,
             depth_write_enabled: Some(false),
-            depth_compare: Some(CompareFunction::GreaterEqual),
+            depth_compare: Some(if key.shadows { CompareFunction::LessEqual } else { CompareFunction::GreaterEqual }),
             stencil: StencilState::default(),
             bias: DepthBiasState::default(),
         }),
         multisample: MultisampleState { count: key.samples, ..default() },
         fragment: Some(FragmentState {
             shader,
-            entry_point: Some("fragment".into()),
+            entry_point: Some(entries[1].into()),
             targets: vec![Some(ColorTargetState {
                 format: key.display.format,
-                blend: Some(BlendState::ALPHA_BLENDING),
+                blend: Some(blend),
                 // what is opaque below stays it
                 write_mask: ColorWrites::COLOR,
             })],
@@ -301,7 +323,8 @@ pub fn draw(view: ViewQuery<DrawnView>, gpu: Res<ImpostorsGpu>, cache: Res<Pipel
     let entity = view.entity();
     let (camera, target, depth, resolution) = view.into_inner();
     let Some(own) = gpu.cameras.get(&entity) else { return };
-    let Some((head, pipeline)) = gpu.heads.get(own.head).zip(cache.get_render_pipeline(own.pipeline)) else { return };
+    let [Some(shadows), Some(people)] = own.pipelines.map(|id| cache.get_render_pipeline(id)) else { return };
+    let Some(head) = gpu.heads.get(own.head) else { return };
     let mut pass = context
         .command_encoder()
         .begin_render_pass(&RenderPassDescriptor {
@@ -318,12 +341,14 @@ pub fn draw(view: ViewQuery<DrawnView>, gpu: Res<ImpostorsGpu>, cache: Res<Pipel
         let [x, y, width, height] = [at.x, at.y, size.x, size.y].map(|v| v as f32);
         pass.set_viewport(x, y, width, height, viewport.depth.start, viewport.depth.end);
     }
-    pass.set_pipeline(pipeline);
     pass.set_bind_group(0, &*own.group, &[]);
     pass.set_bind_group(1, &*head.group, &[]);
-    for (kind, run) in &head.runs {
-        let Some(kind) = gpu.kinds.get(*kind) else { continue };
-        pass.set_bind_group(2, &**kind, &[]);
-        pass.draw(0..4, run.clone());
+    for (pipeline, corners) in [(shadows, BOX_CORNERS), (people, QUAD_CORNERS)] {
+        pass.set_pipeline(pipeline);
+        for (kind, run) in &head.runs {
+            let Some(kind) = gpu.kinds.get(*kind) else { continue };
+            pass.set_bind_group(2, &**kind, &[]);
+            pass.draw(0..corners, run.clone());
+        }
     }
 }

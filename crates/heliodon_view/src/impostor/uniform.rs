@@ -1,6 +1,6 @@
 //! What impostor.wgsl reads, as the processor writes it.
 
-use bevy::math::{Mat4, Vec3, Vec4};
+use bevy::math::{Mat4, Vec2, Vec3, Vec4};
 use bytemuck::{Pod, Zeroable};
 use heliodon_bundle::impostor::{Choice, ImpostorInfo, MAX_VIEWS};
 
@@ -14,6 +14,9 @@ pub struct CameraUniform {
     pub depth: Vec4,
     pub sun_direction: Vec4,
     pub sun_over_pi: Vec4,
+    pub shadow: Vec4,
+    pub world_from_clip: Mat4,
+    pub viewport: Vec4,
 }
 
 /// Size of `Camera` in impostor.wgsl, which a test compares with what the shader's compiler says.
@@ -26,6 +29,7 @@ pub struct PersonUniform {
     pub place: Vec4,
     pub turn: Vec4,
     pub light: [Vec4; 6],
+    pub shadow: Vec4,
 }
 
 /// Size of `Person`.
@@ -68,16 +72,16 @@ pub const KIND_BYTES: usize = size_of::<KindUniform>();
 const FAR_M: f32 = 4000.0;
 
 impl CameraUniform {
-    /// A camera with its projection, of so many pixels' height, under an exposed sun.
+    /// A camera with its projection, of a picture that begins at a pixel and has so many.
     #[must_use]
-    pub fn new(world_from_view: Mat4, clip_from_view: Mat4, clip_from_world: Mat4, height_px: f32) -> Self {
+    pub fn new(world_from_view: Mat4, clip_from_view: Mat4, clip_from_world: Mat4, (corner, size): (Vec2, Vec2)) -> Self {
         let forward = -world_from_view.z_axis.truncate();
         let at = world_from_view.w_axis.truncate();
         let parallel = clip_from_view.w_axis.w == 1.0;
         let eye = if parallel { at - forward * FAR_M } else { at };
         // With w = d and z_clip = -a d + b, z is b / d - a, so that d is b / (z + a); in parallel projections z is -a d + b itself.
         let (a, b) = (clip_from_view.z_axis.z, clip_from_view.w_axis.z);
-        let pixels = clip_from_view.y_axis.y * 0.5 * height_px;
+        let pixels = clip_from_view.y_axis.y * 0.5 * size.y;
         let depth = if parallel {
             // (z - b) / -a, as (x z + y) / (z + w) with w large
             let large = 1e7;
@@ -92,14 +96,17 @@ impl CameraUniform {
             depth,
             sun_direction: Vec4::ZERO,
             sun_over_pi: Vec4::ZERO,
+            shadow: Vec4::Y,
+            world_from_clip: clip_from_world.inverse(),
+            viewport: Vec4::new(corner.x, corner.y, 2.0 / size.x.max(1.0), 2.0 / size.y.max(1.0)),
         }
     }
 
-    /// Under a sun of this exposed irradiance at normal incidence.
+    /// Under a sun of this exposed irradiance at normal incidence, and shadows from a direction.
     #[must_use]
-    pub fn under(self, sun_direction: Vec3, sun_irradiance: Vec3) -> Self {
+    pub fn under(self, sun_direction: Vec3, sun_irradiance: Vec3, shadow: Vec3) -> Self {
         let sun_over_pi = (sun_irradiance * std::f32::consts::FRAC_1_PI).extend(0.0);
-        Self { sun_direction: sun_direction.extend(0.0), sun_over_pi, ..self }
+        Self { sun_direction: sun_direction.extend(0.0), sun_over_pi, shadow: shadow.extend(0.0), ..self }
     }
 }
 
@@ -152,7 +159,7 @@ mod tests {
         ];
         for clip_from_view in projections {
             let clip_from_world = clip_from_view * world_from_view.inverse();
-            let camera = CameraUniform::new(world_from_view, clip_from_view, clip_from_world, 768.0);
+            let camera = CameraUniform::new(world_from_view, clip_from_view, clip_from_world, (Vec2::ZERO, Vec2::new(1024.0, 768.0)));
             for metres in [0.5, 3.0, 40.0] {
                 let place = world_from_view.transform_point3(Vec3::new(0.3, -0.2, -metres));
                 let clip = clip_from_world * place.extend(1.0);
