@@ -38,6 +38,7 @@ use bevy::camera::{Camera3d, CameraMainTextureUsages};
 use bevy::core_pipeline::core_3d::main_opaque_pass_3d;
 use bevy::core_pipeline::schedule::{Core3d, Core3dSystems, camera_driver};
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
+use bevy::light::cluster::GlobalClusterSettings;
 use bevy::prelude::*;
 use bevy::render::extract_component::{ExtractComponent, ExtractComponentPlugin};
 use bevy::render::extract_resource::ExtractResourcePlugin;
@@ -101,6 +102,11 @@ impl Plugin for DaylightPlugin {
     }
 
     fn finish(&self, app: &mut App) {
+        // Bevy 0.19 sorts its own lights on the GPU, also where there are none, and keeps a handle of a buffer for every camera of every frame
+        // (bevy_pbr's `metadata_staging_pending_buffers`, which nothing ever empties): an installation would grow by 6 MB an hour. Guests' few lights cost the processor nothing.
+        if let Some(mut clusters) = app.world_mut().get_resource_mut::<GlobalClusterSettings>() {
+            clusters.gpu_clustering = None;
+        }
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else { return };
         let software =
             render_app.world().get_resource::<RenderAdapterInfo>().is_some_and(|info| info.device_type == DeviceType::Cpu);
