@@ -47,7 +47,7 @@ pub(crate) struct Task {
     /// Whether it wants the event.
     pub wants_event: bool,
     /// What the script handed over when it registered it.
-    pub with: Dynamic,
+    pub given: Dynamic,
     /// Where it was registered.
     pub place: Place,
 }
@@ -148,7 +148,7 @@ impl Desk {
     }
 
     /// Makes a task of a function of the running script.
-    pub fn task(&mut self, function: FnPtr, with: Dynamic, place: Place) -> Result<Arc<Task>, Wrong> {
+    pub fn task(&mut self, function: FnPtr, given: Dynamic, place: Place) -> Result<Arc<Task>, Wrong> {
         let counts = self.sheet().functions.get(function.fn_name()).cloned().unwrap_or_default();
         let wants_event = if counts.contains(&1) {
             true
@@ -163,8 +163,8 @@ impl Desk {
             return Err(Wrong::new(message, "a handler takes none, || { ... }, or the event, |e| { ... }"));
         };
         let most = self.limits.message_bytes;
-        Value::from_script(&with, most)?;
-        Ok(Arc::new(Task { function, wants_event, with, place }))
+        Value::from_script(&given, most)?;
+        Ok(Arc::new(Task { function, wants_event, given, place }))
     }
 
     /// Registers a handler.

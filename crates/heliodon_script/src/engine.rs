@@ -5,7 +5,7 @@
 //! Rhai's closures share the variables that they capture. What is shared can hold itself, is counted by none of Rhai's limits on
 //! size, and frees itself by recursion: a script of three lines fills the memory or overflows the stack. Without the feature
 //! every value is a tree whose size is limited, a script's lasting data is one thing (`state`) that can be measured, and authors
-//! read `state.blows` and see what lasts. What a handler needs from around it is handed over as its last argument, `e.with`.
+//! read `state.blows` and see what lasts. What a handler needs from around it is handed over as its last argument, `e.given`.
 
 use crate::desk::{SharedDesk, lock};
 use crate::diagnostic::{Place, Severity, Wrong};
@@ -108,7 +108,8 @@ pub(crate) fn bare(limits: &Limits) -> Engine {
         .set_max_map_size(limits.table_entries)
         .set_fail_on_invalid_map_property(true)
         .set_allow_shadowing(true);
-    for symbol in ["eval", "Fn", "curry"] {
+    // `curry` is refused by the check, which can say what to write instead; it takes a function to call it, and `Fn` makes none
+    for symbol in ["eval", "Fn"] {
         engine.disable_symbol(symbol);
     }
     place::register(&mut engine);
@@ -181,20 +182,15 @@ fn register_word(engine: &mut Engine, desk: &SharedDesk, word: &'static Word, co
     };
     type D = Dynamic;
     // a wildcard of Rhai's is a parameter of type Dynamic: there is one function for each number of arguments
-    match count {
-        0 => drop(engine.register_fn(word.name, move |c: NativeCallContext<'_>| call(c, &[]))),
-        1 => drop(engine.register_fn(word.name, move |c: NativeCallContext<'_>, a: D| call(c, &[a]))),
-        2 => drop(engine.register_fn(word.name, move |c: NativeCallContext<'_>, a: D, b: D| call(c, &[a, b]))),
-        3 => drop(engine.register_fn(word.name, move |x: NativeCallContext<'_>, a: D, b: D, c: D| call(x, &[a, b, c]))),
-        4 => {
-            drop(engine.register_fn(word.name, move |x: NativeCallContext<'_>, a: D, b: D, c: D, d: D| call(x, &[a, b, c, d])))
-        }
-        _ => {
-            drop(engine.register_fn(word.name, move |x: NativeCallContext<'_>, a: D, b: D, c: D, d: D, e: D| {
-                call(x, &[a, b, c, d, e])
-            }))
-        }
-    }
+    let name = word.name;
+    let _ = match count {
+        0 => engine.register_fn(name, move |c: NativeCallContext<'_>| call(c, &[])),
+        1 => engine.register_fn(name, move |c: NativeCallContext<'_>, v: D| call(c, &[v])),
+        2 => engine.register_fn(name, move |c: NativeCallContext<'_>, v: D, w: D| call(c, &[v, w])),
+        3 => engine.register_fn(name, move |c: NativeCallContext<'_>, v: D, w: D, x: D| call(c, &[v, w, x])),
+        4 => engine.register_fn(name, move |c: NativeCallContext<'_>, v: D, w: D, x: D, y: D| call(c, &[v, w, x, y])),
+        _ => engine.register_fn(name, move |c: NativeCallContext<'_>, v: D, w: D, x: D, y: D, z: D| call(c, &[v, w, x, y, z])),
+    };
 }
 
 fn register_state(engine: &mut Engine, desk: &SharedDesk) {

@@ -23,7 +23,8 @@ pub struct Limits {
     pub call_depth: usize,
     /// Variables of one function.
     pub variables: usize,
-    /// Bytes of a text, and of all texts in a list together.
+    /// Bytes of a text, and of all texts in a list together. Times the operations of a handler it bounds what one can hold at a
+    /// time: Rhai does not measure a `#{ ... }` that grows by an index, so that some tens of MiB are gone only when it ends.
     pub text_bytes: usize,
     /// Entries of a list, those of lists in it counted with it.
     pub list_entries: usize,
@@ -59,7 +60,7 @@ impl Default for Limits {
             handler_ms: Some(25),
             call_depth: 24,
             variables: 128,
-            text_bytes: 16 * 1024,
+            text_bytes: 8 * 1024,
             list_entries: 2048,
             table_entries: 1024,
             state_bytes: 256 * 1024,

@@ -97,11 +97,11 @@ Scripts are written in Rhai (rhai.rs/book). What one needs of it:
 variables live as long as the braces in which they stand. Handlers and functions see the variables at the top of the script as
 they were when the top had run, and cannot change them.
 
-**A handler is handed what it needs.** It does not see the variables around it. Whatever stands after it is `e.with`:
+**A handler is handed what it needs.** It does not see the variables around it. Whatever stands after it is `e.given`:
 
 ```rhai
 for part in ["zeus/face", "zeus/robe"] {
-    when_look(part, 1.0, |e| hint(e.with), "about-" + part.sub_string(5));
+    when_look(part, 1.0, |e| hint(e.given), "about-" + part.sub_string(5));
 }
 ```
 

@@ -70,8 +70,8 @@ impl Body {
             let (name, count) = (function.name.to_owned(), function.params.len());
             let parameters: Vec<String> = function.params.iter().map(|&name| name.to_owned()).collect();
             let declared = parameters.iter().cloned().collect();
-            let alone = |_, _, _, other: &str, others: usize| other == name && others == count;
-            let tree = tree.clone_functions_only_filtered(alone);
+            let mut tree = tree.clone_functions_only();
+            tree.retain_functions(|_, _, other, others| other == name && others == count);
             Self { name: Some(name), parameters, tree, declared }
         });
         std::iter::once(top).chain(functions).collect()
@@ -238,7 +238,7 @@ impl Checker<'_> {
         let position = expression.start_position();
         if elsewhere(name) {
             let message = format!("`{name}` is not known here: a function sees what it is given and what stands at the top");
-            let remedy = "hand it over as the last argument and read e.with, or write it into state";
+            let remedy = "hand it over as the last argument and read e.given, or write it into state";
             return self.tell(position, message, remedy);
         }
         let near = body.declared.iter().chain(&self.globals).map(String::as_str).chain([STATE]);
@@ -266,7 +266,7 @@ impl Checker<'_> {
             return;
         }
         let field = property.2.as_str();
-        let fields = || words.iter().flat_map(|word| word.fields.iter().map(|(name, _)| *name)).chain(["with"]);
+        let fields = || words.iter().flat_map(|word| word.fields.iter().map(|(name, _)| *name)).chain(["given"]);
         if fields().any(|known| known == field) {
             return;
         }

@@ -1,13 +1,13 @@
 //! What the parser says, in plain English.
 
 use crate::diagnostic::Diagnostic;
-use rhai::{ParseError, ParseErrorType};
+use rhai::{LexError, ParseError, ParseErrorType};
 
 /// What to do without something that scripts of a site do not have.
 pub(super) fn instead(word: &str) -> &'static str {
     match word {
         "import" | "export" => "a script loads no other files; scripts talk by send() and when_message()",
-        "curry" => "hand values over as the last argument of when_..., after() and every(), and read e.with",
+        "curry" => "hand values over as the last argument of when_..., after() and every(), and read e.given",
         "Fn" => "write the function's name without quotation marks, or || { ... }",
         _ => "write what it is to do into the script itself",
     }
@@ -23,6 +23,12 @@ pub(crate) fn parse_error(file: &str, error: &ParseError) -> Diagnostic {
         ParseErrorType::MissingToken(token, what) => (format!("`{token}` is missing {what}"), look.to_owned()),
         ParseErrorType::MissingSymbol(what) => (format!("something is missing: {what}"), look.to_owned()),
         ParseErrorType::Reserved(word) => (format!("`{word}` cannot be used in a site's scripts"), instead(word).to_owned()),
+        ParseErrorType::BadInput(LexError::ImproperSymbol(word, text)) if text.contains("keyword") => {
+            (format!("`{word}` cannot be used in a site's scripts"), instead(word).to_owned())
+        }
+        ParseErrorType::BadInput(LexError::UnterminatedString) => {
+            ("a text is not closed".to_owned(), "put a quotation mark at its end".to_owned())
+        }
         ParseErrorType::ExprTooDeep => {
             ("too many expressions stand in one another".to_owned(), "give the inner ones names with let".to_owned())
         }

@@ -48,7 +48,7 @@ impl Runtime {
         let (task, tree) = (&delivery.task, &self.scripts[script].tree);
         let ended = if task.wants_event {
             let mut event: Map = Arc::unwrap_or_clone(delivery.event);
-            event.insert("with".into(), task.with.clone());
+            event.insert("given".into(), task.given.clone());
             task.function.call::<Dynamic>(&self.engine, tree, (event,))
         } else {
             task.function.call::<Dynamic>(&self.engine, tree, ())
@@ -100,7 +100,8 @@ impl Desk {
     }
 }
 
-/// The innermost error, and the innermost place that is known of it.
+/// The innermost error, and the innermost place that is known of it. Rhai tells none of what was ended or went too deep: the place
+/// is then that where the handler was registered.
 fn innermost(error: &EvalAltResult) -> (&EvalAltResult, Position) {
     let mut place = error.position();
     let mut error = error;
@@ -121,18 +122,21 @@ fn explain(error: &EvalAltResult, limits: &Limits, operations: u64) -> (Wrong, P
         E::ErrorTerminated(token, _) => match token.as_immutable_string_ref().as_deref().map(|token| token.as_str()) {
             Ok(TOO_LONG) => {
                 let ms = limits.handler_ms.unwrap_or(0);
-                Wrong::new(format!("it was ended: it took longer than {ms} ms"), "do less at once, or spread it with after()")
+                Wrong::new(
+                    format!("what begins here took longer than {ms} ms and is ended"),
+                    "do less at once, or spread it with after()",
+                )
             }
             Ok(TOO_MANY_OPERATIONS) | Ok(_) | Err(_) => Wrong::new(
-                format!("it was ended after {operations} operations"),
+                format!("what begins here is ended after {operations} operations"),
                 "does a loop never end? otherwise do less at once, or spread it with after()",
             ),
         },
         E::ErrorTooManyOperations(_) => {
-            Wrong::new(format!("it was ended after {operations} operations"), "does a loop never end?")
+            Wrong::new(format!("what begins here is ended after {operations} operations"), "does a loop never end?")
         }
         E::ErrorStackOverflow(_) => Wrong::new(
-            format!("functions call one another more than {} deep", limits.call_depth),
+            format!("in what begins here functions call one another more than {} deep", limits.call_depth),
             "does a function call itself without an end?",
         ),
         E::ErrorDataTooLarge(what, _) => {
@@ -141,11 +145,12 @@ fn explain(error: &EvalAltResult, limits: &Limits, operations: u64) -> (Wrong, P
                 "Size of object map" => ("a #{ ... } grows", format!("{} entries", limits.table_entries)),
                 _ => ("a list grows", format!("{} entries", limits.list_entries)),
             };
-            Wrong::new(format!("{what} beyond {most}"), "keep less in it, or empty it now and then")
+            Wrong::new(format!("in what begins here {what} beyond {most}"), "keep less in it, or empty it now and then")
         }
-        E::ErrorTooManyVariables(_) => {
-            Wrong::new(format!("a function has more than {} variables", limits.variables), "put them into a list")
-        }
+        E::ErrorTooManyVariables(_) => Wrong::new(
+            format!("in what begins here a function has more than {} variables", limits.variables),
+            "put them into a list",
+        ),
         E::ErrorVariableNotFound(name, _) => Wrong::new(
             format!("there is no variable `{name}` here yet"),
             "a function that runs before the top of the script has ended sees only plain values from there",

@@ -9,7 +9,7 @@ use rhai::{Dynamic, Map};
 use std::sync::Arc;
 
 const HANDLER: Argument = Argument { name: "handler", kind: ArgumentKind::Handler };
-const WITH: Argument = Argument { name: "with", kind: ArgumentKind::Data };
+const GIVEN: Argument = Argument { name: "given", kind: ArgumentKind::Data };
 const TARGETS: &[Kind] = &[Kind::Thing, Kind::Part];
 const SEEN: &[Kind] = &[Kind::Thing, Kind::Part, Kind::Actor];
 
@@ -23,8 +23,8 @@ const fn seconds(most: f64) -> Argument {
 
 /// A handler, and what is handed on to it: the two last arguments, of which the second may be missing.
 fn task(call: &mut Call<'_>, at: usize) -> Result<Arc<Task>, Wrong> {
-    let (function, with, place) = (call.handler(at)?, call.data(at + 1), call.place);
-    call.desk.task(function, with, place)
+    let (function, given, place) = (call.handler(at)?, call.data(at + 1), call.place);
+    call.desk.task(function, given, place)
 }
 
 /// Waits for something of one name.
@@ -54,7 +54,7 @@ pub(super) const WORDS: &[Word] = &[
     Word {
         name: "when_enter",
         group: Group::Events,
-        arguments: &[pattern("region", &[Kind::Region]), HANDLER, WITH],
+        arguments: &[pattern("region", &[Kind::Region]), HANDLER, GIVEN],
         required: 2,
         fields: &[("region", "the region")],
         what: "Waits for the visitor to enter a region.",
@@ -64,7 +64,7 @@ pub(super) const WORDS: &[Word] = &[
     Word {
         name: "when_leave",
         group: Group::Events,
-        arguments: &[pattern("region", &[Kind::Region]), HANDLER, WITH],
+        arguments: &[pattern("region", &[Kind::Region]), HANDLER, GIVEN],
         required: 2,
         fields: &[("region", "the region")],
         what: "Waits for the visitor to leave a region.",
@@ -74,7 +74,7 @@ pub(super) const WORDS: &[Word] = &[
     Word {
         name: "when_look",
         group: Group::Events,
-        arguments: &[pattern("what", SEEN), seconds(600.0), HANDLER, WITH],
+        arguments: &[pattern("what", SEEN), seconds(600.0), HANDLER, GIVEN],
         required: 3,
         fields: &[("thing", "what is looked at")],
         what: "Waits for the visitor's eyes to rest on something for so many seconds; after they have left it, it waits for the next time.",
@@ -89,7 +89,7 @@ pub(super) const WORDS: &[Word] = &[
     Word {
         name: "when_touch",
         group: Group::Events,
-        arguments: &[pattern("what", SEEN), HANDLER, WITH],
+        arguments: &[pattern("what", SEEN), HANDLER, GIVEN],
         required: 2,
         fields: &[("thing", "what was touched"), ("hand", "\"right\" or \"left\"")],
         what: "Waits for a hand of the visitor to touch something.",
@@ -99,7 +99,7 @@ pub(super) const WORDS: &[Word] = &[
     Word {
         name: "when_grab",
         group: Group::Events,
-        arguments: &[pattern("thing", &[Kind::Thing]), HANDLER, WITH],
+        arguments: &[pattern("thing", &[Kind::Thing]), HANDLER, GIVEN],
         required: 2,
         fields: &[("thing", "what was taken"), ("hand", "\"right\" or \"left\"")],
         what: "Waits for the visitor to take a thing into a hand.",
@@ -109,7 +109,7 @@ pub(super) const WORDS: &[Word] = &[
     Word {
         name: "when_release",
         group: Group::Events,
-        arguments: &[pattern("thing", &[Kind::Thing]), HANDLER, WITH],
+        arguments: &[pattern("thing", &[Kind::Thing]), HANDLER, GIVEN],
         required: 2,
         fields: &[("thing", "what was let go"), ("hand", "\"right\" or \"left\""), ("place", "where")],
         what: "Waits for the visitor to let a thing go.",
@@ -119,7 +119,7 @@ pub(super) const WORDS: &[Word] = &[
     Word {
         name: "when_struck",
         group: Group::Events,
-        arguments: &[pattern("target", TARGETS), pattern("tool", &[Kind::Thing]), HANDLER, WITH],
+        arguments: &[pattern("target", TARGETS), pattern("tool", &[Kind::Thing]), HANDLER, GIVEN],
         required: 3,
         fields: &[
             ("target", "what was struck"),
@@ -140,7 +140,7 @@ when_struck("zeus/face", "chisel", |e| {
     Word {
         name: "when_applied",
         group: Group::Events,
-        arguments: &[pattern("target", TARGETS), pattern("material", &[Kind::Material]), HANDLER, WITH],
+        arguments: &[pattern("target", TARGETS), pattern("material", &[Kind::Material]), HANDLER, GIVEN],
         required: 3,
         fields: &[("target", "what was covered"), ("material", "with what"), ("tool", "by what: a tool, or \"hand\"")],
         what: "Waits for the visitor to bring a material onto something.",
@@ -153,7 +153,7 @@ when_applied("zeus/robe", "*", |e| {
     Word {
         name: "when_hour",
         group: Group::Events,
-        arguments: &[Argument { name: "hour", kind: ArgumentKind::Hour }, HANDLER, WITH],
+        arguments: &[Argument { name: "hour", kind: ArgumentKind::Hour }, HANDLER, GIVEN],
         required: 2,
         fields: &[("hour", "the hour, a number from 0 to below 24")],
         what: "Waits for the site's clock to reach an hour, every day; setting the clock past it is not reaching it.",
@@ -168,7 +168,7 @@ when_applied("zeus/robe", "*", |e| {
     Word {
         name: "when_arrived",
         group: Group::Events,
-        arguments: &[pattern("what", &[Kind::Thing, Kind::Actor]), HANDLER, WITH],
+        arguments: &[pattern("what", &[Kind::Thing, Kind::Actor]), HANDLER, GIVEN],
         required: 2,
         fields: &[("what", "what has arrived")],
         what: "Waits for a movement (move_to, walk_to, follow) to come to its end.",
@@ -178,7 +178,7 @@ when_applied("zeus/robe", "*", |e| {
     Word {
         name: "when_ended",
         group: Group::Events,
-        arguments: &[pattern("what", &[Kind::Film, Kind::Sound, Kind::Actor, Kind::Thing]), HANDLER, WITH],
+        arguments: &[pattern("what", &[Kind::Film, Kind::Sound, Kind::Actor, Kind::Thing]), HANDLER, GIVEN],
         required: 2,
         fields: &[("what", "the film or sound, or who was animated")],
         what: "Waits for a film, a sound or an animation that does not repeat to come to its end.",
@@ -188,7 +188,7 @@ when_applied("zeus/robe", "*", |e| {
     Word {
         name: "after",
         group: Group::Time,
-        arguments: &[seconds(86_400.0), HANDLER, WITH],
+        arguments: &[seconds(86_400.0), HANDLER, GIVEN],
         required: 2,
         fields: &[],
         what: "Does something once, so many seconds from now. Answers with a number for cancel().",
@@ -198,7 +198,7 @@ when_applied("zeus/robe", "*", |e| {
     Word {
         name: "every",
         group: Group::Time,
-        arguments: &[Argument { name: "seconds", kind: ArgumentKind::Number(0.02, 86_400.0) }, HANDLER, WITH],
+        arguments: &[Argument { name: "seconds", kind: ArgumentKind::Number(0.02, 86_400.0) }, HANDLER, GIVEN],
         required: 2,
         fields: &[],
         what: "Does something again and again, so many seconds apart, at most once a frame. Answers with a number for cancel().",
@@ -259,7 +259,7 @@ state.watch = every(1.0, || {
             Argument { name: "to", kind: ArgumentKind::Key },
             Argument { name: "message", kind: ArgumentKind::Key },
             HANDLER,
-            WITH,
+            GIVEN,
         ],
         required: 3,
         fields: &[
