@@ -23,8 +23,8 @@ use std::time::{Duration, Instant};
 
 /// Expressions in expressions, at the top and in functions: the parser and the interpreter go as deep on the stack.
 const EXPRESSION_DEPTH: usize = 48;
-/// Operations between two looks at the clock, which costs as much as several of them.
-const CLOCK_EVERY: u64 = 64;
+/// Operations between two looks at the clock. One operation can copy a list of lists, which takes some 0.1 ms.
+const CLOCK_EVERY: u64 = 16;
 /// Why a handler was ended.
 pub(crate) const TOO_MANY_OPERATIONS: &str = "operations";
 pub(crate) const TOO_LONG: &str = "time";

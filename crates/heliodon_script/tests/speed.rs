@@ -1,6 +1,7 @@
 //! What scripts cost: 10,000 events a second, and a reload.
 //!
 //! `cargo test -p heliodon_script --test speed -- --ignored --nocapture` prints the figures.
+#![expect(clippy::unwrap_used, reason = "helpers of tests: a test that cannot go on has failed")]
 
 mod common;
 

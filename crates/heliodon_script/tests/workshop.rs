@@ -1,4 +1,5 @@
 //! The Workshop of Feidias, in small: from the welcome to the finished colossus, in two visits.
+#![expect(clippy::unwrap_used, reason = "helpers of tests: a test that cannot go on has failed")]
 
 mod common;
 
