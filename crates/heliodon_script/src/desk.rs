@@ -214,12 +214,12 @@ impl Desk {
                 return;
             }
         }
-        sheet.noted += 1;
-        if sheet.noted > most && severity == Severity::Note {
-            if sheet.noted == most + 1 {
+        if severity == Severity::Note {
+            sheet.noted += 1;
+            if sheet.noted > most {
                 sheet.statistics.dropped_notes += 1;
+                return;
             }
-            return;
         }
         let diagnostic = Diagnostic::new(&sheet.name, place, message, remedy).with_severity(severity);
         // a host that never asks for what is told does not run out of memory

@@ -11,6 +11,8 @@ use heliodon_script::program::{Program, Source};
 use heliodon_script::runtime::Runtime;
 use heliodon_script::vocabulary::words;
 use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
 
 /// Pieces that scripts are made of, so that much of what is put together compiles.
 const PIECES: &[&str] = &[
@@ -87,7 +89,7 @@ const PIECES: &[&str] = &[
     "!",
 ];
 
-fn script() -> impl Strategy<Value = String> {
+fn mutant() -> impl Strategy<Value = String> {
     let examples: Vec<&'static str> = words().map(|word| word.example).collect();
     let piece = prop_oneof![
         3 => prop::sample::select(PIECES.to_vec()).prop_map(str::to_owned),
@@ -112,6 +114,140 @@ fn script() -> impl Strategy<Value = String> {
         }
         letters.into_iter().collect()
     })
+}
+
+/// Expressions that parse; what they are of is left to chance.
+fn expression() -> impl Strategy<Value = String> {
+    let leaves = [
+        "1",
+        "2.5",
+        "-1",
+        "0",
+        "9223372036854775807",
+        "true",
+        "()",
+        "\"mallet\"",
+        "\"*\"",
+        "'a'",
+        "x",
+        "y",
+        "state.a",
+        "[1, [2]]",
+        "#{ a: 1 }",
+        "at(1, 2, 3)",
+        "visitor()",
+        "hour()",
+        "random()",
+        "f",
+        "|z| z",
+        "0..9",
+    ];
+    let leaf = prop::sample::select(leaves.to_vec()).prop_map(str::to_owned);
+    let operators = ["+", "-", "*", "/", "%", "**", "==", "<", "&&", "||", "??", "in", "<<", "|"];
+    // with as many arguments as they have: another number is found before they run
+    let methods = [
+        "push(B)",
+        "map(|z| z)",
+        "map(B)",
+        "sort()",
+        "sort(B)",
+        "len()",
+        "pad(B, x)",
+        "index_of(B)",
+        "contains(B)",
+        "remove(B)",
+        "split(B)",
+        "replace(B, x)",
+        "sub_string(B)",
+        "to_string()",
+        "drain(B)",
+        "reduce(|z, w| w)",
+        "filter(B)",
+        "keys()",
+        "extract(B)",
+        "insert(B, x)",
+        "reverse()",
+        "chop(B)",
+        "truncate(B)",
+        "abs()",
+        "to_upper()",
+        "dedup()",
+        "append(B)",
+        "set(B, x)",
+        "get(B)",
+        "splice(B, x, y)",
+        "zip(B, |z, w| z)",
+        "crop(B)",
+        "call(B)",
+        "floor()",
+        "to_int()",
+        "values()",
+        "mixin(B)",
+        "all(|z| z == x)",
+    ];
+    leaf.prop_recursive(4, 24, 3, move |inner| {
+        let two = (inner.clone(), inner.clone());
+        prop_oneof![
+            (two.clone(), prop::sample::select(operators.to_vec())).prop_map(|((a, b), o)| format!("(f({a}) {o} f({b}))")),
+            (two.clone(), prop::sample::select(methods.to_vec()))
+                .prop_map(|((a, b), m)| format!("({a}).{}", m.replace('B', &b))),
+            two.clone().prop_map(|(a, b)| format!("[{a}, {b}]")),
+            two.clone().prop_map(|(a, b)| format!("f({a})[f({b})]")),
+            two.clone().prop_map(|(a, b)| format!("if f({a}) {{ {b} }} else {{ x }}")),
+            inner.clone().prop_map(|a| format!("#{{ a: {a} }}")),
+            inner.clone().prop_map(|a| format!("({a}).a")),
+            inner.clone().prop_map(|a| format!("`${{{a}}}`")),
+            inner.clone().prop_map(|a| format!("f({a})")),
+        ]
+    })
+}
+
+/// Statements that stand where there are `x` and `y`.
+fn statement() -> impl Strategy<Value = String> {
+    let simple = (expression(), 0..16_u8).prop_map(|(e, kind)| match kind {
+        0 => format!("let x = {e};"),
+        1 => format!("y = {e};"),
+        2 => format!("state.a = {e};"),
+        3 => format!("y.push({e});"),
+        4 => format!("y = {e}; send(\"a\", \"b\", y);"),
+        5 => format!("y = {e}; remember(\"n\", y);"),
+        6 => format!("print({e});"),
+        7 => format!("throw {e};"),
+        8 => format!("y = {e}; place(y);"),
+        9 => format!("y = {e}; move_to(x, y, x);"),
+        10 => format!("y = {e}; after(y, |e| print(e.given), x);"),
+        11 => format!("y = {e}; subtitle(x, x, y);"),
+        12 => format!("state[\"k\" + x] = {e};"),
+        13 => format!("y = {e}; when_touch(y, |e| print(e.given), x);"),
+        14 => format!("x += {e};"),
+        _ => format!("y = {e}; keep(x); y[0] = x; y.a = x;"),
+    });
+    simple.prop_recursive(2, 8, 3, |inner| {
+        (expression(), prop::collection::vec(inner, 1..3), 0..4_u8).prop_map(|(e, inner, kind)| {
+            let inner = inner.join(" ");
+            match kind {
+                0 => format!("for i in f({e}) {{ {inner} }}"),
+                1 => format!("while f({e}) {{ {inner} }}"),
+                2 => format!("try {{ {inner} }} catch (error) {{ y = error; print(error); }}"),
+                _ => format!("if f({e}) {{ {inner} }}"),
+            }
+        })
+    })
+}
+
+/// A script that most likely compiles.
+fn sentence() -> impl Strategy<Value = String> {
+    let block = || prop::collection::vec(statement(), 1..4).prop_map(|statements| statements.join("\n"));
+    (block(), block(), block()).prop_map(|(top, touched, heard)| {
+        format!(
+            "fn f(x) {{ x }}\nstate.a = [];\nlet x = 1;\nlet y = [];\nwhen_touch(\"*\", |e| {{ let x = e.thing; let y = [e];\n{touched} }});\n\
+             when_message(\"*\", \"*\", |e| {{ let x = 1; let y = e.data;\n{heard} }});\n{top}"
+        )
+    })
+}
+
+fn script() -> impl Strategy<Value = String> {
+    prop_oneof![mutant(), sentence()]
 }
 
 fn event() -> impl Strategy<Value = Event> {
@@ -139,19 +275,35 @@ proptest! {
         for told in &told {
             prop_assert!(!told.message.is_empty());
         }
-        let limits = Limits { start_operations: 5_000, handler_operations: 5_000, ..Limits::deterministic() };
-        let mut runtime = Runtime::new(program, Memory::default(), limits, 1);
-        let mut world = world();
-        for time in times {
-            for event in &events {
-                runtime.event(event.clone());
+        let visit = || {
+            let limits = Limits { start_operations: 5_000, handler_operations: 5_000, ..Limits::deterministic() };
+            let mut runtime = Runtime::new(program.clone(), Memory::default(), limits, 1);
+            let (mut world, mut actions) = (world(), Vec::new());
+            for time in &times {
+                for event in &events {
+                    runtime.event(event.clone());
+                }
+                world.set_hour_s(time.abs() % 86_400.0);
+                actions.extend(runtime.step(time.abs() % 1000.0, &world));
             }
-            world.set_hour_s(time.abs() % 86_400.0);
-            runtime.step(time.abs() % 1000.0, &world);
-        }
-        let sound = runtime.with_memory(|memory| memory.validate());
+            (format!("{actions:?}"), lines(&runtime.take_told()), runtime.with_memory(|memory| memory.validate()))
+        };
+        let (actions, told, sound) = visit();
+        prop_assert_eq!((actions, told, sound), visit(), "the same visit is another");
         prop_assert!(sound);
     }
+}
+
+#[test]
+fn many_of_the_mutants_run() {
+    let mut runner = TestRunner::deterministic();
+    let strategy = script();
+    let sound = (0..500).filter(|_| {
+        let text = strategy.new_tree(&mut runner).map(|tree| tree.current()).unwrap_or_default();
+        Program::compile(&[Source::new("a.rhai", text)], &names()).0.is_sound()
+    });
+    let sound = sound.count();
+    assert!(sound > 100, "{sound} of 500 compile: the others test the parser alone");
 }
 
 /// More with `HELIODON_SCRIPTS=20000`.

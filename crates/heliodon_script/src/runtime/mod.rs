@@ -64,7 +64,6 @@ pub struct Runtime {
     /// Whose turn is first in the next step.
     turn: usize,
     last_hour_s: Option<f64>,
-    /// When the last reload was, of the host's time.
     limits: Limits,
 }
 
@@ -241,4 +240,18 @@ impl Runtime {
 /// Top-level variables that are known before anything runs.
 fn literals(script: &Script) -> HashMap<String, rhai::Dynamic> {
     script.tree.iter_literal_variables(true, true).map(|(name, _, value)| (name.to_owned(), value)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn programs_and_runtimes_go_from_thread_to_thread() {
+        fn sent<T: Send>() {}
+        fn shared<T: Send + Sync>() {}
+        sent::<Runtime>();
+        shared::<Program>();
+        shared::<World>();
+    }
 }
