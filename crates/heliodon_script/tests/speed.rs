@@ -77,6 +77,22 @@ fn reload() -> Duration {
     took
 }
 
+/// The largest resident memory of this process so far, MiB; 0 where the system does not say.
+fn peak_mib() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<f64>().ok()).unwrap_or(0.0) / 1024.0
+}
+
+/// A handler that holds as much as it can: a table that grows by an index, of texts as long as they may be.
+fn hoard() {
+    let text = r#"when_touch("mallet", || { let s = ""; s.pad(8000, 'a'); let m = #{}; let i = 0; loop { m["k" + i] = s + i; i += 1; } });"#;
+    let mut stage = Stage::with_limits(&[("bad.rhai", text)], Limits::deterministic());
+    stage.step();
+    stage.after(touched("mallet"));
+    assert!(stage.told().contains("is ended after 50000 operations"));
+}
+
 #[test]
 #[ignore = "prints figures for BENCHMARKS.md"]
 fn figures() {
@@ -86,6 +102,9 @@ fn figures() {
     let lines: usize = large_site().iter().map(|source| source.text.lines().count()).sum();
     let mut reloads: Vec<f64> = (0..9).map(|_| reload().as_secs_f64() * 1e3).collect();
     reloads.sort_by(f64::total_cmp);
+    let before = peak_mib();
+    hoard();
+    println!("the most that a handler could hold: {:.0} MiB", peak_mib() - before);
     println!("reload of 20 scripts, {lines} lines: median {:.1} ms, longest {:.1} ms", reloads[4], reloads[8]);
 }
 
