@@ -74,6 +74,8 @@ pub enum Command {
     Impostor(commands::impostor::Args),
     /// Makes or checks a detail texture: a fine pattern for surfaces that are seen from near
     Detail(commands::detail::Args),
+    /// Checks scripts of what happens on a site, or prints their manual
+    Script(commands::script::Args),
     /// Tells what is in a mesh, an image, a site or a bundle
     Inspect(commands::inspect::Args),
     /// Runs a benchmark

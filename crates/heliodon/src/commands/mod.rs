@@ -18,6 +18,7 @@ pub mod new;
 pub mod prepare;
 #[cfg(feature = "viewer")]
 pub mod render;
+pub mod script;
 pub mod sky;
 #[cfg(feature = "viewer")]
 pub mod view;

@@ -16,6 +16,7 @@ const COMMANDS: &[&str] = &[
     "figures",
     "detail",
     "lightmap",
+    "script",
     "inspect",
     "bench",
     #[cfg(feature = "viewer")]

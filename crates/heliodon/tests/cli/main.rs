@@ -16,6 +16,7 @@ mod rebake;
 mod resume;
 #[cfg(feature = "viewer")]
 mod rooms;
+mod scripts;
 mod shards;
 mod sites;
 mod skies;
