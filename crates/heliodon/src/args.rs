@@ -72,6 +72,8 @@ pub enum Command {
     Figures(commands::figures::Args),
     /// Makes or checks a detail texture: a fine pattern for surfaces that are seen from near
     Detail(commands::detail::Args),
+    /// Turns a film before a blue or green screen into an image and its mask
+    Key(commands::key::Args),
     /// Tells what is in a mesh, an image, a site or a bundle
     Inspect(commands::inspect::Args),
     /// Runs a benchmark

@@ -11,6 +11,7 @@ pub mod display;
 pub mod export;
 pub mod figures;
 pub mod inspect;
+pub mod key;
 pub mod lightmap;
 pub mod merge;
 pub mod new;

@@ -2,7 +2,8 @@
 
 use super::edges::{Before, shrunk, softened};
 use super::figure::{inside, keep_largest};
-use super::matte::{Matte, Metric, Setup, mixing_error, rough, solve};
+use super::matte::{Matte, Metric, Setup, rough, solve};
+use super::mixing::votes_for_light;
 use super::plate::{self, Look, Plate};
 use super::screen::{self, Screen};
 use super::space::{Space, Wedge};
@@ -53,11 +54,11 @@ const ACCEPTANCE_OTHER_DEG: f32 = 40.0;
 const PURE_WITHIN_DEG: (f32, f32) = (30.0, 60.0);
 /// The black point's range, in alpha.
 const BLACK: (f32, f32) = (0.02, 0.2);
-/// How many frames the kind of mixing is judged by, and by how much one must explain edges better than the other.
+/// How many frames the kind of mixing is judged by, and which mean of votes for light is one for codes.
 const MIXING_FRAMES: usize = 4;
-const MIXING_MARGIN: f64 = 0.9;
+const MIXING_MARGIN: f64 = -0.05;
 /// Fewer half-covered pixels say nothing of it.
-const MIXING_PIXELS: u64 = 200;
+const MIXING_VOTERS: u64 = 200;
 
 impl Keyer {
     /// Finds the screen in some frames of a film, best spread over all of it.
@@ -78,28 +79,19 @@ impl Keyer {
         let screen = screen::find(pictures, params.screen)?;
         let kept = (!params.keep.is_empty()).then(|| inside(&params.keep, size.0, size.1));
         let with = |mixing: Mixing| Self::with(pictures, params, screen, mixing, kept.clone());
-        let asked = match params.mixing {
-            Mixing::Find => Mixing::Linear,
-            asked => asked,
-        };
-        let keyer = with(asked)?;
         if params.mixing != Mixing::Find {
-            return Ok(keyer);
+            return with(params.mixing);
         }
-        let other = with(Mixing::Encoded)?;
+        let keyer = with(Mixing::Linear)?;
         let step = pictures.len().div_ceil(MIXING_FRAMES).max(1);
-        let (mut linear, mut encoded) = ((0.0, 0), (0.0, 0));
+        let (mut votes, mut voters) = (0.0, 0);
         for picture in pictures.iter().step_by(step) {
-            for (keyer, all) in [(&keyer, &mut linear), (&other, &mut encoded)] {
-                let mut plate = keyer.plate.clone();
-                plate.follow(&plate::cells(picture, &keyer.setup.space, &keyer.look));
-                let (error, count) = mixing_error(picture, &plate, &keyer.setup);
-                *all = (all.0 + error, all.1 + count);
-            }
+            let mut plate = keyer.plate.clone();
+            plate.follow(&plate::cells(picture, &keyer.setup.space, &keyer.look));
+            let (sum, count) = votes_for_light(picture, &plate, &keyer.setup);
+            (votes, voters) = (votes + sum, voters + count);
         }
-        let mean = |(error, count): (f64, u64)| error / count.max(1) as f64;
-        let enough = linear.1.min(encoded.1) >= MIXING_PIXELS;
-        Ok(if enough && mean(encoded) < MIXING_MARGIN * mean(linear) { other } else { keyer })
+        if voters >= MIXING_VOTERS && votes < MIXING_MARGIN * voters as f64 { with(Mixing::Encoded) } else { Ok(keyer) }
     }
 
     fn with(

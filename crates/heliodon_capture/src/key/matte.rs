@@ -1,7 +1,7 @@
 //! How much of each pixel is screen.
 
 use super::Picture;
-use super::edges::lowest_around;
+use super::edges::{lowest_around, softened};
 use super::plate::Plate;
 use super::pyramid::{Grid, fill};
 use super::space::{Rgb, Space, Wedge, dot, smoothstep};
@@ -49,7 +49,7 @@ pub(super) struct Matte {
 }
 
 /// Where the colour difference says so much, a pixel begins to be the foreground's own, and surely is.
-const SURE: (f32, f32) = (0.7, 0.92);
+const SURE: (f32, f32) = (0.7, 0.85);
 /// How strongly the foreground's share and the screen's are pulled to a sum of 1.
 const PULL: f32 = 0.03;
 /// The share of the screen's energy that may stay unexplained before the colour difference is believed more, and alone.
@@ -72,7 +72,8 @@ pub(super) fn rough(picture: &Picture<'_>, plate: &Plate, space: &Space, wedge: 
 pub(super) fn solve(picture: &Picture<'_>, plate: &Plate, setup: &Setup) -> Matte {
     let width = picture.width;
     let mut alpha = rough(picture, plate, &setup.space, &setup.wedge);
-    let inner = lowest_around(&alpha, width, setup.margin);
+    // without its noise: the lowest of many noisy values is far too low
+    let inner = lowest_around(&softened(alpha.clone(), width, 1.5), width, setup.margin);
     let foreground = spread(picture, &inner, &setup.space);
     let rows = alpha.par_chunks_mut(width).zip(picture.pixels.par_chunks(width)).zip(inner.par_chunks(width));
     rows.enumerate().for_each(|(y, ((alpha, pixels), inner))| {
@@ -161,43 +162,6 @@ fn pointed(alpha: f32, black: f32, white: f32) -> f32 {
     };
     let held = alpha.clamp(0.0, 1.0);
     if held < 0.5 { low(held, black.min(0.2)) } else { 1.0 - low(1.0 - held, white.min(0.2)) }
-}
-
-/// How well the film's edges are explained by mixing in the space of `setup`: the mean squared error of their codes over pixels that are half covered,
-/// and how many there are.
-pub(super) fn mixing_error(picture: &Picture<'_>, plate: &Plate, setup: &Setup) -> (f64, u64) {
-    let matte = solve(picture, plate, setup);
-    let Some(foreground) = &matte.foreground else { return (0.0, 0) };
-    let rows: Vec<(f64, u64)> = (0..picture.height)
-        .into_par_iter()
-        .map(|y| {
-            let (mut sum, mut count) = (0.0, 0);
-            for x in 0..picture.width {
-                let k = y * picture.width + x;
-                if !(0.2..0.8).contains(&matte.alpha[k]) {
-                    continue;
-                }
-                let (own, screen) = (foreground.at((x as f32 + 0.5) * 0.5, (y as f32 + 0.5) * 0.5), plate.at(x, y));
-                let color = setup.space.of(picture.pixels[k]);
-                let way: Rgb = std::array::from_fn(|c| own[c] - screen[c]);
-                let gone: Rgb = std::array::from_fn(|c| color[c] - screen[c]);
-                let alpha = (dot(gone, way) / dot(way, way).max(1e-6)).clamp(0.0, 1.0);
-                if !(0.2..0.8).contains(&alpha) {
-                    continue;
-                }
-                let expected = setup.space.codes(std::array::from_fn(|c| screen[c] + alpha * way[c]));
-                let error: f64 = (0..3).map(|c| f64::from(expected[c].abs_diff(picture.pixels[k][c])).powi(2)).sum();
-                // what is another foreground altogether says nothing
-                if error < 3.0 * 40.0 * 40.0 {
-                    sum += error;
-                    count += 1;
-                }
-            }
-            (sum, count)
-        })
-        .collect();
-    // in the order of rows: the same sum for any number of threads
-    rows.into_iter().fold((0.0, 0), |all, row| (all.0 + row.0, all.1 + row.1))
 }
 
 #[cfg(test)]

@@ -37,6 +37,7 @@ mod figure;
 mod keyed;
 mod keyer;
 mod matte;
+mod mixing;
 mod params;
 mod plate;
 mod pyramid;

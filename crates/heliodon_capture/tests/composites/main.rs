@@ -63,12 +63,40 @@ fn alpha_is_found_before_green_and_blue() {
                 for (k, (keyed, frame)) in keyed.iter().zip(&frames).enumerate() {
                     let errors = errors(keyed, frame, limited);
                     if k % 5 == 0 {
-                        println!("{name} linear {linear} noise {noise} spill {spill} frame {k}: {errors:.4?} {:?} noise {:.4}", keyer.mixing(), keyer.noise());
+                        println!(
+                            "{name} linear {linear} noise {noise} spill {spill} frame {k}: {errors:.4?} {:?} noise {:.4}",
+                            keyer.mixing(),
+                            keyer.noise()
+                        );
                     }
                     assert!(errors.mean <= 0.03, "{name} {linear} {noise} {spill} frame {k}: {errors:?}");
                     assert!(errors.worst <= 2, "{name} {linear} {noise} {spill} frame {k}: {errors:?}");
                 }
                 assert_eq!(keyer.mixing(), if linear { Mixing::Linear } else { Mixing::Encoded });
+            }
+        }
+    }
+}
+
+#[test]
+fn probe_mixings() {
+    for (name, screen, limited) in [("green", GREEN, 1), ("blue", BLUE, 2)] {
+        for linear in [true, false] {
+            for (noise, spill) in [(0.0, 0.0), (2.0, 0.06), (5.0, 0.12)] {
+                let scene = Scene { linear, noise, spill, ..Scene::studio(screen) };
+                let frames = frames(&scene);
+                for mixing in [Mixing::Find, Mixing::Linear, Mixing::Encoded] {
+                    let (keyer, keyed) = keyed(&scene, &frames, &KeyParams { mixing, ..KeyParams::studio() });
+                    let e = errors(&keyed[3], &frames[3], limited);
+                    println!(
+                        "{name} linear {linear} noise {noise} spill {spill} {mixing:?}->{:?}: mean {:.4} edge {:.4} tinted {:.4} worst {}",
+                        keyer.mixing(),
+                        e.mean,
+                        e.edge,
+                        e.tinted,
+                        e.worst
+                    );
+                }
             }
         }
     }

@@ -89,7 +89,8 @@ fn figure(scene: &Scene, x: f32, y: f32, time: f32) -> ([f32; 3], f32) {
         _ => [22.0, 22.0, 26.0],
     };
     let leg = |at: f32| 15.0 - ((p[0] - at).abs()).max(p[1] - 300.0);
-    paint(lit([60.0, 70.0, 110.0]), cover(leg(98.0).max(leg(142.0)).min(p[1] - 225.0), soft));
+    let trousers = if scene.screen[2] > scene.screen[1] { [110.0, 90.0, 60.0] } else { [60.0, 70.0, 110.0] };
+    paint(lit(trousers), cover(leg(98.0).max(leg(142.0)).min(p[1] - 225.0), soft));
     paint(lit(garment), cover(torso, soft));
     // an arm that sweeps: the mean of its places
     let arm = (0..16).map(|k| {
