@@ -2,7 +2,7 @@
 
 use super::pyramid::fill;
 use super::space::{code_from_linear, linear_from_code, linear_from_encoded};
-use super::{Blending, Picture};
+use super::{Blending, Picture, ScreenKind};
 use rayon::prelude::*;
 
 /// A keyed frame: what the two passes draw.
@@ -22,10 +22,16 @@ pub struct Keyed {
 const MIN_STRAIGHT: u8 = 24;
 
 impl Keyed {
-    /// A picture that carries its own straight alpha, as it is.
+    /// A picture that carries its own straight alpha, as it is; where it was keyed before some `screen`, no more of that colour is left than of
+    /// the others.
     #[must_use]
-    pub fn of_alpha(picture: &Picture<'_>, blending: Blending) -> Self {
-        let premultiplied = |[r, g, b, a]: [u8; 4]| {
+    pub fn of_alpha(picture: &Picture<'_>, screen: Option<ScreenKind>, blending: Blending) -> Self {
+        let premultiplied = |[r, mut g, mut b, a]: [u8; 4]| {
+            match screen {
+                Some(ScreenKind::Green) => g = g.min(r.max(b)),
+                Some(ScreenKind::Blue) => b = b.min(r.max(g)),
+                Some(ScreenKind::Other) | None => {}
+            }
             let alpha = f32::from(a) / 255.0;
             let [r, g, b] = [r, g, b].map(|code| match blending {
                 Blending::Linear => code_from_linear(alpha * linear_from_code(code)),
@@ -121,7 +127,7 @@ mod tests {
         let pixels: Vec<[u8; 4]> = (0..=255).map(|a| [200, 100, 50, a]).collect();
         let picture = Picture::new(16, 16, &pixels).unwrap();
         for blending in [Blending::Linear, Blending::Encoded] {
-            let keyed = Keyed::of_alpha(&picture, blending);
+            let keyed = Keyed::of_alpha(&picture, None, blending);
             assert!(keyed.validate(blending));
             assert_eq!(
                 (keyed.image[0], keyed.mask[0], keyed.image[255], keyed.mask[255]),
@@ -147,8 +153,11 @@ mod tests {
             );
             assert!(straight[0][0] > 150, "colours go on into what is transparent");
         }
-        let padded = Keyed::of_alpha(&picture, Blending::Linear).padded(17, 18);
+        let padded = Keyed::of_alpha(&picture, None, Blending::Linear).padded(17, 18);
         assert_eq!((padded.width, padded.mask.len(), padded.mask[16], padded.image[16]), (17, 17 * 18, 255, [0; 4]));
         assert!(padded.validate(Blending::Linear));
+        let green = [[90, 200, 60, 255]];
+        let clean = Keyed::of_alpha(&Picture::new(1, 1, &green).unwrap(), Some(ScreenKind::Green), Blending::Linear);
+        assert_eq!(clean.image, [[90, 90, 60, 255]]);
     }
 }

@@ -73,7 +73,7 @@ pub(super) fn solve(picture: &Picture<'_>, plate: &Plate, setup: &Setup) -> Matt
     let width = picture.width;
     let mut alpha = rough(picture, plate, &setup.space, &setup.wedge);
     // without its noise: the lowest of many noisy values is far too low
-    let inner = lowest_around(&softened(alpha.clone(), width, 1.5), width, setup.margin);
+    let inner = lowest_around(&softened(alpha.clone(), width, std::f32::consts::SQRT_2), width, setup.margin);
     let foreground = spread(picture, &inner, &setup.space);
     let rows = alpha.par_chunks_mut(width).zip(picture.pixels.par_chunks(width)).zip(inner.par_chunks(width));
     rows.enumerate().for_each(|(y, ((alpha, pixels), inner))| {

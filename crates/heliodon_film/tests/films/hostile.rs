@@ -1,7 +1,7 @@
 //! Films that are none, or not quite: one message each, with file, place and remedy.
 
 use crate::{counting_film, ffmpeg, made};
-use heliodon_film::{Film, FrameReader, Rate, ReadParams, Source};
+use heliodon_film::{Film, FilmFormat, FilmWriter, FrameReader, Rate, ReadParams, Source, WriteParams};
 use std::fs;
 use std::path::Path;
 
@@ -87,12 +87,16 @@ fn odd_sizes_turned_films_and_odd_rates_are_read_as_people_see_them() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let source = |size: &str, rate: &str| format!("testsrc2=s={size}:r={rate}:d=1");
-    for (size, shape) in [("321x193", (321, 193)), ("1x1", (1, 1)), ("3x500", (3, 500))] {
-        made(&["-f", "lavfi", "-i", &source(size, "25"), "-c:v", "libvpx-vp9", "-cpu-used", "8", "-deadline", "realtime"], &at("odd.webm"));
+    for (width, height) in [(321, 193), (1, 1), (3, 500)] {
+        let params =
+            WriteParams { format: FilmFormat::Vp9 { alpha: false }, ..WriteParams::archival(width, height, Rate::ASSUMED) };
+        let mut writer = FilmWriter::rgba(&at("odd.webm"), &params).unwrap();
+        (0..3).for_each(|_| writer.write_rgba(&vec![[200, 100, 50, 255]; (width * height) as usize]).unwrap());
+        writer.finish().unwrap();
         let film = Film::probe(at("odd.webm")).unwrap();
-        assert_eq!((film.width, film.height), shape);
+        assert_eq!((film.width, film.height), (width, height));
         let mut reader = FrameReader::open(Source::Film(film), &ReadParams::archival()).unwrap();
-        assert_eq!(reader.next_frame().unwrap().unwrap().pixels.len(), (shape.0 * shape.1) as usize);
+        assert_eq!(reader.next_frame().unwrap().unwrap().pixels.len(), (width * height) as usize);
     }
     for (rate, is) in [("24000/1001", 23.976), ("30000/1001", 29.97), ("7", 7.0), ("120", 120.0)] {
         made(&["-f", "lavfi", "-i", &source("64x64", rate), "-pix_fmt", "yuv420p"], &at("rate.mp4"));
@@ -101,7 +105,18 @@ fn odd_sizes_turned_films_and_odd_rates_are_read_as_people_see_them() {
     }
     // frames at uneven times, as phones write them; every second one of the later half is missing
     made(
-        &["-f", "lavfi", "-i", "testsrc2=s=64x64:r=30:d=4", "-vf", "select='lt(n,60)+not(mod(n,3))'", "-vsync", "vfr", "-pix_fmt", "yuv420p"],
+        &[
+            "-f",
+            "lavfi",
+            "-i",
+            "testsrc2=s=64x64:r=30:d=4",
+            "-vf",
+            "select='lt(n,60)+not(mod(n,3))'",
+            "-vsync",
+            "vfr",
+            "-pix_fmt",
+            "yuv420p",
+        ],
         &at("varies.mp4"),
     );
     let film = Film::probe(at("varies.mp4")).unwrap();
@@ -110,7 +125,23 @@ fn odd_sizes_turned_films_and_odd_rates_are_read_as_people_see_them() {
     let count = std::iter::from_fn(|| reader.next_frame().unwrap()).count() as f64;
     assert!((count / film.rate.per_second() - 4.0).abs() < 0.15, "{count} frames at {:?}", film.rate);
     // a header without a rate: raw H.264 in a container of nothing but frames is taken at the times it has
-    made(&["-f", "lavfi", "-i", &source("64x64", "25"), "-c:v", "libvpx", "-f", "webm", "-cpu-used", "8", "-deadline", "realtime"], &at("no_rate.webm"));
+    made(
+        &[
+            "-f",
+            "lavfi",
+            "-i",
+            &source("64x64", "25"),
+            "-c:v",
+            "libvpx",
+            "-f",
+            "webm",
+            "-cpu-used",
+            "8",
+            "-deadline",
+            "realtime",
+        ],
+        &at("no_rate.webm"),
+    );
     let film = Film::probe(at("no_rate.webm")).unwrap();
     assert!((film.rate.per_second() - 25.0).abs() < 0.1, "{film:?}");
     // turned by its header

@@ -1,7 +1,9 @@
 //! What is written is read again; what is read is what there is.
 
 use crate::{counting_film, ffmpeg, grey, made, number_of};
-use heliodon_film::{Film, FilmFormat, FilmWriter, FrameReader, Rate, ReadParams, SoundReader, SoundSource, Source, WriteParams};
+use heliodon_film::{
+    Film, FilmFormat, FilmWriter, FrameReader, Rate, ReadParams, SoundReader, SoundSource, Source, WriteParams,
+};
 
 const RATE: Rate = Rate { numerator: 24_000, denominator: 1001 };
 
@@ -38,7 +40,14 @@ fn frames_come_back_in_order_and_from_anywhere() {
         assert_eq!(frames[0].number, start);
     }
     assert!(read(&film, &ReadParams { start: 60, ..ReadParams::archival() }).is_empty());
-    let half = read(&film, &ReadParams { rate: Some(Rate { numerator: 12_000, denominator: 1001 }), size: Some((16, 10)), ..ReadParams::archival() });
+    let half = read(
+        &film,
+        &ReadParams {
+            rate: Some(Rate { numerator: 12_000, denominator: 1001 }),
+            size: Some((16, 10)),
+            ..ReadParams::archival()
+        },
+    );
     assert!((24..=26).contains(&half.len()) && half[0].width == 16 && half[0].pixels.len() == 160);
 }
 
@@ -76,15 +85,14 @@ fn colours_and_alpha_survive_every_format() {
         (0..width * height)
             .map(|i| {
                 let (x, y) = (i % width, i / width);
-                [[200, 60, 40, 255], [40, 160, 60, 128], [30, 50, 190, 255], [0, 0, 0, 0]][(x / 48 + y / 32 * 2) as usize].map(|c: u8| c.saturating_add(k as u8))
+                [[200, 60, 40, 255], [40, 160, 60, 128], [30, 50, 190, 255], [0, 0, 0, 0]][(x / 48 + y / 32 * 2) as usize]
+                    .map(|c: u8| c.saturating_add(k as u8))
             })
             .collect()
     };
-    for (name, format, tolerance) in [
-        ("a.mp4", FilmFormat::H264, 6),
-        ("a.webm", FilmFormat::Vp9 { alpha: true }, 8),
-        ("a%03d.png", FilmFormat::Pictures, 0),
-    ] {
+    for (name, format, tolerance) in
+        [("a.mp4", FilmFormat::H264, 6), ("a.webm", FilmFormat::Vp9 { alpha: true }, 8), ("a%03d.png", FilmFormat::Pictures, 0)]
+    {
         let path = folder.path().join(name);
         let params = WriteParams { format, ..WriteParams::archival(width, height, RATE) };
         let mut writer = FilmWriter::rgba(&path, &params).unwrap();
@@ -105,10 +113,11 @@ fn colours_and_alpha_survive_every_format() {
     }
     let odd = WriteParams::archival(321, 193, RATE);
     assert!(FilmWriter::rgba(&folder.path().join("odd.mp4"), &odd).unwrap_err().to_string().contains("even sides"));
-    let lost = FilmWriter::rgba(&folder.path().join("none/a.mp4"), &WriteParams::archival(64, 64, RATE)).and_then(|mut writer| {
-        (0..100).try_for_each(|_| writer.write_rgba(&vec![[0; 4]; 64 * 64]))?;
-        writer.finish()
-    });
+    let lost =
+        FilmWriter::rgba(&folder.path().join("none/a.mp4"), &WriteParams::archival(64, 64, RATE)).and_then(|mut writer| {
+            (0..100).try_for_each(|_| writer.write_rgba(&vec![[0; 4]; 64 * 64]))?;
+            writer.finish()
+        });
     let told = lost.unwrap_err().to_string();
     assert!(told.contains("No such file") && told.contains("folder"), "{told}");
 }

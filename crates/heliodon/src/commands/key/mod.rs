@@ -9,7 +9,7 @@ use crate::failure::{WrongArguments, wrong_arguments};
 use crate::values;
 use anyhow::Result;
 use heliodon_bake::report::Reporter;
-use heliodon_capture::key::{Blending, KeyParams, Keyed, Keyer, Mixing, Picture, Region, ScreenChoice};
+use heliodon_capture::key::{Blending, KeyParams, Keyed, Keyer, Mixing, Picture, Region, ScreenChoice, ScreenKind};
 use heliodon_film::{Film, Frame, FrameReader, Rate, ReadParams, Source};
 use outputs::Outputs;
 use preview::Preview;
@@ -34,7 +34,7 @@ pub struct Args {
     /// What the films are called, without an ending [default: the film's name, beside it]
     #[arg(short, long, value_name = "NAME")]
     output: Option<PathBuf>,
-    /// What is behind the actor: find, green, blue, or a colour as in '#30b048'
+    /// What is behind the actor: find, green, blue, or a colour as in '#30b048'. Of a film that carries alpha: whose rest is taken off
     #[arg(long, value_name = "COLOUR", default_value = "find", value_parser = screen)]
     screen: ScreenChoice,
     /// Where to begin: studio, rough (a wall, a sheet, a noisy film), or clean (rendered pictures)
@@ -150,7 +150,14 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     let part = Part::of(args, &film);
     let outputs = Outputs::plan(args, &film, &part)?;
     let mut work = if film.alpha {
-        Work::Split(params.blending)
+        Work::Split(match args.screen {
+            ScreenChoice::Green => Some(ScreenKind::Green),
+            ScreenChoice::Blue => Some(ScreenKind::Blue),
+            ScreenChoice::Find => None,
+            ScreenChoice::Color(_) => {
+                wrong_arguments!("{} carries alpha: only --screen green or blue says what is left in it", args.video.display())
+            }
+        })
     } else {
         app.progress.stage("finding the screen", 0);
         let pictures = sampled(&film, &part)?;
@@ -230,7 +237,8 @@ impl Part {
 
 /// What is done with a frame.
 enum Work {
-    Split(Blending),
+    /// Alpha is there; of what screen colour is left.
+    Split(Option<ScreenKind>),
     Key(Box<Keyer>),
 }
 
@@ -282,7 +290,7 @@ fn write(
         let picture = Picture::new(film.width, film.height, &pixels)?;
         let clock = Instant::now();
         let keyed = match work {
-            Work::Split(blending) => Keyed::of_alpha(&picture, *blending),
+            Work::Split(screen) => Keyed::of_alpha(&picture, *screen, blending),
             Work::Key(keyer) => keyer.key(&picture)?,
         };
         solving += clock.elapsed();
