@@ -9,6 +9,7 @@ use std::process::Command;
 
 const RATE: Rate = Rate { numerator: 24_000, denominator: 1001 };
 
+#[expect(clippy::print_stdout, reason = "a test that is skipped says so")]
 fn ffmpeg() -> bool {
     let there = Command::new("ffmpeg").arg("-version").output().is_ok();
     if !there {

@@ -36,35 +36,40 @@ fn crossings(points: &[[f32; 2]], y: f32) -> Vec<f32> {
 /// Alpha below which nothing hangs together.
 const LINK: f32 = 0.04;
 
-/// Removes all but the figure with the largest sum of alpha; returns how much alpha went, in pixels.
-pub(super) fn keep_largest(alpha: &mut [f32], width: usize) -> f32 {
-    let mut label = vec![0_u32; alpha.len()];
-    let (mut sums, mut open) = (vec![0.0_f64], Vec::new());
-    for start in 0..alpha.len() {
-        if label[start] != 0 || alpha[start] < LINK {
+/// Numbers what hangs together of the pixels that are `linked`, from 1 on, 0 for the others; and how many numbers there are, 0 included.
+fn labels(count: usize, width: usize, linked: impl Fn(usize) -> bool) -> (Vec<u32>, usize) {
+    let mut label = vec![0_u32; count];
+    let (mut names, mut open) = (1, Vec::new());
+    for start in 0..count {
+        if label[start] != 0 || !linked(start) {
             continue;
         }
-        let name = sums.len() as u32;
-        let mut sum = 0.0;
-        label[start] = name;
+        label[start] = names;
         open.push(start);
         while let Some(k) = open.pop() {
-            sum += f64::from(alpha[k]);
             let (x, y) = (k % width, k / width);
-            for other_y in y.saturating_sub(1)..(y + 2).min(alpha.len() / width) {
+            for other_y in y.saturating_sub(1)..(y + 2).min(count / width) {
                 for other_x in x.saturating_sub(1)..(x + 2).min(width) {
                     let other = other_y * width + other_x;
-                    if label[other] == 0 && alpha[other] >= LINK {
-                        label[other] = name;
+                    if label[other] == 0 && linked(other) {
+                        label[other] = names;
                         open.push(other);
                     }
                 }
             }
         }
-        sums.push(sum);
+        names += 1;
     }
+    (label, names as usize)
+}
+
+/// Removes all but the figure with the largest sum of alpha; returns how much alpha went, in pixels.
+pub(super) fn keep_largest(alpha: &mut [f32], width: usize) -> f32 {
+    let (label, names) = labels(alpha.len(), width, |k| alpha[k] >= LINK);
+    let mut sums = vec![0.0_f64; names];
+    alpha.iter().zip(&label).filter(|(_, label)| **label != 0).for_each(|(&a, &label)| sums[label as usize] += f64::from(a));
     // the first of equals, so that the choice is the same each time
-    let largest = (1..sums.len()).fold(0, |best, k| if sums[k] > sums[best] { k } else { best }) as u32;
+    let largest = (1..names).fold(0, |best, k| if sums[k] > sums[best] { k } else { best }) as u32;
     let mut gone = 0.0;
     for (alpha, label) in alpha.iter_mut().zip(label) {
         if label != largest || largest == 0 {
@@ -73,6 +78,29 @@ pub(super) fn keep_largest(alpha: &mut [f32], width: usize) -> f32 {
         }
     }
     gone
+}
+
+/// What is this opaque encloses.
+const OPAQUE: f32 = 0.98;
+/// The largest hole that is closed: one pixel in so many. A hand at arm's length, filmed in full, has about as many.
+const HOLE: usize = 400;
+
+/// Closes small holes in what is opaque, if none of their pixels looks like screen: highlights and glasses, not the gap beside an arm.
+pub(super) fn close_holes(alpha: &mut [f32], width: usize, is_screen: impl Fn(usize) -> bool) {
+    let height = alpha.len() / width;
+    let (label, names) = labels(alpha.len(), width, |k| alpha[k] < OPAQUE);
+    let mut sizes = vec![0_usize; names];
+    for (k, &label) in label.iter().enumerate() {
+        let (x, y) = (k % width, k / width);
+        let open = x == 0 || y == 0 || x + 1 == width || y + 1 == height || is_screen(k);
+        let size = &mut sizes[label as usize];
+        *size = if open { usize::MAX } else { size.saturating_add(1) };
+    }
+    for (alpha, label) in alpha.iter_mut().zip(label) {
+        if label != 0 && sizes[label as usize] <= width * height / HOLE {
+            *alpha = 1.0;
+        }
+    }
 }
 
 #[cfg(test)]
@@ -98,5 +126,18 @@ mod tests {
         let gone = keep_largest(&mut alpha, 20);
         assert!((gone - 5.4).abs() < 1e-4 && alpha.iter().sum::<f32>() == 36.0);
         assert_eq!(keep_largest(&mut [0.0; 4], 2), 0.0);
+    }
+
+    #[test]
+    fn highlights_are_closed_and_gaps_are_not() {
+        let mut alpha = vec![1.0; 60 * 60];
+        for (x, y) in [(10, 10), (10, 11), (30, 30), (0, 40)] {
+            alpha[y * 60 + x] = 0.4;
+        }
+        alpha[40 * 60 + 20..40 * 60 + 40].fill(0.5);
+        close_holes(&mut alpha, 60, |k| k == 30 * 60 + 30);
+        let left = |x: usize, y: usize| alpha[y * 60 + x] < 1.0;
+        assert!(!left(10, 10) && !left(10, 11), "closed");
+        assert!(left(30, 30) && left(0, 40) && left(25, 40), "screen shows, open to the border, too large");
     }
 }

@@ -1,7 +1,7 @@
 //! A film's keyer: prepared from a few frames, then given all of them in order.
 
 use super::edges::{Before, shrunk, softened};
-use super::figure::{inside, keep_largest};
+use super::figure::{close_holes, inside, keep_largest};
 use super::matte::{Matte, Metric, Setup, rough, solve};
 use super::mixing::votes_for_light;
 use super::plate::{self, Look, Plate};
@@ -180,7 +180,10 @@ impl Keyer {
             return Err(KeyError::Picture { width, height, pixels: picture.pixels.len() });
         }
         let shown = self.plate.follow(&plate::cells(picture, &self.setup.space, &self.look));
-        let Matte { alpha: solved, foreground } = solve(picture, &self.plate, &self.setup);
+        let Matte { alpha: mut solved, rough, foreground } = solve(picture, &self.plate, &self.setup);
+        if self.params.close_holes {
+            close_holes(&mut solved, width, |k| rough[k] <= 2.0 * self.setup.black);
+        }
         let mut alpha = solved.clone();
         self.before.steady(picture.pixels, &mut alpha, self.params.steadiness);
         if let Some(kept) = &self.kept {

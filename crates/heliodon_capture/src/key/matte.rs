@@ -44,6 +44,8 @@ impl Metric {
 #[derive(Clone, Debug)]
 pub(super) struct Matte {
     pub alpha: Vec<f32>,
+    /// By the colour difference alone.
+    pub rough: Vec<f32>,
     /// The foreground's colour at half the size, spread over the edges; `None` where there is no sure foreground at all.
     pub foreground: Option<Grid>,
 }
@@ -54,6 +56,9 @@ const SURE: (f32, f32) = (0.7, 0.85);
 const PULL: f32 = 0.03;
 /// The share of the screen's energy that may stay unexplained before the colour difference is believed more, and alone.
 const UNEXPLAINED: (f32, f32) = (0.004, 0.03);
+
+/// How much brighter a foreground may be than what was spread from near it.
+const BRIGHTER: f32 = 1.5;
 
 /// Alpha by the colour difference alone: `1 - d / d(screen)`, up to 1.
 pub(super) fn rough(picture: &Picture<'_>, plate: &Plate, space: &Space, wedge: &Wedge) -> Vec<f32> {
@@ -71,30 +76,42 @@ pub(super) fn rough(picture: &Picture<'_>, plate: &Plate, space: &Space, wedge: 
 /// The matte of a frame.
 pub(super) fn solve(picture: &Picture<'_>, plate: &Plate, setup: &Setup) -> Matte {
     let width = picture.width;
-    let mut alpha = rough(picture, plate, &setup.space, &setup.wedge);
+    let rough = self::rough(picture, plate, &setup.space, &setup.wedge);
     // without its noise: the lowest of many noisy values is far too low
-    let inner = lowest_around(&softened(alpha.clone(), width, std::f32::consts::SQRT_2), width, setup.margin);
+    let inner = lowest_around(&softened(rough.clone(), width, std::f32::consts::SQRT_2), width, setup.margin);
     let foreground = spread(picture, &inner, &setup.space);
-    let rows = alpha.par_chunks_mut(width).zip(picture.pixels.par_chunks(width)).zip(inner.par_chunks(width));
-    rows.enumerate().for_each(|(y, ((alpha, pixels), inner))| {
-        for (x, ((alpha, &pixel), &inner)) in alpha.iter_mut().zip(pixels).zip(inner).enumerate() {
-            *alpha = if inner >= SURE.1 {
+    let mut alpha = vec![0.0; rough.len()];
+    let known = rough.par_chunks(width).zip(inner.par_chunks(width));
+    let rows = alpha.par_chunks_mut(width).zip(picture.pixels.par_chunks(width)).zip(known);
+    rows.enumerate().for_each(|(y, ((alpha, pixels), (rough, inner)))| {
+        for (x, (alpha, &pixel)) in alpha.iter_mut().zip(pixels).enumerate() {
+            *alpha = if inner[x] >= SURE.1 {
                 1.0
-            } else if *alpha <= setup.black {
+            } else if rough[x] <= setup.black {
                 0.0
             } else {
                 let color = setup.space.of(pixel);
-                let refined = foreground.as_ref().map_or(*alpha, |grid| {
+                let refined = foreground.as_ref().map_or(rough[x], |grid| {
                     let own = grid.at((x as f32 + 0.5) * 0.5, (y as f32 + 0.5) * 0.5);
-                    let (screen, unexplained) = unmixed(color, own, plate.at(x, y), setup.metric);
-                    let doubt = smoothstep(UNEXPLAINED.0, UNEXPLAINED.1, unexplained);
-                    (1.0 - screen) * (1.0 - doubt) + alpha.max(0.0) * doubt
+                    refined(color, own, plate.at(x, y), rough[x].max(0.0), setup)
                 });
                 pointed(refined, setup.black, setup.white)
             };
         }
     });
-    Matte { alpha, foreground }
+    Matte { alpha, rough, foreground }
+}
+
+/// Alpha of a pixel near to a foreground of colour `own`.
+#[inline]
+fn refined(color: Rgb, own: Rgb, screen: Rgb, rough: f32, setup: &Setup) -> f32 {
+    let (share, unexplained) = unmixed(color, own, screen, setup.metric);
+    let doubt = smoothstep(UNEXPLAINED.0, UNEXPLAINED.1, unexplained);
+    let solved = (1.0 - share) * (1.0 - doubt) + rough * doubt;
+    // `rough` is alpha times what it is of the foreground alone: 1 at most where that lies within the wedge, as skin before a yellow wall, and
+    // above 1 where it does not. Highlights that neither colour explains would otherwise let the scene through.
+    let beyond = (-setup.wedge.difference(own)).max(0.0) * BRIGHTER / setup.wedge.difference(screen).max(1e-3);
+    solved.max(rough / (1.0 + beyond))
 }
 
 /// The foreground's own colours at half the size, spread from where they are sure.

@@ -81,6 +81,8 @@ pub struct KeyParams {
     pub soften_px: f32,
     /// The garbage matte: only what lies in one of these is kept; all where there is none.
     pub keep: Vec<Region>,
+    /// Whether small holes that show no screen are closed: highlights, glasses. Off for veils and smoke.
+    pub close_holes: bool,
     /// Only what hangs together with the largest figure is kept.
     pub largest_only: bool,
 }
@@ -103,6 +105,7 @@ impl KeyParams {
             shrink_px: 0.0,
             soften_px: 0.0,
             keep: Vec::new(),
+            close_holes: true,
             largest_only: false,
         }
     }
@@ -116,7 +119,7 @@ impl KeyParams {
     /// Nothing but the matte: for pictures without noise and codec.
     #[must_use]
     pub fn clean() -> Self {
-        Self { black_sigmas: 3.0, white_margin: 0.02, subsampled: false, steadiness: 0.0, ..Self::studio() }
+        Self { black_sigmas: 3.0, white_margin: 0.02, subsampled: false, steadiness: 0.0, close_holes: false, ..Self::studio() }
     }
 
     /// Whether every parameter lies in its range.

@@ -10,6 +10,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// Whether ffmpeg is there; says so where not.
+#[expect(clippy::print_stdout, reason = "a test that is skipped says so")]
 fn ffmpeg() -> bool {
     let there = Command::new("ffmpeg").arg("-version").output().is_ok();
     if !there {
