@@ -180,13 +180,13 @@ impl KeyReport {
             }
             if screen.kind == ScreenKind::Other {
                 told.push(format!(
-                    "the screen is neither green nor blue (hue {:.0} degrees): what is near its hue becomes transparent; --preset rough may suit it",
+                    "the screen is neither green nor blue (hue {:.0} degrees): what is near its hue becomes transparent; look at --sheet",
                     screen.hue_deg
                 ));
             }
             if keyer.noise() > NOISY {
                 told.push(format!(
-                    "the screen is noisy ({:.1} % of alpha): edges are less sure; --preset rough may suit it",
+                    "the screen is noisy ({:.1} % of alpha): edges are less sure; film with more light, or try --preset rough",
                     keyer.noise() * 100.0
                 ));
             }
