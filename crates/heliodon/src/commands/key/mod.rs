@@ -254,18 +254,36 @@ fn sampled(film: &Film, part: &Part) -> Result<Vec<Frame>> {
     // every so many frames; of a film whose length nobody knows, two a second
     let every = part.expected.map_or(film.rate.per_second() / 2.0, |frames| frames as f64 / count as f64).max(1.0) as u64;
     let mut reader = FrameReader::open(Source::Film(film.clone()), &params)?;
-    let (mut frames, mut index) = (Vec::new(), 0);
+    let (mut frames, mut index, mut last) = (Vec::new(), 0, None);
     let mut pixels = Vec::new();
     while frames.len() < count
         && part.limit.is_none_or(|limit| index < limit)
         && let Some(number) = reader.read_into(&mut pixels)?
     {
-        if index % every == every / 2 || (index == 0 && part.expected.is_none_or(|frames| frames < every)) {
+        last = Some(number);
+        if index % every == every / 2 {
             frames.push(Frame { number, width: film.width, height: film.height, pixels: pixels.clone() });
         }
         index += 1;
     }
+    // one that was cut off, or a short one, may have none of those
+    if let (Some(number), true) = (last, frames.is_empty()) {
+        reader = FrameReader::open(Source::Film(film.clone()), &params)?;
+        reader.read_into(&mut pixels)?;
+        frames.push(Frame { number, width: film.width, height: film.height, pixels });
+    }
+    if frames.is_empty() {
+        return Err(no_frame(film, part));
+    }
     Ok(frames)
+}
+
+fn no_frame(film: &Film, part: &Part) -> anyhow::Error {
+    anyhow::anyhow!(
+        "{}: there is no frame at {:.3} s, where it was to begin; give an earlier second with --from",
+        film.path.display(),
+        part.start_s()
+    )
 }
 
 fn write(
@@ -302,11 +320,7 @@ fn write(
         app.progress.progress(counts.frames);
     }
     if counts.frames == 0 {
-        anyhow::bail!(
-            "{}: there is no frame at {} s, where it was to begin; give an earlier second with --from",
-            args.video.display(),
-            args.from
-        );
+        return Err(no_frame(film, part));
     }
     let sheet = preview.map(Preview::sheet).transpose()?;
     let files = outputs.finish(sheet)?;
