@@ -29,7 +29,7 @@
 //! 4. Black and white points lie where the screen's own noise ends; between them nothing is stretched.
 //! 5. The image is `C - (1 - alpha) B`, less whatever is left of the screen's colour in it.
 //!
-//! Measured against known alpha in `tests/composites.rs`; what each step gives stands in `docs/decisions/032-films.md`.
+//! Measured against known alpha in `tests/composites`; the figures stand in `docs/decisions/032-films.md`.
 
 mod edges;
 mod error;
