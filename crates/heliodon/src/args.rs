@@ -76,6 +76,8 @@ pub enum Command {
     Detail(commands::detail::Args),
     /// Checks scripts of what happens on a site, or prints their manual
     Script(commands::script::Args),
+    /// Turns a film before a blue or green screen into an image and its mask
+    Key(commands::key::Args),
     /// Tells what is in a mesh, an image, a site or a bundle
     Inspect(commands::inspect::Args),
     /// Runs a benchmark

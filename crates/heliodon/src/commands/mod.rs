@@ -12,6 +12,7 @@ pub mod export;
 pub mod figures;
 pub mod impostor;
 pub mod inspect;
+pub mod key;
 pub mod lightmap;
 pub mod merge;
 pub mod new;
