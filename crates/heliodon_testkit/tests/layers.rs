@@ -6,7 +6,7 @@ use std::process::Command;
 /// Layers from the bottom. `dev` crates may be used by all, as dev-dependencies only.
 const LAYERS: &[(&str, &[&str])] = &[
     ("base", &["heliodon_math"]),
-    ("data", &["heliodon_mesh", "heliodon_image", "heliodon_sky", "heliodon_bundle", "heliodon_track"]),
+    ("data", &["heliodon_mesh", "heliodon_image", "heliodon_sky", "heliodon_bundle", "heliodon_track", "heliodon_sound"]),
     ("kernel", &["heliodon_rays", "heliodon_raster", "heliodon_gpu"]),
     ("solve", &["heliodon_light", "heliodon_prepare", "heliodon_lightmap", "heliodon_capture", "heliodon_photo"]),
     ("flow", &["heliodon_bake"]),
