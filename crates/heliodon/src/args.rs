@@ -72,6 +72,8 @@ pub enum Command {
     Figures(commands::figures::Args),
     /// Makes or checks a detail texture: a fine pattern for surfaces that are seen from near
     Detail(commands::detail::Args),
+    /// Makes a sound (a fire, a chisel, wind, a crowd), or tells what is in a sound file
+    Sound(commands::sound::Args),
     /// Tells what is in a mesh, an image, a site or a bundle
     Inspect(commands::inspect::Args),
     /// Runs a benchmark

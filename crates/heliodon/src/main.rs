@@ -71,6 +71,7 @@ fn run(args: Args) -> Result<()> {
         Command::Export(args) => commands::export::run(&app, &args),
         Command::Figures(args) => commands::figures::run(&app, &args),
         Command::Detail(args) => commands::detail::run(&app, &args),
+        Command::Sound(args) => commands::sound::run(&app, &args),
         Command::Inspect(args) => commands::inspect::run(&app, &args),
         Command::Bench(args) => commands::bench::run(&app, &args),
     };

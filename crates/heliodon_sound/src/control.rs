@@ -423,7 +423,10 @@ impl Control {
                     self.used[slot as usize] = false;
                     self.free.push(slot);
                 }
-                Returned::Rooms(_) => self.room_sets = self.room_sets.saturating_sub(1),
+                Returned::Rooms(rooms) => {
+                    drop(rooms);
+                    self.room_sets = self.room_sets.saturating_sub(1);
+                }
                 Returned::Bed { slot, bed } => {
                     drop(bed);
                     self.beds[slot as usize] = None;

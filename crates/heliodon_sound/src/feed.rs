@@ -40,7 +40,9 @@ struct Shared {
     /// Frames before this one, of all that were written, are not to be heard.
     from: AtomicU64,
     ended: AtomicBool,
-    /// Whether somebody still listens.
+    /// Frames that were written in all.
+    written: AtomicU64,
+    /// How often it ran dry.
     dry: AtomicU64,
     /// Where the present stretch begins: frames written before it, and its time in the film. Never touched by the audio thread.
     stretch: Mutex<(u64, f64)>,
@@ -99,6 +101,7 @@ pub fn feed(rate_hz: u32, channels: usize, buffer_s: f64) -> Result<(FeedWriter,
         taken: Together::new([0; 2]),
         from: AtomicU64::new(0),
         ended: AtomicBool::new(false),
+        written: AtomicU64::new(0),
         dry: AtomicU64::new(0),
         stretch: Mutex::new((0, 0.0)),
     });
@@ -136,6 +139,7 @@ impl FeedWriter {
             let _ = self.producer.push(if sample.is_finite() { sample.clamp(-64.0, 64.0) } else { 0.0 });
         }
         self.written += (self.scratch.len() / self.channels) as u64;
+        self.shared.written.store(self.written, Ordering::Release);
         frames
     }
 
@@ -155,6 +159,7 @@ impl FeedWriter {
             let _ = self.producer.push(if sample.is_finite() { *sample } else { 0.0 });
         }
         self.written += (fits / self.channels) as u64;
+        self.shared.written.store(self.written, Ordering::Release);
         self.shared.ended.store(true, Ordering::Release);
     }
 
@@ -167,8 +172,7 @@ impl FeedWriter {
     /// Seconds that wait to be heard.
     #[must_use]
     pub fn waiting_s(&self) -> f64 {
-        let [taken, _] = self.shared.taken.read();
-        self.written.saturating_sub(taken) as f64 / f64::from(RATE_HZ)
+        self.clock().waiting_s()
     }
 
     /// A clock of it.
@@ -188,6 +192,20 @@ impl FeedClock {
         let behind = frame as f64 - clock.heard_frame(now);
         let heard = (taken as f64 - behind.max(0.0)).max(begin as f64);
         time_s + (heard - begin as f64) / f64::from(RATE_HZ)
+    }
+
+    /// Seconds that wait to be heard.
+    #[must_use]
+    pub fn waiting_s(&self) -> f64 {
+        let [taken, _] = self.shared.taken.read();
+        let from = self.shared.from.load(Ordering::Acquire);
+        self.shared.written.load(Ordering::Acquire).saturating_sub(taken.max(from)) as f64 / f64::from(RATE_HZ)
+    }
+
+    /// Whether nothing more comes.
+    #[must_use]
+    pub fn is_ended(&self) -> bool {
+        self.shared.ended.load(Ordering::Acquire)
     }
 
     /// How often it ran dry.

@@ -152,7 +152,9 @@ mod tests {
     #[test]
     fn odd_places_are_finite() {
         let head = Head::default();
-        for place in [Vec3::ZERO, Vec3::splat(1e30), Vec3::splat(f32::NAN), Vec3::new(f32::INFINITY, 0.0, 0.0), Vec3::X * 0.0875] {
+        for place in
+            [Vec3::ZERO, Vec3::splat(1e30), Vec3::splat(f32::NAN), Vec3::new(f32::INFINITY, 0.0, 0.0), Vec3::X * 0.0875]
+        {
             let (ears, distance) = head.paths(place);
             assert!(distance.is_finite() && ears.iter().all(|ear| ear.way_m.is_finite() && ear.shadow.is_finite()), "{place}");
         }

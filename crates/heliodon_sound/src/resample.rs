@@ -70,7 +70,19 @@ impl Resampler {
         let channels = channels.max(1);
         // as much silence as stands before the first frame
         let history = vec![0.0; half * channels];
-        Ok(Self { channels, from, to, part: 0, history, half, scale, table: table.collect(), kept, fresh: Vec::new(), first: half })
+        Ok(Self {
+            channels,
+            from,
+            to,
+            part: 0,
+            history,
+            half,
+            scale,
+            table: table.collect(),
+            kept,
+            fresh: Vec::new(),
+            first: half,
+        })
     }
 
     /// Whether there is nothing to do.
@@ -171,11 +183,7 @@ mod tests {
                 let out = resample(&tone(hz, rate, 0.5), 1, rate, 48_000).expect("a rate");
                 assert!((out.len() as i64 - 24_000).abs() <= 2, "{rate}: {}", out.len());
                 let expected = tone(hz, 48_000, 0.5);
-                let error = out[4000..20_000]
-                    .iter()
-                    .zip(&expected[4000..])
-                    .map(|(a, b)| f64::from(a - b).powi(2))
-                    .sum::<f64>()
+                let error = out[4000..20_000].iter().zip(&expected[4000..]).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>()
                     / 16_000.0;
                 let snr_db = 10.0 * (0.125 / error).log10();
                 assert!(snr_db > 80.0, "{rate} Hz, a tone of {hz}: {snr_db:.1} dB");

@@ -18,6 +18,7 @@ pub mod prepare;
 #[cfg(feature = "viewer")]
 pub mod render;
 pub mod sky;
+pub mod sound;
 #[cfg(feature = "viewer")]
 pub mod view;
 pub mod visibility;

@@ -103,7 +103,15 @@ impl Bed {
     }
 
     /// The next slice. Returns false when it has left.
-    pub(crate) fn slice(&mut self, hour: f32, openness: f32, rate: f32, frame: u64, kernel: &Kernel, out: &mut [[f32; SLICE]; 2]) -> bool {
+    pub(crate) fn slice(
+        &mut self,
+        hour: f32,
+        openness: f32,
+        rate: f32,
+        frame: u64,
+        kernel: &Kernel,
+        out: &mut [[f32; SLICE]; 2],
+    ) -> bool {
         let open = if self.outdoors { openness } else { 1.0 };
         let target = if self.leaves { 0.0 } else { self.curve.at(hour) * self.gain * open };
         let dull = dull_coefficient(WALLS_DB * (1.0 - open));
@@ -153,7 +161,8 @@ mod tests {
 
     #[test]
     fn odd_curves_are_refused() {
-        for points in [&[][..], &[(1.0, 0.0), (1.0, 1.0)], &[(f32::NAN, 0.0)], &[(25.0, 0.0)], &[(1.0, 9.0)], &[(1.0, 0.0); 30]] {
+        for points in [&[][..], &[(1.0, 0.0), (1.0, 1.0)], &[(f32::NAN, 0.0)], &[(25.0, 0.0)], &[(1.0, 9.0)], &[(1.0, 0.0); 30]]
+        {
             assert!(DayCurve::new(points).expect_err("refused").to_string().contains(';'));
         }
     }

@@ -46,11 +46,21 @@ pub(crate) enum Change {
 #[derive(Debug)]
 pub(crate) enum Returned {
     /// It came to its end; it stays.
-    Finished { slot: u32, generation: u32 },
+    Finished {
+        slot: u32,
+        generation: u32,
+    },
     /// Its slot is free again; whether it came to its end.
-    Source { slot: u32, source: Box<Source>, finished: bool },
+    Source {
+        slot: u32,
+        source: Box<Source>,
+        finished: bool,
+    },
     Rooms(Box<RoomSet>),
-    Bed { slot: u32, bed: Box<Bed> },
+    Bed {
+        slot: u32,
+        bed: Box<Bed>,
+    },
 }
 
 /// Figures that the audio thread leaves for whoever asks.

@@ -13,6 +13,11 @@ pub(crate) mod voice;
 
 mod rank;
 
+pub use bed::{CURVE_POINTS, CurveError, DayCurve, MAX_BEDS};
+pub use reader::Content;
+pub use rooms::MAX_ROOMS;
+pub use source::{SourceSettings, Travel};
+
 use crate::clock::Clock;
 use crate::control::Control;
 use crate::filter::{Glide, ShadowPole, glide_rate};
@@ -20,10 +25,10 @@ use crate::head::Head;
 use crate::kernel::Kernel;
 use crate::limiter::Limiter;
 use crate::{RATE_HZ, SLICE};
-use bed::{BED_S, Bed, MAX_BEDS};
+use bed::{BED_S, Bed};
 use command::{Change, Command, Figures, Returned, Timed};
 use rank::Ranking;
-use rooms::{CROSSING_S, MAX_ROOMS, RoomSet};
+use rooms::{CROSSING_S, RoomSet};
 use rtrb::{Consumer, Producer, RingBuffer};
 use source::{Source, State, Then};
 use std::sync::Arc;
@@ -35,6 +40,9 @@ pub const GLIDE_S: f32 = 0.02;
 
 /// Slices in which a pause falls silent: 11 ms.
 const PAUSE_SLICES: f32 = 8.0;
+
+/// Slices in which what is sent to rooms falls silent before others take their place: seven time constants of a glide.
+const CHANGE_SLICES: u32 = (7.0 * GLIDE_S * RATE_HZ as f32) as u32 / SLICE as u32;
 
 /// Orders that may wait for their frame at once.
 pub const MOST_WAITING: usize = 4096;
@@ -82,6 +90,7 @@ impl MixerSettings {
             reflects: vec![false; settings.voices],
             ranking: Ranking::new(settings.sources),
             rooms: None,
+            incoming: None,
             leaving: None,
             beds: (0..MAX_BEDS).map(|_| None).collect(),
             hour: 12.0,
@@ -120,6 +129,8 @@ pub struct Mixer {
     reflects: Vec<bool>,
     ranking: Ranking,
     rooms: Option<Box<RoomSet>>,
+    /// Rooms that come when what is sent to those before has fallen silent, and the slices until then.
+    incoming: Option<(Box<RoomSet>, u32)>,
     leaving: Option<Box<RoomSet>>,
     beds: Vec<Option<Box<Bed>>>,
     hour: f32,
@@ -175,6 +186,12 @@ impl Mixer {
         self.frame
     }
 
+    /// The frame that comes first out of the next [`Self::render`].
+    #[must_use]
+    pub fn next_frame(&self) -> u64 {
+        self.frame - (SLICE - self.given) as u64
+    }
+
     /// Its clock.
     #[must_use]
     pub fn clock(&self) -> Clock {
@@ -194,7 +211,7 @@ impl Mixer {
         let mut loudest = 0.0_f32;
         for k in 0..SLICE {
             let pause = self.open + (open - self.open) * (k + 1) as f32 / SLICE as f32;
-            let gain = volume.at(k) * pause;
+            let gain = volume.at(k) * pause * pause * (3.0 - 2.0 * pause);
             self.block[k] = self.limiter.next([ears[0][k] * gain, ears[1][k] * gain]);
             loudest = loudest.max(self.block[k][0].abs()).max(self.block[k][1].abs());
         }
@@ -211,6 +228,7 @@ impl Mixer {
     fn sound(&mut self, ears: &mut [[f32; SLICE]; 2]) {
         let after = self.frame + SLICE as u64;
         self.buses.iter_mut().for_each(|bus| bus.fill(0.0));
+        self.change_rooms();
         self.choose();
         let room = self.rooms.as_ref().and_then(|set| set.room_of(self.head.position));
         let hall = Hall {
@@ -220,6 +238,7 @@ impl Mixer {
             rate: self.rates[0],
             rooms: self.rooms.as_deref(),
             room,
+            changing: self.incoming.is_some(),
         };
         for slot in &self.alive {
             let Some(source) = &mut self.sources[*slot as usize] else { continue };
@@ -264,6 +283,19 @@ impl Mixer {
         self.bury();
     }
 
+    /// Lets other rooms in, once it is quiet in those before.
+    fn change_rooms(&mut self) {
+        match self.incoming.take() {
+            Some((rooms, 0)) => {
+                let old = self.rooms.replace(rooms);
+                if let Some(old) = std::mem::replace(&mut self.leaving, old) {
+                    self.give_back(Returned::Rooms(old));
+                }
+            }
+            waiting => self.incoming = waiting.map(|(rooms, slices)| (rooms, slices - 1)),
+        }
+    }
+
     /// A slice in which nothing is heard, but time goes by for everything.
     fn pass_slice(&mut self) {
         let after = self.frame + SLICE as u64;
@@ -286,6 +318,7 @@ impl Mixer {
                 self.give_back(Returned::Bed { slot: slot as u32, bed });
             }
         }
+        self.change_rooms();
         if let Some(gone) = self.leaving.take() {
             self.give_back(Returned::Rooms(gone));
         }
@@ -360,9 +393,9 @@ impl Mixer {
             Command::Change { slot, generation, change } => self.change(slot, generation, change, offset),
             Command::Listener(head) => (self.head, self.pole) = (head, ShadowPole::new(head.radius_m())),
             Command::Rooms(rooms) => {
-                let old = self.rooms.replace(rooms);
-                if let Some(old) = std::mem::replace(&mut self.leaving, old) {
-                    self.give_back(Returned::Rooms(old));
+                let wait = if self.rooms.is_some() { CHANGE_SLICES } else { 0 };
+                if let Some((other, _)) = self.incoming.replace((rooms, wait)) {
+                    self.give_back(Returned::Rooms(other));
                 }
             }
             Command::AddBed { slot, bed } => self.beds[slot as usize] = Some(bed),
@@ -385,7 +418,9 @@ impl Mixer {
 
     fn change(&mut self, slot: u32, generation: u32, change: Change, offset: usize) {
         // it may have come to its end while this was under way
-        let Some(source) = self.sources[slot as usize].as_mut().filter(|source| source.generation == generation) else { return };
+        let Some(source) = self.sources[slot as usize].as_mut().filter(|source| source.generation == generation) else {
+            return;
+        };
         match change {
             Change::Place(place) => source.settings.place = place,
             Change::Gain(gain) => source.settings.gain = gain,

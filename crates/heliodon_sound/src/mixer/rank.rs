@@ -80,7 +80,15 @@ impl Mixer {
     fn give(&mut self) {
         let room = self.rooms.as_ref().and_then(|set| set.room_of(self.head.position));
         let rooms = self.rooms.as_deref();
-        let hall = Hall { kernel: &self.kernel, head: self.head, pole: self.pole, rate: self.rates[0], rooms, room };
+        let hall = Hall {
+            kernel: &self.kernel,
+            head: self.head,
+            pole: self.pole,
+            rate: self.rates[0],
+            rooms,
+            room,
+            changing: self.incoming.is_some(),
+        };
         self.reflects.fill(false);
         let (mut woken, mut free) = (0, 0);
         for (rank, (_, slot)) in self.ranking.scores.iter().enumerate() {

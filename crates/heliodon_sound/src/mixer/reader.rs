@@ -143,8 +143,4 @@ impl Reader {
             .sum();
         sum / channels as f32
     }
-
-    pub(crate) fn is_feed(&self) -> bool {
-        matches!(self.content, Content::Feed(_))
-    }
 }

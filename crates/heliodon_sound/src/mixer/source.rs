@@ -11,7 +11,8 @@ use std::f32::consts::PI;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Travel {
     /// As it does: a hammer 34 metres away is heard a tenth of a second after it is seen, and whatever moves changes its
-    /// pitch (Doppler). Ways beyond 340 metres take as long as those.
+    /// pitch (Doppler; by `1 + v / c`, for its way is taken as it is when it is heard: a seventeenth of a semitone less than
+    /// physics' `1 / (1 - v / c)` at 20 metres a second). Ways beyond 460 metres take as long as those.
     #[default]
     Air,
     /// Not at all, but for the difference between the ears: for a film's sound, which would leave its picture. No Doppler.
@@ -236,7 +237,7 @@ impl Source {
 
     /// Slices that its sound is on its way to a listener at a distance, and then some for filters to fall silent.
     pub(crate) fn way_slices(&self, distance: f32) -> u32 {
-        let way = if self.settings.travel == Travel::Air { distance.min(400.0) / SPEED_OF_SOUND_M_S } else { 0.0 };
+        let way = if self.settings.travel == Travel::Air { distance.min(470.0) / SPEED_OF_SOUND_M_S } else { 0.0 };
         ((way + 0.06) * RATE_HZ as f32 / SLICE as f32) as u32
     }
 }

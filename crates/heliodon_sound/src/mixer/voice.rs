@@ -2,8 +2,8 @@
 
 use super::rooms::{MAX_ROOMS, RoomSet};
 use super::source::{SourceSettings, Travel};
-use crate::filter::{Dull, Glide, Line, Shadow, ShadowPole, dull_coefficient, gain_from_db};
 use crate::filter::{AIR_DB_PER_M, OCCLUDED_DB, OCCLUDED_TREBLE_DB};
+use crate::filter::{Dull, Glide, Line, Shadow, ShadowPole, dull_coefficient, gain_from_db};
 use crate::head::{Head, SPEED_OF_SOUND_M_S};
 use crate::kernel::{AHEAD, Kernel, RING, Ring, TAPS};
 use crate::{RATE_HZ, SLICE};
@@ -29,6 +29,8 @@ pub(crate) struct Hall<'a> {
     pub(crate) rooms: Option<&'a RoomSet>,
     /// The listener's room.
     pub(crate) room: Option<usize>,
+    /// Whether these rooms give way to others: nothing more is sent to them.
+    pub(crate) changing: bool,
 }
 
 /// What one ear is to hear.
@@ -177,14 +179,22 @@ impl Voice {
     }
 
     /// The first reflections from the walls of the room that source and listener are both in.
-    fn reflect(&mut self, settings: &SourceSettings, hall: &Hall<'_>, reflects: bool, weight: Line, out: &mut [[f32; SLICE]; 2]) {
-        let room = hall.room.filter(|room| reflects && hall.rooms.is_some_and(|set| set.room_of(settings.place) == Some(*room)));
+    fn reflect(
+        &mut self,
+        settings: &SourceSettings,
+        hall: &Hall<'_>,
+        reflects: bool,
+        weight: Line,
+        out: &mut [[f32; SLICE]; 2],
+    ) {
+        let room =
+            hall.room.filter(|room| reflects && hall.rooms.is_some_and(|set| set.room_of(settings.place) == Some(*room)));
         let silent = self.images.iter().all(|image| image.gain.value() < 1.0e-6);
         if silent {
             self.mirrored = room;
         }
         let Some(walls) = self.mirrored.and_then(|room| hall.rooms.and_then(|set| set.get(room))) else { return };
-        let heard = room.is_some() && room == self.mirrored;
+        let heard = room.is_some() && room == self.mirrored && !hall.changing;
         let base = self.ring.written() as f64 - (SLICE + AHEAD) as f64;
         let offset = travel_offset(settings, hall);
         for (image, place) in self.images.iter_mut().zip(walls.images(settings.place)) {
@@ -241,7 +251,7 @@ fn targets(settings: &SourceSettings, hall: &Hall<'_>) -> [EarTarget; 2] {
 /// What each room hears: the source's own, and the listener's where it is another.
 fn sends(settings: &SourceSettings, hall: &Hall<'_>) -> [f32; MAX_ROOMS] {
     let mut sends = [0.0; MAX_ROOMS];
-    let Some(set) = hall.rooms else { return sends };
+    let Some(set) = hall.rooms.filter(|_| !hall.changing) else { return sends };
     let own = set.room_of(settings.place);
     if let Some(own) = own {
         sends[own] = settings.gain * settings.reference_m * set.echo(own);
