@@ -66,7 +66,8 @@ impl Stream {
     }
 
     /// Waits until so many seconds (at most 1.5) are read ahead or the file is at its end: where sound is rendered off line, faster than
-    /// it is heard. Returns whether it came to that within `patience`.
+    /// it is heard. After [`Self::wind`] render ten milliseconds first, so that what was read before makes room. Returns whether it came to
+    /// that within `patience`.
     #[must_use]
     pub fn wait(&self, ahead_s: f64, patience: Duration) -> bool {
         let began = std::time::Instant::now();

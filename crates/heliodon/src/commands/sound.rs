@@ -95,7 +95,11 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         Plan::Inspect(path) => {
             let (clip, facts) = read_clip(path)?;
             if facts.damaged > 0 {
-                let text = format!("{}: {} parts could not be decoded and are left out; save it again from its original", path.display(), facts.damaged);
+                let text = format!(
+                    "{}: {} parts could not be decoded and are left out; save it again from its original",
+                    path.display(),
+                    facts.damaged
+                );
                 app.progress.warning(&text);
             }
             told(&clip, (path.display().to_string(), facts.rate_hz, facts.channels, facts.seconds, facts.damaged))
@@ -106,7 +110,19 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
 
 fn told(clip: &Clip, (source, rate_hz, channels, seconds, damaged): (String, u32, usize, f64, u32)) -> SoundReport {
     let (peak_db, rms_db) = (db(clip.peak()), db(clip.rms()));
-    SoundReport { source, what: None, file: None, seed: None, repeats: None, seconds, rate_hz, channels, peak_db, rms_db, damaged }
+    SoundReport {
+        source,
+        what: None,
+        file: None,
+        seed: None,
+        repeats: None,
+        seconds,
+        rate_hz,
+        channels,
+        peak_db,
+        rms_db,
+        damaged,
+    }
 }
 
 /// What the arguments mean together.
@@ -146,7 +162,9 @@ fn refuse_foreign(path: &Path) -> Result<()> {
     let read = std::fs::File::open(path).and_then(|mut file| std::io::Read::read_exact(&mut file, &mut head));
     let ours = || {
         let channels = usize::from(head[22]);
-        (1..=2).contains(&channels) && head[..4] == *b"RIFF" && head[8..] == wav_bytes(&[], channels)[8..40][..].iter().chain(&head[40..]).copied().collect::<Vec<_>>()[..]
+        (1..=2).contains(&channels)
+            && head[..4] == *b"RIFF"
+            && head[8..] == wav_bytes(&[], channels)[8..40][..].iter().chain(&head[40..]).copied().collect::<Vec<_>>()[..]
     };
     if path.exists() && (read.is_err() || !ours()) {
         bail!("{} exists, and was not made here; move it away, or name another place", path.display());
