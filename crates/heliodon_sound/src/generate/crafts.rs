@@ -35,7 +35,7 @@ pub(super) fn chisel(canvas: &mut Canvas, random: &mut Pcg32) {
         let fall = between(random, 0.004, 0.015);
         let chip = burst(random, 0.0002, fall, 1.0);
         let hz = between(random, 2500.0, 8000.0);
-        canvas.add(at, &filtered(chip, Pass::Band, hz, 3.0), between(random, 0.03, 0.16));
+        canvas.add(at, &filtered(chip, Pass::Band, hz, 3.0), between(random, 0.1, 0.5));
         at += wait(random, 22.0);
     }
 }

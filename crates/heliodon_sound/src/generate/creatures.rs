@@ -35,6 +35,9 @@ pub(super) fn cicadas(canvas: &mut Canvas, random: &mut Pcg32) {
             canvas.add(at, &sound, level * (sings - 0.25) * 20.0);
         }
     }
+    // a body rings more narrowly than one resonator does
+    canvas.filter(Pass::High, 3000.0, 0.8);
+    canvas.filter(Pass::Low, 8000.0, 0.8);
     let shimmer: Vec<f64> = canvas.drift(random, 0.5).iter().map(|c| 0.6 + 0.4 * c).collect();
     canvas.bed(random, &[(Pass::Band, 5000.0, 3.0)], 0.3, &shimmer);
     canvas.bed(random, &[(Pass::Band, 7400.0, 4.0)], 0.08, &shimmer);
@@ -112,7 +115,7 @@ pub(super) fn birds(canvas: &mut Canvas, random: &mut Pcg32) {
                 canvas.add(when + 0.19, &sound, 0.05);
                 when += length + gap;
             }
-            at = when + 1.2 + wait(random, 0.28);
+            at = when + 2.5 + wait(random, 0.2);
         }
     }
     let air: Vec<f64> = canvas.drift(random, 0.3).iter().map(|c| 0.5 + 0.5 * c).collect();
