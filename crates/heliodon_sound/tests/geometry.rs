@@ -1,4 +1,5 @@
 //! Level and delay at both ears, as geometry predicts, for ten places; worked out here anew, in double precision.
+#![expect(clippy::unwrap_used, reason = "helpers of tests: a test that cannot go on has failed")]
 
 use glam::{Quat, Vec3};
 use heliodon_sound::Content;

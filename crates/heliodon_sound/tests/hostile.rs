@@ -1,4 +1,5 @@
 //! What comes from outside: files that are none, places that are none, a thousand sounds at once.
+#![expect(clippy::unwrap_used, reason = "helpers of tests: a test that cannot go on has failed")]
 
 use glam::{Quat, Vec3};
 use heliodon_math::random::Pcg32;
@@ -224,12 +225,20 @@ fn thousand(reflected: usize, voices: usize) -> OffLine {
     offline
 }
 
+/// Seconds that this thread has had a processor: other programs on the machine do not count. Where the system does not say, the time.
+fn busy_s(began: Instant) -> f64 {
+    let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let nanoseconds = told.and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok());
+    nanoseconds.map_or(began.elapsed().as_secs_f64(), |ns| ns * 1.0e-9)
+}
+
 fn walk(offline: &mut OffLine, seconds: f64) -> f64 {
     let began = Instant::now();
+    let before = busy_s(began);
     offline
         .script(seconds, 1.0 / 60.0, |t, control| control.listener(Vec3::new(t as f32 * 2.0, 1.7, 0.0), Quat::IDENTITY))
         .unwrap();
-    began.elapsed().as_secs_f64() / seconds
+    (busy_s(began) - before) / seconds
 }
 
 #[test]
@@ -238,8 +247,8 @@ fn a_thousand_sounds_at_once_stay_within_their_time() {
     offline.advance(0.2);
     let share = walk(&mut offline, 2.0);
     println!("1000 sounds, 48 of them rendered: {:.1} % of real time on one core", share * 100.0);
-    // loose: a machine that runs other things too
-    assert!(share < 1.0, "{share}");
+    // loose: a slow machine
+    assert!(share < 0.6, "{share}");
     let told = offline.control.statistics();
     assert!(told.sources == 1000 && (40..=48).contains(&told.voices), "{told:?}");
     assert!(offline.samples().iter().all(|s| s.abs() <= heliodon_sound::limiter::CEILING));
@@ -262,14 +271,16 @@ fn speed() {
         control.add(Content::Clip(Arc::clone(&clip)), &settings).ok();
     });
     let began = Instant::now();
+    let before = busy_s(began);
     let passed = mixer.pass(10 * RATE_HZ as usize);
     println!(
         "4096 sounds unheard: {:.2} % of one core",
-        100.0 * began.elapsed().as_secs_f64() / (passed as f64 / f64::from(RATE_HZ))
+        100.0 * (busy_s(began) - before) / (passed as f64 / f64::from(RATE_HZ))
     );
     for kind in SoundKind::ALL {
         let began = Instant::now();
+        let before = busy_s(began);
         let clip = generate(&GenerateParams::new(*kind)).unwrap();
-        println!("{}: {:.1} s made in {:.2} s", kind.name(), clip.seconds(), began.elapsed().as_secs_f64());
+        println!("{}: {:.1} s made in {:.2} s", kind.name(), clip.seconds(), busy_s(began) - before);
     }
 }

@@ -282,7 +282,7 @@ impl SoundFile {
             if (rate_hz, channels) != (self.rate_hz, self.own_channels) {
                 return Err(self.damage(format!("it goes on with {channels} channels at {rate_hz} Hz")));
             }
-            if let Some(at) = self.raw.iter().position(|sample| !(sample.abs() <= LOUDEST)) {
+            if let Some(at) = self.raw.iter().position(|sample| sample.is_nan() || sample.abs() > LOUDEST) {
                 self.read_frames += (at / channels) as u64;
                 return Err(self.damage(format!("a sample of {}, where full scale is 1", self.raw[at])));
             }

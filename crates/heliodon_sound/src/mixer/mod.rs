@@ -209,10 +209,11 @@ impl Mixer {
         }
         let volume = self.volume.1.slice(if self.muted { 0.0 } else { self.volume.0 }, self.rates[0]);
         let mut loudest = 0.0_f32;
-        for k in 0..SLICE {
+        let [left, right] = ears;
+        for (k, ears) in left.into_iter().zip(right).enumerate() {
             let pause = self.open + (open - self.open) * (k + 1) as f32 / SLICE as f32;
             let gain = volume.at(k) * pause * pause * (3.0 - 2.0 * pause);
-            self.block[k] = self.limiter.next([ears[0][k] * gain, ears[1][k] * gain]);
+            self.block[k] = self.limiter.next([ears.0 * gain, ears.1 * gain]);
             loudest = loudest.max(self.block[k][0].abs()).max(self.block[k][1].abs());
         }
         self.open = open;

@@ -91,7 +91,7 @@ impl Reader {
         };
         let line = self.gliding.slice(self.rate, rate);
         let (frames, start) = (clip.frames() as f64, self.position);
-        for channel in 0..clip.channels() {
+        for (channel, out) in out.iter_mut().enumerate().take(clip.channels()) {
             let track = Track {
                 samples: clip.samples(),
                 channels: clip.channels(),
@@ -100,8 +100,8 @@ impl Reader {
                 looping: self.looping,
             };
             let mut position = start;
-            out[channel][..from].fill(0.0);
-            for (k, sample) in out[channel].iter_mut().enumerate().skip(from) {
+            out[..from].fill(0.0);
+            for (k, sample) in out.iter_mut().enumerate().skip(from) {
                 *sample = track.between(kernel, position);
                 position += f64::from(line.at(k));
             }

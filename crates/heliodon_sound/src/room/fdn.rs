@@ -59,12 +59,12 @@ fn lengths(mean: f32) -> [usize; LINES] {
 }
 
 fn is_prime(n: usize) -> bool {
-    n > 2 && n % 2 == 1 && (3..).step_by(2).take_while(|d| d * d <= n).all(|d| n % d != 0)
+    n > 2 && n % 2 == 1 && (3..).step_by(2).take_while(|d| d * d <= n).all(|d| !n.is_multiple_of(d))
 }
 
 /// The signs of the ears' two sums: rows 5 and 10 of the Hadamard matrix, which are orthogonal: the ears hear unlike noise.
 fn sign(row: usize, line: usize) -> f32 {
-    if (row & line).count_ones() % 2 == 0 { 1.0 } else { -1.0 }
+    if (row & line).count_ones().is_multiple_of(2) { 1.0 } else { -1.0 }
 }
 
 impl Fdn {
@@ -138,9 +138,9 @@ impl Fdn {
             (x1[line], y1[line], x2[line], y2[line], state[line]) = (x, y, y, z, z);
         }
         let mut ears = [0.0; 2];
-        for line in 0..LINES {
-            ears[0] += state[line] * sign(5, line);
-            ears[1] += state[line] * sign(10, line);
+        for (line, heard) in state.iter().enumerate() {
+            ears[0] += heard * sign(5, line);
+            ears[1] += heard * sign(10, line);
         }
         // fast Walsh-Hadamard transform, over the root of 16: orthogonal
         let mut half = 1;
@@ -153,10 +153,9 @@ impl Fdn {
             half *= 2;
         }
         // the input goes into each line with a sign of its own and a root of 16 less
-        for line in 0..LINES {
-            let at = self.at[line];
-            self.lines[line][at] = state[line] * 0.25 + diffuse * (0.25 * sign(3, line));
-            self.at[line] = if at + 1 == self.lines[line].len() { 0 } else { at + 1 };
+        for (line, ((samples, at), mixed)) in self.lines.iter_mut().zip(&mut self.at).zip(state).enumerate() {
+            samples[*at] = mixed * 0.25 + diffuse * (0.25 * sign(3, line));
+            *at = if *at + 1 == samples.len() { 0 } else { *at + 1 };
         }
         ears.map(|ear| ear * self.level)
     }
