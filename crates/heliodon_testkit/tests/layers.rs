@@ -8,7 +8,16 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("base", &["heliodon_math"]),
     (
         "data",
-        &["heliodon_mesh", "heliodon_image", "heliodon_sky", "heliodon_bundle", "heliodon_track", "heliodon_film", "heliodon_script"],
+        &[
+            "heliodon_mesh",
+            "heliodon_image",
+            "heliodon_sky",
+            "heliodon_bundle",
+            "heliodon_track",
+            "heliodon_film",
+            "heliodon_sound",
+            "heliodon_script",
+        ],
     ),
     ("kernel", &["heliodon_rays", "heliodon_raster", "heliodon_gpu"]),
     ("solve", &["heliodon_light", "heliodon_prepare", "heliodon_lightmap", "heliodon_capture", "heliodon_photo"]),

@@ -21,6 +21,7 @@ pub mod prepare;
 pub mod render;
 pub mod script;
 pub mod sky;
+pub mod sound;
 #[cfg(feature = "viewer")]
 pub mod view;
 pub mod visibility;

@@ -23,6 +23,7 @@ mod sites;
 mod skies;
 #[cfg(target_os = "linux")]
 mod slurm;
+mod sound;
 mod visibility;
 
 use serde_json::Value;
