@@ -27,7 +27,12 @@ fn walking() -> MovingMesh {
 
 fn still_ball(radius: f32) -> MovingMesh {
     let scene = ball(radius, 64).moved(Vec3::Y);
-    MovingMesh::still(Mesh { positions: scene.positions, normals: scene.normals, triangles: scene.triangles, ..Mesh::default() })
+    MovingMesh::still(Mesh {
+        positions: scene.positions,
+        normals: scene.normals,
+        triangles: scene.triangles,
+        ..Mesh::default()
+    })
 }
 
 fn captured(model: &MovingMesh, params: &CaptureParams) -> Impostor {
@@ -39,7 +44,11 @@ fn captured(model: &MovingMesh, params: &CaptureParams) -> Impostor {
 
 #[test]
 fn a_ball_is_as_round_from_everywhere() {
-    let params = CaptureParams { frame_px: Some([64, 64]), quality: Bc7Quality::Usual, ..quick(vec![Ring::around(0.0, 8), Ring::around(60.0, 4)]) };
+    let params = CaptureParams {
+        frame_px: Some([64, 64]),
+        quality: Bc7Quality::Usual,
+        ..quick(vec![Ring::around(0.0, 8), Ring::around(60.0, 4)])
+    };
     let look = Look::new(&captured(&still_ball(0.5), &params));
     assert!((look.info().radius_m - 0.5).abs() < 0.01 && look.info().middle().abs_diff_eq(Vec3::Y, 1e-3));
     for (elevation, azimuth) in [(0.0, 0.0), (0.0, 22.5), (30.0, 10.0), (60.0, 45.0), (20.0, 200.0)] {
@@ -91,7 +100,10 @@ fn no_frame_touches_its_border_and_none_is_smaller_than_it_need_be() {
         }
         assert!(nearest.iter().all(|&off| off >= MARGIN), "view {view}: {nearest:?}");
         // all frames together come as near to opposite borders as a texel and a half more
-        assert!(nearest[0].max(nearest[2]) <= MARGIN + 2 && nearest[1].max(nearest[3]) <= MARGIN + 2, "view {view}: {nearest:?}");
+        assert!(
+            nearest[0].max(nearest[2]) <= MARGIN + 2 && nearest[1].max(nearest[3]) <= MARGIN + 2,
+            "view {view}: {nearest:?}"
+        );
     }
 }
 
@@ -100,7 +112,13 @@ fn colours_go_on_beyond_the_edge() {
     // a red ball: no texel anywhere is darker or of another colour
     let scene = ball(0.5, 64);
     let colors_linear = vec![Vec3::new(0.81, 0.16, 0.04); scene.positions.len()];
-    let mesh = Mesh { positions: scene.positions, normals: scene.normals, triangles: scene.triangles, colors_linear, ..Mesh::default() };
+    let mesh = Mesh {
+        positions: scene.positions,
+        normals: scene.normals,
+        triangles: scene.triangles,
+        colors_linear,
+        ..Mesh::default()
+    };
     let params = CaptureParams { frame_px: Some([48, 48]), quality: Bc7Quality::Usual, ..quick(vec![Ring::around(0.0, 2)]) };
     let impostor = captured(&MovingMesh::still(mesh), &params);
     for level in 0..impostor.texture.levels.len() {
@@ -114,7 +132,8 @@ fn colours_go_on_beyond_the_edge() {
 #[test]
 fn the_same_whatever_the_number_of_threads() {
     let model = walking();
-    let params = CaptureParams { frames_per_s: 2.0, openness_rays: 8, frame_px: Some([32, 64]), ..quick(vec![Ring::around(5.0, 3)]) };
+    let params =
+        CaptureParams { frames_per_s: 2.0, openness_rays: 8, frame_px: Some([32, 64]), ..quick(vec![Ring::around(5.0, 3)]) };
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(|| captured(&model, &params));
     assert_eq!(alone, captured(&model, &params));
 }
@@ -226,7 +245,9 @@ fn blended_views_look_like_the_model_and_do_not_jump() {
     let eye_at = |elevation: f32, azimuth: f32| info.middle() + axes(elevation, azimuth)[2] * 8.0;
     let (mut sum, mut count, mut worst) = (0.0, 0, 0.0_f32);
     for (i, (elevation, azimuth)) in
-        [(-3.0, 15.0), (2.0, 100.0), (5.0, 190.0), (8.0, 281.0), (14.0, 40.0), (20.0, 131.0), (25.0, 222.0), (29.0, 349.0)].into_iter().enumerate()
+        [(-3.0, 15.0), (2.0, 100.0), (5.0, 190.0), (8.0, 281.0), (14.0, 40.0), (20.0, 131.0), (25.0, 222.0), (29.0, 349.0)]
+            .into_iter()
+            .enumerate()
     {
         let (eye, frame) = (eye_at(elevation, azimuth), i as u32 % info.frames());
         let reference = real(&model, walk, time_of(frame), info, eye);

@@ -92,7 +92,9 @@ mod tests {
 
     fn picture(width: u32, height: u32) -> Vec<[u8; 4]> {
         let ramp = |at: u32, by: u32| (at * by % 256) as u8;
-        (0..height).flat_map(|y| (0..width).map(move |x| [ramp(x, 5), ramp(y, 3), ramp(x + y, 2), if x > y { 255 } else { 0 }])).collect()
+        (0..height)
+            .flat_map(|y| (0..width).map(move |x| [ramp(x, 5), ramp(y, 3), ramp(x + y, 2), if x > y { 255 } else { 0 }]))
+            .collect()
     }
 
     #[test]
@@ -102,12 +104,8 @@ mod tests {
             for quality in [Bc7Quality::Draft, Bc7Quality::Usual, Bc7Quality::Best] {
                 let blocks = encode_bc7(&pixels, width, height, quality);
                 let back = decode_bc7(&blocks, width, height);
-                let error: u64 = pixels
-                    .iter()
-                    .flatten()
-                    .zip(back.iter().flatten())
-                    .map(|(&a, &b)| u64::from(a.abs_diff(b)).pow(2))
-                    .sum();
+                let error: u64 =
+                    pixels.iter().flatten().zip(back.iter().flatten()).map(|(&a, &b)| u64::from(a.abs_diff(b)).pow(2)).sum();
                 let root_mean_square = (error as f64 / (4 * pixels.len()) as f64).sqrt();
                 assert!(root_mean_square < 4.0, "{width} x {height}, {quality:?}: {root_mean_square}");
             }
@@ -126,15 +124,23 @@ mod tests {
     fn speed() {
         let (width, height) = (512, 512);
         let mut random = 1u32;
-        let mut noise = || { random = random.wrapping_mul(1664525).wrapping_add(1013904223); (random >> 27) as u8 };
+        let mut noise = || {
+            random = random.wrapping_mul(1664525).wrapping_add(1013904223);
+            (random >> 27) as u8
+        };
         let pixels: Vec<[u8; 4]> = picture(width, height).into_iter().map(|p| p.map(|v| v.saturating_add(noise()))).collect();
         for quality in [Bc7Quality::Draft, Bc7Quality::Usual, Bc7Quality::Best] {
             let start = std::time::Instant::now();
             let blocks = encode_bc7(&pixels, width, height, quality);
             let took = start.elapsed().as_secs_f64();
             let back = decode_bc7(&blocks, width, height);
-            let error: u64 = pixels.iter().flatten().zip(back.iter().flatten()).map(|(&a, &b)| u64::from(a.abs_diff(b)).pow(2)).sum();
-            println!("{quality:?}: {:.2} Mtexels/s, RMS {:.2}", pixels.len() as f64 / took / 1e6, (error as f64 / (4 * pixels.len()) as f64).sqrt());
+            let error: u64 =
+                pixels.iter().flatten().zip(back.iter().flatten()).map(|(&a, &b)| u64::from(a.abs_diff(b)).pow(2)).sum();
+            println!(
+                "{quality:?}: {:.2} Mtexels/s, RMS {:.2}",
+                pixels.len() as f64 / took / 1e6,
+                (error as f64 / (4 * pixels.len()) as f64).sqrt()
+            );
         }
     }
 }

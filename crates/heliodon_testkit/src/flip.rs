@@ -9,7 +9,10 @@ use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool, flip};
 /// If there are not `width * height` pixels in each.
 #[must_use]
 pub fn mean_flip(reference: &[[u8; 3]], test: &[[u8; 3]], width: u32, height: u32) -> f32 {
-    assert!([reference, test].iter().all(|pixels| pixels.len() == width as usize * height as usize), "two pictures of one size");
+    assert!(
+        [reference, test].iter().all(|pixels| pixels.len() == width as usize * height as usize),
+        "two pictures of one size"
+    );
     let image = |pixels: &[[u8; 3]]| FlipImageRgb8::with_data(width, height, pixels.as_flattened());
     FlipPool::from_image(&flip(image(reference), image(test), DEFAULT_PIXELS_PER_DEGREE)).mean()
 }

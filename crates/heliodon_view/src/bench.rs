@@ -3,11 +3,11 @@
 pub mod walk;
 
 use crate::HeliodonPlugins;
-use crate::impostor::Impostors;
 use crate::actors::{Actors, ActorsOptions, Told};
 use crate::daylight::{DaylightCamera, OnePassPairs, StereoPair, StereoPasses};
 use crate::headless::fault::DeviceFault;
 use crate::headless::without_a_window;
+use crate::impostor::{ImpostorOptions, Impostors};
 use crate::navigation::pose::{Pose, fov_deg};
 use crate::stage::frame::StageFrame;
 use crate::stage::{Stage, StageStatus};
@@ -47,6 +47,8 @@ pub struct FrameBench {
     pub pose: Option<Pose>,
     /// How actors are lit.
     pub actors: ActorsOptions,
+    /// How impostors are shown.
+    pub impostors: ImpostorOptions,
     /// Whether details are switched off.
     pub without_details: bool,
 }
@@ -64,6 +66,7 @@ impl Default for FrameBench {
             frames: 100,
             pose: None,
             actors: ActorsOptions::default(),
+            impostors: ImpostorOptions::default(),
             without_details: false,
         }
     }
@@ -172,6 +175,7 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
     app.add_plugins(without_a_window()).add_plugins((HeliodonPlugins, ScheduleRunnerPlugin::run_loop(Duration::ZERO)));
     app.world_mut().resource_mut::<TimeLapse>().playing = bench.playing;
     app.world_mut().resource_mut::<Actors>().options = bench.actors;
+    app.world_mut().resource_mut::<Impostors>().options = bench.impostors;
     app.world_mut().resource_mut::<StageFrame>().without_details = bench.without_details;
     let sides: &[f32] = if bench.stereo.is_some() { &[-0.5, 0.5] } else { &[0.0] };
     app.insert_resource(StereoPasses(bench.stereo.unwrap_or_default()));

@@ -8,17 +8,20 @@ mod common;
 use glam::Vec3;
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::moment::{Blend, Day, Moment};
+use heliodon_capture::impostor::{CaptureParams, capture};
 use heliodon_image::HdrImage;
 use heliodon_mesh::Mesh;
 use heliodon_mesh::export::glb;
 use heliodon_mesh::import::{Format, ImportOptions, ImportReport};
 use heliodon_mesh::motion::{MovingMesh, from_bytes};
+use heliodon_testkit::flip::mean_flip;
 use heliodon_testkit::scenes::cuboid;
 use heliodon_view::Pose;
 use heliodon_view::actors::course::Course;
 use heliodon_view::actors::levels::Directions;
 use heliodon_view::actors::{Actors, Backend};
 use heliodon_view::headless::{RenderOptions, Renderer, Shot};
+use heliodon_view::impostor::Impostors;
 use heliodon_view::lamps::{Cone, Lamp, Lamps};
 use std::path::Path;
 use tempfile::TempDir;
@@ -289,4 +292,56 @@ fn what_is_no_mesh_does_no_harm() {
         let far = stage.pixel(Vec3::new(-7.0, 0.0, -4.0));
         assert_eq!(empty.pixels[far], with.pixels[far], "{backend:?}");
     }
+}
+
+/// What a display shows of scene light.
+fn shown(image: &HdrImage, exposure: f32) -> Vec<[u8; 3]> {
+    image.pixels.iter().map(|pixel| (*pixel * exposure).to_array().map(heliodon_math::color::srgb8_from_linear)).collect()
+}
+
+#[test]
+fn an_impostor_stands_in_the_light_as_its_model_does() {
+    let model = walker();
+    // as far as its eye here, and as many pixels
+    let distance_m = EYE.distance(TARGET);
+    let px_per_radian = 0.5 * SIZE[1] as f32 / 30f32.to_radians().tan();
+    let params = CaptureParams {
+        distance_m,
+        px_per_radian: 2.0 * px_per_radian,
+        frames_per_s: 2.0,
+        clips: vec![model.clip_named("walk").unwrap()],
+        rings: vec![heliodon_bundle::impostor::Ring::around(10.0, 12), heliodon_bundle::impostor::Ring::around(40.0, 12)],
+        ..CaptureParams::preview()
+    };
+    let impostor = capture(&model, "walker", &params, &|_| ()).unwrap();
+    let course = || Course::stands(TARGET, 0.7);
+    let empty = Stage::new().picture();
+    let mut stage = Stage::new();
+    stage.actors().options.directions = Directions::Fixed(3);
+    stage.add(model, course());
+    let real = stage.picture();
+    let mut stage = Stage::new();
+    stage.renderer.app_mut().world_mut().resource_mut::<Impostors>().add(impostor, vec![course()]);
+    let image = stage.picture();
+    assert_eq!(stage.picture().pixels, image.pixels, "a picture depends on its shot alone");
+    let exposure = 0.4 / (empty.pixels.iter().sum::<Vec3>() / empty.pixels.len() as f32).max_element();
+    let [width, height] = SIZE.map(|side| side as u32);
+    let flip = |a: &HdrImage, b: &HdrImage| mean_flip(&shown(a, exposure), &shown(b, exposure), width, height);
+    let (of_image, of_nobody) = (flip(&real, &image), flip(&real, &empty));
+    println!("FLIP of the impostor {of_image:.4}, of nobody {of_nobody:.4}");
+    assert!(of_image < 0.25 * of_nobody, "{of_image} against {of_nobody}");
+    // its shadow lies where the model's does
+    let darker = |image: &HdrImage| -> Vec<bool> {
+        image
+            .pixels
+            .iter()
+            .zip(&empty.pixels)
+            .map(|(with, without)| with.max_element() < 0.85 * without.max_element())
+            .collect()
+    };
+    let (of_model, of_impostor) = (darker(&real), darker(&image));
+    let both = of_model.iter().zip(&of_impostor).filter(|(a, b)| **a && **b).count();
+    let any = of_model.iter().zip(&of_impostor).filter(|(a, b)| **a || **b).count();
+    println!("dark pixels of both {both}, of any {any}");
+    assert!(both * 2 > any && any > 50, "{both} of {any}");
 }

@@ -268,7 +268,9 @@ fn sheet(impostor: &Impostor) -> SrgbImage {
                 let ([r, g, b, a], shape) = (layers[0].1[at], layers[1].1[at]);
                 let ground = GROUNDS[cell % GROUNDS.len()];
                 let cover = f32::from(a) / 255.0;
-                let over = |code: u8, ground: f32| srgb8_from_linear((f32::from(code) / 255.0).powi(2) * cover + ground * (1.0 - cover));
+                let over = |code: u8, ground: f32| {
+                    srgb8_from_linear((f32::from(code) / 255.0).powi(2) * cover + ground * (1.0 - cover))
+                };
                 let pixel = match cell.checked_sub(frames.len()) {
                     None => [over(r, ground[0]), over(g, ground[1]), over(b, ground[2]), 255],
                     Some(0) => [shape[0], shape[1], shape[2], 255],
@@ -284,7 +286,8 @@ fn sheet(impostor: &Impostor) -> SrgbImage {
 
 fn describe(report: &ImpostorReport) -> String {
     let [width, height] = report.frame_px;
-    let clips: Vec<String> = report.clips.iter().map(|c| format!("{} ({} frames, {:.2} s)", c.name, c.frames, c.duration_s)).collect();
+    let clips: Vec<String> =
+        report.clips.iter().map(|c| format!("{} ({} frames, {:.2} s)", c.name, c.frames, c.duration_s)).collect();
     let mut text = format!(
         "{}: {:.2} m high, {} views, {} frames of {width} x {height} texels: {}\n",
         report.model.display(),

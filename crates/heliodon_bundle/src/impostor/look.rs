@@ -75,7 +75,9 @@ impl Look {
                 at += direction * ((depth - at.dot(toward)) / slope).clamp(-self.info.radius_m, self.info.radius_m);
             }
             let place = Vec2::new(at.dot(right), at.dot(up));
-            let Some((color, shape)) = self.texel(2 * view, frame, view, place).zip(self.texel(2 * view + 1, frame, view, place)) else {
+            let Some((color, shape)) =
+                self.texel(2 * view, frame, view, place).zip(self.texel(2 * view + 1, frame, view, place))
+            else {
                 continue;
             };
             let part = weight * color.w;

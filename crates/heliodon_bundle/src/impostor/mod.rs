@@ -222,7 +222,8 @@ impl ImpostorInfo {
             return Err("its views show nothing".to_owned());
         }
         let sides = self.frame_px.iter().chain(&self.grid).all(|side| (1..=MAX_LAYER_SIDE).contains(side));
-        if !sides || self.frame_px.iter().any(|side| side % 4 != 0) || self.layer_px().iter().any(|&side| side > MAX_LAYER_SIDE) {
+        if !sides || self.frame_px.iter().any(|side| side % 4 != 0) || self.layer_px().iter().any(|&side| side > MAX_LAYER_SIDE)
+        {
             return Err(format!("its layers have {:?} frames of {:?} texels", self.grid, self.frame_px));
         }
         let mut next = 0;
@@ -261,7 +262,8 @@ impl Impostor {
     pub fn info_of(bytes: &[u8], name: &str) -> Result<ImpostorInfo, ImpostorError> {
         let shape = Ktx2::shape_of(bytes, name)?;
         let text = Ktx2::text_of(bytes, INFO_KEY).ok_or_else(|| unfit(name, "it is a texture, but no impostor".to_owned()))?;
-        let info: ImpostorInfo = serde_json::from_str(text).map_err(|error| unfit(name, format!("its description: {error}")))?;
+        let info: ImpostorInfo =
+            serde_json::from_str(text).map_err(|error| unfit(name, format!("its description: {error}")))?;
         info.validate().map_err(|problem| unfit(name, problem))?;
         let fits = shape.format == TexelFormat::Bc7 && shape.size == info.layer_px() && shape.layers == 2 * info.views();
         if fits { Ok(info) } else { Err(unfit(name, format!("its description is not that of a texture of {shape}"))) }
@@ -316,7 +318,11 @@ mod tests {
             radius_m: 1.0,
             around_m: 0.5,
             heights_m: [0.0, 1.8],
-            rings: vec![Ring::around(-10.0, 4), Ring::around(5.0, 8), Ring { from_deg: -40.0, to_deg: 40.0, ..Ring::around(40.0, 3) }],
+            rings: vec![
+                Ring::around(-10.0, 4),
+                Ring::around(5.0, 8),
+                Ring { from_deg: -40.0, to_deg: 40.0, ..Ring::around(40.0, 3) },
+            ],
             windows_m: vec![[-0.5, -1.0, 0.5, 1.0]; 15],
             frame_px: [16, 32],
             grid: [2, 2],

@@ -306,14 +306,19 @@ mod tests {
     #[test]
     fn several_walk_beside_a_path() {
         let path = Some(vec![[0.0, 0.0, 0.0], [10.0, 1.0, 0.0], [10.0, 1.0, 10.0]]);
-        let actor = Actor { count: 8, spread_m: 2.0, place: None, path, walk: Walk::Once, ..Actor::at("a.impostor.ktx2", [0.0; 3]) };
+        let actor =
+            Actor { count: 8, spread_m: 2.0, place: None, path, walk: Walk::Once, ..Actor::at("a.impostor.ktx2", [0.0; 3]) };
         let lanes = actor.scattered();
         assert_eq!(lanes.len(), 8);
         for lane in &lanes {
             let off = lane[0][2];
             assert!(off.abs() <= 2.0 && lane[0][0].abs() < 1e-9 && lane[1][1] == 1.0);
             // the bend keeps both pieces as far off: to the right is +Z along +X, and -X along +Z
-            assert!((lane[1][2] - off).abs() < 1e-9 && (lane[1][0] - (10.0 - off)).abs() < 1e-9 && (lane[2][0] - (10.0 - off)).abs() < 1e-9);
+            assert!(
+                (lane[1][2] - off).abs() < 1e-9
+                    && (lane[1][0] - (10.0 - off)).abs() < 1e-9
+                    && (lane[2][0] - (10.0 - off)).abs() < 1e-9
+            );
         }
         assert_eq!(Actor { lanes: lanes.clone(), ..actor.clone() }.ways(), lanes);
         assert_eq!(Actor { walk: Walk::Circle, lanes, ..actor }.ways()[0].len(), 4);

@@ -305,7 +305,8 @@ fn check_count(at: &[&str; 2], actor: &Actor) -> Checked {
     }
     if !actor.is_impostor() {
         if actor.count > 1 {
-            let remedy = "capture the model (`heliodon impostor`) and name the file that comes of it, or write an [[actor]] for each";
+            let remedy =
+                "capture the model (`heliodon impostor`) and name the file that comes of it, or write an [[actor]] for each";
             return fault(&key("count"), "only impostors can be many", remedy);
         }
         return Ok(());

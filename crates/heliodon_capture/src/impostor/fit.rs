@@ -63,7 +63,8 @@ impl Poses {
         if !(radius_m > LEAST_M && radius_m.is_finite()) {
             return Err(format!("is {radius_m} m large: there is nothing to see"));
         }
-        let around = frames.iter().flat_map(seen).map(|p| Vec2::new(p.x - center.x, p.z - center.z).length()).fold(0.0, f32::max);
+        let around =
+            frames.iter().flat_map(seen).map(|p| Vec2::new(p.x - center.x, p.z - center.z).length()).fold(0.0, f32::max);
         Ok(Self { center, radius_m, around_m: around.max(LEAST_M) * 1.001, heights_m: [low.y, high.y], frames })
     }
 

@@ -186,10 +186,11 @@ pub fn capture(
         .par_iter()
         .zip(&info.windows_m)
         .map(|(axes, window)| {
-            let layers = view::draw(model.rest(), &albedo, &poses, &Viewed { info: &info, axes, window, samples: params.samples });
-            let encoded = layers.into_iter().map(|level| {
-                level.texels.map(|texels| encode_bc7(&texels, level.size[0], level.size[1], params.quality))
-            });
+            let layers =
+                view::draw(model.rest(), &albedo, &poses, &Viewed { info: &info, axes, window, samples: params.samples });
+            let encoded = layers
+                .into_iter()
+                .map(|level| level.texels.map(|texels| encode_bc7(&texels, level.size[0], level.size[1], params.quality)));
             let encoded = encoded.collect();
             tell((done.fetch_add(1, Ordering::Relaxed) + 1) as f32 / whole);
             encoded
@@ -222,9 +223,10 @@ fn clips(model: &MovingMesh, params: &CaptureParams) -> Result<Vec<(Option<usize
     let mut found = Vec::new();
     let mut first = 0;
     for number in all {
-        let clip = model.clips().get(number).ok_or_else(|| {
-            unfit(format!("clip {number} of {}", model.clips().len()), "name one that the model has")
-        })?;
+        let clip = model
+            .clips()
+            .get(number)
+            .ok_or_else(|| unfit(format!("clip {number} of {}", model.clips().len()), "name one that the model has"))?;
         let frames = (clip.duration_s * params.frames_per_s).round().max(1.0);
         if frames > MAX_FRAMES as f32 {
             let what = format!("the clip \"{}\" has {frames} frames in its {} s", clip.name, clip.duration_s);

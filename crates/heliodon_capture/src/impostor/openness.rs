@@ -36,7 +36,8 @@ pub fn fill(mesh: &Mesh, poses: &mut Poses, rays: u32) {
             let mut occluded = vec![0; asked.len().div_ceil(64)];
             scene.occluded(&asked, &mut occluded);
             for (i, openness) in openness.iter_mut().enumerate() {
-                let hidden = (0..rays as usize).map(|k| i * rays as usize + k).filter(|ray| occluded[ray / 64] >> (ray % 64) & 1 == 1);
+                let hidden =
+                    (0..rays as usize).map(|k| i * rays as usize + k).filter(|ray| occluded[ray / 64] >> (ray % 64) & 1 == 1);
                 *openness = 1.0 - hidden.count() as f32 / rays as f32;
             }
         });

@@ -73,7 +73,9 @@ fn halve(sums: &[Sum], counts: &[f32], [width, height]: [usize; 2]) -> (Vec<Sum>
         let first = i / half[0] * 2 * width + i % half[0] * 2;
         [first, first + 1, first + width, first + width + 1]
     };
-    let sum = |i: usize| at(i).map(|j| sums[j]).iter().fold([Vec4::ZERO; 2], |all, s| [all[0] + s[0], all[1] + s[1]]).map(|s| s * 0.25);
+    let sum = |i: usize| {
+        at(i).map(|j| sums[j]).iter().fold([Vec4::ZERO; 2], |all, s| [all[0] + s[0], all[1] + s[1]]).map(|s| s * 0.25)
+    };
     let count = |i: usize| at(i).map(|j| counts[j]).iter().sum::<f32>() * 0.25;
     let all = 0..half[0] * half[1];
     (all.clone().map(sum).collect(), all.map(count).collect())

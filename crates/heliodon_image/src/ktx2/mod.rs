@@ -162,12 +162,8 @@ impl Ktx2 {
             encoder.write_all(level).map_err(failed)?;
             *packed = encoder.finish().map_err(failed)?;
         }
-        let head = Head {
-            vk: self.format.vk(),
-            type_bytes: self.format.type_bytes(),
-            size: [self.width, self.height],
-            packing: ZLIB,
-        };
+        let head =
+            Head { vk: self.format.vk(), type_bytes: self.format.type_bytes(), size: [self.width, self.height], packing: ZLIB };
         let layers = if self.layers == 1 { 0 } else { self.layers };
         let whole = (0..packed.len()).map(|level| self.level_bytes(level));
         let levels: Vec<(&[u8], u64)> = packed.iter().map(Vec::as_slice).zip(whole).collect();
@@ -178,7 +174,8 @@ impl Ktx2 {
     /// The text that a file has by a key, without anything of it being unpacked.
     #[must_use]
     pub fn text_of<'a>(bytes: &'a [u8], key: &str) -> Option<&'a str> {
-        let number = |at: usize| bytes.get(at..).and_then(|rest| rest.first_chunk()).map(|&four| u32::from_le_bytes(four) as usize);
+        let number =
+            |at: usize| bytes.get(at..).and_then(|rest| rest.first_chunk()).map(|&four| u32::from_le_bytes(four) as usize);
         let mut values = bytes.starts_with(&MAGIC).then(|| {
             let (at, length) = (number(VALUES_AT)?, number(VALUES_AT + 4)?);
             bytes.get(at..at.checked_add(length)?)

@@ -123,7 +123,9 @@ fn the_shader_that_lights_an_eye_at_rest_is_valid() {
 fn the_shaders_of_impostors_are_valid_for_every_target() {
     use crate::impostor::{CAMERA_BYTES, ImpostorKey, KIND_BYTES, PERSON_BYTES};
     for (samples, steps, shadows) in [(1, 0, false), (1, 3, true), (4, 2, false), (4, 2, true)] {
-        for (curve, format) in [(ToneCurve::Clamp, TextureFormat::Bgra8UnormSrgb), (ToneCurve::Linear, TextureFormat::Rgba16Float)] {
+        for (curve, format) in
+            [(ToneCurve::Clamp, TextureFormat::Bgra8UnormSrgb), (ToneCurve::Linear, TextureFormat::Rgba16Float)]
+        {
             let module = compile(&ImpostorKey { display: DisplayKey { curve, format }, samples, steps, shadows }.wgsl());
             for (name, bytes) in [("Camera", CAMERA_BYTES), ("Person", PERSON_BYTES), ("Kind", KIND_BYTES)] {
                 assert_eq!(size_of_struct(&module, name), Some(bytes as u32));

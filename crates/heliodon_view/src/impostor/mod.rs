@@ -29,7 +29,7 @@ use bevy::render::{Render, RenderApp, RenderSystems};
 use glam::Affine3A;
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::grid::{AXES, AmbientCube, Grid};
-use heliodon_bundle::impostor::ImpostorInfo;
+use heliodon_bundle::impostor::{Impostor, ImpostorInfo};
 use heliodon_bundle::moment::Moment;
 use heliodon_math::sh;
 use load::Loaded;
@@ -51,6 +51,8 @@ pub struct Impostors {
     pub options: ImpostorOptions,
     stage: u64,
     loading: Option<Mutex<Receiver<Loaded>>>,
+    /// Added by the app, not yet on the stage.
+    added: Vec<(Arc<Kind>, Vec<Course>)>,
     kinds: Vec<Arc<Kind>>,
     people: Vec<Person>,
     grid: Option<Grid>,
@@ -64,6 +66,8 @@ pub struct ImpostorOptions {
     pub views: Views,
     /// How many times a view is looked for by its depths, 0 to 3: the fewer, the more views of a coarse ring part from one another.
     pub steps: u32,
+    /// Whether they cast shadows.
+    pub shadows: bool,
 }
 
 /// Which views of an impostor are shown.
@@ -78,7 +82,7 @@ pub enum Views {
 
 impl Default for ImpostorOptions {
     fn default() -> Self {
-        Self { views: Views::Blended, steps: 2 }
+        Self { views: Views::Blended, steps: 2, shadows: true }
     }
 }
 
@@ -112,6 +116,11 @@ pub struct Person {
 }
 
 impl Impostors {
+    /// Puts people on the stage beside the bundle's own, until another bundle is opened: one on each course, all with the impostor's first clip.
+    pub fn add(&mut self, impostor: Impostor, courses: Vec<Course>) {
+        self.added.push((Arc::new(Kind { impostor }), courses));
+    }
+
     /// Whether all of the bundle's impostors are there.
     #[must_use]
     pub fn is_complete(&self) -> bool {
@@ -145,7 +154,7 @@ pub(crate) struct ImpostorsFrame {
     kinds: Arc<[Arc<Kind>]>,
     people: Arc<Vec<PersonUniform>>,
     heads: Arc<Vec<Head>>,
-    steps: u32,
+    options: ImpostorOptions,
     /// Direction, and exposed irradiance at normal incidence.
     sun: (Vec3, Vec3),
     /// Where shadows come from.
@@ -193,10 +202,7 @@ impl Plugin for ImpostorPlugin {
             )
             .add_systems(
                 Core3d,
-                render::draw
-                    .in_set(Core3dSystems::MainPass)
-                    .after(main_opaque_pass_3d)
-                    .before(main_transparent_pass_3d),
+                render::draw.in_set(Core3dSystems::MainPass).after(main_opaque_pass_3d).before(main_transparent_pass_3d),
             );
     }
 }
@@ -222,6 +228,14 @@ fn follow_stage(stage: Res<Stage>, mut impostors: ResMut<Impostors>, mut frame: 
             // The stage may have gone to another bundle: then nobody wants to know.
             std::thread::spawn(move || to_stage.send(load::run(&bundle)).ok());
         }
+    }
+    if !impostors.added.is_empty() && impostors.loading.is_none() {
+        for (kind, courses) in std::mem::take(&mut impostors.added) {
+            let number = impostors.kinds.len();
+            impostors.people.extend(courses.into_iter().map(|course| Person::alone(number, course)));
+            impostors.kinds.push(kind);
+        }
+        *frame = ImpostorsFrame { serial: frame.serial + 1, kinds: impostors.kinds.clone().into(), ..default() };
     }
     let Some(loading) = &impostors.loading else { return };
     let loaded = match loading.lock().unwrap_or_else(PoisonError::into_inner).try_recv() {
@@ -273,7 +287,7 @@ fn arrange(
     *frame = ImpostorsFrame {
         people: Arc::new(placed),
         heads: Arc::new(heads),
-        steps: options.steps.min(3),
+        options: *options,
         sun: (moment.sun_direction, sun),
         shadow,
         ..frame.clone()
@@ -304,6 +318,11 @@ impl Light<'_> {
 }
 
 impl Person {
+    /// Somebody as the impostor was made, on a course.
+    fn alone(kind: usize, course: Course) -> Self {
+        Self { kind, clip: 0, course, ahead_s: 0.0, speed: 1.0, phase_s: 0.0, scale: 1.0 }
+    }
+
     /// Where it is at a time, and in what light.
     fn at(&self, seconds: f32, info: &ImpostorInfo, light: &Light) -> PersonUniform {
         let stands: Affine3A = self.course.at(seconds + self.ahead_s);
@@ -324,7 +343,8 @@ impl Person {
         }
         let to_model = |v: Vec3| Vec3::new(forward.z * v.x - forward.x * v.z, v.y, forward.x * v.x + forward.z * v.z);
         let view = info.nearest(to_model(light.shadow)).views[0];
-        let upward = |toward: Vec3| 0.5 * (high - low) * (1.0 - toward.y * toward.y).max(0.0).sqrt() + info.around_m * toward.y.abs();
+        let upward =
+            |toward: Vec3| 0.5 * (high - low) * (1.0 - toward.y * toward.y).max(0.0).sqrt() + info.around_m * toward.y.abs();
         let of_view = info.view_axes().nth(view as usize).map_or(1.0, |[_, _, toward]| upward(toward));
         // to the ground beneath the feet, and a little on
         let reach = (self.scale * (high - low) + 0.5) / light.shadow.y.max(LEAST_RISE);
@@ -390,5 +410,54 @@ impl Head {
                 None => self.runs.push((person.kind, next..next + 1)),
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use heliodon_bundle::impostor::{ImpostorClip, Ring};
+
+    fn info() -> ImpostorInfo {
+        ImpostorInfo {
+            version: 1,
+            name: "somebody".to_owned(),
+            center: [0.0, 0.9, 0.0],
+            radius_m: 1.0,
+            around_m: 0.4,
+            heights_m: [0.0, 1.8],
+            rings: vec![Ring::around(5.0, 8)],
+            windows_m: vec![[-0.5, -1.0, 0.5, 1.0]; 8],
+            frame_px: [16, 32],
+            grid: [1, 1],
+            clips: vec![ImpostorClip { name: "rest".to_owned(), duration_s: 0.0, first: 0, frames: 1 }],
+            distance_m: 10.0,
+        }
+    }
+
+    #[test]
+    fn the_eyes_of_a_head_see_the_same_views_from_the_farthest_on() {
+        let mut world = World::new();
+        let camera = Camera::default();
+        let [left, right] = [-0.03, 0.03].map(|x| (world.spawn_empty().id(), GlobalTransform::from_xyz(x, 1.6, 0.0)));
+        let alone = (world.spawn_empty().id(), GlobalTransform::from_xyz(0.0, 1.6, 0.0));
+        let pair = StereoPair(3);
+        let seen = [(left, Some(&pair)), (alone, None), (right, Some(&pair))];
+        let mut heads = heads(seen.iter().map(|((entity, transform), pair)| (*entity, &camera, transform, *pair)));
+        // who looks from the middle between both eyes sees what they see
+        assert_eq!(heads.len(), 1);
+        assert_eq!(heads[0].cameras.len(), 3);
+        let info = info();
+        let people: Vec<Person> =
+            [3.0, 9.0, 6.0].map(|z| Person::alone(0, Course::stands(Vec3::new(0.0, 0.0, -z), 0.0))).to_vec();
+        let placed: Vec<PersonUniform> = [3.0, 9.0, 6.0]
+            .map(|z| PersonUniform { place: Vec4::new(0.0, 0.9, -z, 1.0), turn: Vec4::new(0.0, 1.0, 0.0, 0.0), ..default() })
+            .to_vec();
+        heads[0].look(&people, &placed, &[&info], Views::Nearest);
+        // before all of them: the view from +Z, which is the first
+        let front = info.nearest(Vec3::Z);
+        let wanted: Vec<SeenUniform> = [1, 2, 0].map(|person| SeenUniform::new(person, &front)).to_vec();
+        assert_eq!(heads[0].order, wanted);
+        assert_eq!(heads[0].runs, [(0, 0..3)]);
     }
 }

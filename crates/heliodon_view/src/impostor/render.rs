@@ -10,7 +10,8 @@ use bevy::camera::{Camera3d, MainPassResolutionOverride, Viewport};
 use bevy::prelude::*;
 use bevy::render::camera::ExtractedCamera;
 use bevy::render::render_resource::binding_types::{
-    sampler, storage_buffer_read_only_sized, texture_2d_array, texture_depth_2d, texture_depth_2d_multisampled, uniform_buffer_sized,
+    sampler, storage_buffer_read_only_sized, texture_2d_array, texture_depth_2d, texture_depth_2d_multisampled,
+    uniform_buffer_sized,
 };
 use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery};
@@ -53,6 +54,7 @@ pub struct ImpostorsGpu {
     cameras: HashMap<Entity, CameraGpu>,
     layouts: Option<Layouts>,
     made: HashMap<ImpostorKey, CachedRenderPipelineId>,
+    shadows: bool,
 }
 
 struct Layouts {
@@ -124,7 +126,8 @@ impl Grown {
             // with room, so that a crowd that grows does not make one in every frame
             let bytes = wanted.next_power_of_two().max(256);
             let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
-            let buffer = device.create_buffer(&BufferDescriptor { label: Some(label), size: bytes, usage, mapped_at_creation: false });
+            let buffer =
+                device.create_buffer(&BufferDescriptor { label: Some(label), size: bytes, usage, mapped_at_creation: false });
             Self { buffer, bytes }
         });
         queue.write_buffer(&buffer.buffer, 0, contents);
@@ -161,7 +164,12 @@ pub fn prepare(
 ) {
     let gpu = &mut *gpu;
     if gpu.serial != frame.serial {
-        *gpu = ImpostorsGpu { serial: frame.serial, made: std::mem::take(&mut gpu.made), layouts: gpu.layouts.take(), ..default() };
+        *gpu = ImpostorsGpu {
+            serial: frame.serial,
+            made: std::mem::take(&mut gpu.made),
+            layouts: gpu.layouts.take(),
+            ..default()
+        };
     }
     if frame.people.is_empty() || frame.heads.is_empty() {
         gpu.heads.clear();
@@ -187,6 +195,7 @@ pub fn prepare(
         })
         .collect();
     gpu.people = Some(people);
+    gpu.shadows = frame.options.shadows;
     gpu.cameras.clear();
     for (entity, main, camera, camera_3d, view, msaa, depth) in &cameras {
         let Some(head) = frame.heads.iter().position(|head| head.cameras.contains(&main.id())) else { continue };
@@ -198,7 +207,7 @@ pub fn prepare(
         let samples = msaa.samples();
         let display = DisplayKey { curve: stage.curve, format: view.target_format };
         let found = [true, false].map(|shadows| {
-            let key = ImpostorKey { display, samples, steps: frame.steps, shadows };
+            let key = ImpostorKey { display, samples, steps: frame.options.steps.min(3), shadows };
             *gpu.made.entry(key).or_insert_with(|| queue_pipeline(&mut cache, &mut pipelines, layouts, key))
         });
         let world_from_view = view.world_from_view.to_matrix();
@@ -223,7 +232,8 @@ fn queue_pipeline(
 ) -> CachedRenderPipelineId {
     let shader = pipelines.shader(cache, key.wgsl(), "impostor");
     let camera = layouts.camera[usize::from(key.samples > 1)].clone();
-    let multiplied = BlendComponent { src_factor: BlendFactor::Dst, dst_factor: BlendFactor::Zero, operation: BlendOperation::Add };
+    let multiplied =
+        BlendComponent { src_factor: BlendFactor::Dst, dst_factor: BlendFactor::Zero, operation: BlendOperation::Add };
     let (entries, blend) = if key.shadows {
         (["shadow_vertex", "shadow_fragment"], BlendState { color: multiplied, alpha: multiplied })
     } else {
@@ -331,7 +341,11 @@ pub fn draw(view: ViewQuery<DrawnView>, gpu: Res<ImpostorsGpu>, cache: Res<Pipel
         .begin_render_pass(&RenderPassDescriptor {
             label: Some("impostors"),
             color_attachments: &[Some(target.get_color_attachment())],
-            depth_stencil_attachment: Some(RenderPassDepthStencilAttachment { view: depth.view(), depth_ops: None, stencil_ops: None }),
+            depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
+                view: depth.view(),
+                depth_ops: None,
+                stencil_ops: None,
+            }),
             timestamp_writes: None,
             occlusion_query_set: None,
             multiview_mask: None,
@@ -344,7 +358,7 @@ pub fn draw(view: ViewQuery<DrawnView>, gpu: Res<ImpostorsGpu>, cache: Res<Pipel
     }
     pass.set_bind_group(0, &*own.group, &[]);
     pass.set_bind_group(1, &*head.group, &[]);
-    for (pipeline, corners) in [(shadows, BOX_CORNERS), (people, QUAD_CORNERS)] {
+    for (pipeline, corners) in [(shadows, BOX_CORNERS), (people, QUAD_CORNERS)].into_iter().skip(usize::from(!gpu.shadows)) {
         pass.set_pipeline(pipeline);
         for (kind, run) in &head.runs {
             let Some(kind) = gpu.kinds.get(*kind) else { continue };

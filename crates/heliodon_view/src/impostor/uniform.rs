@@ -159,7 +159,8 @@ mod tests {
         ];
         for clip_from_view in projections {
             let clip_from_world = clip_from_view * world_from_view.inverse();
-            let camera = CameraUniform::new(world_from_view, clip_from_view, clip_from_world, (Vec2::ZERO, Vec2::new(1024.0, 768.0)));
+            let camera =
+                CameraUniform::new(world_from_view, clip_from_view, clip_from_world, (Vec2::ZERO, Vec2::new(1024.0, 768.0)));
             for metres in [0.5, 3.0, 40.0] {
                 let place = world_from_view.transform_point3(Vec3::new(0.3, -0.2, -metres));
                 let clip = clip_from_world * place.extend(1.0);
@@ -178,7 +179,8 @@ mod tests {
         let seen = SeenUniform::new(9, &choice);
         assert_eq!((seen.person, seen.views), (9, 127 | 3 << 8 | 64 << 24));
         let weight = |word: u32, shift: u32| (word >> shift & 0xffff) as f32 / 65535.0;
-        let back = [weight(seen.weights[0], 0), weight(seen.weights[0], 16), weight(seen.weights[1], 0), weight(seen.weights[1], 16)];
+        let back =
+            [weight(seen.weights[0], 0), weight(seen.weights[0], 16), weight(seen.weights[1], 0), weight(seen.weights[1], 16)];
         assert!(back.iter().zip(choice.weights).all(|(a, b)| (a - b).abs() < 1e-4));
     }
 }

@@ -9,6 +9,7 @@ use heliodon_bundle::{BundleReader, display};
 use heliodon_mesh::Mesh;
 use heliodon_view::Pose;
 use heliodon_view::bench::{FrameBench, frame_times};
+use heliodon_view::impostor::Views;
 
 /// What is seen, and how.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -24,6 +25,12 @@ pub struct Args {
     /// For frame: the eye moves in every frame
     #[arg(long)]
     moving: bool,
+    /// For frame: which views of impostors are shown
+    #[arg(long, value_enum, value_name = "VIEWS", default_value = "blended")]
+    impostors: ImpostorViews,
+    /// For frame: impostors cast no shadows
+    #[arg(long)]
+    no_impostor_shadows: bool,
     /// For frame: the day stands still
     #[arg(long)]
     paused: bool,
@@ -36,6 +43,15 @@ pub struct Args {
     /// For frame: two pictures a frame, one for each eye, in so many passes [default: auto]
     #[arg(long, value_enum, value_name = "PASSES", num_args = 0..=1, default_missing_value = "auto")]
     stereo: Option<Passes>,
+}
+
+/// Which views of impostors are shown.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum ImpostorViews {
+    /// Those around the eye
+    Blended,
+    /// The nearest alone
+    Nearest,
 }
 
 /// In how many passes both eyes are drawn.
@@ -73,6 +89,14 @@ pub fn run(args: &super::Args) -> Result<Figures> {
     let (playing, swaying) = (!asked.paused, asked.moving);
     let mut bench = FrameBench { width, height, samples, playing, swaying, stereo, pose, ..FrameBench::default() };
     asked.acting.apply(&mut bench.actors);
+    if let Some(frames) = args.walk.frames {
+        (bench.frames, bench.warm_up) = (frames, bench.warm_up.min(frames));
+    }
+    bench.impostors.shadows = !asked.no_impostor_shadows;
+    bench.impostors.views = match asked.impostors {
+        ImpostorViews::Blended => Views::Blended,
+        ImpostorViews::Nearest => Views::Nearest,
+    };
     let empty = frame_times(None, bench)?;
     for _ in 0..args.runs {
         let times = frame_times(Some(folder), bench)?;

@@ -15,9 +15,9 @@ pub struct Args {
     /// For walk: a point of the way that the eye goes around; give several [default: around the first room]
     #[arg(long, value_name = "X,Y,Z", value_parser = values::point, allow_hyphen_values = true)]
     path: Vec<Vec3>,
-    /// For walk: frames of a walk
-    #[arg(long, value_name = "N", default_value_t = WalkBench::default().frames, value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    frames: u32,
+    /// For walk: frames of a walk [default: 120]; for frame: frames that are counted [default: 100]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub frames: Option<u32>,
     /// For walk: objects below so many pixels are left out by contribution culling
     #[arg(long, value_name = "PX", default_value_t = WalkBench::default().threshold_px, value_parser = values::pixels)]
     threshold_px: f32,
@@ -47,7 +47,7 @@ pub fn run(args: &super::Args) -> Result<Figures> {
     drop(bundle);
     let bench = WalkBench {
         path,
-        frames: asked.frames,
+        frames: asked.frames.unwrap_or(WalkBench::default().frames),
         rounds: u32::from(args.runs),
         threshold_px: asked.threshold_px,
         plain: asked.plain,

@@ -1,6 +1,6 @@
 //! `--animation`: a model that moves, frame after frame, as a film or as a vertex cache.
 
-use super::engine::{self, Engine, Question, ask};
+use super::engine::{Engine, Question, ask};
 use super::found::{Found, lit_colors, vertex_albedo};
 use super::scene::Scene;
 use super::{Args, Moving, Phases};
@@ -84,7 +84,8 @@ pub fn run(
     let Lighting { sphere, radiance } = lighting;
     let question = Question { scene: &scene, sphere, radiance, bent: args.bent, matrix: false };
     #[cfg(feature = "gpu")]
-    let gpu = engine::gpu(args, rest.positions.len() as u64 * u64::from(args.frames) * sphere.directions().len() as u64 / 2)?;
+    let gpu =
+        super::engine::gpu(args, rest.positions.len() as u64 * u64::from(args.frames) * sphere.directions().len() as u64 / 2)?;
     #[cfg(feature = "gpu")]
     let (found, engine) = match gpu {
         Some((mut backend, device)) => {
