@@ -31,6 +31,30 @@ pub struct Loaded {
 pub struct Kind {
     /// With its texels.
     pub impostor: Impostor,
+    /// Of its views: right, up, and towards the view.
+    axes: Vec<[Vec3; 3]>,
+}
+
+impl Kind {
+    /// An impostor, ready to be asked for its views.
+    #[must_use]
+    pub fn new(impostor: Impostor) -> Self {
+        let axes = impostor.info.view_axes().collect();
+        Self { impostor, axes }
+    }
+
+    /// What it is.
+    #[must_use]
+    pub fn info(&self) -> &ImpostorInfo {
+        &self.impostor.info
+    }
+
+    /// The view nearest to a direction from the model's middle, and that one's own.
+    #[must_use]
+    pub fn nearest(&self, toward: Vec3) -> (u32, Vec3) {
+        let views = self.axes.iter().zip(0..).map(|([_, _, own], view)| (view, *own));
+        views.max_by(|a, b| a.1.dot(toward).total_cmp(&b.1.dot(toward))).unwrap_or((0, Vec3::Z))
+    }
 }
 
 /// Reads them all; what fails is told, and the others are there.
@@ -45,7 +69,7 @@ pub fn run(bundle: &BundleReader) -> Loaded {
             Ok(impostor) => {
                 let kind = loaded.kinds.len();
                 loaded.people.extend(people(&impostor.info, actor, kind));
-                loaded.kinds.push(Arc::new(Kind { impostor }));
+                loaded.kinds.push(Arc::new(Kind::new(impostor)));
             }
             Err(what) => loaded.failures.push(format!("the actor {} is missing: {what}", actor.display_name())),
         }

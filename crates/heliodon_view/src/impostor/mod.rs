@@ -29,7 +29,7 @@ use bevy::render::{Render, RenderApp, RenderSystems};
 use glam::Affine3A;
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::grid::{AXES, AmbientCube, Grid};
-use heliodon_bundle::impostor::{Impostor, ImpostorInfo};
+use heliodon_bundle::impostor::{Choice, Impostor};
 use heliodon_bundle::moment::Moment;
 use heliodon_math::sh;
 use load::Loaded;
@@ -118,7 +118,7 @@ pub struct Person {
 impl Impostors {
     /// Puts people on the stage beside the bundle's own, until another bundle is opened: one on each course, all with the impostor's first clip.
     pub fn add(&mut self, impostor: Impostor, courses: Vec<Course>) {
-        self.added.push((Arc::new(Kind { impostor }), courses));
+        self.added.push((Arc::new(Kind::new(impostor)), courses));
     }
 
     /// Whether all of the bundle's impostors are there.
@@ -271,12 +271,11 @@ fn arrange(
     let shadow = if high { moment.sun_direction } else { Vec3::Y };
     let light = Light { moment, grid: grid.as_ref(), exposure, shadow };
     let seconds = actors.seconds as f32;
-    let infos: Vec<&ImpostorInfo> = kinds.iter().map(|kind| &kind.impostor.info).collect();
     let placed: Vec<PersonUniform> =
-        people.par_iter().with_min_len(32).map(|person| person.at(seconds, infos[person.kind], &light)).collect();
+        people.par_iter().with_min_len(32).map(|person| person.at(seconds, &kinds[person.kind], &light)).collect();
     let mut heads = heads(cameras.iter().filter(|(_, camera, ..)| camera.is_active));
     for head in &mut heads {
-        head.look(people, &placed, &infos, options.views);
+        head.look(people, &placed, kinds, options.views);
     }
     let sun = if now.has_sun { moment.shading.sun_irradiance * exposure } else { Vec3::ZERO };
     *told = Told {
@@ -324,7 +323,8 @@ impl Person {
     }
 
     /// Where it is at a time, and in what light.
-    fn at(&self, seconds: f32, info: &ImpostorInfo, light: &Light) -> PersonUniform {
+    fn at(&self, seconds: f32, kind: &Kind, light: &Light) -> PersonUniform {
+        let info = kind.info();
         let stands: Affine3A = self.course.at(seconds + self.ahead_s);
         let [low, high] = info.heights_m;
         let middle = stands.transform_point3(info.middle() * self.scale);
@@ -342,13 +342,12 @@ impl Person {
             *side = (lit * light.exposure).extend(sun);
         }
         let to_model = |v: Vec3| Vec3::new(forward.z * v.x - forward.x * v.z, v.y, forward.x * v.x + forward.z * v.z);
-        let view = info.nearest(to_model(light.shadow)).views[0];
+        let (view, toward) = kind.nearest(to_model(light.shadow));
         let upward =
             |toward: Vec3| 0.5 * (high - low) * (1.0 - toward.y * toward.y).max(0.0).sqrt() + info.around_m * toward.y.abs();
-        let of_view = info.view_axes().nth(view as usize).map_or(1.0, |[_, _, toward]| upward(toward));
         // to the ground beneath the feet, and a little on
         let reach = (self.scale * (high - low) + 0.5) / light.shadow.y.max(LEAST_RISE);
-        let shadow = Vec4::new(view as f32, of_view, upward(light.shadow), reach.min(LONGEST_M));
+        let shadow = Vec4::new(view as f32, upward(toward), upward(light.shadow), reach.min(LONGEST_M));
         PersonUniform {
             shadow,
             place: middle.extend(self.scale),
@@ -389,7 +388,7 @@ fn heads<'a>(cameras: impl Iterator<Item = (Entity, &'a Camera, &'a GlobalTransf
 
 impl Head {
     /// Chooses views of everybody, from the farthest on.
-    fn look(&mut self, people: &[Person], placed: &[PersonUniform], infos: &[&ImpostorInfo], views: Views) {
+    fn look(&mut self, people: &[Person], placed: &[PersonUniform], kinds: &[Arc<Kind>], views: Views) {
         let mut far: Vec<(f32, u32)> =
             placed.iter().zip(0..).map(|(person, i)| (person.place.truncate().distance_squared(self.place), i)).collect();
         far.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
@@ -398,10 +397,10 @@ impl Head {
             let to_eye = self.place - at.place.truncate();
             let (sin, cos) = (at.turn.x, at.turn.y);
             let toward = Vec3::new(cos * to_eye.x - sin * to_eye.z, to_eye.y, sin * to_eye.x + cos * to_eye.z);
-            let info = infos[person.kind];
+            let kind = &kinds[person.kind];
             let choice = match views {
-                Views::Blended => info.choose(toward),
-                Views::Nearest => info.nearest(toward),
+                Views::Blended => kind.info().choose(toward),
+                Views::Nearest => Choice { views: [kind.nearest(toward).0; 4], weights: [1.0, 0.0, 0.0, 0.0] },
             };
             let next = self.order.len() as u32;
             self.order.push(SeenUniform::new(number, &choice));
@@ -416,7 +415,8 @@ impl Head {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use heliodon_bundle::impostor::{ImpostorClip, Ring};
+    use heliodon_bundle::impostor::{ImpostorClip, ImpostorInfo, Ring};
+    use heliodon_image::ktx2::{Ktx2, TexelFormat};
 
     fn info() -> ImpostorInfo {
         ImpostorInfo {
@@ -447,15 +447,16 @@ mod tests {
         // who looks from the middle between both eyes sees what they see
         assert_eq!(heads.len(), 1);
         assert_eq!(heads[0].cameras.len(), 3);
-        let info = info();
+        let texture = Ktx2 { format: TexelFormat::Bc7, width: 16, height: 32, layers: 16, levels: Vec::new() };
+        let kind = Arc::new(Kind::new(Impostor { info: info(), texture }));
         let people: Vec<Person> =
             [3.0, 9.0, 6.0].map(|z| Person::alone(0, Course::stands(Vec3::new(0.0, 0.0, -z), 0.0))).to_vec();
         let placed: Vec<PersonUniform> = [3.0, 9.0, 6.0]
             .map(|z| PersonUniform { place: Vec4::new(0.0, 0.9, -z, 1.0), turn: Vec4::new(0.0, 1.0, 0.0, 0.0), ..default() })
             .to_vec();
-        heads[0].look(&people, &placed, &[&info], Views::Nearest);
+        heads[0].look(&people, &placed, std::slice::from_ref(&kind), Views::Nearest);
         // before all of them: the view from +Z, which is the first
-        let front = info.nearest(Vec3::Z);
+        let front = kind.info().nearest(Vec3::Z);
         let wanted: Vec<SeenUniform> = [1, 2, 0].map(|person| SeenUniform::new(person, &front)).to_vec();
         assert_eq!(heads[0].order, wanted);
         assert_eq!(heads[0].runs, [(0, 0..3)]);

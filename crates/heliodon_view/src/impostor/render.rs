@@ -80,6 +80,7 @@ struct CameraGpu {
     head: usize,
     /// Of shadows, and of people.
     pipelines: [CachedRenderPipelineId; 2],
+    uniform: Buffer,
     group: BindGroup,
 }
 
@@ -196,7 +197,7 @@ pub fn prepare(
         .collect();
     gpu.people = Some(people);
     gpu.shadows = frame.options.shadows;
-    gpu.cameras.clear();
+    let mut before = std::mem::take(&mut gpu.cameras);
     for (entity, main, camera, camera_3d, view, msaa, depth) in &cameras {
         let Some(head) = frame.heads.iter().position(|head| head.cameras.contains(&main.id())) else { continue };
         // Bevy gives depth its usages a frame after they are asked for.
@@ -214,13 +215,16 @@ pub fn prepare(
         let clip_from_world = view.clip_from_world.unwrap_or_else(|| view.clip_from_view * world_from_view.inverse());
         let uniform = CameraUniform::new(world_from_view, view.clip_from_view, clip_from_world, (at.as_vec2(), size.as_vec2()));
         let uniform = uniform.under(frame.sun.0, frame.sun.1, frame.shadow);
-        let contents = bytemuck::bytes_of(&uniform);
-        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
-        let uniform = device.create_buffer_with_data(&BufferInitDescriptor { label: Some("impostor_camera"), contents, usage });
+        let buffer = before.remove(&entity).map(|camera| camera.uniform).unwrap_or_else(|| {
+            let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+            let size = CAMERA_BYTES as u64;
+            device.create_buffer(&BufferDescriptor { label: Some("impostor_camera"), size, usage, mapped_at_creation: false })
+        });
+        queue.write_buffer(&buffer, 0, bytemuck::bytes_of(&uniform));
         let layout = cache.get_bind_group_layout(&layouts.camera[usize::from(samples > 1)]);
-        let entries = BindGroupEntries::sequential((uniform.as_entire_binding(), depth.view()));
+        let entries = BindGroupEntries::sequential((buffer.as_entire_binding(), depth.view()));
         let group = device.create_bind_group("impostor_camera", &layout, &entries);
-        gpu.cameras.insert(entity, CameraGpu { head, pipelines: found, group });
+        gpu.cameras.insert(entity, CameraGpu { head, pipelines: found, uniform: buffer, group });
     }
 }
 
