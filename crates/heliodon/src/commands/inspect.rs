@@ -2,8 +2,9 @@
 
 use crate::App;
 use crate::output::{count, counted};
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use heliodon_bundle::BundleReader;
+use heliodon_bundle::impostor::{Impostor, ImpostorInfo};
 use heliodon_bundle::inspect::{BundleSummary, SiteSummary};
 use heliodon_bundle::lineage::site_beside;
 use heliodon_bundle::manifest::MANIFEST_FILE_NAME;
@@ -14,13 +15,13 @@ use heliodon_mesh::import::{ImportOptions, ImportReport, read_reporting};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Tells what is in a mesh, a sky image, a picture, a site or a bundle.
+/// Tells what is in a mesh, a sky image, a picture, an impostor, a site or a bundle.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  heliodon inspect scan.ply\n  heliodon inspect sky/0657.hdr --json\n  heliodon inspect mysite/bundle --verify\n  heliodon inspect bundles/temple --site mysite --json"
 )]
 pub struct Args {
-    /// A mesh, an image, a site's folder or site.toml, or a bundle's folder
+    /// A mesh, an image, an impostor, a site's folder or site.toml, or a bundle's folder
     file: PathBuf,
     /// Read a bundle's files whole and compare their hashes
     #[arg(long)]
@@ -76,6 +77,7 @@ enum Summary {
     Mesh(MeshSummary),
     SkyImage(HdrSummary),
     Picture(PictureSummary),
+    Impostor(ImpostorInfo),
     Site(SiteSummary),
     Bundle(Box<BundleSummary>),
 }
@@ -90,6 +92,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
             let alpha = if picture.opaque { "opaque" } else { "with alpha" };
             format!("{} x {} pixels of 8 bits, {alpha}", picture.width, picture.height)
         }
+        Summary::Impostor(info) => describe_impostor(info),
         Summary::Site(site) => site.to_string(),
         Summary::Bundle(bundle) => bundle.to_string(),
     })
@@ -131,8 +134,37 @@ fn summarise(args: &Args) -> Result<Summary> {
             let opaque = image.pixels.iter().all(|pixel| pixel[3] == u8::MAX);
             Ok(Summary::Picture(PictureSummary { width: image.width, height: image.height, opaque }))
         }
+        "ktx2" => {
+            let name = path.display().to_string();
+            let bytes = std::fs::read(path).with_context(|| format!("cannot read {name}"))?;
+            Ok(Summary::Impostor(Impostor::info_of(&bytes, &name)?))
+        }
         _ => Ok(Summary::Mesh(summarise_mesh(path)?)),
     }
+}
+
+fn describe_impostor(info: &ImpostorInfo) -> String {
+    let ([width, height], views) = (info.frame_px, counted(u64::from(info.views()), "view", "views"));
+    let mut text = format!(
+        "{}: an impostor, {:.2} m high, {views}, frames of {width} x {height} texels, made for {} m and more\n",
+        info.name,
+        info.heights_m[1] - info.heights_m[0],
+        info.distance_m
+    );
+    for ring in &info.rings {
+        let around = if ring.is_closed() {
+            "all around".to_owned()
+        } else {
+            format!("from {} to {} degrees", ring.from_deg, ring.to_deg)
+        };
+        let views = counted(u64::from(ring.views), "view", "views");
+        text += &format!("from {} degrees above its middle: {views} {around}\n", ring.elevation_deg);
+    }
+    for clip in &info.clips {
+        let frames = counted(u64::from(clip.frames), "frame", "frames");
+        text += &format!("clip \"{}\": {frames}, {:.2} s\n", clip.name, clip.duration_s);
+    }
+    text
 }
 
 /// A site's folder, given it or its site.toml.

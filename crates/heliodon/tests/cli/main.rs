@@ -6,6 +6,7 @@ mod commands;
 mod detail;
 mod figures;
 mod first_site;
+mod impostor;
 mod key;
 mod lightmap;
 mod looks;
