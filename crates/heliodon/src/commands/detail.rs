@@ -239,7 +239,7 @@ fn describe(report: &DetailReport) -> String {
     };
     text += &format!("{edges}: steps across its edges are {:.2} and {:.2} times those inside\n", seam.u, seam.v);
     match &report.file {
-        Some(file) => text + &format!("Written to {}.\n", file.display()),
+        Some(file) => format!("{text}Written to {}.\n", file.display()),
         None => text,
     }
 }

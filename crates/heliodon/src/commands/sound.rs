@@ -191,7 +191,7 @@ fn describe(report: &SoundReport) -> String {
         text += &format!("{} parts of it could not be decoded\n", report.damaged);
     }
     match &report.file {
-        Some(file) => text + &format!("Written to {}.\n", file.display()),
+        Some(file) => format!("{text}Written to {}.\n", file.display()),
         None => text,
     }
 }
