@@ -368,7 +368,7 @@ mod tests {
             |info| info.radius_m = f32::NAN,
             |info| info.rings.clear(),
             |info| info.rings.swap(0, 1),
-            |info| drop(info.windows_m.pop()),
+            |info| info.windows_m.truncate(3),
             |info| info.frame_px = [15, 32],
             |info| info.clips[1].first = 2,
             |info| info.grid = [1, 2],

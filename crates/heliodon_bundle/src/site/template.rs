@@ -194,7 +194,10 @@ fn write_matte(w: &mut Writer, matte: &Matte) {
 
 fn write_actor(w: &mut Writer, actor: &Actor) {
     w.line("\n[[actor]]  # a figure that stands or walks, lit by the place where it is");
-    w.set("file", &actor.file, "ply, obj, gltf, glb or stl");
+    w.set("file", &actor.file, "ply, obj, gltf, glb or stl; or an impostor, .impostor.ktx2");
+    w.optional("count", &actor.count, &1, "of an impostor: how many there are");
+    w.optional("spread_m", &actor.spread_m, &0.0, "how far off the place or to the sides of the path they are");
+    w.optional("seed", &actor.seed, &0, "scatters them in another way");
     w.absent("name", actor.name.as_ref(), "\"walker\"", "default: from the file's name");
     w.absent("cache", actor.cache.as_ref(), "\"cloth.pc2\"", "a vertex cache for the file's vertices");
     w.absent("cache_frames_per_s", actor.cache_frames_per_s.as_ref(), "25.0", "of the cache, whose file does not say");

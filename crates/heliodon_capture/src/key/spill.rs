@@ -18,13 +18,16 @@ pub(super) struct Spill {
 /// Weights of red, green and blue in brightness, for what replaces spill.
 const BRIGHTNESS: Rgb = [0.2126, 0.7152, 0.0722];
 
+/// The part of a screen's largest component from which green counts as much as that.
+const NEARLY: f32 = 0.85;
+
 impl Spill {
     pub fn new(screen: &Screen, wedge: Wedge, amount: f32, grey: f32) -> Self {
         let limited = match screen.kind {
             ScreenKind::Blue => Some([2, 0, 1]),
             ScreenKind::Green => Some([1, 0, 2]),
-            // before a yellow wall green is no more than it should be, either
-            ScreenKind::Other if screen.color[1] >= screen.color[0].max(screen.color[2]) => Some([1, 0, 2]),
+            // before a yellow wall green is no more than it should be, either: what a codec leaves of its colour has its red and its green apart
+            ScreenKind::Other if screen.color[1] >= NEARLY * screen.color[0].max(screen.color[2]) => Some([1, 0, 2]),
             ScreenKind::Other => None,
         };
         Self { wedge, amount, grey, limited }
