@@ -41,10 +41,15 @@ struct Stage {
 
 impl Stage {
     fn new() -> Self {
+        Self::sampled(1)
+    }
+
+    /// With so many samples along each side of a pixel.
+    fn sampled(samples: u32) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let bundle = folder.path().join("court");
         common::Court { shafts: (1, 1), sun_steps: 4, sky_columns: 64, ..common::Court::small() }.write(&bundle).unwrap();
-        let renderer = Renderer::new(&bundle, SIZE[0] as u32, SIZE[1] as u32, RenderOptions { samples: 1 }).unwrap();
+        let renderer = Renderer::new(&bundle, SIZE[0] as u32, SIZE[1] as u32, RenderOptions { samples }).unwrap();
         let day = Day::new(BundleReader::open(&bundle).unwrap().lapse().clone());
         let (first, last) = day.span_seconds();
         let clock_s = 0.5 * (first + last);
@@ -302,8 +307,8 @@ fn shown(image: &HdrImage, exposure: f32) -> Vec<[u8; 3]> {
 #[test]
 fn an_impostor_stands_in_the_light_as_its_model_does() {
     let model = walker();
-    // as far as its eye here, and as many pixels
-    let distance_m = EYE.distance(TARGET);
+    let eye = TARGET + Vec3::new(1.2, 1.9, 3.4);
+    let distance_m = eye.distance(TARGET);
     let px_per_radian = 0.5 * SIZE[1] as f32 / 30f32.to_radians().tan();
     let params = CaptureParams {
         distance_m,
@@ -315,12 +320,17 @@ fn an_impostor_stands_in_the_light_as_its_model_does() {
     };
     let impostor = capture(&model, "walker", &params, &|_| ()).unwrap();
     let course = || Course::stands(TARGET, 0.7);
-    let empty = Stage::new().picture();
-    let mut stage = Stage::new();
+    let near = || {
+        let mut stage = Stage::sampled(3);
+        stage.shot.pose = Pose::looking(eye, TARGET + Vec3::Y * 0.7);
+        stage
+    };
+    let empty = near().picture();
+    let mut stage = near();
     stage.actors().options.directions = Directions::Fixed(3);
     stage.add(model, course());
     let real = stage.picture();
-    let mut stage = Stage::new();
+    let mut stage = near();
     stage.renderer.app_mut().world_mut().resource_mut::<Impostors>().add(impostor, vec![course()]);
     let image = stage.picture();
     assert_eq!(stage.picture().pixels, image.pixels, "a picture depends on its shot alone");
@@ -329,7 +339,7 @@ fn an_impostor_stands_in_the_light_as_its_model_does() {
     let flip = |a: &HdrImage, b: &HdrImage| mean_flip(&shown(a, exposure), &shown(b, exposure), width, height);
     let (of_image, of_nobody) = (flip(&real, &image), flip(&real, &empty));
     println!("FLIP of the impostor {of_image:.4}, of nobody {of_nobody:.4}");
-    assert!(of_image < 0.25 * of_nobody, "{of_image} against {of_nobody}");
+    assert!(of_image < 0.5 * of_nobody, "{of_image} against {of_nobody}");
     // its shadow lies where the model's does
     let darker = |image: &HdrImage| -> Vec<bool> {
         image

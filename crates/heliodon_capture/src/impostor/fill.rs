@@ -12,12 +12,15 @@ pub struct Counted<'a, const N: usize> {
     pub counts: &'a [f32],
 }
 
+/// Sides, and what its texels add up to, with how much of that counts.
+type Summed<const N: usize> = ([usize; 2], Vec<([Vec4; N], f32)>);
+
 /// Divides by what counts, and puts into what does not count the mean of what does around it: of the smallest square of 2, 4, 8 … texels of a side that has any (S. Gortler and others,
 /// "The Lumigraph", SIGGRAPH 1996, section 3.4: pull and push).
 pub fn fill<const N: usize>(Counted { size, numbers, counts }: Counted<'_, N>) {
     /// Less than this of a texel says nothing.
     const LEAST: f32 = 1.0 / 512.0;
-    let mut levels: Vec<([usize; 2], Vec<([Vec4; N], f32)>)> = Vec::new();
+    let mut levels: Vec<Summed<N>> = Vec::new();
     levels.push((size, numbers.iter().copied().zip(counts.iter().copied()).collect()));
     while let Some(([width, height], finer)) = levels.last().filter(|(size, _)| size[0] > 1 || size[1] > 1) {
         let half = [width.div_ceil(2), height.div_ceil(2)];

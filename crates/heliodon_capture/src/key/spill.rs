@@ -27,7 +27,9 @@ impl Spill {
             ScreenKind::Blue => Some([2, 0, 1]),
             ScreenKind::Green => Some([1, 0, 2]),
             // before a yellow wall green is no more than it should be, either: what a codec leaves of its colour has its red and its green apart
-            ScreenKind::Other if screen.color[1] >= NEARLY * screen.color[0].max(screen.color[2]) => Some([1, 0, 2]),
+            ScreenKind::Other if f32::from(screen.color[1]) >= NEARLY * f32::from(screen.color[0].max(screen.color[2])) => {
+                Some([1, 0, 2])
+            }
             ScreenKind::Other => None,
         };
         Self { wedge, amount, grey, limited }
