@@ -49,7 +49,7 @@ fn a_ball_is_as_round_from_everywhere() {
     let params = CaptureParams {
         frame_px: Some([64, 64]),
         quality: Bc7Quality::Usual,
-        ..quick(vec![Ring::around(0.0, 16), Ring::around(60.0, 8)])
+        ..quick(vec![Ring::around(0.0, 16), Ring::around(40.0, 12), Ring::around(80.0, 8)])
     };
     let look = Look::new(&captured(&still_ball(0.5), &params));
     assert!((look.info().radius_m - 0.5).abs() < 0.01 && look.info().middle().abs_diff_eq(Vec3::Y, 1e-3));
@@ -68,17 +68,17 @@ fn a_ball_is_as_round_from_everywhere() {
             // well within the silhouette place and normal are the ball's
             if Vec2::new(i as f32, j as f32).length() * step < 0.4 {
                 texels += 1.0;
-                assert!(seen.cover > 0.8, "{elevation} {azimuth}: {seen:?}");
+                assert!(seen.cover > 0.7, "{elevation} {azimuth}: {seen:?}");
                 let from_middle = seen.place - look.info().middle();
-                assert!((from_middle.length() - 0.5).abs() < 0.02, "{elevation} {azimuth}: {from_middle}");
-                assert!(seen.normal.dot(from_middle.normalize_or_zero()) > 0.98, "{elevation} {azimuth}: {seen:?}");
+                assert!((from_middle.length() - 0.5).abs() < 0.03, "{elevation} {azimuth}: {from_middle}");
+                assert!(seen.normal.dot(from_middle.normalize_or_zero()) > 0.96, "{elevation} {azimuth}: {seen:?}");
                 assert!(seen.albedo.abs_diff_eq(Mesh::UNSAID_ALBEDO, 0.03) && seen.openness > 0.97, "{seen:?}");
             }
         }
-        // from 6 m the silhouette of a ball of 0.5 is a little larger than it
+        // between views edges are covered by some of them only; from 6 m the silhouette of a ball of 0.5 is a little larger than it
         let area = covered * step * step;
         let wanted = std::f32::consts::PI * 0.25 / (1.0 - 0.25 / 36.0);
-        assert!(texels > 1000.0 && (area / wanted - 1.0).abs() < 0.05, "{elevation} {azimuth}: {area} for {wanted}");
+        assert!(texels > 1000.0 && (area / wanted - 1.0).abs() < 0.07, "{elevation} {azimuth}: {area} for {wanted}");
     }
 }
 

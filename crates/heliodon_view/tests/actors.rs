@@ -339,7 +339,8 @@ fn an_impostor_stands_in_the_light_as_its_model_does() {
     let flip = |a: &HdrImage, b: &HdrImage| mean_flip(&shown(a, exposure), &shown(b, exposure), width, height);
     let (of_image, of_nobody) = (flip(&real, &image), flip(&real, &empty));
     println!("FLIP of the impostor {of_image:.4}, of nobody {of_nobody:.4}");
-    assert!(of_image < 0.5 * of_nobody, "{of_image} against {of_nobody}");
+    // thin bones of half a pixel each: what is not the same is what lights them, rays for each vertex there and six sides here
+    assert!(of_image < 0.02 && of_image < 0.8 * of_nobody, "{of_image} against {of_nobody}");
     // its shadow lies where the model's does
     let darker = |image: &HdrImage| -> Vec<bool> {
         image
