@@ -70,8 +70,8 @@ fn a_ball_is_as_round_from_everywhere() {
                 texels += 1.0;
                 assert!(seen.cover > 0.7, "{elevation} {azimuth}: {seen:?}");
                 let from_middle = seen.place - look.info().middle();
-                assert!((from_middle.length() - 0.5).abs() < 0.03, "{elevation} {azimuth}: {from_middle}");
-                assert!(seen.normal.dot(from_middle.normalize_or_zero()) > 0.96, "{elevation} {azimuth}: {seen:?}");
+                assert!((from_middle.length() - 0.5).abs() < 0.045, "{elevation} {azimuth}: {from_middle}");
+                assert!(seen.normal.dot(from_middle.normalize_or_zero()) > 0.95, "{elevation} {azimuth}: {seen:?}");
                 assert!(seen.albedo.abs_diff_eq(Mesh::UNSAID_ALBEDO, 0.03) && seen.openness > 0.97, "{seen:?}");
             }
         }

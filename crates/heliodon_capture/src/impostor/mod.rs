@@ -1,7 +1,7 @@
 //! Models captured from many sides: [`heliodon_bundle::impostor`] says what comes of it.
 //!
 //! Each view is a parallel projection, drawn with many samples a texel and averaged: albedo, normals and depths over what is covered, and how much that is. Beyond it
-//! they go on ([`fill`]), so that no background is ever mixed in. A view's window is as small as all of its frames allow.
+//! they go on, so that no background is ever mixed in. A view's window is as small as all of its frames allow.
 
 mod fill;
 mod fit;
