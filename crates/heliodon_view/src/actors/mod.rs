@@ -17,6 +17,7 @@ use crate::daylight::DaylightCamera;
 use crate::daylight::layout::octahedral;
 use crate::lamps::Lamps;
 use crate::stage::Stage;
+use crate::stage::background::Background;
 use crate::stage::frame::StageFrame;
 use crate::time_lapse::{Now, SettleMoment};
 use bevy::camera::Camera;
@@ -40,9 +41,8 @@ use levels::Directions;
 use load::Loaded;
 use render::{ActorsFrame, ActorsGpu, Look, OnGpu, Shown};
 use shade::Caster;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use sun_field::SunField;
 
@@ -60,7 +60,7 @@ pub struct Actors {
     /// How they are lit.
     pub options: ActorsOptions,
     stage: u64,
-    loading: Option<Mutex<Receiver<Loaded>>>,
+    loading: Option<Background<Loaded>>,
     /// Added by the app, not yet on the stage.
     added: Vec<(Person, Look)>,
     people: Vec<Person>,
@@ -171,6 +171,11 @@ impl Actors {
     pub fn told(&self) -> Told {
         self.told
     }
+
+    /// What the monument leaves of the light where anybody is.
+    pub(crate) fn grid(&self) -> Option<&Grid> {
+        self.grid.as_ref()
+    }
 }
 
 /// Moves, lights and draws actors.
@@ -215,11 +220,8 @@ fn follow_stage(stage: Res<Stage>, mut actors: ResMut<Actors>, mut frame: ResMut
         *frame = ActorsFrame { serial: frame.serial + 1, ..default() };
         let acts = |bundle: &&Arc<BundleReader>| !bundle.actors().is_empty() || bundle.manifest().grid.is_some();
         if let Some(bundle) = stage.bundle().filter(acts) {
-            let (to_stage, loaded) = channel();
-            actors.loading = Some(Mutex::new(loaded));
             let bundle = Arc::clone(bundle);
-            // The stage may have gone to another bundle: then nobody wants to know.
-            std::thread::spawn(move || to_stage.send(load::run(&bundle)).ok());
+            actors.loading = Some(Background::start(move || load::run(&bundle)));
         }
     }
     if !actors.added.is_empty() && actors.loading.is_none() {
@@ -230,14 +232,9 @@ fn follow_stage(stage: Res<Stage>, mut actors: ResMut<Actors>, mut frame: ResMut
         }
         *frame = ActorsFrame { serial: frame.serial + 1, looks: looks.into(), shown: Arc::default() };
     }
-    let Some(loading) = &actors.loading else { return };
-    let loaded = match loading.lock().unwrap_or_else(PoisonError::into_inner).try_recv() {
-        Ok(loaded) => loaded,
-        Err(TryRecvError::Empty) => return,
-        Err(TryRecvError::Disconnected) => {
-            Loaded { failures: vec!["the actors' loading thread broke off".to_owned()], ..default() }
-        }
-    };
+    let Some(loaded) = actors.loading.as_ref().and_then(Background::take) else { return };
+    let loaded =
+        loaded.unwrap_or_else(|_| Loaded { failures: vec!["the actors' loading thread broke off".to_owned()], ..default() });
     loaded.failures.iter().for_each(|failure| warn!("{failure}"));
     actors.loading = None;
     (actors.people, actors.grid) = (loaded.people, loaded.grid);

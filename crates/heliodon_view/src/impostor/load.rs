@@ -4,7 +4,6 @@ use super::Person;
 use crate::actors::course::Course;
 use bevy::math::{DVec3, Vec3};
 use heliodon_bundle::BundleReader;
-use heliodon_bundle::grid::Grid;
 use heliodon_bundle::impostor::{Impostor, ImpostorInfo};
 use heliodon_bundle::site::Actor;
 use heliodon_math::random::Pcg32;
@@ -20,8 +19,6 @@ pub struct Loaded {
     pub kinds: Vec<Arc<Kind>>,
     /// All of them.
     pub people: Vec<Person>,
-    /// What the monument leaves of the light where they are.
-    pub grid: Option<Grid>,
     /// What could not be read, and why.
     pub failures: Vec<String>,
 }
@@ -60,10 +57,6 @@ impl Kind {
 /// Reads them all; what fails is told, and the others are there.
 pub fn run(bundle: &BundleReader) -> Loaded {
     let mut loaded = Loaded::default();
-    match bundle.read_grid() {
-        Ok(grid) => loaded.grid = grid,
-        Err(error) => loaded.failures.push(format!("impostors stand in the open: {error}")),
-    }
     for actor in bundle.actors().iter().filter(|actor| actor.is_impostor()) {
         match read(bundle, actor) {
             Ok(impostor) => {

@@ -17,6 +17,7 @@ use crate::actors::Actors;
 use crate::actors::course::Course;
 use crate::daylight::{DaylightCamera, StereoPair};
 use crate::stage::Stage;
+use crate::stage::background::Background;
 use crate::stage::frame::StageFrame;
 use crate::time_lapse::{Now, SettleMoment};
 use bevy::camera::{Camera, Camera3d};
@@ -35,8 +36,7 @@ use heliodon_math::sh;
 use load::Loaded;
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 use uniform::{PersonUniform, SeenUniform};
 use wgpu::TextureUsages;
@@ -50,12 +50,11 @@ pub struct Impostors {
     /// How they are shown.
     pub options: ImpostorOptions,
     stage: u64,
-    loading: Option<Mutex<Receiver<Loaded>>>,
+    loading: Option<Background<Loaded>>,
     /// Added by the app, not yet on the stage.
     added: Vec<(Arc<Kind>, Vec<Course>)>,
     kinds: Vec<Arc<Kind>>,
     people: Vec<Person>,
-    grid: Option<Grid>,
     told: Told,
 }
 
@@ -222,11 +221,8 @@ fn follow_stage(stage: Res<Stage>, mut impostors: ResMut<Impostors>, mut frame: 
         *frame = ImpostorsFrame { serial: frame.serial + 1, ..default() };
         let has_any = |bundle: &&Arc<BundleReader>| bundle.actors().iter().any(|actor| actor.is_impostor());
         if let Some(bundle) = stage.bundle().filter(has_any) {
-            let (to_stage, loaded) = channel();
-            impostors.loading = Some(Mutex::new(loaded));
             let bundle = Arc::clone(bundle);
-            // The stage may have gone to another bundle: then nobody wants to know.
-            std::thread::spawn(move || to_stage.send(load::run(&bundle)).ok());
+            impostors.loading = Some(Background::start(move || load::run(&bundle)));
         }
     }
     if !impostors.added.is_empty() && impostors.loading.is_none() {
@@ -237,17 +233,12 @@ fn follow_stage(stage: Res<Stage>, mut impostors: ResMut<Impostors>, mut frame: 
         }
         *frame = ImpostorsFrame { serial: frame.serial + 1, kinds: impostors.kinds.clone().into(), ..default() };
     }
-    let Some(loading) = &impostors.loading else { return };
-    let loaded = match loading.lock().unwrap_or_else(PoisonError::into_inner).try_recv() {
-        Ok(loaded) => loaded,
-        Err(TryRecvError::Empty) => return,
-        Err(TryRecvError::Disconnected) => {
-            Loaded { failures: vec!["the impostors' loading thread broke off".to_owned()], ..default() }
-        }
-    };
+    let Some(loaded) = impostors.loading.as_ref().and_then(Background::take) else { return };
+    let loaded =
+        loaded.unwrap_or_else(|_| Loaded { failures: vec!["the impostors' loading thread broke off".to_owned()], ..default() });
     loaded.failures.iter().for_each(|failure| warn!("{failure}"));
     impostors.loading = None;
-    (impostors.kinds, impostors.people, impostors.grid) = (loaded.kinds, loaded.people, loaded.grid);
+    (impostors.kinds, impostors.people) = (loaded.kinds, loaded.people);
     *frame = ImpostorsFrame { serial: frame.serial + 1, kinds: impostors.kinds.clone().into(), ..default() };
 }
 
@@ -265,11 +256,11 @@ fn arrange(
         return;
     }
     let start = Instant::now();
-    let Impostors { options, kinds, people, grid, told, .. } = &mut *impostors;
+    let Impostors { options, kinds, people, told, .. } = &mut *impostors;
     let exposure = stage_frame.exposure_stops.exp2();
     let high = now.has_sun && moment.sun_direction.y > LEAST_RISE;
     let shadow = if high { moment.sun_direction } else { Vec3::Y };
-    let light = Light { moment, grid: grid.as_ref(), exposure, shadow };
+    let light = Light { moment, grid: actors.grid(), exposure, shadow };
     let seconds = actors.seconds as f32;
     let placed: Vec<PersonUniform> =
         people.par_iter().with_min_len(32).map(|person| person.at(seconds, &kinds[person.kind], &light)).collect();

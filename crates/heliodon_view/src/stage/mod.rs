@@ -1,5 +1,6 @@
 //! The stage: a bundle, loaded while it can already be seen.
 
+pub(crate) mod background;
 pub mod feed;
 pub mod frame;
 pub mod ground;
