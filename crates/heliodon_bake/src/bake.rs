@@ -276,7 +276,11 @@ fn write_bundle(
     for actor in actor_metas(&plan.files, actors) {
         writer.add_actor(&actor)?;
     }
-    plan.check_unchanged(|kind| matches!(kind, InputKind::Actor(_) | InputKind::ActorCache(_) | InputKind::ActorAlbedo(_)))?;
+    writer.add_living(plan.site.folder())?;
+    let copied = |kind| {
+        matches!(kind, InputKind::Actor(_) | InputKind::ActorCache(_) | InputKind::ActorAlbedo(_) | InputKind::Living)
+    };
+    plan.check_unchanged(copied)?;
     let mut lapse = sky.lapse;
     lapse.sun_bounce_basis =
         bounce.map(|bounce| SunBounceBasis { channels: layout.channels, functions: bounce.functions.clone() });

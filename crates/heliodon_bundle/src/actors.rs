@@ -1,6 +1,6 @@
-//! The actors' files in a bundle: copied into a folder of their own each, so that a bundle needs nothing of its site.
+//! The files of actors, films, sounds and scripts in a bundle: copied, so that a bundle needs nothing of its site.
 
-use crate::site::{Actor, Albedo};
+use crate::site::{Actor, Albedo, Living};
 use crate::storage::{HashedFile, StoredFile, WriteFault, io_fault};
 use crate::writer::WriteError;
 use std::fs::{self, File};
@@ -9,6 +9,9 @@ use std::path::{Path, PathBuf};
 
 /// The folder of a bundle that holds a folder for each actor.
 pub const ACTORS_FOLDER: &str = "actors";
+
+/// The folder of a bundle that holds films, sounds, scripts and texts, each with its path from the site's folder.
+pub const LIVING_FOLDER: &str = "living";
 
 /// A file of an actor: where it is, and its path in the actor's folder with `/` between folders.
 ///
@@ -63,6 +66,28 @@ pub(crate) fn copy_actor(folder: &Path, meta: &ActorMeta) -> Result<(Actor, Vec<
         ..meta.actor.clone()
     };
     Ok((actor, stored))
+}
+
+/// Copies what [`Living`] names from the site's folder below `folder`, and answers with it as the manifest has it and with what was copied.
+pub(crate) fn copy_living(folder: &Path, site: &Path, living: &Living) -> Result<(Living, Vec<StoredFile>), WriteError> {
+    let (mut taken, mut stored): (Living, Vec<StoredFile>) = (living.clone(), Vec::new());
+    let mut sources: Vec<(String, String)> = Vec::new();
+    for name in taken.files_mut() {
+        if let Some((_, path)) = sources.iter().find(|(source, _)| source == name) {
+            name.clone_from(path);
+            continue;
+        }
+        // what lies outside of the site's folder comes to lie in it
+        let within = if crate::reader::is_plain_path(name) { name.as_str() } else { name.rsplit(['/', '\\']).next().unwrap_or(name) };
+        let path = format!("{LIVING_FOLDER}/{within}");
+        if !crate::reader::is_plain_path(&path) || stored.iter().any(|known| known.path.eq_ignore_ascii_case(&path)) {
+            return Err(WriteError::Unfit(format!("`{name}` cannot be a file of a bundle beside the others; rename it")));
+        }
+        stored.push(copy(&site.join(&*name), folder, &path)?);
+        sources.push((name.clone(), path.clone()));
+        *name = path;
+    }
+    Ok((taken, stored))
 }
 
 fn in_bundle(actor: &str, file: &str) -> String {

@@ -28,9 +28,11 @@ use std::ops::Range;
 
 /// Version of the glTF profile.
 pub const PROFILE_VERSION: u32 = 1;
-/// The latest version of the bundle's manifest, which bundles with details have.
-pub const FORMAT_VERSION: u32 = 4;
-/// The version of those without, but with light in texels or a size for it in `[bake]`, weathering or mattes.
+/// The latest version of the bundle's manifest, which bundles have in which something happens: things, films, sounds, scripts.
+pub const FORMAT_VERSION: u32 = 5;
+/// The version of those without, but with details.
+pub const DETAIL_FORMAT_VERSION: u32 = 4;
+/// The version of those without that too, but with light in texels or a size for it in `[bake]`, weathering or mattes.
 pub const TEXEL_FORMAT_VERSION: u32 = 3;
 /// The version of those without that too, but with a light grid, actors, lamps or prepared geometry.
 pub const MOVING_FORMAT_VERSION: u32 = 2;

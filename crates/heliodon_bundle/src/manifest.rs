@@ -5,10 +5,10 @@
 use crate::chunk::LightLayout;
 use crate::detail::DetailInfo;
 use crate::grid::GridInfo;
-use crate::layout::{FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION};
+use crate::layout::{DETAIL_FORMAT_VERSION, FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION};
 use crate::lineage::Prepared;
 use crate::site::{
-    Actor, Bake, Display, Lamp, Matte, PartWeathering, Prepare, Role, Room, SiteFile, SiteInfo, Sky, Weathering,
+    Actor, Bake, Display, Lamp, Living, Matte, PartWeathering, Prepare, Role, Room, SiteFile, SiteInfo, Sky, Weathering,
 };
 use crate::storage::StoredFile;
 use crate::texels::TexelInfo;
@@ -37,6 +37,8 @@ pub struct BundleMeta {
     pub lamps: Vec<Lamp>,
     /// Polygons that hide what lies behind them, in the bundle's space.
     pub mattes: Vec<Matte>,
+    /// What happens, in the bundle's space; files are paths from the site's folder.
+    pub living: Living,
     /// The display that the site was prepared for.
     pub display: Display,
     /// The effective parameters of sky and bake.
@@ -66,6 +68,7 @@ impl BundleMeta {
             rooms: site.rooms.clone(),
             lamps: site.lamps.iter().map(|lamp| lamp.relative_to(site.site.origin)).collect(),
             mattes: site.mattes.iter().map(|matte| matte.relative_to(site.site.origin)).collect(),
+            living: site.living().relative_to(site.site.origin),
             display: site.display.clone(),
             parameters: Parameters::from_site(site),
             offset_m,
@@ -160,6 +163,9 @@ pub struct Manifest {
     /// have them, which programs that read no later version call malformed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub mattes: Vec<Matte>,
+    /// What happens, as the site has it, but in the bundle's space; files are paths within the bundle. From version 5 on.
+    #[serde(default, skip_serializing_if = "Living::is_empty")]
+    pub living: Living,
     /// Where a visitor's eyes can be.
     pub rooms: Vec<Room>,
     /// The display that the site was prepared for.
@@ -270,6 +276,7 @@ impl Manifest {
             actors: Vec::new(),
             lamps: meta.lamps.clone(),
             mattes: meta.mattes.clone(),
+            living: Living::default(),
             rooms: meta.rooms.clone(),
             display: meta.display.clone(),
             parameters: meta.parameters.clone(),
@@ -303,12 +310,15 @@ impl Manifest {
     /// The earliest version that has all of it: programs refuse a key that they do not know as malformed, a later version as what it is.
     fn least_version(&self) -> u32 {
         let parameters = &self.parameters;
+        let living = !self.living.is_empty() || self.actors.iter().any(|actor| actor.thing.is_some());
         let has_details = self.parts.iter().any(|part| part.detail.is_some());
         // `[bake]` says how large an atlas would be, even where no part is lit by texels
         let of_texels = self.texels.is_some() || parameters.bake.texels.is_some();
         let moving = self.grid.is_some() || !self.actors.is_empty() || !self.lamps.is_empty();
-        if has_details {
+        if living {
             FORMAT_VERSION
+        } else if has_details {
+            DETAIL_FORMAT_VERSION
         } else if of_texels || parameters.weathering.is_some() || !self.mattes.is_empty() {
             TEXEL_FORMAT_VERSION
         } else if moving || parameters.prepare.is_some() || self.prepared.is_some() {

@@ -1,6 +1,6 @@
 //! Writes a bundle, chunk by chunk.
 
-use crate::actors::{ActorMeta, copy_actor, folders_of};
+use crate::actors::{ActorMeta, copy_actor, copy_living, folders_of};
 use crate::chunk::{ChunkFault, LitChunk};
 use crate::detail::{DETAIL_FOLDER, DetailInfo};
 use crate::glb::{GlbBuilder, bounds};
@@ -293,6 +293,17 @@ impl BundleWriter {
         }
         let (actor, files) = copy_actor(self.staging.folder(), meta)?;
         self.manifest.actors.push(actor);
+        self.manifest.files.extend(files);
+        Ok(())
+    }
+
+    /// Adds what happens in the site, and copies its files from the site's folder into the bundle.
+    ///
+    /// # Errors
+    /// If two files have the same name, one has a name that a bundle cannot hold, or something cannot be read or written.
+    pub fn add_living(&mut self, site: &Path) -> Result<(), WriteError> {
+        let (living, files) = copy_living(self.staging.folder(), site, &self.meta.living)?;
+        self.manifest.living = living;
         self.manifest.files.extend(files);
         Ok(())
     }

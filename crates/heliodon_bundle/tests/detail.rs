@@ -5,7 +5,7 @@ mod common;
 
 use common::{MONO, chunk, lapse, meta};
 use heliodon_bundle::detail::DetailInfo;
-use heliodon_bundle::layout::FORMAT_VERSION;
+use heliodon_bundle::layout::DETAIL_FORMAT_VERSION;
 use heliodon_bundle::site::{Along, Detail, DetailMapping, DetailPattern, InputKind, Site};
 use heliodon_bundle::{BundleReader, BundleWriter};
 use heliodon_image::detail::DetailTexture;
@@ -101,7 +101,7 @@ fn a_detail_reads_back_and_parts_share_its_image() {
         writer.add_sky_map(path, b"unread").unwrap();
     }
     let manifest = writer.finish(&lapse(MONO)).unwrap();
-    assert_eq!(manifest.version, FORMAT_VERSION);
+    assert_eq!(manifest.version, DETAIL_FORMAT_VERSION);
     let of = |part: usize| manifest.parts[part].detail.clone().unwrap();
     assert_eq!(of(0), DetailInfo::new("detail/0.png".to_owned(), &near));
     assert_eq!((of(1).file.as_str(), of(1).near_m), ("detail/0.png", 30.0));

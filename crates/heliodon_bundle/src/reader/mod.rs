@@ -13,9 +13,9 @@ use crate::chunk::LitChunk;
 use crate::detail::DetailInfo;
 use crate::grid::{Grid, MAX_GRID_POINTS};
 use crate::lapse_check::check_lapse;
-use crate::layout::{FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION};
+use crate::layout::{DETAIL_FORMAT_VERSION, FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION};
 use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, Preamble};
-use crate::site::{Actor, Albedo, Lamp, check_actor, check_lamp, check_matte};
+use crate::site::{Actor, Albedo, Lamp, Living, check_actor, check_lamp, check_living, check_matte};
 use crate::storage::StoredFile;
 use crate::texels::{BOUNCE_FILE, SKY_FILE, SUN_FILE, Shapes, TexelFault, TexelLight, WEATHERING_FILE, is_shape};
 use error::{io_error, malformed};
@@ -197,6 +197,12 @@ impl BundleReader {
         &self.manifest.lamps
     }
 
+    /// What happens, with paths within the bundle's folder.
+    #[must_use]
+    pub fn living(&self) -> &Living {
+        &self.manifest.living
+    }
+
     /// The actors, with paths within the bundle's folder.
     #[must_use]
     pub fn actors(&self) -> &[Actor] {
@@ -373,7 +379,7 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
     for part in &manifest.parts {
         let Some(detail) = &part.detail else { continue };
         let wrong = |what: String| malformed(&path, format!("the detail of part `{}`: {what}", part.name));
-        if manifest.version < FORMAT_VERSION {
+        if manifest.version < DETAIL_FORMAT_VERSION {
             return Err(wrong(format!("version {} has none", manifest.version)));
         }
         if !is_there(&detail.file) {
@@ -403,6 +409,14 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
         }
         check_actor(actor).map_err(|what| malformed(&path, format!("actor `{}`: {what}", actor.display_name())))?;
     }
+    let living = !manifest.living.is_empty() || manifest.actors.iter().any(|actor| actor.thing.is_some());
+    if living && manifest.version < FORMAT_VERSION {
+        return Err(malformed(&path, format!("version {} has no things, films, sounds or scripts", manifest.version)));
+    }
+    if let Some(missing) = manifest.living.files().find(|name| !is_there(&(*name).to_owned())) {
+        return Err(malformed(&path, format!("`{missing}` is not among its files")));
+    }
+    check_living(&manifest.living).map_err(|what| malformed(&path, what))?;
     Ok(manifest)
 }
 

@@ -1,5 +1,6 @@
 //! `[[actor]]`: figures that walk or stand in the site and are lit each frame.
 
+use super::living::Thing;
 use super::types::{Albedo, UpAxis};
 use crate::impostor::IMPOSTOR_ENDING;
 use heliodon_math::random::Pcg32;
@@ -86,6 +87,9 @@ pub struct Actor {
     /// Albedo in place of whatever colours the file has: linear [r, g, b] in [0, 1], or an image for its texture coordinates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub albedo: Option<Albedo>,
+    /// What makes it a thing that can be touched and taken; without, it is somebody.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thing: Option<Thing>,
 }
 
 /// How a path goes on at its end.
@@ -158,6 +162,7 @@ impl Actor {
             up: UpAxis::Y,
             rotate_deg: [0.0; 3],
             albedo: None,
+            thing: None,
         }
     }
 

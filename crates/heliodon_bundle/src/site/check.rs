@@ -4,6 +4,7 @@ use super::actor::{Actor, CACHE_FRAMES_PER_S_RANGE, MAX_COUNT};
 use super::budget;
 use super::detail::{Detail, DetailMapping};
 use super::lamp::Lamp;
+use super::living_check::{check_living, check_things};
 use super::matte::Matte;
 use super::prepare::Prepare;
 use super::types::{Albedo, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part, Room, SiteFile, Sky};
@@ -59,6 +60,8 @@ pub(super) fn check(site: &SiteFile) -> Checked {
     for (i, matte) in site.mattes.iter().enumerate() {
         check_matte(&["matte", &i.to_string()], matte)?;
     }
+    check_living(&site.living())?;
+    check_things(site)?;
     for (name, mib) in [("bake_mib", site.budget.bake_mib), ("viewer_mib", site.budget.viewer_mib)] {
         let (least, most) = (*budget::MIB.start() as f64, *budget::MIB.end() as f64);
         within(&["budget", name], mib.map_or(least, |mib| mib as f64), least, most)?;
@@ -302,6 +305,9 @@ fn check_count(at: &[&str; 2], actor: &Actor) -> Checked {
     }
     for lane in &actor.lanes {
         finite(&key("lanes"), lane.as_flattened())?;
+    }
+    if actor.thing.is_some() && actor.count > 1 {
+        return fault(&key("count"), "things are one each", "write an [[actor]] for each");
     }
     if !actor.is_impostor() {
         if actor.count > 1 {

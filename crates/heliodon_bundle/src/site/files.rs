@@ -22,6 +22,8 @@ pub enum InputKind {
     ActorCache(usize),
     /// The albedo image of the actor with that index.
     ActorAlbedo(usize),
+    /// A film, sound, script or table of texts.
+    Living,
 }
 
 /// A file that a site names.
@@ -37,7 +39,7 @@ pub struct InputFile {
 
 impl Site {
     /// All files that the site names: geometry by part, each part's sorted by name, with its albedo image and its detail image after it; then the
-    /// probes, sorted by name; then each actor's model, vertex cache and albedo image. Files that these name in turn (materials, textures) are not among them.
+    /// probes, sorted by name; then each actor's model, vertex cache and albedo image; then films, sounds, scripts and texts. Files that these name in turn (materials, textures) are not among them.
     ///
     /// # Errors
     /// A file that is not there, or a pattern that nothing matches.
@@ -73,7 +75,32 @@ impl Site {
                 }
             }
         }
+        self.living_files(&mut files)?;
         Ok(files)
+    }
+
+    /// Films, sounds, scripts and texts.
+    fn living_files(&self, files: &mut Vec<InputFile>) -> Result<(), ConfigError> {
+        let mut named: Vec<(Vec<String>, &str)> = Vec::new();
+        for (i, film) in self.films.iter().enumerate() {
+            let at = |key: &str| ["film", &i.to_string(), key].map(str::to_owned).to_vec();
+            named.push((at("file"), &film.file));
+            named.extend(film.mask.as_deref().map(|mask| (at("mask"), mask)));
+        }
+        for (i, sound) in self.sounds.iter().enumerate() {
+            let at = ["sound", &i.to_string(), "file"].map(str::to_owned).to_vec();
+            named.extend(sound.file.as_deref().map(|file| (at, file)));
+        }
+        if let Some(story) = &self.story {
+            for (i, script) in story.scripts.iter().enumerate() {
+                named.push((["story", "scripts", &i.to_string()].map(str::to_owned).to_vec(), script));
+            }
+            named.extend(story.texts.as_deref().map(|texts| (["story", "texts"].map(str::to_owned).to_vec(), texts)));
+        }
+        for (at, name) in named {
+            self.expand_one(name, &at, InputKind::Living, files)?;
+        }
+        Ok(())
     }
 
     /// The files of one part's geometry, sorted by name.

@@ -9,6 +9,8 @@ mod check;
 mod detail;
 mod files;
 mod lamp;
+mod living;
+mod living_check;
 mod matte;
 mod placement;
 mod prepare;
@@ -26,6 +28,10 @@ pub use detail::{Along, DEFAULT_DETAIL_TEXELS, Detail, DetailMapping, DetailPatt
 pub use files::{InputFile, InputKind};
 pub use heliodon_math::unit::Unit;
 pub use lamp::Lamp;
+pub use living::{
+    Echo, Faces, Film, Living, Material, ParticleKind, Particles, Region, SoundSource, Story, Thing, View, Walls, Way,
+};
+pub(crate) use living_check::check_lone_living as check_living;
 pub use matte::{MAX_MATTE_CORNERS, Matte};
 pub use prepare::{Prepare, Winding};
 pub use types::{
@@ -43,7 +49,21 @@ use std::path::{Path, PathBuf};
 pub const SITE_FILE_NAME: &str = "site.toml";
 
 const KIND: Kind = Kind {
-    many_tables: &["part", "room", "actor", "light", "matte"],
+    many_tables: &[
+        "part",
+        "room",
+        "actor",
+        "light",
+        "matte",
+        "region",
+        "view",
+        "path",
+        "material",
+        "film",
+        "sound",
+        "echo",
+        "particles",
+    ],
     subject: "a site",
     reference: "schema/site.schema.json and `heliodon new` show what can be written",
     missing: &[

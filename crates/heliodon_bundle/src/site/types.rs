@@ -6,6 +6,7 @@ use super::actor::Actor;
 use super::budget::Budget;
 use super::detail::Detail;
 use super::lamp::Lamp;
+use super::living::{Echo, Film, Living, Material, Particles, Region, SoundSource, Story, View, Way};
 use super::matte::Matte;
 use super::prepare::Prepare;
 use super::values::{Date, ProbeTimes, TimeOfDay, UtcOffset};
@@ -52,6 +53,33 @@ pub struct SiteFile {
     /// Invisible polygons that hide what lies behind them.
     #[serde(rename = "matte", default, skip_serializing_if = "Vec::is_empty")]
     pub mattes: Vec<Matte>,
+    /// Boxes that visitors enter and leave.
+    #[serde(rename = "region", default, skip_serializing_if = "Vec::is_empty")]
+    pub regions: Vec<Region>,
+    /// Places to look from.
+    #[serde(rename = "view", default, skip_serializing_if = "Vec::is_empty")]
+    pub views: Vec<View>,
+    /// Ways that actors follow and visitors are shown.
+    #[serde(rename = "path", default, skip_serializing_if = "Vec::is_empty")]
+    pub paths: Vec<Way>,
+    /// What parts can be covered with while the site is visited.
+    #[serde(rename = "material", default, skip_serializing_if = "Vec::is_empty")]
+    pub materials: Vec<Material>,
+    /// Films.
+    #[serde(rename = "film", default, skip_serializing_if = "Vec::is_empty")]
+    pub films: Vec<Film>,
+    /// Sounds.
+    #[serde(rename = "sound", default, skip_serializing_if = "Vec::is_empty")]
+    pub sounds: Vec<SoundSource>,
+    /// Boxes with an echo.
+    #[serde(rename = "echo", default, skip_serializing_if = "Vec::is_empty")]
+    pub echoes: Vec<Echo>,
+    /// Fires, dust, smoke, sparks, water.
+    #[serde(rename = "particles", default, skip_serializing_if = "Vec::is_empty")]
+    pub particles: Vec<Particles>,
+    /// Scripts and their texts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub story: Option<Story>,
     /// How geometry is cleaned and reduced; without it, it is taken as it comes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prepare: Option<Prepare>,
@@ -64,6 +92,31 @@ pub struct SiteFile {
     /// The memory that there is.
     #[serde(default, skip_serializing_if = "Budget::is_empty")]
     pub budget: Budget,
+}
+
+impl SiteFile {
+    /// What happens in the site.
+    #[must_use]
+    pub fn living(&self) -> Living {
+        Living {
+            regions: self.regions.clone(),
+            views: self.views.clone(),
+            paths: self.paths.clone(),
+            materials: self.materials.clone(),
+            films: self.films.clone(),
+            sounds: self.sounds.clone(),
+            echoes: self.echoes.clone(),
+            particles: self.particles.clone(),
+            story: self.story.clone(),
+        }
+    }
+
+    /// Puts in what happens in the site.
+    pub fn set_living(&mut self, living: Living) {
+        let Living { regions, views, paths, materials, films, sounds, echoes, particles, story } = living;
+        (self.regions, self.views, self.paths, self.materials) = (regions, views, paths, materials);
+        (self.films, self.sounds, self.echoes, self.particles, self.story) = (films, sounds, echoes, particles, story);
+    }
 }
 
 /// `[site]`: what and where the site is.
