@@ -277,9 +277,8 @@ fn write_bundle(
         writer.add_actor(&actor)?;
     }
     writer.add_living(plan.site.folder())?;
-    let copied = |kind| {
-        matches!(kind, InputKind::Actor(_) | InputKind::ActorCache(_) | InputKind::ActorAlbedo(_) | InputKind::Living)
-    };
+    let copied =
+        |kind| matches!(kind, InputKind::Actor(_) | InputKind::ActorCache(_) | InputKind::ActorAlbedo(_) | InputKind::Living);
     plan.check_unchanged(copied)?;
     let mut lapse = sky.lapse;
     lapse.sun_bounce_basis =

@@ -78,7 +78,8 @@ pub(crate) fn copy_living(folder: &Path, site: &Path, living: &Living) -> Result
             continue;
         }
         // what lies outside of the site's folder comes to lie in it
-        let within = if crate::reader::is_plain_path(name) { name.as_str() } else { name.rsplit(['/', '\\']).next().unwrap_or(name) };
+        let within =
+            if crate::reader::is_plain_path(name) { name.as_str() } else { name.rsplit(['/', '\\']).next().unwrap_or(name) };
         let path = format!("{LIVING_FOLDER}/{within}");
         if !crate::reader::is_plain_path(&path) || stored.iter().any(|known| known.path.eq_ignore_ascii_case(&path)) {
             return Err(WriteError::Unfit(format!("`{name}` cannot be a file of a bundle beside the others; rename it")));

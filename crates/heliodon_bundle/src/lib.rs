@@ -40,7 +40,7 @@ mod storage;
 pub mod texels;
 mod writer;
 
-pub use actors::{ACTORS_FOLDER, ActorFile, ActorMeta};
+pub use actors::{ACTORS_FOLDER, ActorFile, ActorMeta, LIVING_FOLDER};
 pub use albedo::VertexAlbedo;
 pub use chunk::{LightLayout, LitChunk, VertexLight};
 pub use config::ConfigError;

@@ -3,6 +3,7 @@
 //!
 //! | module | what it does |
 //! | --- | --- |
+//! | [`book`] | a site's scripts and texts, read and checked against what it has |
 //! | [`names`] | what exists on a site, by kind |
 //! | [`program`] | scripts compiled and checked against the names: errors with line, column and remedy, before anything runs |
 //! | [`runtime`] | runs them: [events](event::Event) in, once a frame [actions](action::Action) out, within [limits] |
@@ -17,7 +18,7 @@
 //!
 //! The crate knows nothing of Bevy and carries nothing out: the host tells what has happened and does what is asked for. It
 //! reads no clock but for the two budgets in milliseconds, which [`Limits::deterministic`](limits::Limits::deterministic) leaves
-//! out; the only files are those that [`memory::Memory`] is told to open and save.
+//! out; the only files are those that [`memory::Memory`] is told to open and save and that a [`book::Book`] is read from.
 //!
 //! # Example
 //!
@@ -48,6 +49,7 @@
 //! ```
 
 pub mod action;
+pub mod book;
 mod check;
 mod desk;
 pub mod diagnostic;

@@ -8,7 +8,7 @@
 //! One folder a feature, one plugin a folder: [`stage`] loads a bundle, [`daylight`] lights and draws the stone, [`detail`] adds what is fine to it, [`sky`] the
 //! dome, [`culling`] leaves out what is hidden or too small, [`actors`] move and light what moves, [`lamps`] light both, [`time_lapse`] holds the hour, [`tonemap`] brings light to the display, [`guests`] lights what others add,
 //! [`input`] binds keys, buttons and gestures to actions, [`navigation`] walks and flies, [`hud`] tells and takes the hour. [`display`] draws on the walls of a room,
-//! [`tracking`] knows where heads and hands are, [`kiosk`] runs unattended, [`control`] takes orders from outside.
+//! [`tracking`] knows where heads and hands are, [`kiosk`] runs unattended, [`control`] takes orders from outside, [`story`] lets a site's scripts run.
 
 pub mod actors;
 pub mod bench;
@@ -29,6 +29,7 @@ pub mod navigation;
 mod readback;
 pub mod sky;
 pub mod stage;
+pub mod story;
 pub mod time_lapse;
 pub mod tonemap;
 pub mod tracking;
@@ -72,5 +73,6 @@ bevy::app::plugin_group! {
         tracking:::TrackingPlugin,
         kiosk:::KioskPlugin,
         control:::ControlPlugin,
+        story:::StoryPlugin,
     }
 }

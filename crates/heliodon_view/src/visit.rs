@@ -7,6 +7,7 @@ use crate::hud::HudVisibility;
 use crate::input::Input;
 use crate::kiosk::{Kiosk, frame_watch};
 use crate::stage::Stage;
+use crate::story::StoryPlaces;
 use crate::time_lapse::{Blend, TimeLapse};
 use bevy::prelude::*;
 use bevy::render::RenderPlugin;
@@ -44,6 +45,8 @@ pub struct VisitOptions {
     pub actors: ActorsOptions,
     /// Screens, trackers, keys, comfort, where the visit begins; `None` for what is usual.
     pub display: Option<Arc<Display>>,
+    /// Where its story comes from and goes to.
+    pub story: StoryPlaces,
 }
 
 impl Default for VisitOptions {
@@ -55,6 +58,7 @@ impl Default for VisitOptions {
             samples: 1,
             actors: ActorsOptions::default(),
             display: None,
+            story: StoryPlaces::default(),
         }
     }
 }
@@ -76,6 +80,7 @@ impl VisitOptions {
         let mut lapse = world.resource_mut::<TimeLapse>();
         (lapse.day_seconds, lapse.blend) = (self.day_seconds, self.blend);
         world.resource_mut::<Actors>().options = self.actors;
+        world.insert_resource(self.story.clone());
         world.insert_resource(StereoPasses(display.display.passes));
         world.resource_mut::<Stage>().open(folder)?;
         let (input, faults) = Input::new(&display.input);

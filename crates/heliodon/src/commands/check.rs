@@ -2,9 +2,10 @@
 
 use crate::App;
 use crate::output::{count, counted, table};
-use anyhow::Result;
+use anyhow::{Result, bail};
 use heliodon_bake::check::{CheckReport, check};
-use heliodon_bundle::site::Site;
+use heliodon_bundle::site::{Part, Site};
+use heliodon_script::book::Book;
 use std::path::PathBuf;
 
 /// Reads site.toml and everything that it names, and tells what is wrong or odd; bakes nothing.
@@ -17,8 +18,28 @@ pub struct Args {
 
 /// Runs it.
 pub fn run(app: &App, args: &Args) -> Result<()> {
-    let report = check(&Site::read(&args.site)?, &app.progress)?;
+    let site = Site::read(&args.site)?;
+    let mut report = check(&site, &app.progress)?;
+    report.warnings.extend(check_story(&site)?);
     app.output.result(&report, describe)
+}
+
+/// What is odd about a site's scripts and texts.
+///
+/// # Errors
+/// What is wrong with them, all of it.
+fn check_story(site: &Site) -> Result<Vec<String>> {
+    if site.story.is_none() {
+        return Ok(Vec::new());
+    }
+    let names: Vec<String> = site.parts.iter().map(Part::display_name).collect();
+    let parts = names.iter().map(String::as_str);
+    let book = Book::read(site.folder(), &site.living(), &site.actors, &site.lamps, parts);
+    let wrong: Vec<String> = book.errors().map(ToString::to_string).collect();
+    if !wrong.is_empty() {
+        bail!("{}", wrong.join("\n"));
+    }
+    Ok(book.told.iter().map(ToString::to_string).collect())
 }
 
 fn describe(report: &CheckReport) -> String {

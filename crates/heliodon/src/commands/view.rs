@@ -13,6 +13,7 @@ use heliodon_bundle::manifest::MANIFEST_FILE_NAME;
 use heliodon_bundle::site::{Site, TimeOfDay};
 use heliodon_view::Blend;
 use heliodon_view::actors::ActorsOptions;
+use heliodon_view::story::StoryPlaces;
 use heliodon_view::visit::VisitOptions;
 use heliodon_view::window::{WindowOptions, run_window};
 #[cfg(feature = "headset")]
@@ -48,6 +49,12 @@ pub struct Args {
     /// Screens, trackers and keys: display.toml, or desktop, monitor, flatworld, cave, ring [default: display.toml beside the site, or the user's own]
     #[arg(long, value_name = "FILE|PRESET")]
     display: Option<PathBuf>,
+    /// The language of the story's texts: en, el, de [default: the story's own]
+    #[arg(long, value_name = "LANGUAGE")]
+    language: Option<String>,
+    /// Begin the story anew, and keep nothing of this visit
+    #[arg(long)]
+    forget: bool,
     /// A recording of the visitor's head, in place of the display's trackers
     #[arg(long, value_name = "FILE")]
     track: Option<PathBuf>,
@@ -78,6 +85,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         samples: args.samples,
         actors,
         display: display_of(args)?,
+        story: story_of(args),
     };
     let options = WindowOptions { size: args.size.map(|size| (size.width, size.height)), visit, preview: args.preview };
     if args.preview && options.visit.display.as_ref().is_none_or(|display| display.screens.is_empty()) {
@@ -106,6 +114,18 @@ fn display_of(args: &Args) -> Result<Option<Arc<Display>>> {
         (Some(_), _) => {
             wrong_arguments!("--track moves a head before screens: --display flatworld, or a display.toml with [[screen]]")
         }
+    }
+}
+
+/// Where scripts are read from and what they remember is kept: in the site's folder, or beside the bundle.
+fn story_of(args: &Args) -> StoryPlaces {
+    let is_bundle = args.path.join(MANIFEST_FILE_NAME).exists();
+    let folder = if args.path.is_file() { args.path.parent().unwrap_or(Path::new(".")) } else { &args.path };
+    let memory = if is_bundle { folder.with_extension("memory.json") } else { folder.join("memory.json") };
+    StoryPlaces {
+        site: (!is_bundle).then(|| folder.to_owned()),
+        memory: (!args.forget).then_some(memory),
+        language: args.language.clone(),
     }
 }
 

@@ -66,7 +66,8 @@ pub(super) fn check_things(site: &SiteFile) -> Checked {
         let Some(brings) = actor.thing.as_ref().and_then(|thing| thing.brings.as_ref()) else { continue };
         if !site.materials.iter().any(|material| material.name == *brings) {
             let known: Vec<&str> = site.materials.iter().map(|material| material.name.as_str()).collect();
-            let remedy = if known.is_empty() { "add a [[material]]".to_owned() } else { format!("there are: {}", known.join(", ")) };
+            let remedy =
+                if known.is_empty() { "add a [[material]]".to_owned() } else { format!("there are: {}", known.join(", ")) };
             let key = ["actor", &i.to_string(), "thing", "brings"];
             return fault(&key, format!("there is no material `{brings}`"), remedy);
         }
@@ -129,7 +130,8 @@ fn check_film(at: &[&str; 2], film: &Film, living: &Living) -> Checked {
     match &film.leads {
         Some(path) if !living.paths.iter().any(|way| way.name == *path) => {
             let known: Vec<&str> = living.paths.iter().map(|way| way.name.as_str()).collect();
-            let remedy = if known.is_empty() { "add a [[path]]".to_owned() } else { format!("there are: {}", known.join(", ")) };
+            let remedy =
+                if known.is_empty() { "add a [[path]]".to_owned() } else { format!("there are: {}", known.join(", ")) };
             fault(&key("leads"), format!("there is no path `{path}`"), remedy)
         }
         _ => Ok(()),

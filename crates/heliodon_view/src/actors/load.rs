@@ -101,7 +101,10 @@ pub fn person(
     let duration_s = clip.map_or(0.0, |clip| moving.clips()[clip].duration_s);
     let model = Arc::new(Model::new(moving));
     let look = Look { model: Some(Arc::clone(&model)), ..look(&model, material) };
-    (Person { name: name.to_owned(), figure: Figure::new(model), course, clip, speed, duration_s, pose: None, poses: 0 }, look)
+    let stands = course.at(0.0);
+    let bounds = (stands.translation.into(), stands.translation.into());
+    let figure = Figure::new(model);
+    (Person { name: name.to_owned(), figure, course, clip, speed, duration_s, stands, bounds, pose: None, poses: 0 }, look)
 }
 
 /// The albedo of a model's vertices and triangles.

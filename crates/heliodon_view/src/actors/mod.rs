@@ -6,6 +6,7 @@
 //! the stone's light.
 
 pub mod course;
+pub mod direction;
 pub mod figure;
 pub mod levels;
 mod load;
@@ -27,6 +28,7 @@ use bevy::render::extract_resource::ExtractResourcePlugin;
 use bevy::render::renderer::{RenderAdapterInfo, RenderDevice, RenderGraph};
 use bevy::render::{Render, RenderApp, RenderSystems};
 use course::Course;
+use direction::Direction;
 use figure::{Asked, FOLLOW_S, Figure, Surroundings};
 use glam::Affine3A;
 use half::f16;
@@ -41,6 +43,7 @@ use levels::Directions;
 use load::Loaded;
 use render::{ActorsFrame, ActorsGpu, Look, OnGpu, Shown};
 use shade::Caster;
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -59,6 +62,8 @@ pub struct Actors {
     pub seconds: f64,
     /// How they are lit.
     pub options: ActorsOptions,
+    /// What a story tells some of them, and of the impostors, by name.
+    pub directions: HashMap<String, Direction>,
     stage: u64,
     loading: Option<Background<Loaded>>,
     /// Added by the app, not yet on the stage.
@@ -131,6 +136,9 @@ pub(crate) struct Person {
     clip: Option<usize>,
     speed: f32,
     duration_s: f32,
+    /// Where it was in the last frame, and the box around it.
+    stands: Affine3A,
+    bounds: (Vec3, Vec3),
     /// What a GPU poses it by, and the number of poses so far.
     pose: Option<Arc<Palette>>,
     poses: u64,
@@ -141,6 +149,7 @@ impl Default for Actors {
         Self {
             seconds: 0.0,
             options: ActorsOptions::default(),
+            directions: HashMap::new(),
             stage: 0,
             loading: None,
             added: Vec::new(),
@@ -170,6 +179,19 @@ impl Actors {
     #[must_use]
     pub fn told(&self) -> Told {
         self.told
+    }
+
+    /// Where somebody was in the last frame, from their model's space to the world, and the box around them, its least and greatest corner.
+    #[must_use]
+    pub fn whereabouts(&self, name: &str) -> Option<(Affine3A, (Vec3, Vec3))> {
+        self.people.iter().find(|person| person.name == name).map(|person| (person.stands, person.bounds))
+    }
+
+    /// How long a clip of somebody takes as they perform it, seconds.
+    #[must_use]
+    pub fn clip_s(&self, name: &str, clip: &str) -> Option<f32> {
+        let person = self.people.iter().find(|person| person.name == name)?;
+        person.figure.model().moving().clips().iter().find(|known| known.name == clip).map(|clip| clip.duration_s)
     }
 
     /// What the monument leaves of the light where anybody is.
@@ -216,6 +238,7 @@ fn follow_stage(stage: Res<Stage>, mut actors: ResMut<Actors>, mut frame: ResMut
         actors.stage = stage.serial();
         (actors.people, actors.grid, actors.loading, actors.lit_s) = (Vec::new(), None, None, None);
         actors.told = Told::default();
+        actors.directions.clear();
         actors.seconds = 0.0;
         *frame = ActorsFrame { serial: frame.serial + 1, ..default() };
         let acts = |bundle: &&Arc<BundleReader>| !bundle.actors().is_empty() || bundle.manifest().grid.is_some();
@@ -272,7 +295,7 @@ fn light_actors(
             Some(EyeView { clip_from_mesh, size_px: camera.physical_viewport_size()? })
         })
         .collect();
-    let Actors { seconds, options, people, grid, lit_s, deforming, told, .. } = &mut *actors;
+    let Actors { seconds, options, people, grid, lit_s, deforming, told, directions: told_to, .. } = &mut *actors;
     let directions = options.directions.shared(*deforming);
     *deforming = 0;
     let on_gpu = options.backend.is_gpu(adapter.as_deref(), device.as_deref());
@@ -284,8 +307,14 @@ fn light_actors(
     let hour = Hour { moment, grid: grid.as_ref(), exposure, sun, lamps };
     let mut shown = Vec::with_capacity(people.len());
     for (i, person) in people.iter_mut().enumerate() {
+        let direction = told_to.get(&person.name);
+        if direction.is_some_and(|direction| direction.hidden) {
+            shown.push(Shown::default());
+            continue;
+        }
         let on_gpu = on_gpu && frame.looks.get(i).is_some_and(|look| !look.refused.load(Ordering::Relaxed));
-        match person.act(*seconds as f32, (!on_gpu).then_some(&eyes[..]), directions, &hour, passed_s.map(|s| s as f32)) {
+        let at = (*seconds as f32, passed_s.map(|s| s as f32));
+        match person.act(at, direction, (!on_gpu).then_some(&eyes[..]), directions, &hour) {
             Ok((one, asked)) => {
                 told.directions = told.directions.max(asked.directions);
                 told.vertices += asked.vertices;
@@ -315,15 +344,21 @@ impl Person {
     /// Poses it, and lights what the eyes see; without eyes it says what a GPU needs for both.
     fn act(
         &mut self,
-        seconds: f32,
+        (seconds, passed_s): (f32, Option<f32>),
+        direction: Option<&Direction>,
         eyes: Option<&[EyeView]>,
         directions: Directions,
         hour: &Hour<'_>,
-        passed_s: Option<f32>,
     ) -> Result<(Shown, Asked), heliodon_rays::VisibilityCpuError> {
-        let mut place = self.course.at(seconds);
-        let clip_s = if self.duration_s > 0.0 { (seconds * self.speed).rem_euclid(self.duration_s) } else { 0.0 };
-        let mut clip = self.clip;
+        let told = direction.and_then(|direction| direction.world_from_model);
+        let mut place = told.unwrap_or_else(|| self.course.at(seconds));
+        self.stands = place;
+        let performed = direction.and_then(|direction| direction.clip.as_ref());
+        let clips = self.figure.model().moving().clips();
+        let (mut clip, clip_s) = match performed.and_then(|performed| performed.at(clips, seconds)) {
+            Some((clip, clip_s)) => (Some(clip), clip_s),
+            None => (self.clip, direction::within(self.duration_s, seconds * self.speed, true)),
+        };
         // What moves as a whole needs no new questions: its matrix goes with it.
         if let Some(moved) = clip.and_then(|clip| self.figure.model().moving().rigid_at(clip, clip_s)) {
             place *= Affine3A::from_mat4(moved.as_affine3().into());
@@ -332,6 +367,7 @@ impl Person {
         let deforms = self.figure.go(clip, clip_s, place);
         let positions: Vec<Vec3> = self.figure.world_positions().collect();
         let (low, high) = positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |b, &p| (b.0.min(p), b.1.max(p)));
+        self.bounds = (low, high);
         let field = hour.grid.and_then(|grid| grid.light_at(hour.moment, (low + high) * 0.5)).map(|around| Field::new(&around));
         let suns = hour.grid.map(|grid| SunField::new(grid, hour.moment, low, high));
         let radiance = |direction| match &field {

@@ -179,12 +179,12 @@ impl PipelineKey {
                     String::new()
                 };
                 if shaded {
-                    before + SHADE_WGSL + lamps + &stone.replace("@group(1)", "@group(2)") + &detail
+                    [&before, SHADE_WGSL, lamps, &stone.replace("@group(1)", "@group(2)"), &detail].concat()
                 } else {
-                    before + &stone + &detail
+                    [before, stone, detail].concat()
                 }
             }
-            Subject::Sky => before + &resolved(crate::sky::SKY_WGSL, &views),
+            Subject::Sky => [before, resolved(crate::sky::SKY_WGSL, &views)].concat(),
         }
     }
 }

@@ -95,7 +95,16 @@ pub fn people(info: &ImpostorInfo, actor: &Actor, kind: usize) -> Vec<Person> {
             // There and back, or round.
             let ahead_s = if several { among(0.0, 2.0) * length / (actor.walk_speed as f32 * pace) } else { 0.0 };
             let phase_s = if several { among(0.0, 60.0) } else { 0.0 };
-            Some(Person { kind, clip, course, ahead_s, speed: actor.speed as f32 * pace, phase_s, scale: actor.scale as f32 })
+            Some(Person {
+                name: actor.display_name().into(),
+                kind,
+                clip,
+                course,
+                ahead_s,
+                speed: actor.speed as f32 * pace,
+                phase_s,
+                scale: actor.scale as f32,
+            })
         })
         .collect()
 }

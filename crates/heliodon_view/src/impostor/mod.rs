@@ -15,6 +15,7 @@ pub use uniform::{CAMERA_BYTES, KIND_BYTES, PERSON_BYTES, SEEN_BYTES};
 
 use crate::actors::Actors;
 use crate::actors::course::Course;
+use crate::actors::direction::{self, Direction, Performed};
 use crate::daylight::{DaylightCamera, StereoPair};
 use crate::stage::Stage;
 use crate::stage::background::Background;
@@ -104,6 +105,7 @@ pub struct Told {
 /// Somebody.
 #[derive(Clone, Debug)]
 pub struct Person {
+    name: Arc<str>,
     kind: usize,
     clip: usize,
     course: Course,
@@ -118,6 +120,24 @@ impl Impostors {
     /// Puts people on the stage beside the bundle's own, until another bundle is opened: one on each course, all with the impostor's first clip.
     pub fn add(&mut self, impostor: Impostor, courses: Vec<Course>) {
         self.added.push((Arc::new(Kind::new(impostor)), courses));
+    }
+
+    /// Where the first of that name is, from its model's space to the world, and the box around it, its least and greatest corner.
+    #[must_use]
+    pub fn whereabouts(&self, name: &str, actors: &Actors) -> Option<(Affine3A, (Vec3, Vec3))> {
+        let person = self.people.iter().find(|person| *person.name == *name)?;
+        let stands = person.stands(actors.seconds as f32, actors.directions.get(name));
+        let info = self.kinds[person.kind].info();
+        let ([low, high], around) = (info.heights_m.map(|height| height * person.scale), info.around_m * person.scale);
+        let at = Vec3::from(stands.translation);
+        Some((stands, (at + Vec3::new(-around, low, -around), at + Vec3::new(around, high, around))))
+    }
+
+    /// How long a clip of somebody takes, seconds.
+    #[must_use]
+    pub fn clip_s(&self, name: &str, clip: &str) -> Option<f32> {
+        let person = self.people.iter().find(|person| *person.name == *name)?;
+        self.kinds[person.kind].info().clips.iter().find(|known| known.name == clip).map(|clip| clip.duration_s)
     }
 
     /// Whether all of the bundle's impostors are there.
@@ -262,8 +282,14 @@ fn arrange(
     let shadow = if high { moment.sun_direction } else { Vec3::Y };
     let light = Light { moment, grid: actors.grid(), exposure, shadow };
     let seconds = actors.seconds as f32;
-    let placed: Vec<PersonUniform> =
-        people.par_iter().with_min_len(32).map(|person| person.at(seconds, &kinds[person.kind], &light)).collect();
+    let placed: Vec<PersonUniform> = people
+        .par_iter()
+        .with_min_len(32)
+        .map(|person| {
+            let direction = if actors.directions.is_empty() { None } else { actors.directions.get(&*person.name) };
+            person.at(seconds, direction, &kinds[person.kind], &light)
+        })
+        .collect();
     let mut heads = heads(cameras.iter().filter(|(_, camera, ..)| camera.is_active));
     for head in &mut heads {
         head.look(people, &placed, kinds, options.views);
@@ -310,13 +336,21 @@ impl Light<'_> {
 impl Person {
     /// Somebody as the impostor was made, on a course.
     fn alone(kind: usize, course: Course) -> Self {
-        Self { kind, clip: 0, course, ahead_s: 0.0, speed: 1.0, phase_s: 0.0, scale: 1.0 }
+        Self { name: "".into(), kind, clip: 0, course, ahead_s: 0.0, speed: 1.0, phase_s: 0.0, scale: 1.0 }
+    }
+
+    /// Where it is at a time.
+    fn stands(&self, seconds: f32, direction: Option<&Direction>) -> Affine3A {
+        let told = direction.and_then(|direction| direction.world_from_model);
+        told.unwrap_or_else(|| self.course.at(seconds + self.ahead_s))
     }
 
     /// Where it is at a time, and in what light.
-    fn at(&self, seconds: f32, kind: &Kind, light: &Light) -> PersonUniform {
+    fn at(&self, seconds: f32, direction: Option<&Direction>, kind: &Kind, light: &Light) -> PersonUniform {
         let info = kind.info();
-        let stands: Affine3A = self.course.at(seconds + self.ahead_s);
+        let stands = self.stands(seconds, direction);
+        // of no size, they cover nothing
+        let scale = if direction.is_some_and(|direction| direction.hidden) { 0.0 } else { self.scale };
         let [low, high] = info.heights_m;
         let middle = stands.transform_point3(info.middle() * self.scale);
         let height = |metres: f32| stands.transform_point3(Vec3::Y * (metres * self.scale));
@@ -325,7 +359,14 @@ impl Person {
         let feet = light.at(height(low + 0.1 * (high - low))).sun_visible;
         let head = light.at(height(high)).sun_visible;
         let forward = stands.matrix3.z_axis;
-        let ([frame, next], part) = info.frames_at(self.clip, seconds * self.speed + self.phase_s);
+        let performed = direction.and_then(|direction| direction.clip.as_ref());
+        let known = |performed: &Performed| {
+            let clip = info.clips.iter().position(|clip| clip.name == performed.clip)?;
+            let passed_s = seconds - performed.since_s as f32;
+            Some((clip, direction::within(info.clips[clip].duration_s, passed_s, performed.repeat)))
+        };
+        let (clip, clip_s) = performed.and_then(known).unwrap_or((self.clip, seconds * self.speed + self.phase_s));
+        let ([frame, next], part) = info.frames_at(clip, clip_s);
         let corner = info.frame_corner(if part < 0.5 { frame } else { next });
         let suns = [feet, around.sun_visible, head, 0.0, 0.0, 0.0];
         let mut sides = [Vec4::ZERO; 6];
@@ -341,7 +382,7 @@ impl Person {
         let shadow = Vec4::new(view as f32, upward(toward), upward(light.shadow), reach.min(LONGEST_M));
         PersonUniform {
             shadow,
-            place: middle.extend(self.scale),
+            place: middle.extend(scale),
             turn: Vec4::new(forward.x, forward.z, corner.x, corner.y),
             light: sides,
         }
