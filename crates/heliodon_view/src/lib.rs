@@ -8,7 +8,7 @@
 //! One folder a feature, one plugin a folder: [`stage`] loads a bundle, [`daylight`] lights and draws the stone, [`detail`] adds what is fine to it, [`sky`] the
 //! dome, [`culling`] leaves out what is hidden or too small, [`actors`] move and light what moves, [`lamps`] light both, [`time_lapse`] holds the hour, [`tonemap`] brings light to the display, [`guests`] lights what others add,
 //! [`input`] binds keys, buttons and gestures to actions, [`navigation`] walks and flies, [`hud`] tells and takes the hour. [`display`] draws on the walls of a room,
-//! [`tracking`] knows where heads and hands are, [`kiosk`] runs unattended, [`control`] takes orders from outside, [`story`] lets a site's scripts run.
+//! [`tracking`] knows where heads and hands are, [`kiosk`] runs unattended, [`control`] takes orders from outside, [`story`] lets a site's scripts run, [`sound`] is what is heard.
 
 pub mod actors;
 pub mod bench;
@@ -28,6 +28,7 @@ pub mod lamps;
 pub mod navigation;
 mod readback;
 pub mod sky;
+pub mod sound;
 pub mod stage;
 pub mod story;
 pub mod time_lapse;
@@ -74,5 +75,6 @@ bevy::app::plugin_group! {
         kiosk:::KioskPlugin,
         control:::ControlPlugin,
         story:::StoryPlugin,
+        sound:::SoundPlugin,
     }
 }

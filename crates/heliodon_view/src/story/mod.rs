@@ -25,6 +25,7 @@ use heliodon_script::runtime::Runtime;
 use heliodon_script::texts::Texts;
 use heliodon_script::world::World as ScriptWorld;
 use stage_hand::StageHand;
+pub use stage_hand::Wishes;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Instant, SystemTime};
@@ -261,7 +262,8 @@ fn step(
             Action::NoTask => board.task = None,
             Action::Hint { text: key, seconds, values } => board.hint(text(key, values), *seconds),
             Action::FadeScreen { darkness, seconds } => board.fade(*darkness, *seconds),
-            other => wishes.0.push(other.clone()),
+            Action::PlaySound { .. } | Action::StopSound { .. } => wishes.sounds.push(action.clone()),
+            other => wishes.others.push(other.clone()),
         }
     }
     story.told = Told { ms: start.elapsed().as_secs_f32() * 1e3, actions: actions.len() };

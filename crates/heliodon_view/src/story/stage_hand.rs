@@ -19,7 +19,12 @@ use std::collections::HashMap;
 
 /// What scripts have asked for in this frame.
 #[derive(Resource, Clone, Debug, Default)]
-pub struct Wishes(pub Vec<Action>);
+pub struct Wishes {
+    /// Of sounds.
+    pub sounds: Vec<Action>,
+    /// Of everything else.
+    pub(super) others: Vec<Action>,
+}
 
 /// What is going on.
 #[derive(Debug, Default)]
@@ -102,7 +107,7 @@ pub(super) fn move_on(
     let Story { play: Some(play), pending, .. } = &mut *story else { return };
     let visitor = visitors.iter_mut().next();
     let mut eye = visitor.as_ref().map(|visitor| visitor.pose);
-    for wish in wishes.0.drain(..) {
+    for wish in wishes.others.drain(..) {
         match &wish {
             Action::SetHour { hour_s, seconds } if *seconds > 0.0 => {
                 lapse.playing = false;
