@@ -236,3 +236,12 @@ fn used_box(mesh: &crate::Mesh) -> Option<(glam::Vec3, glam::Vec3)> {
     let first = used.next()?;
     Some(used.fold((first, first), |(low, high), p| (low.min(p), high.max(p))))
 }
+
+/// Whether the bytes are a GLB file that [`convert`] has written.
+#[must_use]
+pub fn wrote(bytes: &[u8]) -> bool {
+    let length = bytes.get(12..16).and_then(|length| length.first_chunk()).map(|&length| u32::from_le_bytes(length) as usize);
+    let json = length.and_then(|length| bytes.get(20..)?.get(..length)).filter(|_| bytes.starts_with(b"glTF"));
+    let document = json.and_then(|json| serde_json::from_slice::<serde_json::Value>(json).ok());
+    document.is_some_and(|document| document["asset"]["generator"] == GENERATOR)
+}
