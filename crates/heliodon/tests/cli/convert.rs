@@ -115,7 +115,7 @@ fn what_cannot_be_converted_is_told_and_nothing_is_written_over() {
     refused(&["wall.png", "wall.tga"], 2, "would both become");
     refused(&["notes.txt"], 2, "no model or image by its name");
     refused(&["wall.png", "--linear", "--normal-map"], 2, "cannot be used with");
-    refused(&["points.ply"], 1, "has points but no triangles");
+    refused(&["points.ply"], 1, "is a cloud of 1 points");
     refused(&["nan.obj"], 1, "nan.obj");
     refused(&["cut.png"], 1, "cut.png: its pixels");
     refused(&["empty.tga"], 1, "empty.tga: its header");

@@ -39,7 +39,7 @@ pub enum TextureUse {
 pub struct TextureParams {
     /// What the picture's numbers are; floats are linear colours whatever is said here.
     pub usage: TextureUse,
-    /// How long is searched for good blocks. [`Bc7Quality::Best`] takes some ten times as long as the usual, and is a third less off.
+    /// How long is searched for good blocks. [`Bc7Quality::Best`] takes some four times as long as the usual, and is a quarter less off.
     pub quality: Bc7Quality,
     /// Whether there is the picture alone, without smaller versions.
     pub alone: bool,

@@ -113,13 +113,14 @@ fn describe_file(file: &FileReport) -> String {
     text += &match &file.detail {
         Detail::Model(model) => describe_model(model),
         Detail::Picture(picture) => format!(
-            "  {} x {} texels of {}, {}; off by {:.2} % in the mean, {:.1} % at most\n",
+            "  {} x {} texels of {}, {}; off by {:.2} % (root mean square), {:.1} % at most{}\n",
             picture.width,
             picture.height,
             picture.format,
             counted(picture.levels as u64, "level", "levels"),
             picture.rms_error * 100.0,
-            picture.greatest_error * 100.0
+            picture.greatest_error * 100.0,
+            if picture.format == "BC6H" { ", of each pixel's own light" } else { "" }
         ),
     };
     text += &format!(
