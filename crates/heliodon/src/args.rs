@@ -72,6 +72,8 @@ pub enum Command {
     Figures(commands::figures::Args),
     /// Captures a model from many sides into a billboard that the hour's light falls on
     Impostor(commands::impostor::Args),
+    /// Brings models and images into the forms that load fastest
+    Convert(commands::convert::Args),
     /// Makes or checks a detail texture: a fine pattern for surfaces that are seen from near
     Detail(commands::detail::Args),
     /// Checks scripts of what happens on a site, or prints their manual

@@ -71,6 +71,7 @@ fn run(args: Args) -> Result<()> {
         Command::Export(args) => commands::export::run(&app, &args),
         Command::Figures(args) => commands::figures::run(&app, &args),
         Command::Impostor(args) => commands::impostor::run(&app, &args),
+        Command::Convert(args) => commands::convert::run(&app, &args),
         Command::Detail(args) => commands::detail::run(&app, &args),
         Command::Script(args) => commands::script::run(&app, &args),
         Command::Key(args) => commands::key::run(&app, &args),

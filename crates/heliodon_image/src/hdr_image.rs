@@ -143,7 +143,7 @@ impl HdrImage {
 }
 
 /// Replaces what is no radiance.
-fn repair(pixels: &mut [Vec3]) -> PixelRepairs {
+pub(crate) fn repair(pixels: &mut [Vec3]) -> PixelRepairs {
     let mut repairs = PixelRepairs::default();
     let mut largest = 65_504.0_f32;
     for component in pixels.iter().flat_map(|p| p.to_array()) {

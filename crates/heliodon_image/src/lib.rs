@@ -4,7 +4,7 @@
 //!
 //! What the `image` crate does not do for Radiance pictures is done here, in the module `radiance`: XYZE, `EXPOSURE` and `COLORCORR`,
 //! the seven other orientations, files that begin with `#?RGBE`, and writing with run lengths. OpenEXR goes through the `exr`
-//! crate, PNG and JPEG through `image`. [`ktx2`] holds textures of numbers.
+//! crate, PNG and JPEG through `image`, TIFF through `tiff`, TGA through a module of its own. [`ktx2`] holds textures of numbers, [`texture`] makes them of pictures.
 
 mod bc6h;
 mod bc7;
@@ -14,12 +14,16 @@ mod error;
 mod hdr_image;
 pub mod ktx2;
 mod openexr;
+mod picture;
 mod primaries;
 mod radiance;
 mod resample;
 mod rgbe;
 mod srgb_image;
+pub mod texture;
 mod texture_wrap;
+mod tga;
+mod tiff;
 
 pub use bc6h::{decode_bc6h, encode_bc6h};
 pub use bc7::{Bc7Quality, decode_bc7, encode_bc7};
@@ -28,6 +32,7 @@ pub use error::ImageError;
 pub use hdr_image::{HdrImage, PixelRepairs};
 pub use ktx2::ktx2_bc6h;
 pub use openexr::ExrSamples;
+pub use picture::{Picture, PictureFile};
 pub use resample::Wrap;
 pub use rgbe::{from_rgbe8, rgbe8};
 pub use srgb_image::SrgbImage;

@@ -65,7 +65,7 @@ impl HdrImage {
 }
 
 /// For each of `to` intervals, which of `from` intervals it covers and with what weight; weights sum to 1.
-fn coverage(from: u32, to: u32, measure: impl Fn(f64, f64) -> f64) -> Vec<Vec<(usize, f32)>> {
+pub(crate) fn coverage(from: u32, to: u32, measure: impl Fn(f64, f64) -> f64) -> Vec<Vec<(usize, f32)>> {
     (0..to)
         .map(|i| {
             let (start, end) = (f64::from(i) / f64::from(to), f64::from(i + 1) / f64::from(to));

@@ -4,6 +4,7 @@ use glam::{Vec2, Vec3};
 
 pub mod albedo;
 pub mod chunk;
+pub mod convert;
 pub mod export;
 pub mod figures;
 pub mod import;

@@ -9,19 +9,21 @@ use heliodon_bundle::inspect::{BundleSummary, SiteSummary};
 use heliodon_bundle::lineage::site_beside;
 use heliodon_bundle::manifest::MANIFEST_FILE_NAME;
 use heliodon_bundle::site::{SITE_FILE_NAME, Site};
+use heliodon_image::ktx2::Ktx2;
+use heliodon_image::texture::WRITER;
 use heliodon_image::{HdrImage, SrgbImage};
 use heliodon_math::color::luminance;
 use heliodon_mesh::import::{ImportOptions, ImportReport, read_reporting};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Tells what is in a mesh, a sky image, a picture, an impostor, a site or a bundle.
+/// Tells what is in a mesh, a sky image, a picture, a texture, an impostor, a site or a bundle.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  heliodon inspect scan.ply\n  heliodon inspect sky/0657.hdr --json\n  heliodon inspect mysite/bundle --verify\n  heliodon inspect bundles/temple --site mysite --json"
 )]
 pub struct Args {
-    /// A mesh, an image, an impostor, a site's folder or site.toml, or a bundle's folder
+    /// A mesh, an image, a texture, an impostor, a site's folder or site.toml, or a bundle's folder
     file: PathBuf,
     /// Read a bundle's files whole and compare their hashes
     #[arg(long)]
@@ -72,12 +74,22 @@ struct PictureSummary {
 }
 
 #[derive(Serialize)]
+struct TextureSummary {
+    format: String,
+    width: u32,
+    height: u32,
+    layers: u32,
+    levels: u32,
+}
+
+#[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 enum Summary {
     Mesh(MeshSummary),
     SkyImage(HdrSummary),
     Picture(PictureSummary),
     Impostor(ImpostorInfo),
+    Texture(TextureSummary),
     Site(SiteSummary),
     Bundle(Box<BundleSummary>),
 }
@@ -93,6 +105,10 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
             format!("{} x {} pixels of 8 bits, {alpha}", picture.width, picture.height)
         }
         Summary::Impostor(info) => describe_impostor(info),
+        Summary::Texture(texture) => {
+            let TextureSummary { format, width, height, levels, .. } = texture;
+            format!("a texture: {format} of {width} x {height} texels, {}", counted(u64::from(*levels), "level", "levels"))
+        }
         Summary::Site(site) => site.to_string(),
         Summary::Bundle(bundle) => bundle.to_string(),
     })
@@ -137,6 +153,17 @@ fn summarise(args: &Args) -> Result<Summary> {
         "ktx2" => {
             let name = path.display().to_string();
             let bytes = std::fs::read(path).with_context(|| format!("cannot read {name}"))?;
+            if Ktx2::text_of(&bytes, "KTXwriter") == Some(WRITER) {
+                let shape = Ktx2::shape_of(&bytes, &name)?;
+                let ([width, height], format) = (shape.size, format!("{:?}", shape.format));
+                return Ok(Summary::Texture(TextureSummary {
+                    format,
+                    width,
+                    height,
+                    layers: shape.layers,
+                    levels: shape.levels,
+                }));
+            }
             Ok(Summary::Impostor(Impostor::info_of(&bytes, &name)?))
         }
         _ => Ok(Summary::Mesh(summarise_mesh(path)?)),

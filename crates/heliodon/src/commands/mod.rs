@@ -4,6 +4,7 @@ pub mod arrays;
 pub mod bake;
 pub mod bench;
 pub mod check;
+pub mod convert;
 pub mod demo;
 pub mod detail;
 #[cfg(feature = "viewer")]

@@ -3,6 +3,7 @@
 
 mod bad_input;
 mod commands;
+mod convert;
 mod detail;
 mod figures;
 mod first_site;

@@ -8,7 +8,7 @@ use glam::Vec3;
 /// `VK_FORMAT_BC6H_UFLOAT_BLOCK`.
 const BC6H_UFLOAT: u32 = 131;
 /// `KHR_DF_MODEL_BC6H`, primaries of Rec. 709, linear, alpha straight.
-const MODEL: u32 = 133 | 1 << 8 | 1 << 16;
+pub(super) const MODEL: u32 = 133 | 1 << 8 | 1 << 16;
 /// Levels begin at multiples of a block's bytes.
 const ALIGNMENT: usize = 16;
 
@@ -30,7 +30,7 @@ pub fn ktx2_bc6h(image: &HdrImage, levels: u32) -> Vec<u8> {
 }
 
 /// Half as large, each pixel the mean of those it stands for.
-fn halved(image: &HdrImage) -> HdrImage {
+pub(crate) fn halved(image: &HdrImage) -> HdrImage {
     let (width, height) = ((image.width / 2).max(1), (image.height / 2).max(1));
     HdrImage::from_fn(width, height, |x, y| {
         let ends = |at: u32, fine: u32, coarse: u32| at * fine / coarse..((at + 1) * fine).div_ceil(coarse).min(fine);

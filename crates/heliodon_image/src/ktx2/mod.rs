@@ -1,10 +1,11 @@
 //! KTX 2: textures of numbers as they are, with layers and mip levels, packed by zlib, and pictures as BC6H (Khronos: "KTX File Format Specification", version 2.0,
 //! sections 3 and 4; descriptors as of the "Khronos Data Format Specification" 1.3, section 5).
 //!
-//! Read is only what Heliodon stores in its bundles: two-dimensional, uncompressed formats of whole bytes. Whatever else a file may be is refused in words.
+//! Read is only what Heliodon writes: two-dimensional, formats of whole bytes, BC7 and BC6H, packed by zlib or as they are. Whatever else a file may be is refused in words.
 
 mod bc6h;
 
+pub(crate) use bc6h::halved;
 pub use bc6h::ktx2_bc6h;
 
 use crate::ImageError;
@@ -21,10 +22,14 @@ const MAGIC: [u8; 12] = [0xAB, b'K', b'T', b'X', b' ', b'2', b'0', 0xBB, 0x0D, 0
 const HEADER_BYTES: usize = 80;
 /// Bytes of a level in the index.
 const LEVEL_BYTES: usize = 24;
+/// Where the header says how levels are packed.
+const PACKING_AT: usize = 44;
 /// Where the header says where texts lie.
 const VALUES_AT: usize = 56;
 /// Levels packed by zlib.
 const ZLIB: u32 = 3;
+/// Levels that are not packed.
+const AS_THEY_ARE: u32 = 0;
 /// The largest side.
 const MOST_TEXELS: u32 = 16_384;
 /// The most layers.
@@ -43,24 +48,33 @@ pub enum TexelFormat {
     Rgba8Srgb,
     /// Four numbers from 0 to 1, blocks of 4 x 4 texels in 16 bytes: BC7 ([`crate::encode_bc7`]).
     Bc7,
+    /// The same, colour coded as sRGB and what is linear.
+    Bc7Srgb,
+    /// Three numbers from 0 on, blocks of 4 x 4 texels in 16 bytes: BC6H ([`crate::encode_bc6h`]).
+    Bc6h,
 }
 
 impl TexelFormat {
-    const ALL: [Self; 4] = [Self::R32Uint, Self::Rgba16Float, Self::Rgba8Srgb, Self::Bc7];
+    const ALL: [Self; 6] = [Self::R32Uint, Self::Rgba16Float, Self::Rgba8Srgb, Self::Bc7, Self::Bc7Srgb, Self::Bc6h];
 
     /// Numbers of a texel.
     #[must_use]
     pub fn channels(self) -> u32 {
         match self {
             Self::R32Uint => 1,
-            Self::Rgba16Float | Self::Rgba8Srgb | Self::Bc7 => 4,
+            Self::Bc6h => 3,
+            Self::Rgba16Float | Self::Rgba8Srgb | Self::Bc7 | Self::Bc7Srgb => 4,
         }
+    }
+
+    fn is_block(self) -> bool {
+        matches!(self, Self::Bc7 | Self::Bc7Srgb | Self::Bc6h)
     }
 
     /// Texels along the sides of a block: 1 where each texel has its own bytes.
     #[must_use]
     pub fn block_side(self) -> u32 {
-        if self == Self::Bc7 { 4 } else { 1 }
+        if self.is_block() { 4 } else { 1 }
     }
 
     /// Bytes of a block.
@@ -69,14 +83,14 @@ impl TexelFormat {
         match self {
             Self::R32Uint | Self::Rgba8Srgb => 4,
             Self::Rgba16Float => 8,
-            Self::Bc7 => 16,
+            Self::Bc7 | Self::Bc7Srgb | Self::Bc6h => 16,
         }
     }
 
     /// Bytes of the type that files count in, as far as byte order is concerned.
     fn type_bytes(self) -> u32 {
         match self {
-            Self::Rgba8Srgb | Self::Bc7 => 1,
+            Self::Rgba8Srgb | Self::Bc7 | Self::Bc7Srgb | Self::Bc6h => 1,
             Self::Rgba16Float => 2,
             Self::R32Uint => 4,
         }
@@ -88,7 +102,9 @@ impl TexelFormat {
             Self::Rgba8Srgb => 43,
             Self::Rgba16Float => 97,
             Self::R32Uint => 98,
+            Self::Bc6h => 131,
             Self::Bc7 => 145,
+            Self::Bc7Srgb => 146,
         }
     }
 }
@@ -149,12 +165,7 @@ impl Ktx2 {
     /// # Errors
     /// As [`Self::to_bytes`].
     pub fn to_bytes_with(&self, texts: &[(&str, &str)], name: &str) -> Result<Vec<u8>, ImageError> {
-        self.check(name)?;
-        if let Some(level) = (0..self.levels.len()).find(|&level| self.levels[level].len() as u64 != self.level_bytes(level)) {
-            let problem = format!("level {level} has {} bytes, not {}", self.levels[level].len(), self.level_bytes(level));
-            return Err(ImageError::Write { name: name.to_owned(), problem });
-        }
-        let described = self.descriptor();
+        self.check_levels(name)?;
         let mut packed = vec![Vec::new(); self.levels.len()];
         for (level, packed) in self.levels.iter().zip(&mut packed) {
             let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
@@ -162,13 +173,37 @@ impl Ktx2 {
             encoder.write_all(level).map_err(failed)?;
             *packed = encoder.finish().map_err(failed)?;
         }
-        let head =
-            Head { vk: self.format.vk(), type_bytes: self.format.type_bytes(), size: [self.width, self.height], packing: ZLIB };
+        Ok(self.file(&packed, texts, ZLIB))
+    }
+
+    /// The file's bytes with levels as they are, which a device takes without any work: larger, and faster to load. Texts are as [`Self::to_bytes_with`] takes them.
+    ///
+    /// # Errors
+    /// As [`Self::to_bytes`].
+    pub fn to_plain_bytes(&self, texts: &[(&str, &str)], name: &str) -> Result<Vec<u8>, ImageError> {
+        self.check_levels(name)?;
+        Ok(self.file(&self.levels, texts, AS_THEY_ARE))
+    }
+
+    fn check_levels(&self, name: &str) -> Result<(), ImageError> {
+        self.check_size(name)?;
+        if let Some(level) = (0..self.levels.len()).find(|&level| self.levels[level].len() as u64 != self.level_bytes(level)) {
+            let problem = format!("level {level} has {} bytes, not {}", self.levels[level].len(), self.level_bytes(level));
+            return Err(ImageError::Write { name: name.to_owned(), problem });
+        }
+        Ok(())
+    }
+
+    fn file(&self, stored: &[Vec<u8>], texts: &[(&str, &str)], packing: u32) -> Vec<u8> {
+        let size = [self.width, self.height];
+        let head = Head { vk: self.format.vk(), type_bytes: self.format.type_bytes(), size, packing };
         let layers = if self.layers == 1 { 0 } else { self.layers };
-        let whole = (0..packed.len()).map(|level| self.level_bytes(level));
-        let levels: Vec<(&[u8], u64)> = packed.iter().map(Vec::as_slice).zip(whole).collect();
+        let whole = (0..stored.len()).map(|level| self.level_bytes(level));
+        let levels: Vec<(&[u8], u64)> = stored.iter().map(Vec::as_slice).zip(whole).collect();
         let values: Vec<u8> = texts.iter().flat_map(|(key, text)| key_value(key, text)).collect();
-        Ok(head.file(layers, &levels, &described, &values, 1))
+        // of what is not packed, texels lie where numbers of their size may
+        let alignment = if packing == ZLIB { 1 } else { self.format.block_bytes().next_multiple_of(4) as usize };
+        head.file(layers, &levels, &self.descriptor(), &values, alignment)
     }
 
     /// The text that a file has by a key, without anything of it being unpacked.
@@ -215,11 +250,12 @@ impl Ktx2 {
         let Some(format) = TexelFormat::ALL.into_iter().find(|format| format.vk() == *vk) else {
             return Err(bad("its header", format!("its format {vk} is none that is read here")));
         };
-        if *depth != 0 || *faces != 1 || *packing != ZLIB || !(1..=16).contains(levels) {
-            return Err(bad("its header", "it is not a two-dimensional texture packed by zlib".to_owned()));
+        let is_known = matches!(*packing, ZLIB | AS_THEY_ARE);
+        if *depth != 0 || *faces != 1 || !is_known || !(1..=16).contains(levels) {
+            return Err(bad("its header", "it is not a two-dimensional texture, as it is or packed by zlib".to_owned()));
         }
         let texture = Self { format, width: *width, height: *height, layers: (*layers).max(1), levels: Vec::new() };
-        texture.check(name)?;
+        texture.check_size(name)?;
         Ok(Ktx2Shape { levels: *levels, ..texture.shape() })
     }
 
@@ -232,6 +268,7 @@ impl Ktx2 {
         let bad = |place: &str, problem: String| ImageError::malformed(name, place, problem, COPY_AGAIN);
         let Ktx2Shape { format, size: [width, height], layers, levels } = Self::shape_of(bytes, name)?;
         let mut texture = Self { format, width, height, layers, levels: Vec::new() };
+        let is_packed = bytes.get(PACKING_AT..).and_then(<[u8]>::first_chunk) == Some(&ZLIB.to_le_bytes());
         for level in 0..levels as usize {
             let place = format!("level {level}");
             let index = bytes.get(HEADER_BYTES + LEVEL_BYTES * level..).and_then(<[u8]>::first_chunk::<LEVEL_BYTES>);
@@ -244,6 +281,13 @@ impl Ktx2 {
             if whole != wanted || wanted > (len + 1) * MOST_EXPANSION {
                 return Err(bad(&place, format!("it says {whole} bytes from {len}, its size asks for {wanted}")));
             }
+            if !is_packed {
+                if len != wanted {
+                    return Err(bad(&place, format!("it has {len} bytes, not {wanted}")));
+                }
+                texture.levels.push(packed.to_vec());
+                continue;
+            }
             // what a header asks for is not given before the texels are there
             let mut unpacked = Vec::new();
             ZlibDecoder::new(packed).take(wanted + 1).read_to_end(&mut unpacked).map_err(|e| bad(&place, e.to_string()))?;
@@ -255,7 +299,7 @@ impl Ktx2 {
         Ok(texture)
     }
 
-    fn check(&self, name: &str) -> Result<(), ImageError> {
+    pub(crate) fn check_size(&self, name: &str) -> Result<(), ImageError> {
         let sides = [self.width, self.height].iter().all(|side| (1..=MOST_TEXELS).contains(side));
         if sides && (1..=MOST_LAYERS).contains(&self.layers) {
             return Ok(());
@@ -276,8 +320,11 @@ impl Ktx2 {
         const ALPHA: u32 = 15;
         const LINEAR: u32 = 0x10;
         let format = self.format;
-        if format == TexelFormat::Bc7 {
-            return block_descriptor(BC7_MODEL, [0, u32::MAX]);
+        match format {
+            TexelFormat::Bc7 => return block_descriptor(BC7_MODEL, [0, u32::MAX]),
+            TexelFormat::Bc7Srgb => return block_descriptor(BC7_SRGB_MODEL, [0, u32::MAX]),
+            TexelFormat::Bc6h => return block_descriptor(bc6h::MODEL, [0, 1.0_f32.to_bits()]),
+            _ => {}
         }
         let channels = format.channels();
         let block = BLOCK_BYTES + SAMPLE_BYTES * channels;
@@ -294,7 +341,7 @@ impl Ktx2 {
         let (kind, low, high) = match format {
             TexelFormat::Rgba16Float => (0xC0, (-1.0_f32).to_bits(), 1.0_f32.to_bits()),
             TexelFormat::Rgba8Srgb => (0, 0, 255),
-            TexelFormat::R32Uint | TexelFormat::Bc7 => (0, 0, 1),
+            _ => (0, 0, 1),
         };
         for channel in 0..channels {
             let id = if channel == 3 { ALPHA } else { channel };
@@ -309,6 +356,8 @@ impl Ktx2 {
 
 /// `KHR_DF_MODEL_BC7`, primaries of Rec. 709, linear, alpha straight.
 const BC7_MODEL: u32 = 134 | 1 << 8 | 1 << 16;
+/// The same, coded as sRGB.
+const BC7_SRGB_MODEL: u32 = 134 | 1 << 8 | 2 << 16;
 
 /// The descriptor of blocks of four by four texels, sixteen bytes, of one sample: its model, and the sample's lowest and highest number.
 fn block_descriptor(model: u32, limits: [u32; 2]) -> Vec<u8> {
@@ -316,7 +365,7 @@ fn block_descriptor(model: u32, limits: [u32; 2]) -> Vec<u8> {
     // the lengths of the descriptor and of its one block, version 2; then the texel block's sides less one, and its bytes
     let head = [4 + size, 0, 2 | size << 16, model, 3 | 3 << 8, 16, 0];
     // 128 bits from bit 0 on; BC6H's are floats
-    let kind = if model == BC7_MODEL { 0 } else { 0x80 << 24 };
+    let kind = if model == bc6h::MODEL { 0x80 << 24 } else { 0 };
     let sample = [127 << 16 | kind, 0, limits[0], limits[1]];
     head.iter().chain(&sample).flat_map(|word| word.to_le_bytes()).collect()
 }
@@ -392,6 +441,21 @@ mod tests {
             let bytes = written.to_bytes("a.ktx2").unwrap();
             assert_eq!(Ktx2::from_bytes(&bytes, "a.ktx2").unwrap(), written);
             assert_eq!(written.level_bytes(2), 3 * u64::from(layers * format.block_bytes()));
+        }
+    }
+
+    #[test]
+    fn what_is_written_plainly_is_read_and_lies_where_devices_want_it() {
+        for format in TexelFormat::ALL {
+            let written = texture(format, 1);
+            let bytes = written.to_plain_bytes(&[("KTXwriter", "us")], "a.ktx2").unwrap();
+            assert_eq!(Ktx2::from_bytes(&bytes, "a.ktx2").unwrap(), written);
+            assert_eq!(Ktx2::text_of(&bytes, "KTXwriter"), Some("us"));
+            let at = u64::from_le_bytes(bytes[HEADER_BYTES..HEADER_BYTES + 8].try_into().unwrap());
+            assert!(at.is_multiple_of(u64::from(format.block_bytes())), "{format:?}: {at}");
+            for len in 0..bytes.len() {
+                assert!(Ktx2::from_bytes(&bytes[..len], "a").is_err(), "{len} of {}", bytes.len());
+            }
         }
     }
 

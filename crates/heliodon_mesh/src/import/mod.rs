@@ -26,7 +26,7 @@ mod wedges;
 
 pub use error::{ImportError, ImportReport, Place};
 pub use gltf::percent_decoded;
-pub(crate) use gltf::read_moving as read_moving_gltf;
+pub(crate) use gltf::{Component, raw, read_moving as read_moving_gltf};
 pub use material::locate;
 
 use crate::Mesh;

@@ -6,7 +6,7 @@ use super::{Failure, Outcome, fail};
 use crate::import::source::DAMAGED;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Component {
+pub(crate) enum Component {
     I8,
     U8,
     I16,
@@ -28,7 +28,20 @@ impl Component {
         })
     }
 
-    fn size(self) -> usize {
+    /// The format's number for it.
+    pub fn code(self) -> u32 {
+        match self {
+            Self::I8 => 5120,
+            Self::U8 => 5121,
+            Self::I16 => 5122,
+            Self::U16 => 5123,
+            Self::U32 => 5125,
+            Self::F32 => 5126,
+        }
+    }
+
+    /// Bytes of one.
+    pub fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -36,8 +49,9 @@ impl Component {
         }
     }
 
+    /// The number that such bytes stand for.
     #[inline]
-    fn read(self, b: &[u8]) -> f64 {
+    pub fn read(self, b: &[u8]) -> f64 {
         match self {
             Self::I8 => f64::from(b[0] as i8),
             Self::U8 => f64::from(b[0]),
@@ -49,7 +63,7 @@ impl Component {
     }
 
     /// What a normalised value is divided by.
-    fn full(self) -> f64 {
+    pub fn full(self) -> f64 {
         match self {
             Self::I8 => 127.0,
             Self::U8 => 255.0,
@@ -155,6 +169,22 @@ impl<'a> Values<'a> {
     #[inline]
     pub fn index(&self, i: usize) -> u32 {
         self.get(i)[0] as u32
+    }
+
+    /// The bytes of element `i` as the file has them; none where it leaves them out, which means zeros.
+    pub fn raw(&self, i: usize) -> &[u8] {
+        let element = self.component.size() * self.width;
+        if let Some(sparse) = &self.sparse
+            && let Ok(place) = sparse.indices.binary_search(&(i as u32))
+        {
+            return &sparse.values[place * element..][..element];
+        }
+        self.bytes.get(i * self.stride..).and_then(|bytes| bytes.get(..element)).unwrap_or_default()
+    }
+
+    /// What its components are, and whether they are normalised.
+    pub fn kind(&self) -> (Component, bool) {
+        (self.component, self.normalized)
     }
 
     /// Whether these are whole, unsigned numbers, as indices are.

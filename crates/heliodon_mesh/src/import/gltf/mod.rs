@@ -13,10 +13,12 @@ mod materials;
 mod meshopt;
 mod model;
 mod moving;
+pub(crate) mod raw;
 mod scene;
 mod size;
 mod skins;
 
+pub(crate) use accessor::Component;
 pub use container::percent_decoded;
 
 use super::ImportOptions;
