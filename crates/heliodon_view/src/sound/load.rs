@@ -21,7 +21,9 @@ pub fn run(bundle: &BundleReader) -> Loaded {
     let mut loaded = Loaded::default();
     for sound in &bundle.living().sounds {
         let clip = match &sound.file {
-            Some(file) => read_clip(&bundle.folder().join(file)).map(|(clip, _)| Arc::new(clip)).map_err(|error| error.to_string()),
+            Some(file) => {
+                read_clip(&bundle.folder().join(file)).map(|(clip, _)| Arc::new(clip)).map_err(|error| error.to_string())
+            }
             None => made(sound),
         };
         match clip {

@@ -11,6 +11,7 @@ use crate::stage::background::Background;
 use crate::stage::ground::Ground;
 use crate::story::{Story, Wishes};
 use crate::time_lapse::TimeLapse;
+use bevy::platform::cell::SyncCell;
 use bevy::prelude::*;
 use heliodon_bundle::site::{Echo, SoundSource, Walls as SiteWalls};
 use heliodon_script::action::Action;
@@ -37,7 +38,8 @@ const MOST_PLAYED: usize = 256;
 pub struct Sounds {
     stage: u64,
     loading: Option<Background<load::Loaded>>,
-    hall: Option<Hall>,
+    /// A mixer's queues have one teller at a time.
+    hall: Option<SyncCell<Hall>>,
 }
 
 /// A mixer at work.
@@ -99,7 +101,7 @@ fn follow_stage(stage: Res<Stage>, mut sounds: ResMut<Sounds>) {
     let settings = OutputSettings::from_setting(std::env::var(AUDIO_VARIABLE).ok().as_deref());
     let output = Output::start(mixer, &settings).map_err(|error| warn!("nothing is heard: {error}")).ok();
     let echoes = stage.bundle().map_or(&[][..], |bundle| &bundle.living().echoes);
-    sounds.hall = Some(Hall::new(control, output, loaded.sounds, echoes));
+    sounds.hall = Some(SyncCell::new(Hall::new(control, output, loaded.sounds, echoes)));
 }
 
 /// A box with an echo as the mixer knows it.
@@ -252,7 +254,7 @@ fn play(mut sounds: ResMut<Sounds>, mut wishes: ResMut<Wishes>, mut story: ResMu
         return;
     }
     let asked = std::mem::take(&mut wishes.sounds);
-    let Some(hall) = &mut sounds.hall else {
+    let Some(hall) = sounds.hall.as_mut().map(SyncCell::get) else {
         // what cannot be heard has ended
         for action in asked {
             if let Action::PlaySound { sound, .. } = action {
@@ -268,7 +270,8 @@ fn play(mut sounds: ResMut<Sounds>, mut wishes: ResMut<Wishes>, mut story: ResMu
 
 /// Tells the mixer of the visitor and of the hour.
 fn hear(stage: Res<Stage>, lapse: Res<TimeLapse>, mut sounds: ResMut<Sounds>, visitors: Query<&Visitor>) {
-    let (Some(hall), Some(visitor)) = (&mut sounds.hall, visitors.iter().next()) else { return };
+    let hall = sounds.hall.as_mut().map(SyncCell::get);
+    let (Some(hall), Some(visitor)) = (hall, visitors.iter().next()) else { return };
     let hour = (lapse.clock_s / 3600.0) as f32;
     hall.listen(visitor.pose.eye, visitor.pose.rotation(), stage.footing(), hour);
 }
