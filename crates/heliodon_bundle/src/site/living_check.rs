@@ -199,11 +199,11 @@ mod tests {
     use crate::site::Site;
 
     /// A site with more after it.
-    fn told(more: &str) -> Result<(), String> {
+    fn told(more: &str) -> Result<Site, String> {
         let site = format!(
             "[site]\nname = \"s\"\n[[part]]\nfile = \"a.obj\"\n[sky]\nprobes = \"g.hdr\"\nmapping = \"lat-long\"\n{more}\n"
         );
-        Site::parse(&site, "site.toml").map(|_| ()).map_err(|error| error.to_string())
+        Site::parse(&site, "site.toml").map_err(|error| error.to_string())
     }
 
     #[test]
@@ -249,7 +249,10 @@ mod tests {
             file = "mallet.glb"
             place = [0.0, 0.0, 0.0]
             thing = { carried = true, tool = true, brings = "gold" }"#;
-        told(more).unwrap();
+        let site = told(more).unwrap();
+        let written = site.file().to_toml_string();
+        let read = Site::parse(&written, "site.toml").unwrap_or_else(|error| panic!("{error}\n{written}"));
+        assert_eq!(read.file(), site.file(), "{written}");
     }
 
     #[test]

@@ -11,6 +11,7 @@ mod files;
 mod lamp;
 mod living;
 mod living_check;
+mod living_template;
 mod matte;
 mod placement;
 mod prepare;

@@ -4,6 +4,8 @@ use super::actor::{Actor, Ground, Walk};
 use super::budget::Budget;
 use super::detail::{Detail, DetailPattern};
 use super::lamp::{self, Lamp};
+use super::living::Thing;
+use super::living_template::{write_living, write_thing};
 use super::matte::Matte;
 use super::prepare::{Prepare, Winding};
 use super::types::{Albedo, Bake, Display, Part, Room, SiteFile, SiteInfo, Sky};
@@ -48,6 +50,9 @@ pub(super) fn write(site: &SiteFile) -> String {
     if site.actors.is_empty() {
         write_example(&mut w, |w| write_actor(w, &Actor::at("walker.glb", [0.0, 0.0, 5.0])));
     }
+    if site.actors.iter().all(|actor| actor.thing.is_none()) {
+        write_example(&mut w, |w| write_thing(w, &Thing::default()));
+    }
     for lamp in &site.lamps {
         write_lamp(&mut w, lamp);
     }
@@ -61,6 +66,7 @@ pub(super) fn write(site: &SiteFile) -> String {
         let corners = [[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 3.0, 0.0], [-2.0, 3.0, 0.0]];
         write_example(&mut w, |w| write_matte(w, &Matte::new(corners)));
     }
+    write_living(&mut w, &site.living());
     match &site.prepare {
         Some(prepare) => write_prepare(&mut w, prepare),
         None => write_example(&mut w, |w| write_prepare(w, &Prepare::default())),
@@ -215,6 +221,10 @@ fn write_actor(w: &mut Writer, actor: &Actor) {
     w.optional("scale", &actor.scale, &1.0, "");
     w.optional("rotate_deg", &actor.rotate_deg, &[0.0; 3], "of the model itself");
     w.absent::<Albedo>("albedo", actor.albedo.as_ref(), "[0.5, 0.5, 0.5]", "in place of the file's own colours; or an image");
+    match &actor.thing {
+        Some(thing) => write_thing(w, thing),
+        None => w.absent::<Thing>("thing", None, "{ carried = true }", "it can be touched and taken: [actor.thing]"),
+    }
 }
 
 fn write_prepare(w: &mut Writer, prepare: &Prepare) {

@@ -87,10 +87,10 @@ pub(super) struct Dark;
 pub(super) fn spawn(mut commands: Commands) {
     let whole = Node { position_type: PositionType::Absolute, width: percent(100), height: percent(100), ..default() };
     commands.spawn((Dark, whole, BackgroundColor(Color::NONE), GlobalZIndex(-1)));
-    let column = |above: Val, below: Val| Node {
+    // above the timeline, where neither text nor help stand
+    let column = Node {
         position_type: PositionType::Absolute,
-        top: above,
-        bottom: below,
+        bottom: percent(13),
         width: percent(100),
         flex_direction: FlexDirection::Column,
         align_items: AlignItems::Center,
@@ -103,12 +103,10 @@ pub(super) fn spawn(mut commands: Commands) {
         let text = (Text::default(), TextFont::from_font_size(size), TextColor(color), TextLayout::justify(Justify::Center));
         (line, Visibility::Hidden, BackgroundColor(PANEL), node, text)
     };
-    commands.spawn(column(px(14), auto())).with_children(|parent| {
-        parent.spawn(line(Line::Task, 20.0, TASK_INK));
-    });
-    commands.spawn(column(auto(), percent(13))).with_children(|parent| {
-        parent.spawn(line(Line::Hint, 17.0, TASK_INK));
+    commands.spawn(column).with_children(|parent| {
         parent.spawn(line(Line::Subtitle, 22.0, INK));
+        parent.spawn(line(Line::Hint, 17.0, TASK_INK));
+        parent.spawn(line(Line::Task, 20.0, TASK_INK));
     });
 }
 
