@@ -14,6 +14,7 @@ use crate::time_lapse::TimeLapse;
 use bevy::platform::cell::SyncCell;
 use bevy::prelude::*;
 use heliodon_bundle::site::{Echo, SoundSource, Walls as SiteWalls};
+use heliodon_math::frame::unit_or;
 use heliodon_script::action::Action;
 use heliodon_script::event::Event;
 use heliodon_sound::mixer::DayCurve;
@@ -243,7 +244,7 @@ fn hidden(ground: &Ground, head: Vec3, source: Vec3) -> f32 {
     let stopped = points.iter().filter(|&&point| {
         let along = point - head;
         let reach = along.length() - OFF_M;
-        reach > 0.0 && ground.cast(head, along.normalize(), reach).is_some()
+        reach > 0.0 && ground.cast(head, unit_or(along, Vec3::Y), reach).is_some()
     });
     stopped.count() as f32 / points.len() as f32
 }
