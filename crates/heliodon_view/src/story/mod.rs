@@ -1,7 +1,7 @@
 //! What happens: a site's scripts, told of what the visitor does, and what they ask for done.
 //!
-//! `heliodon_script` runs them; here is what it knows nothing of. [`watch`] sees what the visitor enters and looks at, [`stage_hand`] moves, shows and lights,
-//! [`board`] tells: tasks, hints, subtitles, a darkened picture. Scripts that change on disk are taken up while the visit goes on.
+//! `heliodon_script` runs them; here is what it knows nothing of. `watch` sees what the visitor enters and looks at, `stage_hand` moves, shows and lights,
+//! `board` tells: tasks, hints, subtitles, a darkened picture. Scripts that change on disk are taken up while the visit goes on.
 
 mod board;
 mod stage_hand;
