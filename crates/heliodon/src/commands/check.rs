@@ -6,6 +6,7 @@ use anyhow::{Result, bail};
 use heliodon_bake::check::{CheckReport, check};
 use heliodon_bundle::site::{Part, Site};
 use heliodon_script::book::Book;
+use heliodon_sound::generate::SoundKind;
 use std::path::PathBuf;
 
 /// Reads site.toml and everything that it names, and tells what is wrong or odd; bakes nothing.
@@ -20,8 +21,20 @@ pub struct Args {
 pub fn run(app: &App, args: &Args) -> Result<()> {
     let site = Site::read(&args.site)?;
     let mut report = check(&site, &app.progress)?;
+    check_sounds(&site)?;
     report.warnings.extend(check_story(&site)?);
     app.output.result(&report, describe)
+}
+
+/// Whether sounds that are to be made can be.
+fn check_sounds(site: &Site) -> Result<()> {
+    for (i, sound) in site.sounds.iter().enumerate() {
+        let Some(kind) = sound.kind.as_deref().filter(|kind| SoundKind::named(kind).is_none()) else { continue };
+        let known: Vec<&str> = SoundKind::ALL.iter().map(|kind| kind.name()).collect();
+        let remedy = format!("write one of: {}", known.join(", "));
+        return Err(site.error_at(&["sound", &i.to_string(), "kind"], format!("there is no sound `{kind}`"), remedy).into());
+    }
+    Ok(())
 }
 
 /// What is odd about a site's scripts and texts.

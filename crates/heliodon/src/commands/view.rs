@@ -121,10 +121,15 @@ fn display_of(args: &Args) -> Result<Option<Arc<Display>>> {
 fn story_of(args: &Args) -> StoryPlaces {
     let is_bundle = args.path.join(MANIFEST_FILE_NAME).exists();
     let folder = if args.path.is_file() { args.path.parent().unwrap_or(Path::new(".")) } else { &args.path };
-    let memory = if is_bundle { folder.with_extension("memory.json") } else { folder.join("memory.json") };
+    // of `.` and of `site.v2` alike the folder's own whole name counts
+    let beside = || {
+        let whole = folder.canonicalize().ok()?;
+        Some(whole.with_file_name(format!("{}.memory.json", whole.file_name()?.to_string_lossy())))
+    };
+    let memory = if is_bundle { beside() } else { Some(folder.join("memory.json")) };
     StoryPlaces {
         site: (!is_bundle).then(|| folder.to_owned()),
-        memory: (!args.forget).then_some(memory),
+        memory: memory.filter(|_| !args.forget),
         language: args.language.clone(),
     }
 }

@@ -179,7 +179,7 @@ fn check_weathering(at: &[&str], weathering: &Weathering) -> Checked {
     within(&key("wind_m_per_s"), weathering.wind_m_per_s, *WIND_M_PER_S.start(), *WIND_M_PER_S.end())
 }
 
-fn check_color(key: &[&str], rgb: [f64; 3]) -> Checked {
+pub(super) fn check_color(key: &[&str], rgb: [f64; 3]) -> Checked {
     match rgb.iter().find(|c| !(0.0..=1.0).contains(*c)) {
         None => Ok(()),
         Some(wrong) => {
@@ -492,17 +492,23 @@ fn check_bake(site: &SiteFile) -> Checked {
     }
 }
 
+/// A box has a volume.
+pub(super) fn check_box(at: &[&str; 2], min: [f64; 3], max: [f64; 3]) -> Checked {
+    finite(&[at[0], at[1], "min"], &min)?;
+    finite(&[at[0], at[1], "max"], &max)?;
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        if min[axis] >= max[axis] {
+            let message = format!("min {} is not below max {} along {name}", min[axis], max[axis]);
+            return fault(&[at[0], at[1], "min"], message, "give a box with a volume");
+        }
+    }
+    Ok(())
+}
+
 fn check_room(at: &[&str; 2], room: &Room) -> Checked {
     let key = |name| [at[0], at[1], name];
     not_empty(&key("name"), &room.name)?;
-    finite(&key("min"), &room.min)?;
-    finite(&key("max"), &room.max)?;
-    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        if room.min[axis] >= room.max[axis] {
-            let message = format!("min {} is not below max {} along {name}", room.min[axis], room.max[axis]);
-            return fault(&key("min"), message, "give a box with a volume");
-        }
-    }
+    check_box(at, room.min, room.max)?;
     for corners in &room.windows {
         finite(&key("windows"), corners.as_flattened())?;
     }

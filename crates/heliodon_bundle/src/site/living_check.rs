@@ -1,5 +1,6 @@
 //! What makes tables of what happens sensible ones.
 
+use super::check::{check_box, check_color};
 use super::living::{Film, Living, Material, Particles, SoundSource, Story};
 use super::types::SiteFile;
 use crate::config::rules::{COORDINATES_M, Checked, fault, finite, not_empty, within};
@@ -92,24 +93,9 @@ fn check_names<'a>(table: &str, names: impl Iterator<Item = &'a str>) -> Checked
     Ok(())
 }
 
-fn check_box(at: &[&str; 2], min: [f64; 3], max: [f64; 3]) -> Checked {
-    finite(&[at[0], at[1], "min"], &min)?;
-    finite(&[at[0], at[1], "max"], &max)?;
-    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        if min[axis] >= max[axis] {
-            let message = format!("min {} is not below max {} along {name}", min[axis], max[axis]);
-            return fault(&[at[0], at[1], "min"], message, "give a box with a volume");
-        }
-    }
-    Ok(())
-}
-
 fn check_material(at: &[&str; 2], material: &Material) -> Checked {
     let key = |name| [at[0], at[1], name];
-    if let Some(wrong) = material.albedo.iter().find(|c| !(0.0..=1.0).contains(*c)) {
-        let remedy = "give three linear numbers from 0 to 1; 8-bit colours must be divided by 255 and linearised";
-        return fault(&key("albedo"), format!("albedo holds {wrong}"), remedy);
-    }
+    check_color(&key("albedo"), material.albedo)?;
     within(&key("grain"), material.grain, 0.0, 1.0)?;
     within(&key("metal"), material.metal, 0.0, 1.0)
 }

@@ -110,13 +110,6 @@ impl SiteFile {
             story: self.story.clone(),
         }
     }
-
-    /// Puts in what happens in the site.
-    pub fn set_living(&mut self, living: Living) {
-        let Living { regions, views, paths, materials, films, sounds, echoes, particles, story } = living;
-        (self.regions, self.views, self.paths, self.materials) = (regions, views, paths, materials);
-        (self.films, self.sounds, self.echoes, self.particles, self.story) = (films, sounds, echoes, particles, story);
-    }
 }
 
 /// `[site]`: what and where the site is.

@@ -13,6 +13,7 @@ use crate::story::{Story, Wishes};
 use crate::time_lapse::TimeLapse;
 use bevy::platform::cell::SyncCell;
 use bevy::prelude::*;
+use heliodon_bundle::BundleReader;
 use heliodon_bundle::site::{Echo, SoundSource, Walls as SiteWalls};
 use heliodon_math::frame::unit_or;
 use heliodon_script::action::Action;
@@ -20,7 +21,7 @@ use heliodon_script::event::Event;
 use heliodon_sound::mixer::DayCurve;
 use heliodon_sound::output::{Output, OutputSettings};
 use heliodon_sound::room::{Room, Walls};
-use heliodon_sound::{Clip, Content, Control, ControlError, MixerSettings, SourceId, SourceSettings};
+use heliodon_sound::{BedId, Clip, Content, Control, ControlError, MixerSettings, SourceId, SourceSettings};
 use std::sync::Arc;
 
 /// The environment's word on where sound goes.
@@ -50,6 +51,8 @@ struct Hall {
     output: Option<Output>,
     sounds: Vec<(SoundSource, Arc<Clip>)>,
     playing: Vec<Playing>,
+    /// Ambience, and which of the sounds it is.
+    beds: Vec<(usize, BedId)>,
     /// Whose turn it is to be asked for.
     turn: usize,
 }
@@ -82,10 +85,7 @@ impl Plugin for SoundPlugin {
 fn follow_stage(stage: Res<Stage>, mut sounds: ResMut<Sounds>) {
     if sounds.stage != stage.serial() {
         *sounds = Sounds { stage: stage.serial(), ..Sounds::default() };
-        let has_any = |bundle: &&Arc<_>| -> bool {
-            let bundle: &heliodon_bundle::BundleReader = bundle;
-            !bundle.living().sounds.is_empty()
-        };
+        let has_any = |bundle: &&Arc<BundleReader>| !bundle.living().sounds.is_empty();
         if let Some(bundle) = stage.bundle().filter(has_any) {
             let bundle = Arc::clone(bundle);
             sounds.loading = Some(Background::start(move || load::run(&bundle)));
@@ -127,7 +127,7 @@ fn curve(sound: &SoundSource) -> Option<DayCurve> {
     DayCurve::new(&points).map_err(|error| warn!("the hours of the sound {}: {error}", sound.name)).ok()
 }
 
-/// Tells what could not be done, once of a kind: a full mixer is no reason to stop.
+/// Tells what could not be done, the first time: a full mixer is no reason to stop.
 fn told<T>(what: &str, result: Result<T, ControlError>) -> Option<T> {
     result.map_err(|error| warn_once!("the sound {what}: {error}")).ok()
 }
@@ -136,10 +136,13 @@ impl Hall {
     fn new(mut control: Control, output: Option<Output>, sounds: Vec<(SoundSource, Arc<Clip>)>, echoes: &[Echo]) -> Self {
         let rooms: Vec<Room> = echoes.iter().map(room).collect();
         told("of rooms", control.rooms(&rooms));
-        let mut hall = Self { control, output, sounds, playing: Vec::new(), turn: 0 };
+        let mut hall = Self { control, output, sounds, playing: Vec::new(), beds: Vec::new(), turn: 0 };
         for sound in 0..hall.sounds.len() {
-            if hall.sounds[sound].0.plays {
-                hall.begin(sound, None, 1.0, false);
+            let settings = &hall.sounds[sound].0;
+            match (settings.plays, settings.repeat && settings.place.is_none()) {
+                (true, true) => hall.surround(sound),
+                (true, false) => hall.begin(sound, None, 1.0, false),
+                (false, _) => {}
             }
         }
         hall
@@ -167,6 +170,15 @@ impl Hall {
         }
     }
 
+    /// Begins what goes on all around, each ear its own.
+    fn surround(&mut self, sound: usize) {
+        let (settings, clip) = &self.sounds[sound];
+        let curve = curve(settings).unwrap_or_else(|| DayCurve::constant(1.0));
+        let gain = (settings.volume as f32).min(4.0);
+        let added = self.control.add_bed(Content::Clip(Arc::clone(clip)), curve, gain, true);
+        self.beds.extend(told(&settings.name, added).map(|id| (sound, id)));
+    }
+
     /// Does what a script asks for.
     fn carry_out(&mut self, action: &Action) {
         let number = |name: &str| self.sounds.iter().position(|(sound, _)| sound.name == name);
@@ -184,6 +196,9 @@ impl Hall {
                     playing.asked = false;
                     // one that has ended in the meantime is as silent
                     self.control.remove(playing.id).ok();
+                }
+                for (_, bed) in self.beds.extract_if(.., |(sound, _)| Some(*sound) == number) {
+                    told(sound, self.control.remove_bed(bed));
                 }
             }
             _ => {}
@@ -208,6 +223,7 @@ impl Hall {
     /// Where the head is, what hides the sources from it, and how loud the hour is.
     fn listen(&mut self, head: Vec3, orientation: Quat, ground: Option<&Ground>, hour: f32) {
         told("of the head", self.control.listener(head, orientation));
+        told("of the hour", self.control.hour(hour));
         for playing in &self.playing {
             if let Some(curve) = &playing.curve {
                 told("of the hour", self.control.gain(playing.id, playing.gain * curve.at(hour)).or_else(gone));
@@ -282,9 +298,12 @@ mod tests {
     use super::*;
     use heliodon_sound::Mixer;
 
-    /// A hall of one sound at three metres to the left, unheard but mixed.
+    /// A hall of one fire at three metres to the left, unheard but mixed.
     fn hall(sound: &str) -> (Hall, Mixer) {
-        let text = format!("{sound}\nname = \"fire\"\nkind = \"fire\"\nplace = [-3.0, 0.0, 0.0]\n");
+        hall_of(&format!("{sound}\nname = \"fire\"\nkind = \"fire\"\nplace = [-3.0, 0.0, 0.0]\n"))
+    }
+
+    fn hall_of(text: &str) -> (Hall, Mixer) {
         let site = format!(
             "[site]\nname = \"s\"\n[[part]]\nfile = \"a.obj\"\n[sky]\nprobes = \"g.hdr\"\nmapping = \"lat-long\"\n[[sound]]\n{text}"
         );
@@ -315,6 +334,22 @@ mod tests {
         assert!(left > 1.2 * right && right > 1e-4, "{left} {right}");
         let [morning, _] = heard(&mut hall, &mut mixer, 6.0);
         assert!(morning < 0.05 * left, "{morning} {left}");
+    }
+
+    #[test]
+    fn ambience_is_all_around_until_it_is_stopped() {
+        let (mut hall, mut mixer) = hall_of(
+            "name = \"wind\"\nkind = \"wind\"\nplays = true\nrepeat = true\nhours = [[\"06:00\", 0.0], [\"18:00\", 1.0]]",
+        );
+        assert!(hall.playing.is_empty() && hall.beds.len() == 1);
+        // beds take seconds to follow
+        (0..8).for_each(|_| drop(heard(&mut hall, &mut mixer, 18.0)));
+        let [left, right] = heard(&mut hall, &mut mixer, 18.0);
+        assert!(left > 1e-4 && right > 1e-4 && left != right, "{left} {right}");
+        hall.carry_out(&Action::StopSound { sound: "wind".into() });
+        assert!(hall.beds.is_empty());
+        (0..30).for_each(|_| drop(heard(&mut hall, &mut mixer, 18.0)));
+        assert!(heard(&mut hall, &mut mixer, 18.0)[0] < 0.01 * left);
     }
 
     #[test]

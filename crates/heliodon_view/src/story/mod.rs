@@ -262,8 +262,7 @@ fn step(
             Action::NoTask => board.task = None,
             Action::Hint { text: key, seconds, values } => board.hint(text(key, values), *seconds),
             Action::FadeScreen { darkness, seconds } => board.fade(*darkness, *seconds),
-            Action::PlaySound { .. } | Action::StopSound { .. } => wishes.sounds.push(action.clone()),
-            other => wishes.others.push(other.clone()),
+            other => wishes.sort(other),
         }
     }
     story.told = Told { ms: start.elapsed().as_secs_f32() * 1e3, actions: actions.len() };

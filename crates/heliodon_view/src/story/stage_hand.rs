@@ -22,8 +22,34 @@ use std::collections::HashMap;
 pub struct Wishes {
     /// Of sounds.
     pub sounds: Vec<Action>,
+    /// Of films.
+    pub films: Vec<Action>,
+    /// Of what is in the air.
+    pub particles: Vec<Action>,
+    /// Of materials, transparency, and marks.
+    pub looks: Vec<Action>,
+    /// Of what is in the visitor's hands.
+    pub hands: Vec<Action>,
+    /// Of ways that the visitor is shown.
+    pub guides: Vec<Action>,
     /// Of everything else.
     pub(super) others: Vec<Action>,
+}
+
+impl Wishes {
+    /// Lays a wish where whoever carries it out looks for it.
+    pub(super) fn sort(&mut self, wish: &Action) {
+        let carried_out_by = match wish {
+            Action::PlaySound { .. } | Action::StopSound { .. } => &mut self.sounds,
+            Action::PlayFilm { .. } | Action::StopFilm { .. } => &mut self.films,
+            Action::StartParticles { .. } | Action::StopParticles { .. } => &mut self.particles,
+            Action::Material { .. } | Action::Fade { .. } | Action::Highlight { .. } => &mut self.looks,
+            Action::Give { .. } | Action::Take { .. } | Action::Drop { .. } => &mut self.hands,
+            Action::Guide { .. } | Action::NoGuide => &mut self.guides,
+            _ => &mut self.others,
+        };
+        carried_out_by.push(wish.clone());
+    }
 }
 
 /// What is going on.
