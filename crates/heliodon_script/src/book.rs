@@ -114,6 +114,7 @@ mod tests {
             scripts: scripts.iter().map(|&script| script.to_owned()).collect(),
             texts: Some("t.toml".into()),
             language: None,
+            font: None,
             remembers: true,
         };
         let mut living = Living { regions: vec![region("hall")], story: Some(story(&["a.rhai"])), ..Living::default() };

@@ -2,9 +2,9 @@
 
 use crate::App;
 use crate::output::{count, counted, table};
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use heliodon_bake::check::{CheckReport, check};
-use heliodon_bundle::site::{Part, Site};
+use heliodon_bundle::site::{Part, Site, is_font};
 use heliodon_script::book::Book;
 use heliodon_sound::generate::SoundKind;
 use std::path::PathBuf;
@@ -22,6 +22,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     let site = Site::read(&args.site)?;
     let mut report = check(&site, &app.progress)?;
     check_sounds(&site)?;
+    check_font(&site)?;
     report.warnings.extend(check_story(&site)?);
     app.output.result(&report, describe)
 }
@@ -35,6 +36,18 @@ fn check_sounds(site: &Site) -> Result<()> {
         return Err(site.error_at(&["sound", &i.to_string(), "kind"], format!("there is no sound `{kind}`"), remedy).into());
     }
     Ok(())
+}
+
+/// Whether the story's font is one.
+fn check_font(site: &Site) -> Result<()> {
+    let Some(font) = site.story.as_ref().and_then(|story| story.font.as_deref()) else { return Ok(()) };
+    let path = site.folder().join(font);
+    let bytes = std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    if is_font(&bytes) {
+        return Ok(());
+    }
+    let remedy = "name a TrueType or OpenType file (.ttf, .otf)".to_owned();
+    Err(site.error_at(&["story", "font"], format!("`{font}` is no font"), remedy).into())
 }
 
 /// What is odd about a site's scripts and texts.

@@ -96,6 +96,7 @@ impl Site {
                 named.push((["story", "scripts", &i.to_string()].map(str::to_owned).to_vec(), script));
             }
             named.extend(story.texts.as_deref().map(|texts| (["story", "texts"].map(str::to_owned).to_vec(), texts)));
+            named.extend(story.font.as_deref().map(|font| (["story", "font"].map(str::to_owned).to_vec(), font)));
         }
         for (at, name) in named {
             self.expand_one(name, &at, InputKind::Living, files)?;

@@ -165,6 +165,9 @@ pub struct SoundSource {
     /// Where it sounds, metres; without, all around, and neither distance nor walls change it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place: Option<[f64; 3]>,
+    /// In place of `place`, the name of an actor from whom it comes, wherever they go.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
     /// The distance at which it has its own level, metres; beyond, it falls as one over the distance.
     #[serde(default = "one")]
     #[schemars(range(min = 0.01, max = 1000))]
@@ -238,6 +241,9 @@ pub struct Story {
     /// The language of a visit unless its own says otherwise, as in the texts: "en". Default: their first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub language: Option<String>,
+    /// A font for texts in letters other than Latin, Greek and Cyrillic (.ttf or .otf), relative to the site's folder.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub font: Option<String>,
     /// Whether what scripts remember is kept between visits.
     #[serde(default = "yes")]
     pub remembers: bool,
@@ -292,6 +298,12 @@ pub enum Walls {
     Soft,
 }
 
+/// Whether bytes begin as a TrueType or OpenType font does, or a collection of them.
+#[must_use]
+pub fn is_font(bytes: &[u8]) -> bool {
+    [&[0, 1, 0, 0], b"OTTO", b"true", b"ttcf"].iter().any(|tag: &&[u8; 4]| bytes.starts_with(*tag))
+}
+
 impl Living {
     /// Whether nothing happens.
     #[must_use]
@@ -303,7 +315,7 @@ impl Living {
     pub fn files(&self) -> impl Iterator<Item = &str> {
         let films = self.films.iter().flat_map(|film| std::iter::once(&film.file).chain(&film.mask));
         let sounds = self.sounds.iter().filter_map(|sound| sound.file.as_ref());
-        let story = self.story.iter().flat_map(|story| story.scripts.iter().chain(&story.texts));
+        let story = self.story.iter().flat_map(|story| story.scripts.iter().chain(&story.texts).chain(&story.font));
         films.chain(sounds).chain(story).map(String::as_str)
     }
 
@@ -311,7 +323,8 @@ impl Living {
     pub fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
         let films = self.films.iter_mut().flat_map(|film| std::iter::once(&mut film.file).chain(&mut film.mask));
         let sounds = self.sounds.iter_mut().filter_map(|sound| sound.file.as_mut());
-        let story = self.story.iter_mut().flat_map(|story| story.scripts.iter_mut().chain(&mut story.texts));
+        let story =
+            self.story.iter_mut().flat_map(|story| story.scripts.iter_mut().chain(&mut story.texts).chain(&mut story.font));
         films.chain(sounds).chain(story)
     }
 

@@ -61,8 +61,18 @@ pub(super) fn check_living(living: &Living) -> Checked {
     living.story.as_ref().map_or(Ok(()), check_story)
 }
 
-/// What actors bring are materials.
+/// What actors bring are materials, and sounds come from actors that there are.
 pub(super) fn check_things(site: &SiteFile) -> Checked {
+    for (i, sound) in site.sounds.iter().enumerate() {
+        let Some(from) = &sound.from else { continue };
+        let key = ["sound", &i.to_string(), "from"];
+        if sound.place.is_some() {
+            return fault(&key, "it has a place and comes from an actor", "take one of them out");
+        }
+        if !site.actors.iter().any(|actor| actor.display_name() == from) {
+            return fault(&key, format!("there is no actor `{from}`"), "give the name of an [[actor]]");
+        }
+    }
     for (i, actor) in site.actors.iter().enumerate() {
         let Some(brings) = actor.thing.as_ref().and_then(|thing| thing.brings.as_ref()) else { continue };
         if !site.materials.iter().any(|material| material.name == *brings) {

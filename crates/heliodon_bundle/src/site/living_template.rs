@@ -29,7 +29,7 @@ pub(super) fn write_living(w: &mut Writer, living: &Living) {
         plays: true,
     };
     write_all(w, &living.particles, &fire, write_particles);
-    let story = Story { scripts: vec!["story.rhai".to_owned()], texts: None, language: None, remembers: true };
+    let story = Story { scripts: vec!["story.rhai".to_owned()], texts: None, language: None, font: None, remembers: true };
     write_all(w, living.story.as_slice(), &story, write_story);
 }
 
@@ -68,6 +68,7 @@ fn example_sound() -> SoundSource {
         file: None,
         kind: Some("fire".to_owned()),
         seed: 0,
+        from: None,
         place: Some([3.0, 1.0, 0.0]),
         reference_m: 1.0,
         volume: 1.0,
@@ -129,6 +130,7 @@ fn write_sound(w: &mut Writer, sound: &SoundSource) {
     w.absent("file", sound.file.as_ref(), "\"bell.ogg\"", "wav, ogg, flac or mp3");
     w.optional("seed", &sound.seed, &0, "of one that is made");
     w.absent("place", sound.place.as_ref(), "[3.0, 1.0, 0.0]", "default: all around");
+    w.absent("from", sound.from.as_ref(), "\"guide\"", "in place of it, an actor that it goes with");
     w.optional("reference_m", &sound.reference_m, &1.0, "where it has its own level");
     w.optional("volume", &sound.volume, &1.0, "");
     w.optional("repeat", &sound.repeat, &false, "");
@@ -161,6 +163,7 @@ fn write_story(w: &mut Writer, story: &Story) {
     w.set("scripts", &story.scripts, "");
     w.absent("texts", story.texts.as_ref(), "\"texts.toml\"", "what they say, in several languages");
     w.absent("language", story.language.as_ref(), "\"en\"", "default: the texts' first");
+    w.absent("font", story.font.as_ref(), "\"NotoSansGeorgian.ttf\"", "for letters other than Latin, Greek and Cyrillic");
     w.optional("remembers", &story.remembers, &true, "whether what they remember is kept between visits");
 }
 

@@ -5,6 +5,8 @@
 
 mod load;
 
+use crate::actors::Actors;
+use crate::impostor::Impostors;
 use crate::navigation::Visitor;
 use crate::stage::Stage;
 use crate::stage::background::Background;
@@ -64,6 +66,8 @@ struct Playing {
     sound: usize,
     /// Where; none goes with the head.
     place: Option<Vec3>,
+    /// Whether the place is that of whom the sound comes from.
+    follows: bool,
     gain: f32,
     curve: Option<DayCurve>,
     /// Whether a script hears of its end.
@@ -139,7 +143,7 @@ impl Hall {
         let mut hall = Self { control, output, sounds, playing: Vec::new(), beds: Vec::new(), turn: 0 };
         for sound in 0..hall.sounds.len() {
             let settings = &hall.sounds[sound].0;
-            match (settings.plays, settings.repeat && settings.place.is_none()) {
+            match (settings.plays, settings.repeat && settings.place.is_none() && settings.from.is_none()) {
                 (true, true) => hall.surround(sound),
                 (true, false) => hall.begin(sound, None, 1.0, false),
                 (false, _) => {}
@@ -152,7 +156,9 @@ impl Hall {
     fn begin(&mut self, sound: usize, at: Option<Vec3>, volume: f32, asked: bool) {
         let (settings, clip) = &self.sounds[sound];
         let own = settings.place.map(|place| Vec3::from(place.map(|v| v as f32)));
-        let place = at.or(own);
+        // until it is known where they are
+        let elsewhere = settings.from.as_ref().map(|_| Vec3::ZERO);
+        let place = at.or(own).or(elsewhere);
         let gain = settings.volume as f32 * volume;
         let source = SourceSettings {
             place: place.unwrap_or_default(),
@@ -163,10 +169,10 @@ impl Hall {
             looping: settings.repeat,
             ..SourceSettings::default()
         };
-        let curve = curve(settings);
+        let (follows, curve) = (at.is_none() && settings.from.is_some(), curve(settings));
         let added = self.control.add(Content::Clip(Arc::clone(clip)), &source);
         if let Some(id) = told(&settings.name, added) {
-            self.playing.push(Playing { id, sound, place, gain, curve, asked });
+            self.playing.push(Playing { id, sound, place, follows, gain, curve, asked });
         }
     }
 
@@ -218,6 +224,17 @@ impl Hall {
             !ended
         });
         names
+    }
+
+    /// Lets what comes from somebody go with them.
+    fn go_along(&mut self, whereabouts: impl Fn(&str) -> Option<Vec3>) {
+        for playing in self.playing.iter_mut().filter(|playing| playing.follows) {
+            let from = self.sounds[playing.sound].0.from.as_deref();
+            if let Some(place) = from.and_then(&whereabouts).filter(|place| playing.place != Some(*place)) {
+                playing.place = Some(place);
+                told("of whom it comes from", self.control.place(playing.id, place).or_else(gone));
+            }
+        }
     }
 
     /// Where the head is, what hides the sources from it, and how loud the hour is.
@@ -286,10 +303,20 @@ fn play(mut sounds: ResMut<Sounds>, mut wishes: ResMut<Wishes>, mut story: ResMu
 }
 
 /// Tells the mixer of the visitor and of the hour.
-fn hear(stage: Res<Stage>, lapse: Res<TimeLapse>, mut sounds: ResMut<Sounds>, visitors: Query<&Visitor>) {
+fn hear(
+    stage: Res<Stage>,
+    lapse: Res<TimeLapse>,
+    (actors, impostors): (Res<Actors>, Res<Impostors>),
+    mut sounds: ResMut<Sounds>,
+    visitors: Query<&Visitor>,
+) {
     let hall = sounds.hall.as_mut().map(SyncCell::get);
     let (Some(hall), Some(visitor)) = (hall, visitors.iter().next()) else { return };
     let hour = (lapse.clock_s / 3600.0) as f32;
+    hall.go_along(|name| {
+        let (_, (low, high)) = actors.whereabouts(name).or_else(|| impostors.whereabouts(name, &actors))?;
+        Some(0.5 * (low + high))
+    });
     hall.listen(visitor.pose.eye, visitor.pose.rotation(), stage.footing(), hour);
 }
 
@@ -343,13 +370,33 @@ mod tests {
         );
         assert!(hall.playing.is_empty() && hall.beds.len() == 1);
         // beds take seconds to follow
-        (0..8).for_each(|_| drop(heard(&mut hall, &mut mixer, 18.0)));
+        for _ in 0..8 {
+            heard(&mut hall, &mut mixer, 18.0);
+        }
         let [left, right] = heard(&mut hall, &mut mixer, 18.0);
         assert!(left > 1e-4 && right > 1e-4 && left != right, "{left} {right}");
         hall.carry_out(&Action::StopSound { sound: "wind".into() });
         assert!(hall.beds.is_empty());
-        (0..30).for_each(|_| drop(heard(&mut hall, &mut mixer, 18.0)));
+        for _ in 0..30 {
+            heard(&mut hall, &mut mixer, 18.0);
+        }
         assert!(heard(&mut hall, &mut mixer, 18.0)[0] < 0.01 * left);
+    }
+
+    #[test]
+    fn what_comes_from_somebody_goes_with_them() {
+        let (mut hall, mut mixer) = hall_of(
+            "name = \"steps\"\nkind = \"fire\"\nfrom = \"guide\"\nplays = true\nrepeat = true\n[[actor]]\nname = \"guide\"\nfile = \"guide.glb\"",
+        );
+        let mut at = |x: f32| {
+            hall.go_along(|name| (name == "guide").then_some(Vec3::new(x, 0.0, 0.0)));
+            (0..4).for_each(|_| _ = heard(&mut hall, &mut mixer, 12.0));
+            heard(&mut hall, &mut mixer, 12.0)
+        };
+        let [left, right] = at(-3.0);
+        assert!(left > 1.5 * right, "{left} {right}");
+        let [left, right] = at(3.0);
+        assert!(right > 1.5 * left, "{left} {right}");
     }
 
     #[test]

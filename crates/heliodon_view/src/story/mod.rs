@@ -4,6 +4,7 @@
 //! `board` tells: tasks, hints, subtitles, a darkened picture. Scripts that change on disk are taken up while the visit goes on.
 
 mod board;
+mod letters;
 mod stage_hand;
 #[cfg(test)]
 mod tests;
@@ -112,9 +113,13 @@ impl Plugin for StoryPlugin {
         app.init_resource::<Story>()
             .init_resource::<StoryPlaces>()
             .init_resource::<board::Board>()
+            .init_resource::<letters::Letters>()
             .init_resource::<stage_hand::Wishes>()
             .add_systems(Startup, board::spawn)
-            .add_systems(Update, (open, watch::watch, step, stage_hand::move_on, board::show).chain().after(Travel));
+            .add_systems(
+                Update,
+                (open, watch::watch, step, stage_hand::move_on, letters::put, board::show).chain().after(Travel),
+            );
     }
 }
 
@@ -126,11 +131,13 @@ fn open(
     mut board: ResMut<board::Board>,
     mut wishes: ResMut<stage_hand::Wishes>,
     mut actors: ResMut<Actors>,
+    (mut letters, mut fonts): (ResMut<letters::Letters>, Option<ResMut<Assets<Font>>>),
     (time, mut since_s): (Res<Time>, Local<f32>),
 ) {
     if story.stage != stage.serial() {
         *story = Story { stage: stage.serial(), ..Story::default() };
         (*board, *wishes) = (board::Board::default(), stage_hand::Wishes::default());
+        letters.open(stage.bundle().map(Arc::as_ref), fonts.as_deref_mut());
         let Some(bundle) = stage.bundle() else { return };
         for actor in bundle.actors().iter().filter(|actor| actor.thing.as_ref().is_some_and(|thing| thing.hidden)) {
             let hidden = Direction { hidden: true, ..Direction::default() };
