@@ -17,6 +17,7 @@ pub mod culling;
 pub mod daylight;
 pub mod detail;
 pub mod display;
+pub mod easel;
 mod fullscreen;
 pub mod guests;
 pub mod headless;

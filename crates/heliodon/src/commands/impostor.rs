@@ -1,5 +1,8 @@
 //! `heliodon impostor`: a model captured from many sides.
 
+#[cfg(feature = "viewer")]
+mod preview;
+
 use crate::App;
 use crate::failure::wrong_arguments;
 use crate::files;
@@ -8,7 +11,7 @@ use crate::values::{self, Size};
 use anyhow::{Result, bail};
 use heliodon_bake::report::Reporter;
 use heliodon_bundle::impostor::{IMPOSTOR_ENDING, Impostor, ImpostorInfo, Ring};
-use heliodon_capture::impostor::{CaptureParams, capture, plan};
+use heliodon_capture::impostor::{CaptureParams, Framing, capture, plan};
 use heliodon_image::SrgbImage;
 use heliodon_math::color::srgb8_from_linear;
 use heliodon_mesh::import::{ImportOptions, ImportReport};
@@ -49,6 +52,16 @@ pub struct Args {
     /// Texels of a frame, multiples of 16 [default: as many as pixels at the distance]
     #[arg(long, value_name = "WxH", value_parser = values::size)]
     size: Option<Size>,
+    /// Place the model in its frames in a window, step through views and frames, and capture it then
+    #[cfg(feature = "viewer")]
+    #[arg(long)]
+    preview: bool,
+    /// How much larger than fitted the model is in its frames, as --preview tells it
+    #[arg(long, value_name = "X", default_value = "1", value_parser = |text: &str| values::within(text, 0.05, 8.0))]
+    zoom: f64,
+    /// How far it is moved to the right and up, in parts of a frame, as --preview tells it
+    #[arg(long, value_name = "X,Y", default_value = "0,0", value_parser = shift, allow_hyphen_values = true)]
+    shift: [f32; 2],
     /// A clip that it shall perform; again for more [default: all]
     #[arg(long = "clip", value_name = "NAME")]
     clips: Vec<String>,
@@ -117,6 +130,13 @@ fn ring(text: &str) -> Result<Ring, String> {
     }
 }
 
+/// `0.1,-0.05`.
+fn shift(text: &str) -> Result<[f32; 2], String> {
+    let (x, y) = text.split_once(',').ok_or("a shift is X,Y, as 0.1,-0.05")?;
+    let part = |text: &str| values::within(text.trim(), -1.0, 1.0).map(|v| v as f32);
+    Ok([part(x)?, part(y)?])
+}
+
 /// Pixels of a radian in the middle of `1024x768@50`.
 fn screen(text: &str) -> Result<f32, String> {
     let (size, fov) = text.split_once('@').ok_or("a display is its size and its vertical angle, as 1024x768@50")?;
@@ -135,6 +155,15 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         let plan = plan(&model, &name, &params)?;
         return app.output.result(&report(args, &plan.info, plan.bytes), describe);
     }
+    #[cfg(feature = "viewer")]
+    let (model, params) = if args.preview {
+        let Some((model, params)) = preview::place(model, &name, params)? else { bail!("given up; nothing was captured") };
+        let Framing { zoom, shift: [x, y] } = params.framing;
+        app.progress.note(&format!("again without the window: --zoom {zoom} --shift {x},{y}"));
+        (model, params)
+    } else {
+        (model, params)
+    };
     app.progress.stage("capturing", 1000);
     let captured = capture(&model, &name, &params, &|part| app.progress.progress((part * 1000.0) as u64));
     app.progress.finished();
@@ -205,6 +234,7 @@ fn params(args: &Args, model: &MovingMesh) -> Result<CaptureParams> {
         }
     }
     params.frame_px = args.size.map(|size| [size.width, size.height]);
+    params.framing = Framing { zoom: args.zoom as f32, shift: args.shift };
     (params.distance_m, params.px_per_radian) = (args.distance as f32, args.screen);
     params.frames_per_s = args.fps.map_or(params.frames_per_s, |fps| fps as f32);
     params.samples = args.samples.unwrap_or(params.samples);
@@ -250,10 +280,19 @@ fn used(impostor: &Impostor) -> f32 {
     (covered as f64 / 255.0 / texels as f64) as f32
 }
 
+/// Backgrounds: black, white, a sky, stone; linear.
+const GROUNDS: [[f32; 3]; 4] = [[0.0; 3], [1.0; 3], [0.2, 0.45, 0.9], [0.42, 0.36, 0.28]];
+
+/// A texel's looks over a background.
+fn over([r, g, b, a]: [u8; 4], ground: [f32; 3]) -> [u8; 4] {
+    let cover = f32::from(a) / 255.0;
+    let mix = |code: u8, ground: f32| srgb8_from_linear((f32::from(code) / 255.0).powi(2) * cover + ground * (1.0 - cover));
+    [mix(r, ground[0]), mix(g, ground[1]), mix(b, ground[2]), 255]
+}
+
 /// Views below one another; beside one another eight frames of each, over black, white, a sky, stone; then their normals and depths.
 fn sheet(impostor: &Impostor) -> SrgbImage {
     const FRAMES: u32 = 8;
-    const GROUNDS: [[f32; 3]; 4] = [[0.0; 3], [1.0; 3], [0.2, 0.45, 0.9], [0.42, 0.36, 0.28]];
     let info = &impostor.info;
     let ([width, height], columns) = (info.frame_px, info.grid[0]);
     let frames: Vec<u32> = (0..FRAMES.min(info.frames())).map(|k| k * info.frames() / FRAMES.min(info.frames())).collect();
@@ -265,16 +304,12 @@ fn sheet(impostor: &Impostor) -> SrgbImage {
             let [left, top] = [frame % columns * width, frame / columns * height];
             for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
                 let at = ((top + y) * layers[0].0[0] + left + x) as usize;
-                let ([r, g, b, a], shape) = (layers[0].1[at], layers[1].1[at]);
+                let (look, shape) = (layers[0].1[at], layers[1].1[at]);
                 let ground = GROUNDS[cell % GROUNDS.len()];
-                let cover = f32::from(a) / 255.0;
-                let over = |code: u8, ground: f32| {
-                    srgb8_from_linear((f32::from(code) / 255.0).powi(2) * cover + ground * (1.0 - cover))
-                };
                 let pixel = match cell.checked_sub(frames.len()) {
-                    None => [over(r, ground[0]), over(g, ground[1]), over(b, ground[2]), 255],
+                    None => over(look, ground),
                     Some(0) => [shape[0], shape[1], shape[2], 255],
-                    Some(_) => [shape[3], shape[3], a, 255],
+                    Some(_) => [shape[3], shape[3], look[3], 255],
                 };
                 let to = (view * height + y) * sheet.width + cell as u32 * width + x;
                 sheet.pixels[to as usize] = pixel;

@@ -7,6 +7,8 @@ use heliodon_mesh::motion::{MovingMesh, Pose};
 
 /// Texels between what a frame shows and its border: one is left on the coarsest level.
 pub const MARGIN_TEXELS: u32 = 4;
+/// What is left of it where somebody places the model themselves: less, and the coarsest level would show its neighbour.
+pub const LEAST_MARGIN_TEXELS: f32 = 1.0;
 /// Models smaller than this have no size.
 const LEAST_M: f32 = 1e-4;
 
@@ -97,6 +99,41 @@ pub fn window([low, high]: &[Vec2; 2], frame_px: [u32; 2]) -> [f32; 4] {
     [middle.x - half.x, middle.y - half.y, middle.x + half.x, middle.y + half.y]
 }
 
+/// How the model stands in its frames, beside being fitted into them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Framing {
+    /// How much larger it is than fitted: 1 is as large as all frames of a view allow.
+    pub zoom: f32,
+    /// How far it is moved to the right and up, in parts of a frame.
+    pub shift: [f32; 2],
+}
+
+impl Default for Framing {
+    fn default() -> Self {
+        Self { zoom: 1.0, shift: [0.0; 2] }
+    }
+}
+
+impl Framing {
+    /// A fitted window as it is framed.
+    pub fn apply(&self, [left, bottom, right, top]: [f32; 4]) -> [f32; 4] {
+        if *self == Self::default() {
+            return [left, bottom, right, top];
+        }
+        let half = Vec2::new(right - left, top - bottom) * (0.5 / self.zoom);
+        let middle = Vec2::new(right + left, top + bottom) * 0.5 - Vec2::from(self.shift) * half * 2.0;
+        [middle.x - half.x, middle.y - half.y, middle.x + half.x, middle.y + half.y]
+    }
+}
+
+/// Texels between what a window shows and its nearest border; below 0 where the model is cut.
+pub fn margin([left, bottom, right, top]: [f32; 4], [low, high]: &[Vec2; 2], frame_px: [u32; 2]) -> f32 {
+    let texels = Vec2::new(frame_px[0] as f32 / (right - left), frame_px[1] as f32 / (top - bottom));
+    let lower = (*low - Vec2::new(left, bottom)) * texels;
+    let upper = (Vec2::new(right, top) - *high) * texels;
+    lower.min(upper).min_element()
+}
+
 /// Columns and rows of a layer of so many frames, as near to a square as may be; none where it would be too large.
 pub fn grid(frames: u32, [width, height]: [u32; 2]) -> Option<[u32; 2]> {
     let most = [MAX_LAYER_SIDE / width, MAX_LAYER_SIDE / height];
@@ -119,6 +156,19 @@ mod tests {
         assert!(columns * rows >= 23 && columns * rows <= 24);
         assert_eq!(grid(1000, [2048, 2048]), None);
         assert_eq!(grid(4, [2048, 2048]), Some([2, 2]));
+    }
+
+    #[test]
+    fn a_framed_model_is_larger_and_where_it_was_put() {
+        let shown = [Vec2::new(-0.4, -1.0), Vec2::new(0.6, 0.8)];
+        let fitted = window(&shown, [64, 128]);
+        assert!((margin(fitted, &shown, [64, 128]) - 4.5).abs() < 0.01);
+        let framed = Framing { zoom: 0.5, shift: [0.25, -0.1] }.apply(fitted);
+        assert!((framed[2] - framed[0] - 2.0 * (fitted[2] - fitted[0])).abs() < 1e-5);
+        // the model's middle lies a quarter of a frame to the right, a tenth below
+        let at = [(0.1 - framed[0]) / (framed[2] - framed[0]), (-0.1 - framed[1]) / (framed[3] - framed[1])];
+        assert!((at[0] - 0.75).abs() < 1e-5 && (at[1] - 0.4).abs() < 1e-5, "{at:?}");
+        assert!(margin(Framing { zoom: 1.3, ..Framing::default() }.apply(fitted), &shown, [64, 128]) < 0.0);
     }
 
     #[test]

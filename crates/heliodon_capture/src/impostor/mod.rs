@@ -6,9 +6,11 @@
 mod fill;
 mod fit;
 mod openness;
+pub mod preview;
 mod view;
 
-use fit::{MARGIN_TEXELS, Poses};
+pub use fit::Framing;
+use fit::{LEAST_MARGIN_TEXELS, MARGIN_TEXELS, Poses};
 use glam::{Vec2, Vec3};
 use heliodon_bundle::impostor::{Impostor, ImpostorClip, ImpostorInfo, MAX_FRAMES, MAX_LAYER_SIDE, MAX_VIEWS, Ring};
 use heliodon_image::ktx2::{Ktx2, TexelFormat};
@@ -34,6 +36,8 @@ pub struct CaptureParams {
     pub rings: Vec<Ring>,
     /// Texels of a frame along its sides, multiples of [`FRAME_STEP`]; without, as many as pixels at `distance_m`.
     pub frame_px: Option<[u32; 2]>,
+    /// How the model stands in them: fitted, unless somebody places it.
+    pub framing: Framing,
     /// From how far away it will be looked at, metres: nearer than that, texels are larger than pixels.
     pub distance_m: f32,
     /// Pixels that a radian in the middle of the display has: of one of 1,024 pixels and 60 degrees 887.
@@ -57,6 +61,7 @@ impl CaptureParams {
         Self {
             rings: vec![Ring::around(-8.0, 12), Ring::around(8.0, 16), Ring::around(30.0, 12)],
             frame_px: None,
+            framing: Framing::default(),
             distance_m: 10.0,
             px_per_radian: 887.0,
             clips: Vec::new(),
@@ -115,10 +120,40 @@ pub struct CapturePlan {
 /// # Errors
 /// As [`capture`].
 pub fn plan(model: &MovingMesh, name: &str, params: &CaptureParams) -> Result<CapturePlan, CaptureError> {
-    prepare(model, name, params).map(|(plan, _)| plan)
+    let fitted = prepare(model, name, params)?;
+    fitted.check_framing()?;
+    Ok(fitted.plan)
 }
 
-fn prepare(model: &MovingMesh, name: &str, params: &CaptureParams) -> Result<(CapturePlan, Poses), CaptureError> {
+/// A model in its frames, not drawn yet.
+struct Fitted {
+    plan: CapturePlan,
+    poses: Poses,
+    /// What each view shows of all frames.
+    shown: Vec<[Vec2; 2]>,
+}
+
+impl Fitted {
+    /// The view in which the model comes nearest to its frames' border, and how near, texels.
+    fn nearest_border(&self) -> (usize, f32) {
+        let info = &self.plan.info;
+        let margins = info.windows_m.iter().zip(&self.shown).map(|(window, shown)| fit::margin(*window, shown, info.frame_px));
+        margins.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default()
+    }
+
+    /// No view may cut the model.
+    fn check_framing(&self) -> Result<(), CaptureError> {
+        match self.nearest_border() {
+            (_, margin) if margin >= LEAST_MARGIN_TEXELS => Ok(()),
+            (view, margin) => {
+                let what = format!("the model comes within {margin:.1} texels of its frames' border in view {view}");
+                Err(unfit(what, "zoom less, or shift it less"))
+            }
+        }
+    }
+}
+
+fn prepare(model: &MovingMesh, name: &str, params: &CaptureParams) -> Result<Fitted, CaptureError> {
     check(params)?;
     if model.rest().triangles.is_empty() {
         return Err(CaptureError::Model("has no faces: points and lines cannot be captured".to_owned()));
@@ -147,7 +182,7 @@ fn prepare(model: &MovingMesh, name: &str, params: &CaptureParams) -> Result<(Ca
         let what = format!("frames of {} x {} texels", frame_px[0], frame_px[1]);
         return Err(unfit(what, "their sides are multiples of 16 up to 2,048: give a size, or a greater distance"));
     }
-    info.windows_m = shown.iter().map(|shown| fit::window(shown, frame_px)).collect();
+    info.windows_m = shown.iter().map(|shown| params.framing.apply(fit::window(shown, frame_px))).collect();
     info.frame_px = frame_px;
     info.grid = fit::grid(info.frames(), frame_px).ok_or_else(|| {
         let what = format!("{} frames of {} x {} texels do not fit on a layer", info.frames(), frame_px[0], frame_px[1]);
@@ -156,7 +191,7 @@ fn prepare(model: &MovingMesh, name: &str, params: &CaptureParams) -> Result<(Ca
     info.validate().map_err(CaptureError::Model)?;
     let texture = empty_texture(&info);
     let bytes = (0..LEVELS).map(|level| texture.level_bytes(level)).sum();
-    Ok((CapturePlan { info, bytes }, poses))
+    Ok(Fitted { plan: CapturePlan { info, bytes }, poses, shown })
 }
 
 fn empty_texture(info: &ImpostorInfo) -> Ktx2 {
@@ -174,7 +209,9 @@ pub fn capture(
     params: &CaptureParams,
     tell: &(dyn Fn(f32) + Sync),
 ) -> Result<Impostor, CaptureError> {
-    let (CapturePlan { info, .. }, mut poses) = prepare(model, name, params)?;
+    let fitted = prepare(model, name, params)?;
+    fitted.check_framing()?;
+    let Fitted { plan: CapturePlan { info, .. }, mut poses, .. } = fitted;
     if params.openness_rays > 0 {
         openness::fill(model.rest(), &mut poses, params.openness_rays);
     }
@@ -206,10 +243,13 @@ fn check(params: &CaptureParams) -> Result<(), CaptureError> {
     if views == 0 || views > MAX_VIEWS {
         return Err(unfit(format!("{views} views"), "there are 1 to 128, over all rings"));
     }
-    for number in [params.distance_m, params.px_per_radian, params.frames_per_s] {
+    for number in [params.distance_m, params.px_per_radian, params.frames_per_s, params.framing.zoom] {
         if !(number > 0.0 && number.is_finite()) {
-            return Err(unfit(format!("a distance, a resolution or a rate of {number}"), "give a number above 0"));
+            return Err(unfit(format!("a distance, a resolution, a rate or a zoom of {number}"), "give a number above 0"));
         }
+    }
+    if !params.framing.shift.iter().all(|shift| shift.is_finite()) {
+        return Err(unfit("a shift that is no number".to_owned(), "give parts of a frame"));
     }
     if !(1..=MAX_SAMPLES).contains(&params.samples) {
         return Err(unfit(format!("{} samples along a texel's side", params.samples), "1 to 8 can be taken"));

@@ -35,6 +35,22 @@ type Sum = [Vec4; 2];
 /// Triangles of a group, which share no vertices.
 const GROUP: usize = 80;
 
+/// Draws one frame, on a level of its own.
+pub fn draw_one(mesh: &Mesh, albedo: &MeshAlbedo, poses: &Poses, frame: usize, viewed: &Viewed) -> Level {
+    let size = viewed.info.frame_px;
+    let texels = || vec![[0; 4]; size[0] as usize * size[1] as usize];
+    let mut level = Level { size, texels: [texels(), texels()] };
+    let samples = size.map(|side| (side * viewed.samples) as usize);
+    let mut picture = ItemBuffer::new(samples[0], samples[1]);
+    let seen = Seen::new(&poses.frames[frame], poses.center, viewed);
+    seen.draw(mesh, &mut picture);
+    let (mut sums, counts) = seen.average(mesh, albedo, &picture);
+    let size = size.map(|side| side as usize);
+    fill(Counted { size, numbers: &mut sums, counts: &counts });
+    level.put(0, 1, size, &sums, &counts);
+    level
+}
+
 /// Draws all frames.
 pub fn draw(mesh: &Mesh, albedo: &MeshAlbedo, poses: &Poses, viewed: &Viewed) -> Vec<Level> {
     let layer_px = viewed.info.layer_px();

@@ -154,7 +154,7 @@ impl Plugin for InputPlugin {
 }
 
 /// Notches of a wheel, or what they are on a touchpad.
-fn notches(scroll: &AccumulatedMouseScroll) -> f32 {
+pub(crate) fn notches(scroll: &AccumulatedMouseScroll) -> f32 {
     let notches = match scroll.unit {
         MouseScrollUnit::Line => scroll.delta.y,
         MouseScrollUnit::Pixel => scroll.delta.y / MouseScrollUnit::SCROLL_UNIT_CONVERSION_FACTOR,

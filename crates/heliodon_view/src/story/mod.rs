@@ -118,7 +118,7 @@ impl Plugin for StoryPlugin {
             .add_systems(Startup, board::spawn)
             .add_systems(
                 Update,
-                (open, watch::watch, step, stage_hand::move_on, letters::put, board::show).chain().after(Travel),
+                (open, look, watch::watch, step, stage_hand::move_on, letters::put, board::show).chain().after(Travel),
             );
     }
 }
@@ -132,7 +132,6 @@ fn open(
     mut wishes: ResMut<stage_hand::Wishes>,
     mut actors: ResMut<Actors>,
     (mut letters, mut fonts): (ResMut<letters::Letters>, Option<ResMut<Assets<Font>>>),
-    (time, mut since_s): (Res<Time>, Local<f32>),
 ) {
     if story.stage != stage.serial() {
         *story = Story { stage: stage.serial(), ..Story::default() };
@@ -145,6 +144,10 @@ fn open(
         }
         story.play = Play::begin(bundle, &places);
     }
+}
+
+/// Looks now and then whether scripts were written anew.
+fn look(time: Res<Time>, mut since_s: Local<f32>, mut story: ResMut<Story>) {
     *since_s += time.delta_secs();
     if *since_s >= LOOK_EVERY_S {
         *since_s = 0.0;
