@@ -154,28 +154,30 @@ fn cover_fresnel(f0: vec3<f32>, cosine: f32) -> vec3<f32> {
     return f0 + (1.0 - f0) * (square * square * left);
 }
 
-// What metal reflects of what is around it. `rest`: the light of a surface there but for the direct sun and lamps' own shine. Of a room with one bright side
-// metal shows that side as a light and the others as dark: what is around is known by its six sides alone, and this gives it the contrast that they have lost.
+// What metal reflects of what is around it. `rest`: the light of a surface there but for the direct sun and lamps' own shine. In the open that is the radiance around
+// it; where most of that is hidden, its own light tells the brightness and the colour, and what is around only where it is brighter and darker: of a room with one
+// bright side metal shows that side as a light. There metal also sees itself, and its colour deepens.
 fn cover_reflected(slot: u32, f0: vec3<f32>, rest: vec3<f32>, n: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
-    let facing = max(dot(n, to_eye), 1e-3);
     let r = normalize(2.0 * dot(n, to_eye) * n - to_eye);
     let open = cover_around_diffuse(slot, n);
     let seen = cover_around(slot, r);
-    // what hides the light of a place hides what it reflects
-    let left = min(cover_luminance(rest) / max(cover_luminance(open), 1e-4), 1.0);
-    let level = cover_luminance(covers.each[slot].around[0].rgb);
-    let contrast = clamp(cover_luminance(seen) / max(level, 1e-4), 0.25, 3.0);
-    let around = max(rest + left * (seen - open), 0.12 * rest) * mix(1.0, contrast, 0.55);
+    let brightness = max(cover_luminance(open), 1e-4);
+    let left = min(cover_luminance(rest) / brightness, 1.0);
+    let contrast = clamp(cover_luminance(seen) / brightness, 0.2, 3.0);
+    let inside = rest * contrast * sqrt(contrast);
+    let outside = max(rest + seen - open, 0.12 * rest) * mix(1.0, contrast, 0.4);
+    let around = mix(inside, outside, left * left);
+    let tint = mix(f0 * mix(vec3<f32>(1.0), f0, 0.45), f0, left * left);
     // rough metal brightens less at its edges (S. Lagarde, 2011)
-    let edge = 1.0 - facing;
+    let edge = 1.0 - max(dot(n, to_eye), 1e-3);
     let edge2 = edge * edge;
-    return (f0 + (max(vec3<f32>(0.65), f0) - f0) * (edge2 * edge2 * edge)) * around;
+    return (tint + (max(vec3<f32>(0.5), tint) - tint) * (edge2 * edge2 * edge)) * around;
 }
 
 // What is shown of something that is marked: towards the mark's own brightness, so that it is seen in the dark and in the sun; `facing`: the cosine to the eye.
 fn cover_marked(slot: u32, shown: vec3<f32>, facing: f32) -> vec3<f32> {
     let rim = 1.0 - clamp(facing, 0.0, 1.0);
-    let strength = covers.each[slot].look.y * (0.1 + 0.3 * covers.mark.a + 0.5 * rim * rim);
+    let strength = covers.each[slot].look.y * (0.05 + 0.13 * covers.mark.a + 0.5 * rim * rim);
     return mix(min(shown, vec3<f32>(1.5)), covers.mark.rgb, min(strength, 0.85));
 }
 
