@@ -9,6 +9,7 @@ use bevy::prelude::{Entity, With};
 use bevy::time::TimeUpdateStrategy;
 use glam::Vec3;
 use heliodon_bundle::site::Material;
+use heliodon_capture::impostor::{CaptureParams, capture};
 use heliodon_image::HdrImage;
 use heliodon_mesh::Mesh;
 use heliodon_mesh::motion::MovingMesh;
@@ -18,6 +19,7 @@ use heliodon_view::actors::course::Course;
 use heliodon_view::covering::Covering;
 use heliodon_view::culling::Culling;
 use heliodon_view::headless::{RenderOptions, Renderer, Shot, ShotExposure};
+use heliodon_view::impostor::Impostors;
 use heliodon_view::lamps::{Lamp, Lamps};
 use heliodon_view::{DaylightCamera, ExactAtRest, Pose, Stage};
 use std::path::PathBuf;
@@ -171,6 +173,8 @@ fn a_cover_rises_or_spreads_from_where_it_was_applied() {
 #[test]
 fn metal_shines_where_the_sun_is_and_is_its_own_colour() {
     let mut scene = Scene::new();
+    // A low sun, whose light upright columns send to the eye.
+    scene.shot.clock_s = 6.75 * 3600.0;
     let bare = scene.picture();
     let yellow = scene.covered(material("yellow", [1.0, 0.78, 0.34]));
     let gold = scene.covered(Material { metal: 1.0, ..material("gold", [1.0, 0.78, 0.34]) });
@@ -292,7 +296,7 @@ fn a_mark_shows_in_the_dark_and_in_the_sun_and_has_an_outline() {
 /// A cube on the ground before the court, and where it stands.
 fn with_cube() -> (Scene, Vec3) {
     let mut scene = Scene::new();
-    let place = Vec3::new(1.0, 0.0, 8.0);
+    let place = Vec3::new(2.0, 0.0, 2.5);
     let cube = cuboid(Vec3::new(-0.6, 0.8, -0.6), Vec3::new(0.6, 2.0, 0.6), 6);
     let mesh = Mesh { positions: cube.positions, normals: cube.normals, triangles: cube.triangles, ..Mesh::default() };
     scene.world().resource_mut::<Actors>().add("cube", MovingMesh::still(mesh), None, 1.0, Course::stands(place, 0.4));
@@ -333,7 +337,8 @@ fn things_are_covered_faded_and_marked_as_parts_are() {
     assert!((gone - 0.5).abs() < 0.06, "{gone}");
     scene.covering().fade("cube", 0.0, 0.0);
     let none = scene.picture();
-    assert!(changed(&none, &empty).is_empty());
+    let left = changed(&none, &empty);
+    assert!(left.is_empty(), "{} pixels", left.len());
     scene.covering().fade("cube", 1.0, 0.0);
     scene.covering().highlight("cube", true);
     scene.pass(5);
@@ -360,4 +365,53 @@ fn strangers_and_another_bundle_do_no_harm() {
     }
     assert_eq!(scene.picture().pixels, bare.pixels, "opened again, all is as it was");
     assert_eq!(scene.covering().of("shafts"), None);
+}
+
+#[test]
+fn impostors_fade_and_are_marked() {
+    let model = {
+        let cube = cuboid(Vec3::new(-0.4, 0.0, -0.4), Vec3::new(0.4, 1.8, 0.4), 6);
+        MovingMesh::still(Mesh {
+            positions: cube.positions,
+            normals: cube.normals,
+            triangles: cube.triangles,
+            ..Mesh::default()
+        })
+    };
+    let params = CaptureParams { px_per_radian: 300.0, distance_m: 12.0, ..CaptureParams::preview() };
+    let impostor = capture(&model, "somebody", &params, &|_| ()).unwrap();
+    let mut scene = Scene::new();
+    let empty = scene.picture();
+    let course = Course::stands(Vec3::new(2.0, 0.0, 3.0), 0.3);
+    scene.world().resource_mut::<Impostors>().add(impostor, vec![course]);
+    // Those that a program adds have no name.
+    for shadows in [false, true] {
+        scene.world().resource_mut::<Impostors>().options.shadows = shadows;
+        scene.covering().fade("", 1.0, 0.0);
+        let whole = scene.picture();
+        scene.covering().fade("", 0.5, 0.0);
+        let half = scene.picture();
+        let its = changed(&empty, &whole);
+        assert!(its.len() > 200, "{}", its.len());
+        for &pixel in &its {
+            let [none, all] = [&empty, &whole].map(|image| image.pixels[pixel]);
+            let off = (half.pixels[pixel] - (none + all) * 0.5).abs();
+            // what is half there stands before half of its own shadow
+            let most = if shadows { 0.3 * none.max(all) } else { Vec3::splat(2e-3 * none.max(all).max_element() + 1e-4) };
+            assert!(off.cmple(most).all(), "{off} for {none} and {all}, shadows {shadows}");
+        }
+    }
+    scene.covering().fade("", 1.0, 0.0);
+    let whole = scene.picture();
+    let its = changed(&empty, &whole);
+    scene.covering().fade("", 0.0, 0.0);
+    assert_eq!(scene.picture().pixels, empty.pixels);
+    scene.covering().fade("", 1.0, 0.0);
+    scene.covering().highlight("", true);
+    scene.pass(5);
+    let marked = scene.picture();
+    let brighter = its.iter().filter(|&&pixel| marked.pixels[pixel].x > whole.pixels[pixel].x + 0.02).count();
+    assert!(brighter > 100, "{brighter} of {}", its.len());
+    // nothing but they
+    assert!(changed(&marked, &whole).iter().all(|pixel| its.binary_search(pixel).is_ok()));
 }

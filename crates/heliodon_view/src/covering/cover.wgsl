@@ -174,11 +174,15 @@ fn cover_reflected(slot: u32, f0: vec3<f32>, rest: vec3<f32>, n: vec3<f32>, to_e
     return (tint + (max(vec3<f32>(0.5), tint) - tint) * (edge2 * edge2 * edge)) * around;
 }
 
-// What is shown of something that is marked: towards the mark's own brightness, so that it is seen in the dark and in the sun; `facing`: the cosine to the eye.
+// What is shown of something that is marked: its rim goes towards the mark's own brightness, so that it is seen in the dark and in the sun, the rest towards its
+// colour; `facing`: the cosine to the eye.
 fn cover_marked(slot: u32, shown: vec3<f32>, facing: f32) -> vec3<f32> {
+    let mark = covers.each[slot].look.y;
     let rim = 1.0 - clamp(facing, 0.0, 1.0);
-    let strength = covers.each[slot].look.y * (0.05 + 0.13 * covers.mark.a + 0.5 * rim * rim);
-    return mix(min(shown, vec3<f32>(1.5)), covers.mark.rgb, min(strength, 0.85));
+    let within = min(shown, vec3<f32>(mix(65504.0, 1.5, min(8.0 * mark, 1.0))));
+    let tinted = covers.mark.rgb * min(0.16 + 1.2 * cover_luminance(within), 1.0);
+    let filled = mix(within, tinted, mark * (0.1 + 0.25 * covers.mark.a));
+    return mix(filled, covers.mark.rgb, mark * 0.55 * rim * rim);
 }
 
 // Whether a pixel of something faded is not there. Each thing has its own pattern, so that what stands behind is seen through what stands before it.

@@ -376,12 +376,12 @@ impl Canvas<'_> {
                 number += 1;
             }
         }
-        self.outlines(&mut pass, gpu, drawn);
+        self.outlines(&mut pass, gpu);
         pass
     }
 
-    /// Draws the outlines of marked stone.
-    fn outlines(&self, pass: &mut RenderPass<'_>, gpu: &StageGpu, drawn: &Drawn) {
+    /// Draws the outlines of marked stone: of all its triangles, for its backs are not among those that are seen.
+    fn outlines(&self, pass: &mut RenderPass<'_>, gpu: &StageGpu) {
         let Some(Covered { covers, outline: Some(pipeline), .. }) = &self.pipelines.covered else { return };
         if !covers.any_marked() {
             return;
@@ -389,13 +389,12 @@ impl Canvas<'_> {
         let mut bound = Bound::default();
         bound.normals(true);
         pass.set_pipeline(pipeline);
-        for draw in &drawn.seen.draws {
-            let worn = covers.part(gpu.chunks[draw.chunk as usize].part);
+        for (number, chunk) in (0..).zip(&gpu.chunks) {
+            let worn = covers.part(chunk.part);
             if worn.marked && worn.sight.casts() {
+                let draw = Draw { chunk: number, indices: 0..chunk.kept.indices.len() as u32 };
                 // a bright line, and a dark one around it
-                [0, 1].into_iter().for_each(|wide| {
-                    bound.draw(pass, gpu, drawn.indices.as_ref(), draw, worn.slot << OWN_BITS | wide);
-                });
+                [0, 1].into_iter().for_each(|wide| bound.draw(pass, gpu, None, &draw, worn.slot << OWN_BITS | wide));
             }
         }
     }

@@ -222,8 +222,11 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
     let before = clamp((scene_depth(in.clip.xy) - own) / SOFT_M + 0.5, 0.0, 1.0);
     // Marked: as other things are (covering/cover.wgsl), and bright where its picture ends.
     let rim = clamp(2.0 - 2.0 * coarse, 0.0, 1.0);
-    let mark = in.worn.y * min(0.05 + 0.13 * in.worn.z + 0.8 * rim, 0.9);
-    let shown = mix(min(light * color * whole, vec3<f32>(select(65504.0, 1.5, in.worn.y > 0.0))), MARK, mark);
+    let lit = light * color * whole;
+    let within = min(lit, vec3<f32>(select(65504.0, 1.5, in.worn.y > 0.0)));
+    let tinted = MARK * min(0.16 + 1.2 * dot(within, vec3<f32>(0.2126, 0.7152, 0.0722)), 1.0);
+    let filled = mix(within, tinted, in.worn.y * (0.1 + 0.25 * in.worn.z));
+    let shown = mix(filled, MARK, in.worn.y * 0.85 * rim);
     return vec4<f32>(display(shown, in.clip.xy), min(covered, 1.0) * before * in.worn.x);
 }
 
