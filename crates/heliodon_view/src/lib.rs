@@ -28,6 +28,7 @@ pub mod input;
 pub mod kiosk;
 pub mod lamps;
 pub mod navigation;
+pub mod play;
 mod readback;
 pub mod sky;
 pub mod sound;

@@ -24,6 +24,7 @@ use heliodon_script::limits::Limits;
 use heliodon_script::memory::Memory;
 use heliodon_script::runtime::Runtime;
 use heliodon_script::texts::Texts;
+use heliodon_script::value::Value;
 use heliodon_script::world::World as ScriptWorld;
 use stage_hand::StageHand;
 pub use stage_hand::Wishes;
@@ -90,6 +91,12 @@ impl Story {
     /// Tells scripts of something, in the next frame.
     pub fn tell(&mut self, event: Event) {
         self.pending.push(event);
+    }
+
+    /// What scripts remember under a name.
+    #[must_use]
+    pub fn remembered(&mut self, name: &str) -> Option<Value> {
+        self.play.as_mut()?.runtime.with_memory(|memory| memory.get(name).cloned())
     }
 
     /// What the last frame took.
