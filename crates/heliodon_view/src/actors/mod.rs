@@ -12,6 +12,7 @@ pub mod levels;
 mod load;
 pub mod render;
 pub mod shade;
+pub mod solid;
 mod sun_field;
 
 use crate::daylight::DaylightCamera;
@@ -43,6 +44,7 @@ use levels::Directions;
 use load::Loaded;
 use render::{ActorsFrame, ActorsGpu, Look, OnGpu, Shown};
 use shade::Caster;
+use solid::Solid;
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -185,6 +187,19 @@ impl Actors {
     #[must_use]
     pub fn whereabouts(&self, name: &str) -> Option<(Affine3A, (Vec3, Vec3))> {
         self.people.iter().find(|person| person.name == name).map(|person| (person.stands, person.bounds))
+    }
+
+    /// What of somebody could be touched in the last frame; nothing before the first.
+    #[must_use]
+    pub fn solid(&self, name: &str) -> Option<Solid<'_>> {
+        let person = self.people.iter().find(|person| person.name == name)?;
+        (person.bounds.0 != person.bounds.1).then(|| person.figure.solid())
+    }
+
+    /// Where somebody whom nobody directs is now.
+    #[must_use]
+    pub fn undirected(&self, name: &str) -> Option<Affine3A> {
+        self.people.iter().find(|person| person.name == name).map(|person| person.course.at(self.seconds as f32))
     }
 
     /// How long a clip of somebody takes as they perform it, seconds.
