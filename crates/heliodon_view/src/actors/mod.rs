@@ -224,7 +224,8 @@ impl Plugin for ActorsPlugin {
         app.init_resource::<Actors>()
             .init_resource::<ActorsFrame>()
             .add_plugins(ExtractResourcePlugin::<ActorsFrame>::default())
-            .add_systems(Update, (follow_stage, flow).chain())
+            // what a story directs from its beginning is not forgotten with the bundle before
+            .add_systems(Update, (follow_stage, flow).chain().before(crate::story::StorySet))
             .add_systems(
                 PostUpdate,
                 light_actors

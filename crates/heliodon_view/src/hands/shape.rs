@@ -79,10 +79,10 @@ impl Shape {
     }
 
     /// Where it is before a view (the eye, and how it looks), on the right (1) or on the left (-1): a long thing with its head up, others as they stand, from the side on which they
-    /// are looked at. It is so far away that it takes about a fifth of a usual view.
+    /// are looked at. It is so far away that it takes about a third of a usual view's height.
     #[must_use]
     pub fn before(&self, (eye, look): (Vec3, Quat), side: f32) -> Affine3A {
-        let far = (2.1 * self.radius()).max(NEAREST_M);
+        let far = (2.8 * self.radius()).max(NEAREST_M);
         let (at, turn) = match self.long {
             Some(long) => {
                 let up = unit_or(Vec3::new(-0.22 * side, 0.9, -0.38), Vec3::Y);
@@ -91,7 +91,7 @@ impl Shape {
             None => {
                 let ahead = look * Vec3::NEG_Z;
                 let heading = libm::atan2f(-ahead.x, -ahead.z);
-                (Vec3::new(0.4 * side, -0.32, -1.0), Quat::from_rotation_y(heading))
+                (Vec3::new(0.38 * side, -0.32, -1.0), Quat::from_rotation_y(heading))
             }
         };
         let place = eye + look * (at * far);
