@@ -12,6 +12,7 @@ pub mod levels;
 mod load;
 pub mod render;
 pub mod shade;
+pub mod solid;
 mod sun_field;
 
 use crate::covering::gpu::{Sight, Worn};
@@ -45,6 +46,7 @@ use levels::Directions;
 use load::Loaded;
 use render::{ActorsFrame, ActorsGpu, Look, OnGpu, Shown};
 use shade::Caster;
+use solid::Solid;
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -189,6 +191,19 @@ impl Actors {
         self.people.iter().find(|person| person.name == name).map(|person| (person.stands, person.bounds))
     }
 
+    /// What of somebody could be touched in the last frame; nothing before the first.
+    #[must_use]
+    pub fn solid(&self, name: &str) -> Option<Solid<'_>> {
+        let person = self.people.iter().find(|person| person.name == name)?;
+        (person.bounds.0 != person.bounds.1).then(|| person.figure.solid())
+    }
+
+    /// Where somebody whom nobody directs is now.
+    #[must_use]
+    pub fn undirected(&self, name: &str) -> Option<Affine3A> {
+        self.people.iter().find(|person| person.name == name).map(|person| person.course.at(self.seconds as f32))
+    }
+
     /// How long a clip of somebody takes as they perform it, seconds.
     #[must_use]
     pub fn clip_s(&self, name: &str, clip: &str) -> Option<f32> {
@@ -221,7 +236,8 @@ impl Plugin for ActorsPlugin {
         app.init_resource::<Actors>()
             .init_resource::<ActorsFrame>()
             .add_plugins(ExtractResourcePlugin::<ActorsFrame>::default())
-            .add_systems(Update, (follow_stage, flow).chain())
+            // what a story directs from its beginning is not forgotten with the bundle before
+            .add_systems(Update, (follow_stage, flow).chain().before(crate::story::StorySet))
             .add_systems(
                 PostUpdate,
                 light_actors

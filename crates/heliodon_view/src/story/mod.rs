@@ -17,7 +17,7 @@ use crate::time_lapse::TimeLapse;
 use bevy::prelude::*;
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::site::{Actor, Living};
-use heliodon_script::action::Action;
+use heliodon_script::action::{Action, Hand};
 use heliodon_script::book::{Book, written};
 use heliodon_script::event::Event;
 use heliodon_script::limits::Limits;
@@ -88,9 +88,32 @@ struct Play {
 }
 
 impl Story {
-    /// Tells scripts of something, in the next frame.
+    /// Tells scripts of something, in the next frame; without any, nobody.
     pub fn tell(&mut self, event: Event) {
-        self.pending.push(event);
+        if self.play.is_some() {
+            self.pending.push(event);
+        }
+    }
+
+    /// Whether any script waits for such an event, other than looks.
+    #[must_use]
+    pub fn waits_for(&self, event: &Event) -> bool {
+        self.play.as_ref().is_some_and(|play| play.runtime.waits_for(event))
+    }
+
+    /// Scripts learn what a hand holds.
+    pub(crate) fn set_held(&mut self, hand: Hand, thing: Option<&str>) {
+        self.play.iter_mut().for_each(|play| play.world.set_held(hand, thing));
+    }
+
+    /// Scripts learn that something is there, or is not.
+    pub(crate) fn set_shown(&mut self, what: &str, shown: bool) {
+        self.play.iter_mut().for_each(|play| play.world.set_shown(what, shown));
+    }
+
+    /// Whatever moved it does so no longer, and nobody hears that it arrived.
+    pub(crate) fn stop_moving(&mut self, what: &str) {
+        self.play.iter_mut().for_each(|play| play.hand.forget(what));
     }
 
     /// What scripts remember under a name.
@@ -111,6 +134,10 @@ impl Story {
     }
 }
 
+/// When scripts hear what has happened and what they ask for is laid out or done, in `Update`.
+#[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
+pub struct StorySet;
+
 /// Lets a site's scripts run.
 #[derive(Default)]
 pub struct StoryPlugin;
@@ -125,7 +152,7 @@ impl Plugin for StoryPlugin {
             .add_systems(Startup, board::spawn)
             .add_systems(
                 Update,
-                (open, look, watch::watch, step, stage_hand::move_on, letters::put, board::show).chain().after(Travel),
+                (open, look, watch::watch, step, stage_hand::move_on, letters::put, board::show).chain().in_set(StorySet).after(Travel),
             );
     }
 }
