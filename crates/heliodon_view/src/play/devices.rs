@@ -82,8 +82,7 @@ impl Devices {
             }
             Scheme::Pad => {
                 let pad = app.world_mut().spawn_empty().id();
-                let connection =
-                    GamepadConnection::Connected { name: "player".to_owned(), vendor_id: None, product_id: None };
+                let connection = GamepadConnection::Connected { name: "player".to_owned(), vendor_id: None, product_id: None };
                 let event = RawGamepadEvent::Connection(GamepadConnectionEvent { gamepad: pad, connection });
                 app.world_mut().write_message(event);
                 devices.pad = Some(pad);

@@ -13,6 +13,7 @@ pub enum Goal {
 
 /// What is expected to be so.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "fields are what their names say, units in them")]
 pub enum Expected {
     /// The task that stands, by its key; `none` for no task.
     Task(String),
@@ -26,6 +27,7 @@ pub enum Expected {
 
 /// What is done in a line.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "fields are what their names say, units in them")]
 pub enum Doing {
     /// Walks until so near to the goal on the ground.
     Walk { to: Goal, within_m: f32 },
@@ -169,7 +171,10 @@ mod tests {
         assert_eq!(parse(text).unwrap_err().line, 11);
         let lines = parse(&text.replace("\"\\\"finished\\\"\"", "finished")).unwrap();
         assert_eq!(lines.len(), 10);
-        assert_eq!((lines[0].number, &lines[0].doing), (2, &Doing::Walk { to: Goal::Named("the bench".into()), within_m: 0.5 }));
+        assert_eq!(
+            (lines[0].number, &lines[0].doing),
+            (2, &Doing::Walk { to: Goal::Named("the bench".into()), within_m: 0.5 })
+        );
         assert_eq!(lines[1].doing, Doing::Walk { to: Goal::Place([1.0, 0.0, -2.0]), within_m: WITHIN_M });
         assert_eq!(lines[4].doing, Doing::Press { action: "hand.use".into(), hold_s: 0.4 });
         assert_eq!(lines[6].doing, Doing::Until { expected: Expected::Task("carve".into()), within_s: 3.0 });
