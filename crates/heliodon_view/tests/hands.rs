@@ -296,6 +296,8 @@ fn what_is_in_the_hand_is_seen_at_the_lower_side_of_the_view_and_in_no_wall() {
     visit.app.world_mut().resource_mut::<Actors>().directions.get_mut("mallet").unwrap().hidden = true;
     visit.frames(2);
     let wall = visit.picture("wall");
+    let plain = wall.pixels[0];
+    assert!(wall.pixels.iter().all(|pixel| (0..3).all(|k| pixel[k].abs_diff(plain[k]) < 12)), "what is hidden is not seen");
     let same = changed(&wall, &before_wall).into_iter().zip(&mallet).filter(|(now, then)| *now && **then).count();
     let of = mallet.iter().filter(|then| **then).count();
     // but for its shadow on the table

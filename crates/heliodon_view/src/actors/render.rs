@@ -258,7 +258,8 @@ impl ActorGpu {
             queue.write_buffer(&self.positions, 0, bytemuck::cast_slice(&shown.positions));
             queue.write_buffer(&self.light, 0, bytemuck::cast_slice(&shown.light));
             queue.write_buffer(&self.normals, 0, bytemuck::cast_slice(&shown.normals));
-            self.shown = Source::Written;
+            // who is hidden has no vertices, and is not drawn with those of before
+            self.shown = if shown.positions.is_empty() { Source::Nowhere } else { Source::Written };
             return;
         }
         self.shown = Source::Nowhere;

@@ -89,7 +89,7 @@ pub(super) fn show(
 fn said(site: &Site<'_>, hands: &Hands, input: &Input) -> Option<String> {
     let right = &hands.of[Hand::Right as usize];
     let met = right.met.as_ref()?;
-    if !hands.alive || right.pose.as_ref().is_none_or(|pose| pose.scheme == Scheme::Tracked) {
+    if !hands.alive || right.pose.as_ref().is_none_or(|pose| pose.scheme == Scheme::Tracked || !pose.in_window) {
         return None;
     }
     let held = right.held.as_ref().map(|held| (held.name.as_str(), &held.thing));

@@ -82,7 +82,7 @@ impl Shape {
     /// are looked at. It is so far away that it takes less than a third of a usual view's height.
     #[must_use]
     pub fn before(&self, (eye, look): (Vec3, Quat), side: f32) -> Affine3A {
-        let far = (3.0 * self.radius()).max(NEAREST_M);
+        let far = (if self.long.is_some() { 3.0 } else { 3.6 } * self.radius()).max(NEAREST_M);
         let (at, turn) = match self.long {
             Some(long) => {
                 let up = unit_or(Vec3::new(-0.15 * side, 0.75, -0.6), Vec3::Y);
