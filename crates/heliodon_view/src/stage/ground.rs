@@ -32,6 +32,12 @@ impl Ground {
         self.chunks.push(chunk);
     }
 
+    /// The chunks in the bundle's order, as far as they are there.
+    #[must_use]
+    pub fn chunks(&self) -> &[Arc<KeptChunk>] {
+        &self.chunks
+    }
+
     /// The box around everything, when there is anything.
     #[must_use]
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
