@@ -92,7 +92,7 @@ impl Held {
         let grip = rests.transform_point3(self.shape.grip);
         let far = grip.distance(eye);
         // towards the middle of the view, in which it lands
-        let step = look * (Vec3::new(-0.25 * side, 0.18, -1.0) * (FORWARD * far * forward));
+        let step = look * (Vec3::new(-0.35 * side, 0.5, -1.0) * (FORWARD * far * forward));
         let turn = Quat::from_axis_angle(look * Vec3::X, -TURNS_RAD * forward * f32::from(u8::from(self.shape.long.is_some())));
         Affine3A::from_translation(grip + step) * Affine3A::from_quat(turn) * Affine3A::from_translation(-grip) * rests
     }

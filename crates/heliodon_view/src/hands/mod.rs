@@ -3,12 +3,13 @@
 //! A tracked hand (a wand, a headset's controller) is where it is: it touches what is within some centimetres, strikes by being swung, and points farther. Without one
 //! the hand goes with the eyes: it points at what is in the middle of the view, what it holds is at the lower side of the view, and it swings when it is told to. Both end in
 //! the same events, so that a story knows of no device. [`pose`] says where hands are, [`reach`] what they meet, [`shape`] how a thing lies in a hand, [`carry`] where it is then,
-//! [`act`] does what visitors ask for, [`wish`] what scripts ask for, [`strike`] feels what tracked hands run into, `reticle` shows what is in reach.
+//! [`act`] does what visitors ask for, [`wish`] what scripts ask for, [`strike`] feels what tracked hands run into, `reticle` and `marker` show what is in reach.
 //!
 //! Hands move nothing that they do not hold: what they let go is in [`Hands::let_go`] for one frame, and whoever lets bodies fall takes it from there.
 
 mod act;
 mod carry;
+mod marker;
 pub mod pose;
 pub mod reach;
 mod reticle;
@@ -169,11 +170,20 @@ pub struct HandsPlugin;
 impl Plugin for HandsPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Hands>()
-            .add_systems(Startup, reticle::spawn)
+            .add_systems(Startup, (reticle::spawn, marker::spawn))
             .add_systems(PreUpdate, act::divert.after(InputSet))
             .add_systems(
                 Update,
-                (begin, pose::place, wish::obey, reach::look_for, act::act, carry::carry, strike::feel, reticle::show)
+                (
+                    begin,
+                    pose::place,
+                    wish::obey,
+                    reach::look_for,
+                    act::act,
+                    carry::carry,
+                    strike::feel,
+                    (reticle::show, marker::show),
+                )
                     .chain()
                     .in_set(HandsSet)
                     .after(Travel)

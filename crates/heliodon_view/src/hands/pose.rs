@@ -43,6 +43,8 @@ pub struct HandPose {
     pub spin_rad_s: Vec3,
     /// Who says so.
     pub scheme: Scheme,
+    /// Whether the middle of the view is that of a window.
+    pub in_window: bool,
     /// The room or play space that carries it, now: from it to the world.
     pub(super) world_from_base: Affine3A,
     /// The hand in that space, now and in the frame before; the same where there was none.
@@ -66,6 +68,7 @@ struct Seen {
     head: Pose,
     /// Grip and aim, by hand.
     hands: [Option<(Pose, Pose)>; 2],
+    in_window: bool,
 }
 
 impl Poses<'_, '_> {
@@ -83,17 +86,17 @@ impl Poses<'_, '_> {
         {
             let right = headset.right.map(|grip| (grip, headset.right_aim.unwrap_or(grip)));
             let hands = [right, headset.left.map(|grip| (grip, grip))];
-            return Some(Seen { world_from_base: affine(&play.world_from_play(visitor)), head, hands });
+            return Some(Seen { world_from_base: affine(&play.world_from_play(visitor)), head, hands, in_window: false });
         }
         if let Some(room) = &self.room {
             let place = WorldFromRoom::new(room.display(), visitor);
             let scale = Vec3::splat(place.scale);
             let world_from_base = Affine3A::from_scale_rotation_translation(scale, place.rotation, place.origin);
             let hands = [room.wand, room.left_hand].map(|hand| hand.map(|pose| (pose, pose)));
-            return Some(Seen { world_from_base, head: room.head, hands });
+            return Some(Seen { world_from_base, head: room.head, hands, in_window: false });
         }
         let head = Pose { position: visitor.pose.eye, orientation: visitor.pose.rotation() };
-        Some(Seen { world_from_base: Affine3A::IDENTITY, head, hands: [None; 2] })
+        Some(Seen { world_from_base: Affine3A::IDENTITY, head, hands: [None; 2], in_window: true })
     }
 }
 
@@ -135,6 +138,7 @@ fn found(seen: &Seen, hand: Hand, before: Option<&HandPose>, seconds: f32) -> Ha
             velocity_m_s: Vec3::ZERO,
             spin_rad_s: Vec3::ZERO,
             scheme: Scheme::View,
+            in_window: seen.in_window,
             world_from_base: Affine3A::IDENTITY,
             base_from_hand: [world_from_hand; 2],
         };
@@ -162,6 +166,7 @@ fn found(seen: &Seen, hand: Hand, before: Option<&HandPose>, seconds: f32) -> Ha
         velocity_m_s: velocity,
         spin_rad_s: spin,
         scheme: Scheme::Tracked,
+        in_window: false,
         world_from_base,
         base_from_hand: [now, last],
     }

@@ -67,7 +67,11 @@ impl<'a> Scene<'a> {
             if hidden || without.iter().any(|other| other == name) {
                 return None;
             }
-            let stands = self.actors.whereabouts(name).or_else(|| self.impostors.whereabouts(name, self.actors));
+            // a crowd is long to look through: only who is in one is looked for there
+            let stands = match actor.is_impostor() {
+                true => self.impostors.whereabouts(name, self.actors),
+                false => self.actors.whereabouts(name),
+            };
             stands.map(|(_, bounds)| (actor, bounds))
         })
     }

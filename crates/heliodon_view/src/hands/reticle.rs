@@ -29,7 +29,9 @@ pub(super) fn spawn(mut commands: Commands) {
         justify_content: JustifyContent::Center,
         ..default()
     };
-    commands.spawn(middle.clone()).with_children(|parent| {
+    // over text that is as large as a small window
+    let over = GlobalZIndex(1);
+    commands.spawn((middle.clone(), over)).with_children(|parent| {
         let ring = Node {
             width: px(RING_PX),
             height: px(RING_PX),
@@ -40,7 +42,7 @@ pub(super) fn spawn(mut commands: Commands) {
         // dark within, so that it is seen on what is bright
         parent.spawn((Ring, Visibility::Hidden, ring, BorderColor::all(INK), BackgroundColor(PANEL.with_alpha(0.35))));
     });
-    commands.spawn(middle).with_children(|parent| {
+    commands.spawn((middle, over)).with_children(|parent| {
         let node = Node {
             top: px(BELOW_PX),
             padding: UiRect::axes(px(10), px(4)),
@@ -87,7 +89,7 @@ pub(super) fn show(
 fn said(site: &Site<'_>, hands: &Hands, input: &Input) -> Option<String> {
     let right = &hands.of[Hand::Right as usize];
     let met = right.met.as_ref()?;
-    if !hands.alive || right.pose.as_ref().is_none_or(|pose| pose.scheme == Scheme::Tracked) {
+    if !hands.alive || right.pose.as_ref().is_none_or(|pose| pose.scheme == Scheme::Tracked || !pose.in_window) {
         return None;
     }
     let held = right.held.as_ref().map(|held| (held.name.as_str(), &held.thing));

@@ -79,14 +79,14 @@ impl Shape {
     }
 
     /// Where it is before a view (the eye, and how it looks), on the right (1) or on the left (-1): a long thing with its head up, others as they stand, from the side on which they
-    /// are looked at. It is so far away that it takes about a third of a usual view's height.
+    /// are looked at. It is so far away that it takes less than a third of a usual view's height.
     #[must_use]
     pub fn before(&self, (eye, look): (Vec3, Quat), side: f32) -> Affine3A {
-        let far = (2.8 * self.radius()).max(NEAREST_M);
+        let far = (if self.long.is_some() { 3.0 } else { 3.6 } * self.radius()).max(NEAREST_M);
         let (at, turn) = match self.long {
             Some(long) => {
-                let up = unit_or(Vec3::new(-0.22 * side, 0.9, -0.38), Vec3::Y);
-                (Vec3::new(0.36 * side, -0.42, -0.9), look * turned(long, (up, Vec3::new(-0.25 * side, 0.0, -1.0))))
+                let up = unit_or(Vec3::new(-0.15 * side, 0.75, -0.6), Vec3::Y);
+                (Vec3::new(0.42 * side, -0.5, -0.95), look * turned(long, (up, Vec3::new(-0.25 * side, 0.0, -1.0))))
             }
             None => {
                 let ahead = look * Vec3::NEG_Z;
