@@ -21,7 +21,7 @@ use std::time::Instant;
 /// ends the visit with that line. Without -o nothing is drawn, which is many times faster. The visit begins anew and keeps nothing.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  heliodon play mysite --inputs tour.play\n  heliodon play mysite --inputs tour.play --scheme pad -o tour.mp4 --size 640x480\n\nA line of a script: walk PLACE [within M] | look PLACE | press ACTION [SECONDS] | wait SECONDS | until WHAT [within SECONDS] | expect WHAT | shot NAME.png"
+    after_help = "Examples:\n  heliodon play mysite --inputs tour.play\n  heliodon play mysite --inputs tour.play --scheme pad -o tour.mp4 --size 640x480\n\nA line of a script: walk PLACE [within M] | look PLACE | strike PLACE | press ACTION [SECONDS] | wait SECONDS | until WHAT [within SECONDS] | expect WHAT | shot NAME.png"
 )]
 pub struct Args {
     /// A bundle's folder; or a site, whose bundle is baked first where it is not up to date

@@ -14,6 +14,7 @@ mod looks;
 mod means;
 #[cfg(feature = "viewer")]
 mod pictures;
+mod play;
 mod prepared;
 mod rebake;
 mod resume;

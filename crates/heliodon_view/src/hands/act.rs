@@ -62,12 +62,12 @@ pub(super) fn offers(story: &Story, met: &Met, held: Option<(&str, &Thing)>, tak
             let struck =
                 Event::Struck { target: target.clone(), tool: name.to_owned(), speed: BLOW_M_S, place: met.place.to_array() };
             if thing.tool && story.waits_for(&struck) {
-                offers.push((Action::Use, format!("strikes it with the {name}")));
+                offers.push((Action::Use, format!("strikes it with the {}", story.called(name))));
             }
             if let Some(material) = thing.brings.clone() {
                 let by = by(name, thing);
                 if story.waits_for(&Event::Applied { target, material: material.clone(), tool: by }) {
-                    offers.push((Action::Use, format!("puts {material} on it")));
+                    offers.push((Action::Use, format!("puts {} on it", story.called(&material))));
                 }
             }
         }

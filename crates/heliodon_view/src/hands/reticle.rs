@@ -6,6 +6,7 @@ use super::reach::What;
 use super::{Hand, Hands, Site};
 use crate::hud::{HudVisibility, INK, PANEL};
 use crate::input::{Action, Input, Trigger};
+use crate::story::Lettered;
 use bevy::prelude::*;
 
 /// The ring's diameter, pixels.
@@ -49,7 +50,7 @@ pub(super) fn spawn(mut commands: Commands) {
             border_radius: BorderRadius::all(px(6)),
             ..default()
         };
-        let text = (Text::default(), TextFont::from_font_size(15.0), TextColor(INK));
+        let text = (Text::default(), TextFont::from_font_size(15.0), TextColor(INK), Lettered);
         parent.spawn((Label, Visibility::Hidden, node, BackgroundColor(PANEL), text));
     });
 }
@@ -101,8 +102,8 @@ fn said(site: &Site<'_>, hands: &Hands, input: &Input) -> Option<String> {
     };
     let can: Vec<String> = offers.iter().filter_map(can).collect();
     match (can.is_empty(), met.what) {
-        (false, _) => Some(format!("{}: {}", met.name, can.join(", "))),
-        (true, What::Thing) => Some(met.name.clone()),
+        (false, _) => Some(format!("{}: {}", site.story.called(&met.name), can.join(", "))),
+        (true, What::Thing) => Some(site.story.called(&met.name)),
         (true, _) => None,
     }
 }

@@ -50,6 +50,8 @@ pub struct Steer {
     pub ahead: f32,
     /// What a tracked hand points at.
     pub aim: Option<Vec3>,
+    /// How far the hand has gone there, 0 to 1.
+    pub reach: f32,
 }
 
 /// The devices of a scheme.
@@ -83,8 +85,10 @@ impl Devices {
             Scheme::Pad => {
                 let pad = app.world_mut().spawn_empty().id();
                 let connection = GamepadConnection::Connected { name: "player".to_owned(), vendor_id: None, product_id: None };
-                let event = RawGamepadEvent::Connection(GamepadConnectionEvent { gamepad: pad, connection });
-                app.world_mut().write_message(event);
+                // a driver tells both
+                let event = GamepadConnectionEvent { gamepad: pad, connection };
+                app.world_mut().write_message(event.clone());
+                app.world_mut().write_message(RawGamepadEvent::Connection(event));
                 devices.pad = Some(pad);
             }
             Scheme::Hand => {
@@ -189,7 +193,8 @@ impl Devices {
                     let along = heliodon_math::frame::unit_or(towards, Vec3::NEG_Z);
                     let level = Quat::from_rotation_y(-libm::atan2f(along.x, -along.z));
                     let orientation = level * Quat::from_rotation_x(libm::asinf(along.y.clamp(-1.0, 1.0)));
-                    self.report(&osc::pose_packet("/wand", &TrackedPose { position: WAND_M, orientation }));
+                    let position = WAND_M + towards * steer.reach.clamp(0.0, 1.0);
+                    self.report(&osc::pose_packet("/wand", &TrackedPose { position, orientation }));
                 }
             }
         }

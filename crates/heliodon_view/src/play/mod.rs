@@ -47,6 +47,9 @@ const ON_RAD: f32 = 0.012;
 const FACES_RAD: f32 = 0.25;
 /// Who walks turns first, to within this, radians.
 const AHEAD_RAD: f32 = 0.35;
+/// How long a blow takes that a button has set off, seconds; and how fast a tracked hand strikes, metres a second.
+const BLOW_S: f32 = 0.6;
+const BLOW_M_S: f32 = 3.0;
 /// Between what is done in two lines, seconds.
 const PAUSE_S: f32 = 0.15;
 
@@ -218,6 +221,7 @@ impl Player {
         match &line.doing {
             Doing::Walk { to, within_m } => self.walk(to, *within_m, take),
             Doing::Look(goal) => self.look(goal, take),
+            Doing::Strike(goal) => self.strike(goal, take),
             Doing::Press { action, hold_s } => self.press(action, *hold_s, take),
             Doing::Wait(seconds) => self.wait(*seconds, take).map(Ok),
             Doing::Until { expected, within_s } => {
@@ -341,7 +345,7 @@ impl Player {
             let level = Vec3::new(place.x, eye.y, place.z);
             let turn_rad = self.off(level);
             let ahead = if turn_rad.x.abs() < AHEAD_RAD { 1.0 } else { 0.0 };
-            self.frame(&Steer { turn_rad, ahead, aim: None }, take)?;
+            self.frame(&Steer { turn_rad, ahead, ..Steer::default() }, take)?;
             left_s -= self.frame_s;
         }
     }
@@ -361,17 +365,43 @@ impl Player {
             let near = if self.scheme == Scheme::Hand { FACES_RAD } else { ON_RAD };
             let there = turn_rad.length() < near;
             self.aim = Some(place);
-            self.frame(&Steer { turn_rad: if there { Vec2::ZERO } else { turn_rad }, ahead: 0.0, aim: Some(place) }, take)?;
+            let turn_rad = if there { Vec2::ZERO } else { turn_rad };
+            self.frame(&Steer { turn_rad, aim: Some(place), ..Steer::default() }, take)?;
             if there {
                 // a tracked hand is there with the next report
                 self.frame(&self.rest(), take)?;
                 return Ok(Ok(()));
             }
             if left_s <= 0.0 {
-                return Ok(Err(format!("the view is still {:.1} degrees off", turn_rad.length().to_degrees())));
+                return Ok(Err(format!("the view is still {:.1} degrees off", self.off(place).length().to_degrees())));
             }
             left_s -= self.frame_s;
         }
+    }
+
+    /// A blow: by its action, or by a tracked hand that goes there and back.
+    fn strike<E: From<PlayError>>(
+        &mut self,
+        goal: &Goal,
+        take: &mut impl FnMut(Option<&str>, SrgbImage) -> Result<(), E>,
+    ) -> Result<Result<(), String>, E> {
+        if let Err(why) = self.look(goal, take)? {
+            return Ok(Err(why));
+        }
+        if self.scheme != Scheme::Hand {
+            let pressed = self.press(Asked::Use.name(), 0.0, take)?;
+            self.wait(BLOW_S, take)?;
+            return Ok(pressed);
+        }
+        let far_m = self.aim.map_or(0.0, |aim| aim.distance(self.visitor().pose.eye)).max(0.1);
+        let step = BLOW_M_S * self.frame_s / far_m;
+        let there = (1..).map(|k| k as f32 * step).take_while(|reach| *reach < 1.0);
+        let back = (1..=10).rev().map(|k| k as f32 * 0.1);
+        for reach in there.chain([1.0]).chain(back) {
+            self.frame(&Steer { reach, ..self.rest() }, take)?;
+        }
+        self.wait(PAUSE_S, take)?;
+        Ok(Ok(()))
     }
 
     fn press<E: From<PlayError>>(
@@ -385,8 +415,9 @@ impl Player {
         };
         let bindings = &self.stepped.app.world().resource::<Input>().bindings;
         let mut of_scheme = bindings.triggers(known).iter().filter(|trigger| self.devices.has(trigger));
-        // a key before the mouse, which may have something else to do
-        let Some(trigger) = of_scheme.next().cloned() else {
+        // a key before the mouse, which may have something else to do; and the wand's first button uses what it holds, whatever else that is bound to
+        let by_hand = (self.scheme == Scheme::Hand && known == Asked::Use).then_some(Trigger::Wand(1));
+        let Some(trigger) = of_scheme.next().cloned().or(by_hand) else {
             return Ok(Err(format!("nothing on this device sets `{action}` off")));
         };
         self.hold(&trigger, true);

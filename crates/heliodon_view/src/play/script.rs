@@ -33,6 +33,8 @@ pub enum Doing {
     Walk { to: Goal, within_m: f32 },
     /// Looks, or points a tracked hand.
     Look(Goal),
+    /// Strikes something with what the right hand holds: by the action for it, or by swinging a tracked hand.
+    Strike(Goal),
     /// Sets an action off, by its name in `display.toml`, and holds it for so many seconds.
     Press { action: String, hold_s: f32 },
     /// Lets time pass.
@@ -67,7 +69,7 @@ pub struct ScriptFault {
 }
 
 /// What lines there are.
-pub const HELP: &str = "a line is one of: walk PLACE [within M] | look PLACE | press ACTION [SECONDS] | wait SECONDS | until WHAT [within SECONDS] | expect WHAT | \
+pub const HELP: &str = "a line is one of: walk PLACE [within M] | look PLACE | strike PLACE | press ACTION [SECONDS] | wait SECONDS | until WHAT [within SECONDS] | expect WHAT | \
      shot NAME.png; PLACE is a name in quotes, x z, or x y z; WHAT is task KEY | held THING | material \"TARGET\" MATERIAL | memory KEY VALUE; # begins a remark";
 
 /// How near is there, unless a line says it, metres.
@@ -130,6 +132,7 @@ fn doing(words: &[String]) -> Result<Doing, String> {
             Doing::Walk { to: goal(rest)?, within_m: near.unwrap_or(WITHIN_M) }
         }
         ("look", rest) => Doing::Look(goal(rest)?),
+        ("strike", rest) => Doing::Strike(goal(rest)?),
         ("press", [action]) => Doing::Press { action: action.clone(), hold_s: 0.0 },
         ("press", [action, seconds]) => Doing::Press { action: action.clone(), hold_s: number(seconds)? },
         ("wait", [seconds]) => Doing::Wait(number(seconds)?),

@@ -17,7 +17,7 @@ use crate::time_lapse::TimeLapse;
 use bevy::prelude::*;
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::site::{Actor, Living};
-use heliodon_script::action::{Action, Hand};
+use heliodon_script::action::{Action, Filling, Hand};
 use heliodon_script::book::{Book, written};
 use heliodon_script::event::Event;
 use heliodon_script::limits::Limits;
@@ -26,6 +26,7 @@ use heliodon_script::runtime::Runtime;
 use heliodon_script::texts::Texts;
 use heliodon_script::value::Value;
 use heliodon_script::world::World as ScriptWorld;
+pub use letters::Lettered;
 use stage_hand::StageHand;
 pub use stage_hand::Wishes;
 use std::path::{Path, PathBuf};
@@ -114,6 +115,13 @@ impl Story {
     /// Whatever moved it does so no longer, and nobody hears that it arrived.
     pub(crate) fn stop_moving(&mut self, what: &str) {
         self.play.iter_mut().for_each(|play| play.hand.forget(what));
+    }
+
+    /// What somebody or something is called in the visitor's language, where the story's texts have its name as a key.
+    #[must_use]
+    pub fn called(&self, name: &str) -> String {
+        let text = self.play.as_ref().and_then(|play| play.texts.as_ref()?.show(name, &play.language, &Filling::new()));
+        text.unwrap_or_else(|| name.to_owned())
     }
 
     /// What scripts remember under a name.
