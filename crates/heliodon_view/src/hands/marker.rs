@@ -37,9 +37,11 @@ pub(super) fn show(site: Site, hands: Res<Hands>, mut markers: Query<(&Marker, &
         let one = &hands.of[hand as usize];
         let held = one.held.as_ref().map(|held| (held.name.as_str(), &held.thing));
         // the right hand alone points with the eyes
-        let points = one.pose.as_ref().filter(|pose| !pose.in_window && (pose.scheme == Scheme::Tracked || hand == Hand::Right));
+        let points =
+            one.pose.as_ref().filter(|pose| !pose.in_window && (pose.scheme == Scheme::Tracked || hand == Hand::Right));
         let met = one.met.as_ref().filter(|_| hands.alive);
-        let shown = points.zip(met).filter(|(_, met)| !offers(&site.story, met, held, site.thing(&met.name).as_ref()).is_empty());
+        let shown =
+            points.zip(met).filter(|(_, met)| !offers(&site.story, met, held, site.thing(&met.name).as_ref()).is_empty());
         visibility.set_if_neq(if shown.is_some() { Visibility::Inherited } else { Visibility::Hidden });
         if let Some((pose, met)) = shown {
             let radius = SEEN_RAD * pose.view.0.distance(met.place).max(0.1);

@@ -198,9 +198,8 @@ fn begin(stage: Res<Stage>, mut hands: ResMut<Hands>) {
     if hands.stage != stage.serial() {
         *hands = Hands { stage: stage.serial(), ..Hands::default() };
         let bundle = stage.bundle();
-        hands.alive = bundle.is_some_and(|bundle| {
-            bundle.living().story.is_some() || bundle.actors().iter().any(|actor| actor.thing.is_some())
-        });
+        hands.alive = bundle
+            .is_some_and(|bundle| bundle.living().story.is_some() || bundle.actors().iter().any(|actor| actor.thing.is_some()));
     }
     hands.let_go.clear();
     hands.taken_up.clear();

@@ -105,9 +105,7 @@ impl Shape {
         let turn = Quat::from_rotation_y(libm::atan2f(ahead.x, ahead.z));
         let (low, high) = self.bounds;
         let foot = Vec3::new(0.5 * (low.x + high.x), low.y, 0.5 * (low.z + high.z));
-        Affine3A::from_translation(place + Vec3::Y * ABOVE_M)
-            * Affine3A::from_quat(turn)
-            * Affine3A::from_translation(-foot)
+        Affine3A::from_translation(place + Vec3::Y * ABOVE_M) * Affine3A::from_quat(turn) * Affine3A::from_translation(-foot)
     }
 }
 

@@ -212,7 +212,11 @@ impl Visit {
 
     fn place(&self, name: &str) -> Affine3A {
         let actors = self.app.world().resource::<Actors>();
-        actors.directions.get(name).and_then(|direction| direction.world_from_model).unwrap_or_else(|| actors.undirected(name).unwrap())
+        actors
+            .directions
+            .get(name)
+            .and_then(|direction| direction.world_from_model)
+            .unwrap_or_else(|| actors.undirected(name).unwrap())
     }
 
     fn wish(&mut self, wish: Wish) {
@@ -240,10 +244,8 @@ impl Visit {
         let visitor = self.visitor().clone();
         let mut room = self.app.world_mut().resource_mut::<Room>();
         let from_world = WorldFromRoom::new(room.display(), &visitor);
-        let pose = TrackedPose {
-            position: from_world.to_room(place),
-            orientation: from_world.rotation.inverse() * orientation,
-        };
+        let pose =
+            TrackedPose { position: from_world.to_room(place), orientation: from_world.rotation.inverse() * orientation };
         let slot = if hand == Hand::Right { &mut room.wand } else { &mut room.left_hand };
         *slot = Some(pose);
         self.frames(1);
@@ -375,11 +377,10 @@ fn another_thing_lets_go_of_the_first_and_hidden_ones_are_not_met() {
     visit.take("mallet", MALLET + Vec3::new(0.1, 0.02, 0.0));
     visit.take("brush", BRUSH + Vec3::Y * 0.07);
     let told = visit.told();
-    assert_eq!(told, [
-        "grabbed mallet right, holds mallet",
-        "released mallet right, holds brush",
-        "grabbed brush right, holds brush"
-    ]);
+    assert_eq!(
+        told,
+        ["grabbed mallet right, holds mallet", "released mallet right, holds brush", "grabbed brush right, holds brush"]
+    );
     visit.look_at(JUG + Vec3::Y * 0.07);
     assert_eq!(visit.hands().met(Hand::Right).map(|met| (met.name.as_str(), met.what)), Some(("table", What::Part)));
     // what is not carried is touched
@@ -403,7 +404,11 @@ fn a_blow_lands_on_what_is_before_it() {
     let press = |visit: &mut Visit, down: bool| {
         let world = visit.app.world_mut();
         let mut pad = world.query::<&mut Gamepad>().single_mut(world).unwrap();
-        if down { pad.digital_mut().press(GamepadButton::RightTrigger) } else { pad.digital_mut().release_all() };
+        if down {
+            pad.digital_mut().press(GamepadButton::RightTrigger)
+        } else {
+            pad.digital_mut().release_all()
+        };
         visit.frames(1);
     };
     press(&mut visit, true);

@@ -145,7 +145,10 @@ impl Plugin for StoryPlugin {
             .add_systems(Startup, board::spawn)
             .add_systems(
                 Update,
-                (open, look, watch::watch, step, stage_hand::move_on, letters::put, board::show).chain().in_set(StorySet).after(Travel),
+                (open, look, watch::watch, step, stage_hand::move_on, letters::put, board::show)
+                    .chain()
+                    .in_set(StorySet)
+                    .after(Travel),
             );
     }
 }

@@ -35,7 +35,9 @@ pub fn watch(
     poses: Poses,
 ) {
     let story = &mut *story;
-    let (Some(play), Some(visitor), Some((eye, look))) = (&mut story.play, visitors.iter().next(), poses.view()) else { return };
+    let (Some(play), Some(visitor), Some((eye, look))) = (&mut story.play, visitors.iter().next(), poses.view()) else {
+        return;
+    };
     // on the ground beneath the eyes, however tall a tracked visitor stands there
     let feet = Vec3::new(eye.x, visitor.pose.eye.y - visitor.eye_height_m, eye.z);
     play.world.set_visitor(feet.to_array());
