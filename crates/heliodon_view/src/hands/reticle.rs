@@ -55,6 +55,9 @@ pub(super) fn spawn(mut commands: Commands) {
     });
 }
 
+/// A text that is seen or not.
+type Written = (&'static mut Text, &'static mut Visibility);
+
 /// What sets an action off, as it is said on screen: a key, and the controller's button where there is one.
 fn keys(input: &Input, action: Action) -> String {
     let triggers = || input.bindings.triggers(action).iter();
@@ -71,7 +74,7 @@ pub(super) fn show(
     input: Option<Res<Input>>,
     hud: Option<Res<HudVisibility>>,
     mut rings: Query<&mut Visibility, (With<Ring>, Without<Label>)>,
-    mut labels: Query<(&mut Text, &mut Visibility), (With<Label>, Without<Ring>)>,
+    mut labels: Query<Written, (With<Label>, Without<Ring>)>,
 ) {
     let said = input.filter(|_| hud.is_none_or(|hud| hud.shown)).and_then(|input| said(&site, &hands, &input));
     let seen = |is_seen: bool| if is_seen { Visibility::Inherited } else { Visibility::Hidden };
