@@ -14,6 +14,7 @@ mod looks;
 mod means;
 #[cfg(feature = "viewer")]
 mod pictures;
+#[cfg(feature = "viewer")]
 mod play;
 mod prepared;
 mod rebake;
