@@ -637,3 +637,23 @@ fn the_ring_tells_what_can_be_done() {
     visit.look_at(Vec3::new(0.0, 9.0, 9.0));
     assert_eq!(label(&mut visit), None);
 }
+
+#[test]
+fn what_is_let_go_in_the_air_lies_upright_on_what_is_below() {
+    let mut visit = Visit::new();
+    visit.take("mallet", MALLET + Vec3::new(0.1, 0.02, 0.0));
+    visit.look_at(Vec3::new(0.0, 1.9, 9.0));
+    visit.pass(0.2);
+    let held_m = visit.place("mallet").translation.y;
+    visit.press(KeyCode::KeyE);
+    visit.pass(1.5);
+    let lies = visit.place("mallet");
+    assert!(lies.translation.y < held_m - 0.5 && lies.translation.y.abs() < 0.2, "{held_m} {lies:?}");
+    assert!(lies.transform_vector3(Vec3::Y).abs_diff_eq(Vec3::Y, 0.02));
+    visit.pass(0.5);
+    assert_eq!(visit.place("mallet"), lies, "it lies still");
+    // and can be taken again
+    visit.look_at(Vec3::from(lies.translation) + Vec3::Y * 0.02);
+    visit.press(KeyCode::KeyE);
+    assert_eq!(visit.held()[0].as_deref(), Some("mallet"));
+}
