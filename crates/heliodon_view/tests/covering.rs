@@ -13,6 +13,7 @@ use heliodon_capture::impostor::{CaptureParams, capture};
 use heliodon_image::HdrImage;
 use heliodon_mesh::Mesh;
 use heliodon_mesh::motion::MovingMesh;
+use heliodon_script::action::Action;
 use heliodon_testkit::scenes::cuboid;
 use heliodon_view::actors::Actors;
 use heliodon_view::actors::course::Course;
@@ -21,6 +22,7 @@ use heliodon_view::culling::Culling;
 use heliodon_view::headless::{RenderOptions, Renderer, Shot, ShotExposure};
 use heliodon_view::impostor::Impostors;
 use heliodon_view::lamps::{Lamp, Lamps};
+use heliodon_view::story::Wishes;
 use heliodon_view::{DaylightCamera, ExactAtRest, Pose, Stage};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -414,4 +416,20 @@ fn impostors_fade_and_are_marked() {
     assert!(brighter > 100, "{brighter} of {}", its.len());
     // nothing but they
     assert!(changed(&marked, &whole).iter().all(|pixel| its.binary_search(pixel).is_ok()));
+}
+
+#[test]
+fn wishes_of_scripts_are_carried_out_once() {
+    let mut scene = Scene::new();
+    let whole = scene.picture();
+    scene.world().init_resource::<Wishes>();
+    let fade = |opacity| Action::Fade { what: "shafts".to_owned(), opacity, seconds: 0.0 };
+    // of a material that the bundle has not nothing comes but a word in the log
+    let unknown = Action::Material { target: "ground".to_owned(), material: "cheese".to_owned(), seconds: 0.0 };
+    scene.world().resource_mut::<Wishes>().looks = vec![unknown, fade(0.0)];
+    let without = scene.picture();
+    assert!(changed(&whole, &without).len() > 4000 && scene.covering().opacity("shafts") == 0.0);
+    assert!(scene.covering().of("ground").is_none() && scene.world().resource::<Wishes>().looks.is_empty());
+    scene.world().resource_mut::<Wishes>().looks = vec![fade(1.0)];
+    assert_eq!(scene.picture().pixels, whole.pixels);
 }

@@ -13,7 +13,9 @@
 //! What wears anything is drawn by pipelines of its own, whose instances say which; all else by those that it always had, so that frames in which nothing
 //! is worn cost what they did. A view binds the table of all covers beside its own uniform, for portable devices have but four groups of bindings.
 
+mod extent;
 pub mod gpu;
+mod stone;
 pub mod subject;
 pub mod uniform;
 
@@ -27,9 +29,9 @@ use crate::time_lapse::{Now, SettleMoment};
 use bevy::prelude::*;
 use bevy::render::extract_resource::ExtractResourcePlugin;
 use bevy::render::{Render, RenderApp, RenderSystems};
-use glam::{Affine3A, UVec3};
-use gpu::{Coat, CoversFrame, CoversGpu, Sight, Worn, luminance};
-use heliodon_bundle::BundleReader;
+use extent::{Extents, boxed};
+use glam::Affine3A;
+use gpu::{Coat, CoversFrame, CoversGpu, Sight, Worn};
 use heliodon_bundle::grid::AXES;
 use heliodon_bundle::site::Material;
 use heliodon_script::action::Action;
@@ -321,64 +323,6 @@ impl Covering {
     }
 }
 
-/// Who knows how large things are.
-struct Extents<'a> {
-    stage: &'a Stage,
-    bundle: &'a BundleReader,
-    actors: &'a Actors,
-    looks: &'a ActorsFrame,
-}
-
-impl Extents<'_> {
-    fn is_part(&self, name: &str) -> bool {
-        self.bundle.manifest().parts.iter().any(|part| part.name == name)
-    }
-
-    /// Of all parts of a name.
-    fn part(&self, name: &str) -> Extent {
-        let parts = &self.bundle.manifest().parts;
-        let is_its =
-            |number: &usize| parts.get(usize::from(self.bundle.chunk_info(*number).part)).is_some_and(|part| part.name == name);
-        let its: Vec<usize> = (0..self.bundle.chunk_count()).filter(is_its).collect();
-        let bounds = its.iter().map(|&number| self.bundle.chunk_info(number).bounds);
-        let bounds = bounds.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), bounds| {
-            (low.min(Vec3::from(bounds.min)), high.max(Vec3::from(bounds.max)))
-        });
-        let roots = its.iter().filter_map(|&number| self.stage.ground().chunks().get(number)).flat_map(|chunk| &chunk.albedo);
-        let whole = Extent::default();
-        let bounds = if bounds.0.cmple(bounds.1).all() { bounds } else { whole.bounds };
-        Extent { bounds, mean: mean_luminance(roots).unwrap_or(whole.mean), ..whole }
-    }
-
-    /// Of an actor that is on the stage.
-    fn actor(&self, name: &str) -> Option<Extent> {
-        let (stands, bounds) = self.actors.whereabouts(name)?;
-        let look = self.actors.number(name).and_then(|number| self.looks.looks.get(number))?;
-        let local_from_world = stands.inverse();
-        let mean = mean_luminance(look.albedo.iter()).unwrap_or(Extent::default().mean);
-        Some(Extent { local_from_world, bounds: boxed(local_from_world, bounds), mean })
-    }
-}
-
-/// The mean luminance of albedo as it lies on the GPU.
-fn mean_luminance<'a>(roots: impl Iterator<Item = &'a u32>) -> Option<f32> {
-    let (mut sum, mut count) = (0.0_f64, 0_u64);
-    for &word in roots {
-        let root = (UVec3::new(word, word >> 10, word >> 20) & 1023).as_vec3() / 1023.0;
-        sum += f64::from(luminance(root * root));
-        count += 1;
-    }
-    (count > 0).then(|| (sum / count as f64) as f32)
-}
-
-/// The box around a box that was moved.
-fn boxed(to: Affine3A, (low, high): (Vec3, Vec3)) -> (Vec3, Vec3) {
-    let corners = (0..8).map(|i| Vec3::select(glam::BVec3::new(i & 1 == 1, i & 2 == 2, i & 4 == 4), high, low));
-    corners
-        .map(|corner| to.transform_point3(corner))
-        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), corner| (low.min(corner), high.max(corner)))
-}
-
 /// Radiance around a box: on each of its sides as the light is there, a hand off.
 fn around(actors: &Actors, moment: &heliodon_bundle::moment::Moment, (low, high): (Vec3, Vec3)) -> [Vec3; 7] {
     let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
@@ -395,15 +339,6 @@ fn around(actors: &Actors, moment: &heliodon_bundle::moment::Moment, (low, high)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::daylight::layout::albedo_roots;
-
-    #[test]
-    fn mean_luminance_is_that_of_the_albedo() {
-        let roots = [Vec3::ONE, Vec3::ZERO, Vec3::splat(0.25)].map(albedo_roots);
-        let mean = mean_luminance(roots.iter()).unwrap();
-        assert!((mean - 1.25 / 3.0).abs() < 2e-3, "{mean}");
-        assert_eq!(mean_luminance([].iter()), None);
-    }
 
     #[test]
     fn no_more_than_there_is_room_for_wear_anything_and_strangers_nothing() {
@@ -421,13 +356,5 @@ mod tests {
         assert!(covering.dress("one more", true).is_some());
         assert_eq!(covering.told.len(), 2, "told once each");
         assert!(covering.dress("nobody", false).is_none() && covering.told.len() == 2);
-    }
-
-    #[test]
-    fn a_box_that_was_moved_is_within_its_box() {
-        let to = Affine3A::from_rotation_y(std::f32::consts::FRAC_PI_4);
-        let (low, high) = boxed(to, (Vec3::NEG_ONE, Vec3::ONE));
-        let wide = 2f32.sqrt();
-        assert!(low.abs_diff_eq(Vec3::new(-wide, -1.0, -wide), 1e-5) && high.abs_diff_eq(Vec3::new(wide, 1.0, wide), 1e-5));
     }
 }

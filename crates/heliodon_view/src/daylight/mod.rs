@@ -12,6 +12,7 @@ pub mod cluster;
 pub(crate) mod depth_map;
 mod encoded;
 mod flat;
+pub mod key;
 pub mod layout;
 pub mod moment;
 mod multiview;
@@ -28,6 +29,7 @@ pub(crate) mod seen;
 #[cfg(test)]
 mod shader_tests;
 pub mod sight;
+mod slot;
 pub(crate) mod texels;
 pub mod view;
 

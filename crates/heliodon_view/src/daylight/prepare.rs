@@ -6,16 +6,17 @@ use super::moment::MomentUniform;
 use super::multiview::{EyeCanvas, Multiview, OnePassPairs, StereoPasses};
 use super::occlusion::{DepthReadback, LEAST_TRIANGLES};
 use super::pages::{GpuChunk, GpuTexture, Page, PageNormals, Remaining, upload};
-use super::pipelines::{KINDS, Near, PipelineKey, STONES, SUBJECTS, StagePipelines, StoneKind, Subject};
+use super::pipelines::{KINDS, Near, PipelineKey, STONES, SUBJECTS, StagePipelines};
 use super::pixels::{Pixels, Wanted};
 use super::raster::{Lens, Raster};
 use super::seen::{LightGroup, Run, Seen};
 use super::sight::{Change, Sight, SightKey};
+use super::slot::write_uniform;
 use super::texels::{TexelMoment, TexelsGpu};
 use super::view::{ClusterRef, Eye, Look, ViewUniform};
 use super::{DaylightCamera, ExactAtRest, StereoPair, allocator};
 use crate::actors::render::ActorsGpu;
-use crate::covering::{self, gpu::CoversGpu};
+use crate::covering::gpu::CoversGpu;
 use crate::culling::pair::Pairs;
 use crate::culling::{Culler, Culling, CullingScene, CullingTold, Saved, ViewCulling};
 use crate::detail::DetailsGpu;
@@ -149,28 +150,6 @@ impl StageGpu {
                 queue.write_buffer(&page.work, 0, bytemuck::cast_slice(work));
             }
         }
-    }
-
-    /// Boxes around the chunks of parts of which something is not there.
-    fn faded(&self, covers: &CoversGpu) -> Vec<(Vec3, Vec3)> {
-        let is_faded = |chunk: &&GpuChunk| covers.part(chunk.part).sight != covering::gpu::Sight::Whole;
-        if covers.parts().is_empty() {
-            return Vec::new();
-        }
-        self.chunks.iter().filter(is_faded).map(|chunk| chunk.kept.bounds).collect()
-    }
-
-    /// Of which stone there is any that wears something.
-    fn worn_subjects(&self, covers: &CoversGpu) -> [bool; STONES] {
-        let mut worn = [false; STONES];
-        if covers.any() {
-            let dressed = self.chunks.iter().filter(|chunk| covers.part(chunk.part).slot > 0);
-            dressed.for_each(|chunk| worn[Subject::stone_index(chunk.kind, chunk.closed)] = true);
-            for (kind, of_actors) in [StoneKind::Plain, StoneKind::Textured].into_iter().zip(covers.actors()) {
-                worn[Subject::stone_index(kind, true)] |= of_actors;
-            }
-        }
-        worn
     }
 
     /// Triangles of clusters.
@@ -452,7 +431,7 @@ pub fn prepare_views(
 ) {
     gpu.needed.clear();
     let Some(covers_buffer) = covers.buffer() else { return };
-    let (faded, worn_by) = (gpu.faded(&covers), gpu.worn_subjects(&covers));
+    let (faded, worn_by) = (covers.faded(&gpu.chunks), covers.subjects(&gpu.chunks));
     let scene = gpu.culling.clone();
     let mut saved = Saved::default();
     let mut pairs = std::mem::take(&mut gpu.pairs);
@@ -558,7 +537,7 @@ pub fn prepare_views(
         stage_view.pixels = wanted.and_then(|wanted| {
             let layout = cache.get_bind_group_layout(&pipelines.relight_layout);
             let find = |chunks: &[GpuChunk]| {
-                there(chunks, &covers, pairs.clusters(pair.copied(), &mut stage_view.culling, &culler, chunks, &looks))
+                covers.there(chunks, pairs.clusters(pair.copied(), &mut stage_view.culling, &culler, chunks, &looks))
             };
             Pixels::next(before, &wanted, (&gpu.pages, &gpu.chunks), (&device, &queue), &layout, find)
         });
@@ -570,7 +549,7 @@ pub fn prepare_views(
             stage_view.forget_sight();
         } else {
             stage_view.look(&mut gpu, &device, key, (may_ask, may_occlude), |own, chunks| {
-                there(chunks, &covers, pairs.clusters(pair.copied(), own, &culler, chunks, &looks))
+                covers.there(chunks, pairs.clusters(pair.copied(), own, &culler, chunks, &looks))
             });
             gpu.needed.extend_from_slice(&stage_view.drawn.seen.groups);
         }
@@ -596,42 +575,6 @@ pub fn prepare_views(
     }
     (gpu.pairs, gpu.multiview) = (pairs, multiview);
     told.tell(saved, gpu.culling.is_some());
-}
-
-/// What of this is there: all but parts that have faded wholly.
-fn there(chunks: &[GpuChunk], covers: &CoversGpu, mut clusters: Vec<ClusterRef>) -> Vec<ClusterRef> {
-    if !covers.parts().is_empty() {
-        clusters.retain(|one| covers.part(chunks[one.chunk as usize].part).sight != covering::gpu::Sight::Hidden);
-    }
-    clusters
-}
-
-/// Creates the uniform's buffer at the first call, with another one beside it if there is to be one, and writes it.
-fn write_uniform(
-    slot: &mut Option<(Buffer, BindGroup)>,
-    (device, queue): (&RenderDevice, &RenderQueue),
-    layout: &BindGroupLayout,
-    bytes: &[u8],
-    beside: Option<&Buffer>,
-    label: &'static str,
-) {
-    let (buffer, _) = slot.get_or_insert_with(|| {
-        let buffer = device.create_buffer(&BufferDescriptor {
-            label: Some(label),
-            size: bytes.len() as u64,
-            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let own = buffer.as_entire_binding();
-        let group = match beside {
-            None => device.create_bind_group(label, layout, &BindGroupEntries::single(own)),
-            Some(other) => {
-                device.create_bind_group(label, layout, &BindGroupEntries::sequential((own, other.as_entire_binding())))
-            }
-        };
-        (buffer, group)
-    });
-    queue.write_buffer(buffer, 0, bytes);
 }
 
 /// Lists the visible vertices whose light is not the moment's.
