@@ -128,8 +128,9 @@ fn use_held(hands: &mut Hands, site: &mut Site<'_>, hand: Hand) {
         (Some(_), false) => drop(one.swing.get_or_insert_with(Swing::default)),
         (Some(held), true) if held.thing.brings.is_some() => {
             // what a tracked hand holds strikes where it is swung
-            let applied = one.met.as_ref().and_then(|met| applied(&held.name, &held.thing, met));
-            applied.into_iter().for_each(|event| site.tell(event));
+            let met = one.met.as_ref();
+            let applied = met.and_then(|met| Some((applied(&held.name, &held.thing, met)?, met.place)));
+            applied.into_iter().for_each(|(event, place)| site.tell_at(event, place));
         }
         _ => touch(hands, site, hand),
     }
@@ -146,7 +147,7 @@ pub(super) fn land(site: &mut Site<'_>, (name, thing): (&str, &Thing), met: &Met
     if thing.tool {
         site.tell(struck(name, met, BLOW_M_S));
     }
-    applied(name, thing, met).into_iter().for_each(|event| site.tell(event));
+    applied(name, thing, met).into_iter().for_each(|event| site.tell_at(event, met.place));
 }
 
 /// A tool has struck something.

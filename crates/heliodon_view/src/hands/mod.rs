@@ -23,6 +23,7 @@ mod wish;
 pub use heliodon_script::action::Hand;
 
 use crate::actors::Actors;
+use crate::covering::Covering;
 use crate::impostor::Impostors;
 use crate::input::InputSet;
 use crate::navigation::Travel;
@@ -132,6 +133,7 @@ struct Site<'w> {
     actors: ResMut<'w, Actors>,
     impostors: Res<'w, Impostors>,
     story: ResMut<'w, Story>,
+    covering: Option<ResMut<'w, Covering>>,
 }
 
 impl Site<'_> {
@@ -152,6 +154,14 @@ impl Site<'_> {
     /// Puts a thing somewhere.
     fn put(&mut self, name: &str, world_from_model: Affine3A) {
         self.actors.directions.entry(name.to_owned()).or_default().world_from_model = Some(world_from_model);
+    }
+
+    /// Tells scripts of something that was done at a place: a material that comes of it spreads from there.
+    fn tell_at(&mut self, event: Event, place: Vec3) {
+        if let (Event::Applied { target, .. }, Some(covering)) = (&event, &mut self.covering) {
+            covering.begin_at(target, place);
+        }
+        self.tell(event);
     }
 
     /// Tells scripts of something.

@@ -59,7 +59,7 @@ pub(super) fn feel(time: Res<Time>, mut site: Site, mut hands: ResMut<Hands>) {
                 told.extend(touches.map(|thing| Event::Touched { thing, hand }));
             }
         }
-        told.into_iter().for_each(|event| site.tell(event));
+        told.into_iter().for_each(|(event, place)| site.tell_at(event, place));
     }
 }
 
@@ -101,7 +101,7 @@ impl Contact {
         scene: Scene<'_>,
         without: &[String],
         seconds: f32,
-    ) -> impl Iterator<Item = Event> + use<> {
+    ) -> impl Iterator<Item = (Event, Vec3)> + use<> {
         let [now, before] = pose.base_from_hand.map(|hand| rigid(pose.world_from_base * hand) * held.in_hand());
         let ways = held.shape.edges.iter().map(|&edge| (before.transform_point3(edge), now.transform_point3(edge)));
         let mut blow: Option<(Met, f32)> = None;
@@ -126,7 +126,7 @@ impl Contact {
         let blow = blow.filter(|(met, _)| self.struck.as_ref().is_none_or(|(name, _)| *name != met.name));
         let blow = blow.map(|(met, length)| {
             self.struck = Some((met.name.clone(), 0.0));
-            struck(&held.name, &met, length / seconds)
+            (struck(&held.name, &met, length / seconds), met.place)
         });
         let on = held.thing.brings.as_ref().and_then(|_| near(COVERS_WITHIN_M));
         let (since_s, covered) = match (&self.on, &on) {
@@ -134,7 +134,7 @@ impl Contact {
             _ => (0.0, false),
         };
         let covers = !covered && since_s >= COVERS_IN_S;
-        let cover = on.as_ref().filter(|_| covers).and_then(|met| applied(&held.name, &held.thing, met));
+        let cover = on.as_ref().filter(|_| covers).and_then(|met| Some((applied(&held.name, &held.thing, met)?, met.place)));
         self.on = on.map(|met| (met.name, since_s, covered || covers));
         blow.into_iter().chain(cover)
     }
