@@ -2,10 +2,10 @@
 //!
 //! A tracked hand (a wand, a headset's controller) is where it is: it touches what is within some centimetres, strikes by being swung, and points farther. Without one
 //! the hand goes with the eyes: it points at what is in the middle of the view, what it holds is at the lower side of the view, and it swings when it is told to. Both end in
-//! the same events, so that a story knows of no device. [`pose`] says where hands are, [`reach`] what they meet, [`shape`] how a thing lies in a hand, [`carry`] where it is then,
-//! [`act`] does what visitors ask for, [`wish`] what scripts ask for, [`strike`] feels what tracked hands run into, `reticle` and `marker` show what is in reach.
+//! the same events, so that a story knows of no device. [`pose`] says where hands are, [`reach`] what they meet, `shape` how a thing lies in a hand, `carry` where it is then,
+//! `act` does what visitors ask for, `wish` what scripts ask for, `strike` feels what tracked hands run into, `reticle` and `marker` show what is in reach.
 //!
-//! Hands move nothing that they do not hold: what they let go is in [`Hands::let_go`] for one frame, and [`fall`] takes it from there, or whoever lets bodies fall.
+//! Hands move nothing that they do not hold: what they let go is in [`Hands::let_go`] for one frame, and `fall` takes it from there, or whoever lets bodies fall.
 
 mod act;
 mod carry;

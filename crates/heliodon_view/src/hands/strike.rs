@@ -56,7 +56,8 @@ pub(super) fn feel(time: Res<Time>, mut site: Site, mut hands: ResMut<Hands>) {
             Some(_) => one.contact.touches = None,
             None => {
                 let touches = one.contact.bare(pose, scene, &without, one.met.as_ref(), seconds);
-                told.extend(touches.map(|thing| Event::Touched { thing, hand }));
+                let place = Vec3::from(pose.world_from_hand.translation);
+                told.extend(touches.map(|thing| (Event::Touched { thing, hand }, place)));
             }
         }
         told.into_iter().for_each(|(event, place)| site.tell_at(event, place));
