@@ -175,7 +175,8 @@ mod tests {
                     assert!(seen.y.abs() < -seen.z * 0.9 && seen.x.abs() < -seen.z * 0.9, "{seen}");
                 }
                 let up = before.transform_vector3(shape.long.map_or(Vec3::Y, |(head, _)| head));
-                assert!(up.y > 0.5, "{up}");
+                // leaning forward, and the view looks down
+                assert!(up.y > 0.4, "{up}");
             }
         }
     }
