@@ -655,5 +655,5 @@ fn what_is_let_go_in_the_air_lies_upright_on_what_is_below() {
     // and can be taken again
     visit.look_at(Vec3::from(lies.translation) + Vec3::Y * 0.02);
     visit.press(KeyCode::KeyE);
-    assert_eq!(visit.held()[0].as_deref(), Some("mallet"));
+    assert_eq!(visit.held()[0], Some("mallet"));
 }

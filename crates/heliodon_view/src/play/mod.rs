@@ -234,9 +234,8 @@ impl Player {
             }
             Doing::Expect(expected) => Ok(self.check(expected)),
             Doing::Shot(name) => {
-                match self.picture()? {
-                    Some(picture) => take(Some(name), picture)?,
-                    None => {}
+                if let Some(picture) = self.picture()? {
+                    take(Some(name), picture)?;
                 }
                 Ok(Ok(()))
             }
