@@ -8,7 +8,7 @@
 //! One folder a feature, one plugin a folder: [`stage`] loads a bundle, [`daylight`] lights and draws the stone, [`detail`] adds what is fine to it, [`sky`] the
 //! dome, [`culling`] leaves out what is hidden or too small, [`actors`] move and light what moves, [`lamps`] light both, [`time_lapse`] holds the hour, [`tonemap`] brings light to the display, [`guests`] lights what others add,
 //! [`input`] binds keys, buttons and gestures to actions, [`navigation`] walks and flies, [`hud`] tells and takes the hour. [`display`] draws on the walls of a room,
-//! [`tracking`] knows where heads and hands are, [`kiosk`] runs unattended, [`control`] takes orders from outside, [`story`] lets a site's scripts run, [`sound`] is what is heard.
+//! [`particles`] are what is in the air, and [`guide_way`] shows a way on the ground. [`tracking`] knows where heads and hands are, [`kiosk`] runs unattended, [`control`] takes orders from outside, [`story`] lets a site's scripts run, [`sound`] is what is heard.
 
 pub mod actors;
 pub mod bench;
@@ -19,6 +19,7 @@ pub mod detail;
 pub mod display;
 mod fullscreen;
 pub mod guests;
+pub mod guide_way;
 pub mod headless;
 pub mod hud;
 pub mod impostor;
@@ -26,6 +27,7 @@ pub mod input;
 pub mod kiosk;
 pub mod lamps;
 pub mod navigation;
+pub mod particles;
 mod readback;
 pub mod sky;
 pub mod sound;
@@ -60,6 +62,8 @@ bevy::app::plugin_group! {
         impostor:::ImpostorPlugin,
         lamps:::LampsPlugin,
         guests:::GuestsPlugin,
+        guide_way:::GuideWayPlugin,
+        particles:::ParticlesPlugin,
     }
 }
 

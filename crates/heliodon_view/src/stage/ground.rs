@@ -30,6 +30,11 @@ impl Ground {
         self.chunks.push(chunk);
     }
 
+    /// The chunks that were added.
+    pub(crate) fn chunks(&self) -> &[Arc<KeptChunk>] {
+        &self.chunks
+    }
+
     /// The box around everything, when there is anything.
     #[must_use]
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
