@@ -161,13 +161,13 @@ fn scene_place(pixel: vec2<f32>) -> vec3<f32> {
 // The part of the sun that reaches a place, between the four texels around it.
 fn sun_at(number: i32, place: vec3<f32>) -> f32 {
     let map = maps[number];
-    let from = vec4<f32>(place, 1.0);
-    let at = vec2<f32>(dot(map.x, from), dot(map.y, from));
+    let world = vec4<f32>(place, 1.0);
+    let at = vec2<f32>(dot(map.x, world), dot(map.y, world));
     let most = vec2<f32>(map.size.xy) - 1.0;
     if (any(at < vec2<f32>(0.0)) || any(at >= most)) {
         return 1.0;
     }
-    let own = dot(map.depth, from);
+    let own = dot(map.depth, world);
     let low = vec2<u32>(at);
     let part = fract(at);
     let first = map.size.z + low.y * map.size.x + low.x;
@@ -209,8 +209,8 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
         let flat_r = length(off.xz);
         let above = clamp(1.0 - abs(off.y) / MARK_HEIGHT, 0.0, 1.0);
         // a bright rim and a soft middle
-        let rim = smoothstep(1.0, 0.86, flat_r) * smoothstep(0.55, 0.86, flat_r);
-        let laid = (0.30 * smoothstep(1.0, 0.2, flat_r) + 0.85 * rim) * above;
+        let rim = (1.0 - smoothstep(0.86, 1.0, flat_r)) * smoothstep(0.55, 0.86, flat_r);
+        let laid = (0.30 * (1.0 - smoothstep(0.2, 1.0, flat_r)) + 0.85 * rim) * above;
         return vec4<f32>(in.glow.rgb * laid, in.glow.a * laid);
     }
     let own = dot(camera.forward.xyz, in.world) + camera.forward.w;

@@ -6,7 +6,7 @@
 use super::light::Reached;
 use super::quad::{Quad, Shape};
 use super::source::Source;
-use glam::Vec3;
+use glam::{UVec3, Vec3};
 use heliodon_math::random::{Pcg32, hash2_u32, hash3_u32, unit_f32};
 use std::f32::consts::TAU;
 
@@ -37,7 +37,7 @@ pub fn mote_count(source: &Source) -> f32 {
     (source.volume_m3() * MOTES_PER_M3).clamp(FEWEST_MOTES, MOST_MOTES) * source.density
 }
 
-/// How many cells along each side a source's haze has, and how wide they are.
+/// How many cells along each side a source's haze has, and the width that they have about.
 #[must_use]
 pub fn cells(source: &Source, share: f32) -> ([u32; 3], f32) {
     let cell = (source.volume_m3() / (MOST_CELLS * share.max(0.02))).cbrt().max(LEAST_CELL_M);
@@ -47,7 +47,8 @@ pub fn cells(source: &Source, share: f32) -> ([u32; 3], f32) {
 /// Dust at a time.
 pub fn dust(source: &Source, share: f32, now_s: f64, reached: &Reached, out: &mut Vec<Quad>) {
     let there = source.span.presence(now_s, SETTLES_S);
-    if there <= 0.0 || reached.air.sun == Vec3::ZERO {
+    // until it is known where the sun shines, there would be dust in the shade
+    if there <= 0.0 || reached.air.sun == Vec3::ZERO || reached.map.is_none() {
         return;
     }
     motes(source, share, now_s, reached, there, out);
@@ -82,12 +83,12 @@ fn motes(source: &Source, share: f32, now_s: f64, reached: &Reached, there: f32,
 }
 
 fn haze(source: &Source, share: f32, now_s: f64, reached: &Reached, there: f32, out: &mut Vec<Quad>) {
-    // without a map it would be a fog
     let Some((map, number)) = reached.map else { return };
     let ([columns, rows, layers], cell) = cells(source, share);
     let radius = OVERLAP * cell;
     // the discs' profile (1 - r^2)^2 covers a third of their area: this thickness makes them as thick as their cell all together
-    let thickness = cell * cell * cell * 3.0 / (std::f32::consts::PI * radius * radius);
+    let widths = 2.0 * source.extent / UVec3::new(columns, rows, layers).as_vec3();
+    let thickness = widths.element_product() * 3.0 / (std::f32::consts::PI * radius * radius);
     let scatters = SCATTERS_PER_M * source.density * thickness * there;
     for z in 0..layers {
         for y in 0..rows {
@@ -95,7 +96,7 @@ fn haze(source: &Source, share: f32, now_s: f64, reached: &Reached, there: f32, 
                 let at = hash3_u32(source.seed ^ x, y, z);
                 let off = Vec3::from([1, 2, 3].map(|axis| unit_f32(hash2_u32(at, axis))));
                 let grid = Vec3::new(x as f32, y as f32, z as f32) + 0.2 + 0.6 * off;
-                let place = source.place - source.extent + (grid * cell).min(2.0 * source.extent);
+                let place = source.place - source.extent + grid * widths;
                 if !map.reaches(place, radius) {
                     continue;
                 }
@@ -154,9 +155,11 @@ mod tests {
     fn dust_settles() {
         let mut source = Source { extent: Vec3::ONE, ..source(ParticleKind::Dust, Vec3::ZERO) };
         source.span.stop(10.0);
+        let map = SunMap::new(&Ground::default(), source.bounds(), Vec3::Y);
+        let light = Reached { map: Some((&map, 0)), ..noon() };
         let sum = |now_s: f64| {
             let mut out = Vec::new();
-            dust(&source, 1.0, now_s, &noon(), &mut out);
+            dust(&source, 1.0, now_s, &light, &mut out);
             out.iter().map(|quad| quad.from_sun().x).sum::<f32>()
         };
         let sums = [9.9, 11.5, 13.1].map(sum);

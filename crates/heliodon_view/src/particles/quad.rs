@@ -71,13 +71,13 @@ impl Quad {
     /// It has lived this part of its life.
     #[must_use]
     pub fn aged(self, age: f32) -> Self {
-        Self { what: Vec4 { z: age, ..self.what }, ..self }
+        Self { what: self.what.with_z(age), ..self }
     }
 
     /// Its map of the sun.
     #[must_use]
     pub fn with_map(self, map: Option<u32>) -> Self {
-        Self { what: Vec4 { w: map.map_or(-1.0, |map| map as f32), ..self.what }, ..self }
+        Self { what: self.what.with_w(map.map_or(-1.0, |map| map as f32)), ..self }
     }
 
     /// Its middle.

@@ -214,7 +214,7 @@ pub fn prepare(
     }
     let both = (&*device, &*queue);
     gpu.write(&frame, both, &cache);
-    let mut left = std::mem::take(&mut gpu.cameras);
+    gpu.cameras.retain(|entity, _| cameras.contains(*entity));
     for (entity, main, camera, camera_3d, view, msaa, depth, target, smaller, exact) in &cameras {
         let Some(head) = frame.heads.iter().position(|head| head.cameras.contains(&main.id())) else { continue };
         // Bevy gives depth its usages a frame after they are asked for.
@@ -248,7 +248,7 @@ pub fn prepare(
             let (mag_filter, min_filter) = (FilterMode::Linear, FilterMode::Linear);
             device.create_sampler(&SamplerDescriptor { label: Some("air"), mag_filter, min_filter, ..default() })
         });
-        let kept = left.remove(&entity).filter(fits);
+        let kept = gpu.cameras.remove(&entity).filter(fits);
         let is_new = kept.is_none();
         let mut own = match kept {
             Some(own) => own,

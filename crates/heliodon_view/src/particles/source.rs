@@ -127,7 +127,10 @@ impl Source {
                 let side = 2.0 * size.max(1.0);
                 (low - side, high + side + Vec3::Y * 5.0)
             }
-            ParticleKind::Sparks => (low - Vec3::splat(3.0), high + Vec3::splat(3.0)),
+            ParticleKind::Sparks => {
+                let reach = 3.0 * size.sqrt().max(1.0);
+                (low - reach, high + reach)
+            }
             ParticleKind::Water => {
                 let floors = self.around.iter().flat_map(|around| around.floor.as_flattened());
                 let floor = floors.copied().fold(low.y, f32::min);
