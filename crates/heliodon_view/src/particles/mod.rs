@@ -198,12 +198,8 @@ fn obey(wishes: Option<ResMut<Wishes>>, actors: Res<Actors>, mut particles: ResM
 }
 
 /// What is seen from.
-type Eyes<'w, 's> = Query<
-    'w,
-    's,
-    (Entity, &'static Camera, &'static GlobalTransform, Option<&'static StereoPair>),
-    With<DaylightCamera>,
->;
+type Eyes<'w, 's> =
+    Query<'w, 's, (Entity, &'static Camera, &'static GlobalTransform, Option<&'static StereoPair>), With<DaylightCamera>>;
 
 /// Works out what every head sees.
 fn arrange(
@@ -261,14 +257,8 @@ fn arrange(
     particles.told = ParticlesTold { sources: seen.len(), particles: quads.len(), maps: maps.len(), ms: 0.0 };
     let heads = heads.iter().map(|head| AirHead { cameras: head.cameras.clone(), order: from_afar(head.place, &quads) });
     let (heads, fine) = (Arc::new(heads.collect()), particles.options.wait);
-    *frame = AirFrame {
-        quads: Arc::new(quads),
-        boxes: Arc::new(boxes),
-        heads,
-        maps,
-        sun_direction: moment.sun_direction,
-        fine,
-    };
+    *frame =
+        AirFrame { quads: Arc::new(quads), boxes: Arc::new(boxes), heads, maps, sun_direction: moment.sun_direction, fine };
     particles.told.ms = start.elapsed().as_secs_f32() * 1e3;
 }
 
