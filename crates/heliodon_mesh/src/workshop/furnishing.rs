@@ -11,7 +11,7 @@ use std::f32::consts::{FRAC_PI_2, PI};
 
 /// What is carried stands a few millimetres over what carries it, its own foot being a little below its height zero: a face that
 /// lies in something has no light, and the bake would say so.
-const STANDS_OVER: f32 = BITE + 0.003;
+pub const STANDS_OVER: f32 = BITE + 0.003;
 
 /// Feet of the lamps.
 const LAMPS: [Vec3; 3] =
@@ -83,26 +83,26 @@ pub fn furnishing(palette: &mut Palette) -> Furnishing {
     Furnishing { wooden, wares }
 }
 
-/// Three benches with what is worked on.
+/// Four benches with what is worked on.
 fn benches(palette: &mut Palette, all: &mut Furnishing) {
     // in the nave, before the statue: the model of its head
     let (at, yaw_rad) = (Vec3::new(2.1, STANDS_OVER, 3.2), 0.0);
     all.wooden.extend(placed(props::bench(2.7, 0.8, palette), at, yaw_rad));
     let mut top = Laid { solids: &mut all.wares, at, yaw_rad };
     top.lay(props::clay_head(palette), -0.75, 0.05, PI - 0.5);
-    top.lay(props::mallet(palette), 0.1, -0.1, 0.6);
     top.lay(props::chisels(4, palette), 0.55, -0.05, 0.25);
     top.lay(props::bowl(0.13, palette), 1.05, 0.15, 0.0);
-    top.lay(vec![props::rough_block(Vec3::new(0.24, 0.2, 0.2), palette)], -0.2, 0.2, 0.4);
     // opposite: ivory
     let (at, yaw_rad) = (Vec3::new(-2.0, STANDS_OVER, -3.25), 0.0);
     all.wooden.extend(placed(props::bench(2.4, 0.75, palette), at, yaw_rad));
     let mut top = Laid { solids: &mut all.wares, at, yaw_rad };
-    for (x, z, turn) in [(-1.0, 0.05, 0.1), (-0.9, -0.15, -0.15), (-0.2, 0.2, 0.35)] {
+    for (x, z, turn) in [(-1.0, 0.05, 0.1), (-0.9, -0.15, -0.15)] {
         top.lay(vec![props::tusk(palette.between(0.85, 1.05), palette)], x, z, turn);
     }
     top.lay(props::bowl(0.11, palette), 0.9, -0.15, 0.0);
     top.lay(props::mallet(palette), 0.75, 0.2, 2.4);
+    // the caster's and the goldsmith's
+    all.wooden.extend(placed(props::bench(2.7, 0.8, palette), Vec3::new(2.1, STANDS_OVER, -3.25), 0.0));
     // along the northern wall: moulds for the golden robe
     let (at, yaw_rad) = (Vec3::new(5.6, STANDS_OVER, -5.65), 0.0);
     all.wooden.extend(placed(props::bench(4.2, 0.8, palette), at, yaw_rad));
