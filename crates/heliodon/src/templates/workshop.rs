@@ -9,6 +9,8 @@ use heliodon_image::detail::{DetailKind, DetailParams, DetailTexture};
 use heliodon_mesh::workshop::{WorkshopParams, workshop};
 use std::path::Path;
 
+mod living;
+
 /// A little more than its shapes have, which it has without `--triangles`. More are not needed: its light is in texels.
 pub const LEAST_TRIANGLES: u64 = 40_000;
 /// The equinox: the sun enters the high windows of the south at noon and falls upon the middle of the floor.
@@ -118,6 +120,7 @@ pub fn make(folder: &Path, params: &TemplateParams) -> Result<NewSite> {
             ..Lamp::at(point(flame), FLAME)
         })
         .collect();
+    files.extend(living::furnish(folder, &hall.things, &mut site)?);
     write_site(folder, &site)?;
     files.push(SITE_FILE_NAME.to_owned());
     Ok(NewSite { name: site.site.name, triangles: hall.triangle_count() as u64, files })
