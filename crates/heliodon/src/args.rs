@@ -54,6 +54,9 @@ pub enum Command {
     /// Opens the viewer
     #[cfg(feature = "viewer")]
     View(commands::view::Args),
+    /// Plays a visit by a script of inputs
+    #[cfg(feature = "viewer")]
+    Play(commands::play::Args),
     /// Writes stills, contact sheets and films
     #[cfg(feature = "viewer")]
     Render(commands::render::Args),

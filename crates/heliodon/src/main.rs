@@ -60,6 +60,8 @@ fn run(args: Args) -> Result<()> {
         Command::Bake(args) => commands::bake::run(&app, &args),
         Command::Merge(args) => commands::merge::run(&app, &args),
         #[cfg(feature = "viewer")]
+        Command::Play(args) => commands::play::run(&app, &args),
+        #[cfg(feature = "viewer")]
         Command::View(args) => commands::view::run(&app, &args),
         #[cfg(feature = "viewer")]
         Command::Render(args) => commands::render::run(&app, &args),

@@ -6,13 +6,14 @@
 //! [`headless::Renderer`] makes the same pictures without a display.
 //!
 //! One folder a feature, one plugin a folder: [`stage`] loads a bundle, [`daylight`] lights and draws the stone, [`detail`] adds what is fine to it, [`sky`] the
-//! dome, [`culling`] leaves out what is hidden or too small, [`actors`] move and light what moves, [`lamps`] light both, [`time_lapse`] holds the hour, [`tonemap`] brings light to the display, [`guests`] lights what others add,
+//! dome, [`culling`] leaves out what is hidden or too small, [`actors`] move and light what moves, [`covering`] covers, fades and marks what is there, [`lamps`] light both, [`time_lapse`] holds the hour, [`tonemap`] brings light to the display, [`guests`] lights what others add,
 //! [`input`] binds keys, buttons and gestures to actions, [`navigation`] walks and flies, [`hud`] tells and takes the hour. [`display`] draws on the walls of a room,
-//! [`tracking`] knows where heads and hands are, [`kiosk`] runs unattended, [`control`] takes orders from outside, [`story`] lets a site's scripts run, [`sound`] is what is heard.
+//! [`tracking`] knows where heads and hands are, [`kiosk`] runs unattended, [`control`] takes orders from outside, [`story`] lets a site's scripts run, [`hands`] are the visitor's, [`sound`] is what is heard.
 
 pub mod actors;
 pub mod bench;
 pub mod control;
+pub mod covering;
 pub mod culling;
 pub mod daylight;
 pub mod detail;
@@ -20,6 +21,7 @@ pub mod display;
 pub mod easel;
 mod fullscreen;
 pub mod guests;
+pub mod hands;
 pub mod headless;
 pub mod hud;
 pub mod impostor;
@@ -27,6 +29,7 @@ pub mod input;
 pub mod kiosk;
 pub mod lamps;
 pub mod navigation;
+pub mod play;
 mod readback;
 pub mod sky;
 pub mod sound;
@@ -57,6 +60,7 @@ bevy::app::plugin_group! {
         daylight:::DaylightPlugin,
         sky:::SkyPlugin,
         time_lapse:::TimeLapsePlugin,
+        covering:::CoveringPlugin,
         actors:::ActorsPlugin,
         impostor:::ImpostorPlugin,
         lamps:::LampsPlugin,
@@ -76,6 +80,7 @@ bevy::app::plugin_group! {
         kiosk:::KioskPlugin,
         control:::ControlPlugin,
         story:::StoryPlugin,
+        hands:::HandsPlugin,
         sound:::SoundPlugin,
     }
 }

@@ -17,6 +17,8 @@ pub mod key;
 pub mod lightmap;
 pub mod merge;
 pub mod new;
+#[cfg(feature = "viewer")]
+pub mod play;
 pub mod prepare;
 #[cfg(feature = "viewer")]
 pub mod render;

@@ -85,7 +85,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         samples: args.samples,
         actors,
         display: display_of(args)?,
-        story: story_of(args),
+        story: story_places(&args.path, args.language.clone(), !args.forget),
     };
     let options = WindowOptions { size: args.size.map(|size| (size.width, size.height)), visit, preview: args.preview };
     if args.preview && options.visit.display.as_ref().is_none_or(|display| display.screens.is_empty()) {
@@ -117,25 +117,21 @@ fn display_of(args: &Args) -> Result<Option<Arc<Display>>> {
     }
 }
 
-/// Where scripts are read from and what they remember is kept: in the site's folder, or beside the bundle.
-fn story_of(args: &Args) -> StoryPlaces {
-    let is_bundle = args.path.join(MANIFEST_FILE_NAME).exists();
-    let folder = if args.path.is_file() { args.path.parent().unwrap_or(Path::new(".")) } else { &args.path };
+/// Where scripts are read from and what they remember is kept: in the site's folder, or beside the bundle. Nothing is, unless it `remembers`.
+pub fn story_places(path: &Path, language: Option<String>, remembers: bool) -> StoryPlaces {
+    let is_bundle = path.join(MANIFEST_FILE_NAME).exists();
+    let folder = if path.is_file() { path.parent().unwrap_or(Path::new(".")) } else { path };
     // of `.` and of `site.v2` alike the folder's own whole name counts
     let beside = || {
         let whole = folder.canonicalize().ok()?;
         Some(whole.with_file_name(format!("{}.memory.json", whole.file_name()?.to_string_lossy())))
     };
     let memory = if is_bundle { beside() } else { Some(folder.join("memory.json")) };
-    StoryPlaces {
-        site: (!is_bundle).then(|| folder.to_owned()),
-        memory: memory.filter(|_| !args.forget),
-        language: args.language.clone(),
-    }
+    StoryPlaces { site: (!is_bundle).then(|| folder.to_owned()), memory: memory.filter(|_| remembers), language }
 }
 
 /// The bundle to show: the one named, or the site's, made up to date.
-fn bundle_of(app: &App, path: &Path) -> Result<PathBuf> {
+pub fn bundle_of(app: &App, path: &Path) -> Result<PathBuf> {
     if path.join(MANIFEST_FILE_NAME).exists() {
         return Ok(path.to_owned());
     }

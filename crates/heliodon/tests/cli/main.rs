@@ -14,6 +14,8 @@ mod looks;
 mod means;
 #[cfg(feature = "viewer")]
 mod pictures;
+#[cfg(feature = "viewer")]
+mod play;
 mod prepared;
 mod rebake;
 mod resume;

@@ -123,6 +123,18 @@ impl Desk {
         }
     }
 
+    /// Whether any handler would hear of it.
+    pub(super) fn waits_for(&self, event: &Event) -> bool {
+        let Some(heard) = heard(event.clone()) else { return false };
+        [heard.first, "*".to_owned()].into_iter().any(|first| {
+            self.index.get(&(heard.trigger, first)).into_iter().flatten().any(|&(script, number)| {
+                let sheet = &self.sheets[script];
+                let second = &sheet.handlers[number].second;
+                !sheet.off && (second == "*" || *second == heard.second)
+            })
+        })
+    }
+
     fn look_at(&mut self, thing: &str) {
         let mut found: Vec<(usize, usize)> = Vec::new();
         for first in [thing, "*"] {

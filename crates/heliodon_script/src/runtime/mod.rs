@@ -204,6 +204,12 @@ impl Runtime {
         std::mem::take(&mut desk.actions)
     }
 
+    /// Whether any script waits for such an event (looks are not asked for): so that a host can show what there is to do.
+    #[must_use]
+    pub fn waits_for(&self, event: &Event) -> bool {
+        lock(&self.desk).waits_for(event)
+    }
+
     /// What there is to tell authors since this was last asked: failures, limits, what scripts print.
     pub fn take_told(&mut self) -> Vec<Diagnostic> {
         std::mem::take(&mut lock(&self.desk).told)

@@ -6,6 +6,7 @@
 
 use super::levels::{Directions, LevelChoice};
 use super::shade::SPHERES;
+use super::solid::Solid;
 use glam::{Affine3A, Mat3A, Vec3};
 use heliodon_math::frame::unit_or;
 use heliodon_math::light_sphere::LightSphere;
@@ -221,6 +222,12 @@ impl Figure {
     pub fn world_normals(&self) -> impl Iterator<Item = Vec3> + '_ {
         let turn = rotation(self.place);
         self.normals.iter().map(move |&n| turn * n)
+    }
+
+    /// What of it can be touched: its triangles, as they are posed.
+    #[must_use]
+    pub fn solid(&self) -> Solid<'_> {
+        Solid { world_from_mesh: self.place, positions: &self.positions, triangles: &self.model.triangles[..self.model.fronts] }
     }
 
     /// Irradiance / pi of each vertex; what no camera saw has the light that it was last seen with.

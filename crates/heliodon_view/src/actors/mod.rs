@@ -12,8 +12,11 @@ pub mod levels;
 mod load;
 pub mod render;
 pub mod shade;
+pub mod solid;
 mod sun_field;
 
+use crate::covering::gpu::{Sight, Worn};
+use crate::covering::{Covering, SettleCovers};
 use crate::daylight::DaylightCamera;
 use crate::daylight::layout::octahedral;
 use crate::lamps::Lamps;
@@ -33,7 +36,7 @@ use figure::{Asked, FOLLOW_S, Figure, Surroundings};
 use glam::Affine3A;
 use half::f16;
 use heliodon_bundle::BundleReader;
-use heliodon_bundle::grid::{AmbientCube, Grid};
+use heliodon_bundle::grid::{AXES, AmbientCube, Grid};
 use heliodon_bundle::moment::Moment;
 use heliodon_gpu::MovingPipelines;
 use heliodon_math::sh;
@@ -43,6 +46,7 @@ use levels::Directions;
 use load::Loaded;
 use render::{ActorsFrame, ActorsGpu, Look, OnGpu, Shown};
 use shade::Caster;
+use solid::Solid;
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -187,11 +191,34 @@ impl Actors {
         self.people.iter().find(|person| person.name == name).map(|person| (person.stands, person.bounds))
     }
 
+    /// What of somebody could be touched in the last frame; nothing before the first.
+    #[must_use]
+    pub fn solid(&self, name: &str) -> Option<Solid<'_>> {
+        let person = self.people.iter().find(|person| person.name == name)?;
+        (person.bounds.0 != person.bounds.1).then(|| person.figure.solid())
+    }
+
+    /// Where somebody whom nobody directs is now.
+    #[must_use]
+    pub fn undirected(&self, name: &str) -> Option<Affine3A> {
+        self.people.iter().find(|person| person.name == name).map(|person| person.course.at(self.seconds as f32))
+    }
+
     /// How long a clip of somebody takes as they perform it, seconds.
     #[must_use]
     pub fn clip_s(&self, name: &str, clip: &str) -> Option<f32> {
         let person = self.people.iter().find(|person| person.name == name)?;
         person.figure.model().moving().clips().iter().find(|known| known.name == clip).map(|clip| clip.duration_s)
+    }
+
+    /// The number of somebody among those that are shown.
+    pub(crate) fn number(&self, name: &str) -> Option<usize> {
+        self.people.iter().position(|person| person.name == name)
+    }
+
+    /// The light of a place: what the monument leaves of it, or the open sky's where nothing is known of that.
+    pub(crate) fn light_at(&self, moment: &Moment, place: Vec3) -> AmbientCube {
+        light_at(self.grid(), moment, place)
     }
 
     /// What the monument leaves of the light where anybody is.
@@ -209,11 +236,13 @@ impl Plugin for ActorsPlugin {
         app.init_resource::<Actors>()
             .init_resource::<ActorsFrame>()
             .add_plugins(ExtractResourcePlugin::<ActorsFrame>::default())
-            .add_systems(Update, (follow_stage, flow).chain())
+            // what a story directs from its beginning is not forgotten with the bundle before
+            .add_systems(Update, (follow_stage, flow).chain().before(crate::story::StorySet))
             .add_systems(
                 PostUpdate,
                 light_actors
                     .after(SettleMoment)
+                    .after(SettleCovers)
                     .after(bevy::transform::TransformSystems::Propagate)
                     .after(bevy::camera::CameraUpdateSystems),
             );
@@ -278,7 +307,7 @@ fn light_actors(
     stage_frame: Res<StageFrame>,
     mut actors: ResMut<Actors>,
     mut frame: ResMut<ActorsFrame>,
-    lamps: Option<Res<Lamps>>,
+    (lamps, covering): (Option<Res<Lamps>>, Option<Res<Covering>>),
     (adapter, device): (Option<Res<RenderAdapterInfo>>, Option<Res<RenderDevice>>),
     cameras: Query<(&Camera, &GlobalTransform), With<DaylightCamera>>,
 ) {
@@ -308,14 +337,19 @@ fn light_actors(
     let mut shown = Vec::with_capacity(people.len());
     for (i, person) in people.iter_mut().enumerate() {
         let direction = told_to.get(&person.name);
-        if direction.is_some_and(|direction| direction.hidden) {
+        let worn = covering.as_ref().map_or(Worn::NOTHING, |covering| covering.worn(&person.name));
+        if direction.is_some_and(|direction| direction.hidden) || worn.sight == Sight::Hidden {
             shown.push(Shown::default());
             continue;
         }
         let on_gpu = on_gpu && frame.looks.get(i).is_some_and(|look| !look.refused.load(Ordering::Relaxed));
         let at = (*seconds as f32, passed_s.map(|s| s as f32));
+        // What shines needs its normals, as what lamps light does.
+        let hour = Hour { lamps: hour.lamps || worn.slot > 0, ..hour };
         match person.act(at, direction, (!on_gpu).then_some(&eyes[..]), directions, &hour) {
-            Ok((one, asked)) => {
+            Ok((mut one, asked)) => {
+                one.worn = worn;
+                one.caster.faded = covering.as_ref().map_or(0.0, |covering| 1.0 - covering.opacity(&person.name));
                 told.directions = told.directions.max(asked.directions);
                 told.vertices += asked.vertices;
                 *deforming += usize::from(asked.deforms);
@@ -332,11 +366,13 @@ fn light_actors(
 }
 
 /// The light that everybody is under.
+#[derive(Clone, Copy)]
 struct Hour<'a> {
     moment: &'a Moment,
     grid: Option<&'a Grid>,
     exposure: f32,
     sun: Option<(Vec3, Vec3)>,
+    /// Whether normals are needed.
     lamps: bool,
 }
 
@@ -368,14 +404,17 @@ impl Person {
         let positions: Vec<Vec3> = self.figure.world_positions().collect();
         let (low, high) = positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |b, &p| (b.0.min(p), b.1.max(p)));
         self.bounds = (low, high);
-        let field = hour.grid.and_then(|grid| grid.light_at(hour.moment, (low + high) * 0.5)).map(|around| Field::new(&around));
+        let field = hour
+            .grid
+            .and_then(|grid| grid.light_at(hour.moment, (low + high) * 0.5))
+            .map(|around| Field::new(&around.sky_and_bounce));
         let suns = hour.grid.map(|grid| SunField::new(grid, hour.moment, low, high));
         let radiance = |direction| match &field {
             Some(field) => field.from(direction) * hour.exposure,
             None => sh::radiance(&hour.moment.sky, direction).max(Vec3::ZERO) * hour.exposure,
         };
         let bounds = ((low + high) * 0.5).extend(low.distance(high) * 0.5);
-        let caster = Caster { bounds, lumps: self.figure.lumps() };
+        let caster = Caster { bounds, lumps: self.figure.lumps(), faded: 0.0 };
         let Some(eyes) = eyes else {
             let level = directions.on_gpu(deforms);
             let pose = self.posed(clip, clip_s, deforms);
@@ -406,7 +445,7 @@ impl Person {
             |(light, sun): (&Vec3, &f32)| light.extend(*sun).to_array().map(|v| f16::from_f32(v.clamp(0.0, 65504.0)).to_bits());
         let light = self.figure.light().iter().zip(self.figure.sun()).map(half).collect();
         let normals = if hour.lamps { self.figure.world_normals().map(octahedral).collect() } else { Vec::new() };
-        Ok((Shown { positions, normals, light, on_gpu: None, caster }, asked))
+        Ok((Shown { positions, normals, light, on_gpu: None, caster, worn: Worn::NOTHING }, asked))
     }
 
     /// What a GPU poses it by.
@@ -422,10 +461,22 @@ impl Person {
     }
 }
 
+/// The light of a place at a moment, by a grid where one knows it, else the open sky's.
+pub(crate) fn light_at(grid: Option<&Grid>, moment: &Moment, place: Vec3) -> AmbientCube {
+    grid.and_then(|grid| grid.light_at(moment, place)).unwrap_or_else(|| {
+        let open = |axis: Vec3| {
+            let transfer = sh::open_transfer9(axis);
+            let all = moment.sky.iter().zip(transfer).map(|(sky, transfer)| *sky * transfer);
+            all.sum::<Vec3>().max(Vec3::ZERO)
+        };
+        AmbientCube { sky_and_bounce: AXES.map(open), sun_visible: 1.0 }
+    })
+}
+
 /// Radiance that reaches a place from each direction, made of what surfaces there receive from it: the smoothest with which the six sides of a cube get just the light that the grid says,
 /// so that an actor whose parts did not hide one another would be lit as the stone beside it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Field {
+pub(crate) struct Field {
     mean: Vec3,
     /// By axis.
     slope: [Vec3; 3],
@@ -435,8 +486,7 @@ struct Field {
 impl Field {
     /// Irradiance / pi takes the bands 0, 1 and 2 of radiance by 1, 2/3 and 1/4 (R. Ramamoorthi, P. Hanrahan: "An Efficient Representation for Irradiance
     /// Environment Maps", SIGGRAPH 2001): here they are given back.
-    fn new(around: &AmbientCube) -> Self {
-        let light = &around.sky_and_bounce;
+    pub(crate) fn new(light: &[Vec3; 6]) -> Self {
         let mean = light.iter().sum::<Vec3>() / 6.0;
         let of_axis = |axis: usize| [light[2 * axis], light[2 * axis + 1]];
         let slope = [0, 1, 2].map(|axis| {
@@ -450,6 +500,12 @@ impl Field {
         Self { mean, slope, bend }
     }
 
+    /// The mean, and by axis how it rises and how it bends: radiance from `d` is their sum, each rise times `d` of its axis and each bend times its square.
+    pub(crate) fn terms(&self) -> [Vec3; 7] {
+        let ([a, b, c], [d, e, f]) = (self.slope, self.bend);
+        [self.mean, a, b, c, d, e, f]
+    }
+
     fn from(&self, direction: Vec3) -> Vec3 {
         let of_axis = |axis: usize| (self.slope[axis] + self.bend[axis] * direction[axis]) * direction[axis];
         (self.mean + of_axis(0) + of_axis(1) + of_axis(2)).max(Vec3::ZERO)
@@ -459,14 +515,13 @@ impl Field {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use heliodon_bundle::grid::AXES;
     use heliodon_math::light_sphere::LightSphere;
 
     #[test]
     fn a_cube_gets_back_the_light_that_it_was_made_of() {
         // a sky above a darker ground, with a bright side
         let light = [2.0, 1.2, 2.6, 0.9, 1.5, 1.4].map(|v: f32| Vec3::new(v, 0.9 * v, 1.3 * v));
-        let field = Field::new(&AmbientCube { sky_and_bounce: light, sun_visible: 0.0 });
+        let field = Field::new(&light);
         let sphere = LightSphere::new(4);
         for (axis, wanted) in AXES.into_iter().zip(light) {
             let all = sphere.directions().iter().zip(sphere.weights());
@@ -474,7 +529,7 @@ mod tests {
             let got = sum / std::f32::consts::PI;
             assert!((got - wanted).abs().max_element() < 0.01 * wanted.max_element(), "{axis}: {got} for {wanted}");
         }
-        let even = Field::new(&AmbientCube { sky_and_bounce: [Vec3::ONE; 6], sun_visible: 1.0 });
+        let even = Field::new(&[Vec3::ONE; 6]);
         assert!(sphere.directions().iter().all(|&l| even.from(l).abs_diff_eq(Vec3::ONE, 1e-6)));
     }
 }

@@ -3,6 +3,8 @@
 use super::figure::Model;
 use super::shade::{ACTORS, Caster, SHADE_BYTES, ShadeUniform, TILE_PX, TILES_ACROSS, TILES_DOWN, may_shade};
 use super::sun_field::SunField;
+use crate::covering::gpu::Worn;
+use crate::covering::uniform::OWN_BITS;
 use crate::daylight::depth_map::{begin, depth_map};
 use crate::daylight::pipelines::StagePipelines;
 use crate::daylight::prepare::StageGpu;
@@ -78,6 +80,8 @@ pub struct Shown {
     pub on_gpu: Option<OnGpu>,
     /// How it shades the stone.
     pub caster: Caster,
+    /// What it wears.
+    pub worn: Worn,
 }
 
 /// The actors of a frame.
@@ -107,6 +111,8 @@ pub struct ActorGpu {
     moving: Option<Moving>,
     /// Where this frame's positions and light are.
     shown: Source,
+    /// What it wears in this frame.
+    worn: Worn,
 }
 
 /// Where an actor's positions and light are.
@@ -236,6 +242,7 @@ impl ActorGpu {
             clip: (clip, clip_group),
             moving: None,
             shown: Source::Nowhere,
+            worn: Worn::NOTHING,
         }
     }
 }
@@ -254,11 +261,13 @@ impl ActorGpu {
 
     /// Takes a frame to the GPU.
     fn take(&mut self, shown: &Shown, look: &Look, device: &RenderDevice, queue: &RenderQueue, shared: &mut SharedPipelines) {
+        self.worn = shown.worn;
         if shown.on_gpu.is_none() {
             queue.write_buffer(&self.positions, 0, bytemuck::cast_slice(&shown.positions));
             queue.write_buffer(&self.light, 0, bytemuck::cast_slice(&shown.light));
             queue.write_buffer(&self.normals, 0, bytemuck::cast_slice(&shown.normals));
-            self.shown = Source::Written;
+            // Who is hidden has none, and the buffers still hold what was there before.
+            self.shown = if shown.positions.is_empty() { Source::Nowhere } else { Source::Written };
             return;
         }
         self.shown = Source::Nowhere;
@@ -305,6 +314,18 @@ impl ActorGpu {
     }
 }
 
+/// What actors are drawn by: each without and with a texture.
+pub struct ActorPipelines<'a> {
+    /// Those that wear nothing, alone,
+    pub plain: [Option<&'a RenderPipeline>; 2],
+    /// and where others shade them and lamps light them.
+    pub shaded: Option<[Option<&'a RenderPipeline>; 2]>,
+    /// Those that wear something, alone and so.
+    pub covered: Option<[[Option<&'a RenderPipeline>; 2]; 2]>,
+    /// Outlines of any.
+    pub outline: Option<&'a RenderPipeline>,
+}
+
 /// What all actors that a GPU poses share, once there is one.
 type SharedPipelines = Option<Arc<MovingPipelines>>;
 
@@ -316,35 +337,37 @@ fn refuse(look: &Look, error: &GpuError) {
 }
 
 impl ActorsGpu {
-    /// Draws the actors as closed stone: by the pipelines without and with a texture, and those for what others shade and `lamps` light.
-    pub fn draw(
-        &self,
-        pass: &mut wgpu::RenderPass<'_>,
-        plain: [Option<&RenderPipeline>; 2],
-        shaded: Option<[Option<&RenderPipeline>; 2]>,
-        lamps: Option<&LampsGpu>,
-    ) {
+    /// Draws the actors as closed stone, and the outlines of those that are marked.
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, by: &ActorPipelines<'_>, lamps: Option<&LampsGpu>) {
         for (number, actor) in self.actors.iter().enumerate() {
             let Some([positions, light, normals]) = actor.vertices() else { continue };
             pass.set_vertex_buffer(0, positions);
             pass.set_vertex_buffer(1, light);
             pass.set_vertex_buffer(2, *actor.albedo.slice(..));
             pass.set_index_buffer(*actor.indices.slice(..), IndexFormat::Uint32);
-            let shaded = shaded.zip(self.shade()).filter(|_| self.is_shaded(number, lamps));
+            let shaded = by.shaded.zip(self.shade()).filter(|_| self.is_shaded(number, lamps));
             // A texture is the group after what shades.
             let (pipelines, texture_group) = match shaded {
                 Some((pipelines, shade)) => {
                     pass.set_bind_group(1, &**shade, &[]);
                     (pipelines, 2)
                 }
-                None => (plain, 1),
+                None => (by.plain, 1),
             };
-            let normals = shaded.and(lamps).map(|_| normals);
+            let covered = by.covered.filter(|_| actor.worn.slot > 0).map(|covered| covered[usize::from(shaded.is_some())]);
+            // Until all of its pipelines are there it is drawn as if it wore nothing.
+            let is_there = |pipelines: &[Option<&RenderPipeline>; 2]| {
+                actor.draws.iter().all(|(_, texture)| pipelines[usize::from(texture.is_some())].is_some())
+            };
+            let covered = covered.filter(is_there);
+            let pipelines = covered.unwrap_or(pipelines);
+            let normals = (shaded.and(lamps).is_some() || covered.is_some()).then_some(normals);
             for (slot, buffer) in (3..).zip(normals.into_iter().chain([*actor.uvs.slice(..)])) {
                 pass.set_vertex_buffer(slot, buffer);
             }
             // By its instance an actor that casts is known from the others.
-            let instance = if number < self.casting { number as u32 + 1 } else { 0 };
+            let own = if number < self.casting { number as u32 + 1 } else { 0 };
+            let instance = if covered.is_some() { own | actor.worn.slot << OWN_BITS } else { own };
             for (indices, texture) in &actor.draws {
                 let texture = texture.and_then(|texture| actor.textures[texture].as_ref());
                 let Some(pipeline) = pipelines[usize::from(texture.is_some())] else { continue };
@@ -353,6 +376,12 @@ impl ActorsGpu {
                     pass.set_bind_group(texture_group, &**texture, &[]);
                 }
                 pass.draw_indexed(indices.clone(), 0, instance..instance + 1);
+            }
+            if let Some(outline) = by.outline.filter(|_| covered.is_some() && actor.worn.marked && actor.worn.sight.casts()) {
+                pass.set_pipeline(outline);
+                // a bright line, and a dark one around it
+                let first = actor.worn.slot << OWN_BITS;
+                [first, first | 1].into_iter().for_each(|line| pass.draw_indexed(0..actor.index_count, 0, line..line + 1));
             }
         }
     }
@@ -367,11 +396,11 @@ impl ActorsGpu {
             || others.any(|(_, caster)| may_shade(caster, self.sun_direction, bounds))
     }
 
-    /// The actors that may show between planes with inward unit normals.
+    /// The actors that cast shadows there, between planes with inward unit normals.
     pub fn in_view<'a>(&'a self, planes: &[Vec4]) -> impl Iterator<Item = &'a ActorGpu> + use<'a> {
         let within = |ball: &Vec4| planes.iter().all(|plane| plane.truncate().dot(ball.truncate()) + plane.w >= -ball.w);
         let within: Vec<bool> = self.bounds.iter().map(within).collect();
-        self.actors.iter().zip(within).filter_map(|(actor, within)| within.then_some(actor))
+        self.actors.iter().zip(within).filter_map(|(actor, within)| (within && actor.worn.sight.casts()).then_some(actor))
     }
 
     /// Whether anybody may shade what lies in a box of the world.

@@ -34,6 +34,8 @@ pub struct Caster {
     pub bounds: Vec4,
     /// Spheres that take as much of the sky, radius in w.
     pub lumps: Vec<Vec4>,
+    /// How much of it is not there, 0 to 1.
+    pub faded: f32,
 }
 
 /// `Shade` of shade.wgsl.
@@ -67,10 +69,13 @@ impl ShadeUniform {
             let center = caster.bounds.truncate();
             uniform.tiles[i] = Vec3::from(axes.map(|axis| axis.dot(center))).extend(half_width(caster));
             uniform.reach[i] = center.extend(reach(caster).powi(2));
-            uniform.far[i].x = (FAR * caster.bounds.w).powi(2);
+            let there = 1.0 - caster.faded;
+            uniform.far[i] = Vec4::new((FAR * caster.bounds.w).powi(2), there, 0.0, 0.0);
             let (all, merged) = uniform.spheres[i * ALL_SPHERES..(i + 1) * ALL_SPHERES].split_at_mut(SPHERES);
             all.iter_mut().zip(&caster.lumps).for_each(|(slot, &lump)| *slot = lump);
             merged.iter_mut().zip(caster.lumps.chunks(MERGE)).for_each(|(slot, lumps)| *slot = merge(lumps));
+            // what is half there takes half of the sky
+            all.iter_mut().chain(merged).for_each(|sphere| sphere.w *= there.sqrt());
             clips.push(clip_from_world(axes, uniform.tiles[i]));
         }
         (uniform, clips)
@@ -139,7 +144,7 @@ mod tests {
 
     #[test]
     fn boxes_are_shaded_nearby_and_behind() {
-        let caster = Caster { bounds: Vec4::new(0.0, 1.0, 0.0, 1.0), lumps: vec![Vec4::new(0.0, 1.0, 0.0, 0.1)] };
+        let caster = Caster { bounds: Vec4::new(0.0, 1.0, 0.0, 1.0), lumps: vec![Vec4::new(0.0, 1.0, 0.0, 0.1)], faded: 0.0 };
         let sun = unit_or(Vec3::new(1.0, 0.5, 0.0), Vec3::Y);
         let at = |center: Vec3| may_shade(&caster, sun, (center - Vec3::splat(0.5), center + Vec3::splat(0.5)));
         assert!(at(Vec3::ZERO) && at(Vec3::new(0.0, 0.0, 2.2)));
@@ -151,7 +156,7 @@ mod tests {
     fn casters_lie_in_their_tiles_and_what_is_behind_lies_behind() {
         let at = |i: usize| Vec3::new(3.0 * i as f32, 1.0, -2.0);
         let casters: Vec<Caster> =
-            (0..10).map(|i| Caster { bounds: at(i).extend(1.0), lumps: vec![at(i).extend(0.2); 30] }).collect();
+            (0..10).map(|i| Caster { bounds: at(i).extend(1.0), lumps: vec![at(i).extend(0.2); 30], faded: 0.0 }).collect();
         let sun = unit_or(Vec3::new(0.3, 0.5, 0.2), Vec3::Y);
         let (uniform, clips) = ShadeUniform::new(&casters, sun, Vec3::ONE);
         assert_eq!(clips.len(), ACTORS);

@@ -25,7 +25,7 @@ struct Shade {
     tiles: array<vec4<f32>, 8>,
     // xyz: the middle of an actor, w: the square of how far its darkness of the sky reaches.
     reach: array<vec4<f32>, 8>,
-    // x: the square of how far from its middle its spheres are merged.
+    // x: the square of how far from its middle its spheres are merged; y: how much of it is there.
     far: array<vec4<f32>, 8>,
     // Centres and radii, for each actor SPHERES and as many MERGED ones; the rest have no radius.
     spheres: array<vec4<f32>, 240>,
@@ -92,6 +92,9 @@ fn sky_passes(actor: u32, place: vec3<f32>, normal: vec3<f32>) -> f32 {
     return exp(-taken * clamp(4.0 * edge, 0.0, 1.0));
 }
 
+// What actors left of the sun where `shaded` was asked last.
+var<private> sun_left: f32 = 1.0;
+
 // `light` is all of it; `sun` of the sun's irradiance / pi in it comes straight from the sun. `own` is the number of the actor, from 1, on whose surface
 // this is: what it takes from itself is in its light already. 0 for stone.
 fn shaded(light: vec3<f32>, sun: f32, place: vec3<f32>, normal: vec3<f32>, own: u32) -> vec3<f32> {
@@ -111,7 +114,7 @@ fn shaded(light: vec3<f32>, sun: f32, place: vec3<f32>, normal: vec3<f32>, own: 
     while (suns != 0u) {
         let actor = firstTrailingBit(suns);
         suns &= suns - 1u;
-        from_sun = min(from_sun, sun_passes(actor, at));
+        from_sun = min(from_sun, mix(1.0, sun_passes(actor, at), shade.far[actor].y));
     }
     var from_sky = 1.0;
     while (skies != 0u) {
@@ -119,6 +122,7 @@ fn shaded(light: vec3<f32>, sun: f32, place: vec3<f32>, normal: vec3<f32>, own: 
         skies &= skies - 1u;
         from_sky *= sky_passes(actor, place, normal);
     }
+    sun_left = from_sun;
     let direct = min(sun * shade.sun_over_pi.rgb, light);
     return direct * from_sun + (light - direct) * from_sky;
 }

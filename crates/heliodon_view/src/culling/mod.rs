@@ -26,7 +26,7 @@ use bevy::render::RenderApp;
 use bevy::render::extract_resource::{ExtractResource, ExtractResourcePlugin};
 use contribution::{LeftOut, Scale};
 use eye::Solid;
-use glam::{Mat4, Vec2};
+use glam::Mat4;
 use heliodon_bundle::site::Matte;
 use objects::Objects;
 use rayon::prelude::*;
@@ -196,6 +196,8 @@ pub struct Culler<'a> {
     pub settings: Culling,
     /// Whether small things that were left out come back late. Where a picture must not depend on those before it, they do not.
     pub remembers: bool,
+    /// Boxes around what has faded: nothing that lies in it hides anything.
+    pub faded: &'a [(Vec3, Vec3)],
 }
 
 /// What a view leaves out, or both views of a pair.
@@ -262,7 +264,7 @@ impl ViewCulling {
         let shadows: Vec<Vec<Shadow>> = looks
             .iter()
             .map(|look| match look.eye {
-                Eye::At(eye) if culler.settings.shadow => scene.shadows(chunks, &look.clip_from_world, look.size, eye),
+                Eye::At(eye) if culler.settings.shadow => scene.shadows(chunks, look, eye, culler.faded),
                 // A parallel view casts no frusta; plans are drawn from above, where little hides.
                 _ => Vec::new(),
             })
@@ -304,7 +306,8 @@ fn partly_in(shadows: &[Shadow], (low, high): (Vec3, Vec3)) -> u32 {
 
 impl CullingScene {
     /// The shadows that an eye casts.
-    fn shadows(&self, chunks: &[GpuChunk], clip_from_world: &Mat4, size: Vec2, eye: Vec3) -> Vec<Shadow> {
+    fn shadows(&self, chunks: &[GpuChunk], look: &Look, eye: Vec3, faded: &[(Vec3, Vec3)]) -> Vec<Shadow> {
+        let (clip_from_world, size) = (&look.clip_from_world, look.size);
         let planes = frustum_planes(clip_from_world);
         let near_m = near_corner_m(clip_from_world, eye);
         // Of the largest pixels, those in the middle.
@@ -319,6 +322,10 @@ impl CullingScene {
         let kept = chunks.iter().map(|chunk| &*chunk.kept);
         let open = any_solid && eye::is_in_the_open(kept.zip(&self.solid), eye, near_m);
         let occluders = self.occluders.iter().filter(|occluder| open || occluder.kind != Kind::Solid);
+        // Mattes hide whatever is there.
+        let in_faded =
+            |occluder: &&Occluder| occluder.kind != Kind::Matte && faded.iter().any(|bounds| occluder.touches(*bounds));
+        let occluders = occluders.filter(|occluder| !in_faded(occluder));
         let directions = directions(clip_from_world, eye);
         shadow::choose(occluders, Onlooker { eye, planes: &planes, margin_rad, near_m, directions: &directions })
     }

@@ -68,7 +68,7 @@ mod tests {
     #[test]
     fn both_eyes_get_the_same_found_once_a_frame() {
         let eye = |x: f32| Look { clip_from_world: Mat4::IDENTITY, eye: Eye::At(Vec3::X * x), size: Vec2::ONE };
-        let culler = Culler { scene: None, settings: Culling::default(), remembers: true };
+        let culler = Culler { scene: None, settings: Culling::default(), remembers: true, faded: &[] };
         let (number, mut pairs) = (StereoPair(3), Pairs::default());
         pairs.begin([(number, eye(-1.0)), (number, eye(1.0))].into_iter());
         assert_eq!(pairs.looks(Some(number), eye(1.0)), [eye(-1.0), eye(1.0)]);

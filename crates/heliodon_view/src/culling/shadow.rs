@@ -54,6 +54,13 @@ impl Occluder {
         self.parts[usize::from(is_before)]
     }
 
+    /// Whether its own box meets another.
+    #[must_use]
+    pub fn touches(&self, (low, high): (Vec3, Vec3)) -> bool {
+        let own = self.corners.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |own, &p| (own.0.min(p), own.1.max(p)));
+        own.0.cmple(high).all() && own.1.cmpge(low).all()
+    }
+
     /// Whether any of it may lie within `planes` (inward unit normal, distance).
     #[must_use]
     pub fn meets(&self, planes: &[Vec4]) -> bool {

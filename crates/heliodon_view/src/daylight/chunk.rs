@@ -54,6 +54,8 @@ pub struct PreparedChunk {
     pub normals: Vec<u32>,
     /// The baked light, as [`pack`] lays it.
     pub baked: Vec<u32>,
+    /// Index of its part.
+    pub part: u16,
     /// Index of the bundle's texture.
     pub texture: Option<u32>,
     /// Number of its detail.
@@ -95,6 +97,7 @@ impl PreparedChunk {
                 bounds,
                 albedo: order.iter().map(|&v| albedo_roots(chunk.albedo[v as usize])).collect(),
             }),
+            part: chunk.part,
             texture: chunk.texture,
             detail: None,
         }

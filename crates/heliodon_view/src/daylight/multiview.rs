@@ -6,6 +6,7 @@
 use super::StereoPair;
 use super::pipelines::{PipelineKey, resolved};
 use super::view::{VIEW_BYTES, ViewUniform};
+use crate::covering::uniform::COVERS_BYTES;
 use bevy::camera::{ClearColorConfig, MainPassResolutionOverride};
 use bevy::core_pipeline::core_3d::CORE_3D_DEPTH_FORMAT;
 use bevy::ecs::entity::Entity;
@@ -161,6 +162,7 @@ impl BothEyes {
         cache: &PipelineCache,
         pipelines: &BothEyesPipelines,
         (cameras, canvas): ([Entity; 2], EyeCanvas),
+        covers: &Buffer,
         layer_pipeline: CachedRenderPipelineId,
     ) -> Self {
         let color = Layers::new(device, "both_eyes_color", &canvas, canvas.format);
@@ -171,7 +173,7 @@ impl BothEyes {
             usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let entries = BindGroupEntries::single(views.as_entire_buffer_binding());
+        let entries = BindGroupEntries::sequential((views.as_entire_buffer_binding(), covers.as_entire_buffer_binding()));
         let view_group =
             device.create_bind_group("both_eyes_views", &cache.get_bind_group_layout(&pipelines.views_layout), &entries);
         let layout = cache.get_bind_group_layout(pipelines.layer_layout(canvas.samples));
@@ -250,6 +252,7 @@ impl Multiview {
         &mut self,
         device: &RenderDevice,
         (cache, pipelines): (&mut PipelineCache, &mut super::pipelines::StagePipelines),
+        covers: &Buffer,
         cameras: impl Iterator<Item = (StereoPair, Entity, Option<EyeCanvas>)>,
         can: impl Fn(u32) -> bool,
     ) {
@@ -267,7 +270,7 @@ impl Multiview {
             let wanted = ([left, right], canvas);
             let mut eyes = before.remove(&pair).filter(|eyes| (eyes.cameras, eyes.canvas) == wanted).unwrap_or_else(|| {
                 let layer = pipelines.layer(cache, canvas.format, canvas.samples);
-                BothEyes::new(device, cache, &pipelines.both_eyes, wanted, layer)
+                BothEyes::new(device, cache, &pipelines.both_eyes, wanted, covers, layer)
             });
             eyes.drawn = false;
             self.layers.extend([(left, (pair, 0)), (right, (pair, 1))]);
@@ -313,7 +316,7 @@ impl Multiview {
 
 /// Colour pipelines for both eyes at once. Bevy's cache makes none such.
 pub struct BothEyesPipelines {
-    /// Both cameras' uniforms.
+    /// Both cameras' uniforms, and what is worn.
     pub views_layout: BindGroupLayoutDescriptor,
     /// A layer's colour and depth, of one sample a pixel and of several.
     layer_layouts: [BindGroupLayoutDescriptor; 2],
@@ -331,12 +334,13 @@ enum Made {
 impl Default for BothEyesPipelines {
     fn default() -> Self {
         let views = uniform_buffer_sized(false, NonZeroU64::new(2 * VIEW_BYTES as u64));
+        let covers = uniform_buffer_sized(false, NonZeroU64::new(COVERS_BYTES as u64));
         let exact = TextureSampleType::Float { filterable: false };
         let several = texture_depth_2d_multisampled();
         Self {
             views_layout: BindGroupLayoutDescriptor::new(
                 "both_eyes_views",
-                &BindGroupLayoutEntries::single(ShaderStages::VERTEX_FRAGMENT, views),
+                &BindGroupLayoutEntries::sequential(ShaderStages::VERTEX_FRAGMENT, (views, covers)),
             ),
             layer_layouts: [
                 BindGroupLayoutDescriptor::new(

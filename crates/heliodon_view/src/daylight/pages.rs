@@ -127,6 +127,8 @@ pub struct GpuChunk {
     pub kept: Arc<KeptChunk>,
     /// Its parts, once they are drawn by the processor.
     pub parts: OnceLock<Parts>,
+    /// Index of its part.
+    pub part: u16,
     /// Index of the bundle's texture.
     pub texture: Option<u32>,
     /// Number of its detail.
@@ -294,6 +296,7 @@ pub fn upload(
         first_index,
         kept: Arc::clone(kept),
         parts: OnceLock::new(),
+        part: chunk.part,
         texture: chunk.texture,
         detail: chunk.detail,
         kind,

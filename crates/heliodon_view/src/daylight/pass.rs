@@ -11,7 +11,9 @@ use super::pages::GpuChunk;
 use super::pipelines::{Near, PipelineKey, STONES, SUBJECTS, StagePipelines, StoneKind, Subject};
 use super::prepare::{Drawn, StageGpu, StageView};
 use super::seen::{Draw, Seen, split};
-use crate::actors::render::ActorsGpu;
+use crate::actors::render::{ActorPipelines, ActorsGpu};
+use crate::covering::gpu::{CoversGpu, Worn};
+use crate::covering::uniform::OWN_BITS;
 use crate::lamps::maps::LampsGpu;
 use bevy::camera::{MainPassResolutionOverride, Viewport};
 use bevy::prelude::*;
@@ -81,7 +83,7 @@ pub fn draw_stage(
     mut stage_views: Query<&mut StageView>,
     mut gpu: ResMut<StageGpu>,
     mut pending: ResMut<PendingCommandBuffers>,
-    (actors, lamps): (Res<ActorsGpu>, Res<LampsGpu>),
+    (actors, lamps, covers): (Res<ActorsGpu>, Res<LampsGpu>, Res<CoversGpu>),
     (cache, pipelines): (Res<PipelineCache>, Res<StagePipelines>),
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
@@ -89,7 +91,7 @@ pub fn draw_stage(
 ) {
     let entity = view.entity();
     let (camera, extracted, target, depth, resolution) = view.into_inner();
-    let find = |stage_view: &StageView| Pipelines::find(stage_view, (&*pipelines, &*cache), (&*actors, &*lamps));
+    let find = |stage_view: &StageView| Pipelines::find(stage_view, (&*pipelines, &*cache), (&*actors, &*lamps), &covers);
     if let Some((eyes, layer)) = gpu.multiview.of(entity) {
         let Ok(first) = stage_views.get(eyes.first()) else { return };
         let Some(pipelines) = find(first) else { return };
@@ -191,6 +193,8 @@ struct Pipelines<'a> {
     shaded: Option<Shaded<'a>>,
     /// Stone with details.
     detailed: Option<Detailed<'a>>,
+    /// What wears anything.
+    covered: Option<Covered<'a>>,
 }
 
 impl<'a> Pipelines<'a> {
@@ -199,6 +203,7 @@ impl<'a> Pipelines<'a> {
         stage_view: &StageView,
         (pipelines, cache): (&'a StagePipelines, &'a PipelineCache),
         (actors, lamps): (&'a ActorsGpu, &'a LampsGpu),
+        covers: &'a CoversGpu,
     ) -> Option<Self> {
         let keys = stage_view.keys?;
         let find = |keys: [PipelineKey; SUBJECTS.len()]| keys.map(|key| pipelines.get(cache, key));
@@ -215,8 +220,18 @@ impl<'a> Pipelines<'a> {
             alone: stone_of(keys.map(PipelineKey::detailed)),
             near: stage_view.near.map_or([None; STONES], |near| stone_of(near_keys(near).map(PipelineKey::detailed))),
         });
+        let covered = stage_view.covers.then(|| {
+            let of = |near: Option<Near>, detailed: bool| {
+                let near = near.map_or(keys, near_keys).map(PipelineKey::covered);
+                stone_of(if detailed { near.map(PipelineKey::detailed) } else { near })
+            };
+            let of_near =
+                |near: Option<Near>| [of(near, false), if stage_view.details { of(near, true) } else { [None; STONES] }];
+            let near = stage_view.near.map_or([[None; STONES]; 2], |near| of_near(Some(near)));
+            Covered { covers, stone: [of_near(None), near], outline: pipelines.get(cache, keys[0].outlined()) }
+        });
         let [stone @ .., sky] = find(keys);
-        Some(Self { stone, sky, shaded, detailed })
+        Some(Self { stone, sky, shaded, detailed, covered })
     }
 }
 
@@ -247,6 +262,13 @@ struct Canvas<'a> {
 struct Detailed<'a> {
     alone: [Option<&'a RenderPipeline>; STONES],
     near: [Option<&'a RenderPipeline>; STONES],
+}
+
+/// How what wears anything is drawn: not near and near to actors and lamps, each without and with a detail; and its outlines.
+struct Covered<'a> {
+    covers: &'a CoversGpu,
+    stone: [[[Option<&'a RenderPipeline>; STONES]; 2]; 2],
+    outline: Option<&'a RenderPipeline>,
 }
 
 /// How stone is drawn near actors and lamps: what they cast is group 1, and the texture group 2.
@@ -315,7 +337,14 @@ impl Canvas<'_> {
     fn actors_and_sky(&self, pass: &mut RenderPass<'_>, actors: &ActorsGpu, sky: Option<&BindGroup>) {
         let shaded = self.pipelines.shaded.as_ref();
         let lamps = shaded.and_then(|shaded| shaded.lamps);
-        actors.draw(pass, closed_stone(self.pipelines.stone), shaded.map(|shaded| closed_stone(shaded.stone)), lamps);
+        let covered = self.pipelines.covered.as_ref();
+        let by = ActorPipelines {
+            plain: closed_stone(self.pipelines.stone),
+            shaded: shaded.map(|shaded| closed_stone(shaded.stone)),
+            covered: covered.map(|covered| covered.stone.map(|[alone, _]| closed_stone(alone))),
+            outline: covered.and_then(|covered| covered.outline),
+        };
+        actors.draw(pass, &by, lamps);
         if let (Some(pipeline), Some(maps)) = (self.pipelines.sky, sky) {
             pass.set_pipeline(pipeline);
             pass.set_bind_group(1, &**maps, &[]);
@@ -347,7 +376,27 @@ impl Canvas<'_> {
                 number += 1;
             }
         }
+        self.outlines(&mut pass, gpu);
         pass
+    }
+
+    /// Draws the outlines of marked stone: of all its triangles, for its backs are not among those that are seen.
+    fn outlines(&self, pass: &mut RenderPass<'_>, gpu: &StageGpu) {
+        let Some(Covered { covers, outline: Some(pipeline), .. }) = &self.pipelines.covered else { return };
+        if !covers.any_marked() {
+            return;
+        }
+        let mut bound = Bound::default();
+        bound.normals(true);
+        pass.set_pipeline(pipeline);
+        for (number, chunk) in (0..).zip(&gpu.chunks) {
+            let worn = covers.part(chunk.part);
+            if worn.marked && worn.sight.casts() {
+                let draw = Draw { chunk: number, indices: 0..chunk.kept.indices.len() as u32 };
+                // a bright line, and a dark one around it
+                [0, 1].into_iter().for_each(|wide| bound.draw(pass, gpu, None, &draw, worn.slot << OWN_BITS | wide));
+            }
+        }
     }
 
     /// Draws a part of a chunk.
@@ -371,19 +420,30 @@ impl Canvas<'_> {
             let pipelines = if shaded.is_some() { &detailed.near } else { &detailed.alone };
             Some((pipelines[subject]?, gpu.details.bind_group(number)?, number))
         });
+        let worn = self.pipelines.covered.as_ref().map_or(Worn::NOTHING, |covered| covered.covers.part(chunk.part));
+        let covered = self.pipelines.covered.as_ref().filter(|_| worn.slot > 0).and_then(|covered| {
+            let stone = &covered.stone[usize::from(shaded.is_some())];
+            // without the pipeline for its detail it is drawn as if it had none
+            let of_detail = detailed.and_then(|(_, detail, number)| Some((stone[1][subject]?, Some((detail, number)))));
+            of_detail.or_else(|| Some((stone[0][subject]?, None)))
+        });
         let of_lamps = shaded.is_some_and(|shaded| shaded.lamps.is_some());
-        bound.normals(of_lamps || detailed.is_some());
+        bound.normals(of_lamps || detailed.is_some() || covered.is_some());
+        let bare =
+            || Some((detailed.map_or(pipelines[subject], |(pipeline, ..)| Some(pipeline))?, detailed.map(|(_, a, b)| (a, b))));
+        let variant = usize::from(shaded.is_some()) + 4 * usize::from(covered.is_some());
         // Until its pipeline and texture are there, nothing is drawn of a chunk; without its detail's it is drawn as if it had none.
-        if let Some(pipeline) = detailed.map_or(pipelines[subject], |(pipeline, ..)| Some(pipeline))
+        if let Some((pipeline, detail)) = covered.or_else(bare)
             && bound.texture(pass, gpu, chunk, group)
         {
-            if let Some((_, detail, number)) = detailed {
+            if let Some((detail, number)) = detail {
                 let after = if chunk.kind == StoneKind::Plain { group } else { group + 1 };
                 bound.group(pass, after, Held::Detail(number), detail);
             }
-            let variant = usize::from(shaded.is_some()) + 2 * usize::from(detailed.is_some());
+            let variant = variant + 2 * usize::from(detail.is_some());
             bound.pipeline(pass, subject + variant * STONES, pipeline);
-            bound.draw(pass, gpu, drawn.indices.as_ref(), draw, 0);
+            let instance = if covered.is_some() { worn.slot << OWN_BITS } else { 0 };
+            bound.draw(pass, gpu, drawn.indices.as_ref(), draw, instance);
         }
     }
 

@@ -8,6 +8,8 @@ use super::texels::{TEXEL_LIGHT_WGSL, TEXEL_MOMENT_BYTES, TEXEL_RELIGHT_WGSL, TE
 use super::view::VIEW_BYTES;
 use crate::actors::SHADE_WGSL;
 use crate::actors::render::shade_layout;
+use crate::covering::uniform::COVERS_BYTES;
+use crate::covering::{OUTLINE_WGSL, cover_wgsl};
 use crate::daylight::moment::MOMENT_BYTES;
 use crate::detail::{DETAIL_BYTES, DETAIL_WGSL};
 use crate::lamps::LAMPS_WGSL;
@@ -102,12 +104,25 @@ pub enum Near {
     Lamps,
 }
 
+/// How what a pipeline draws is finished.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Finish {
+    /// As it is.
+    #[default]
+    Bare,
+    /// With what it wears ([`crate::covering`]), which its instances name.
+    Covered,
+    /// Its outline alone.
+    Outlined,
+}
+
 /// What a colour pipeline is specialised for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PipelineKey {
     subject: Subject,
     near: Near,
     detailed: bool,
+    finish: Finish,
     both_eyes: bool,
     display: DisplayKey,
     samples: u32,
@@ -118,7 +133,7 @@ impl PipelineKey {
     #[must_use]
     pub fn new(subject: Subject, curve: ToneCurve, format: TextureFormat, samples: u32) -> Self {
         let display = DisplayKey { curve, format };
-        Self { subject, near: Near::Nothing, detailed: false, both_eyes: false, display, samples }
+        Self { subject, near: Near::Nothing, detailed: false, finish: Finish::Bare, both_eyes: false, display, samples }
     }
 
     /// The key for stone that is near to something; what that casts is bound as group 1, and the texture is group 2.
@@ -133,6 +148,19 @@ impl PipelineKey {
         Self { detailed: self.subject != Subject::Sky, ..self }
     }
 
+    /// The key for stone that wears something.
+    #[must_use]
+    pub fn covered(self) -> Self {
+        Self { finish: if self.subject == Subject::Sky { Finish::Bare } else { Finish::Covered }, ..self }
+    }
+
+    /// The key for the outlines of all stone on the same target.
+    #[must_use]
+    pub fn outlined(self) -> Self {
+        let subject = Subject::Stone { kind: StoneKind::Plain, closed: true };
+        Self { subject, near: Near::Nothing, detailed: false, finish: Finish::Outlined, ..self }
+    }
+
     /// The key for two layers, one for each eye, whose uniforms are an array (multiview.rs).
     #[must_use]
     pub fn both_eyes(self) -> Self {
@@ -141,7 +169,7 @@ impl PipelineKey {
 
     /// Whether vertices have normals.
     fn has_normals(self) -> bool {
-        self.near == Near::Lamps || self.detailed || self.subject.by_texels()
+        self.near == Near::Lamps || self.detailed || self.finish != Finish::Bare || self.subject.by_texels()
     }
 
     /// The group of the detail: after the camera's, what casts shade, and the textures.
@@ -153,11 +181,14 @@ impl PipelineKey {
     #[must_use]
     pub fn wgsl(self) -> String {
         let views = [("ONE_VIEW", !self.both_eyes), ("BOTH_EYES", self.both_eyes)];
-        let before = format!("{}{}\n", self.display.wgsl(), resolved(VIEW_WGSL, &views));
+        let covers = if self.finish == Finish::Bare { String::new() } else { cover_wgsl() };
+        let before = format!("{}{}\n{covers}", self.display.wgsl(), resolved(VIEW_WGSL, &views));
         match self.subject {
+            Subject::Stone { .. } if self.finish == Finish::Outlined => [before, resolved(OUTLINE_WGSL, &views)].concat(),
             Subject::Stone { .. } => {
                 let (shaded, lamps) = (self.near != Near::Nothing, self.near == Near::Lamps);
                 let (textured, texels) = (self.subject.textured(), self.subject.by_texels());
+                let covered = self.finish == Finish::Covered;
                 let defined = [
                     ("TEXTURED", textured),
                     ("PLAIN", !textured),
@@ -166,20 +197,24 @@ impl PipelineKey {
                     ("SHADED", shaded),
                     ("LAMPS", lamps),
                     ("NORMALS", self.has_normals()),
-                    ("PLACED", shaded || self.detailed),
+                    ("PLACED", shaded || self.detailed || covered),
+                    ("COVERED", covered),
+                    ("BARE", !covered),
+                    ("SUNNED", shaded || covered),
+                    ("ALONE", !shaded),
                     ("DETAIL", self.detailed),
                     ("BOTH_EYES", self.both_eyes),
                 ];
                 let stone = resolved(include_str!("stone.wgsl"), &defined);
                 let stone = if texels { format!("{TEXELS_WGSL}{TEXEL_LIGHT_WGSL}{stone}") } else { stone };
-                let lamps = if lamps { LAMPS_WGSL } else { "" };
+                let lamps = if lamps { resolved(LAMPS_WGSL, &defined) } else { String::new() };
                 let detail = if self.detailed {
                     DETAIL_WGSL.replace("DETAIL_GROUP", &self.detail_group().to_string())
                 } else {
                     String::new()
                 };
                 if shaded {
-                    [&before, SHADE_WGSL, lamps, &stone.replace("@group(1)", "@group(2)"), &detail].concat()
+                    [&before, SHADE_WGSL, &lamps, &stone.replace("@group(1)", "@group(2)"), &detail].concat()
                 } else {
                     [before, stone, detail].concat()
                 }
@@ -227,7 +262,7 @@ pub struct StagePipelines {
     pub moment_layout: BindGroupLayoutDescriptor,
     /// A page's light buffers.
     pub light_layout: BindGroupLayoutDescriptor,
-    /// The camera's uniform.
+    /// The camera's uniform, and what is worn.
     pub view_layout: BindGroupLayoutDescriptor,
     /// A base colour texture.
     pub texture_layout: BindGroupLayoutDescriptor,
@@ -281,7 +316,10 @@ impl Default for StagePipelines {
             ),
             view_layout: BindGroupLayoutDescriptor::new(
                 "stone_view",
-                &BindGroupLayoutEntries::single(ShaderStages::VERTEX_FRAGMENT, uniform(VIEW_BYTES)),
+                &BindGroupLayoutEntries::sequential(
+                    ShaderStages::VERTEX_FRAGMENT,
+                    (uniform(VIEW_BYTES), uniform(COVERS_BYTES)),
+                ),
             ),
             texture_layout: BindGroupLayoutDescriptor::new(
                 "stone_texture",
@@ -560,7 +598,10 @@ impl StagePipelines {
                 buffers: if stone { vertex_buffers(key) } else { Vec::new() },
                 ..default()
             },
-            primitive: sides(matches!(key.subject, Subject::Stone { closed: true, .. })),
+            primitive: match key.finish {
+                Finish::Outlined => PrimitiveState { cull_mode: Some(Face::Front), ..default() },
+                _ => sides(matches!(key.subject, Subject::Stone { closed: true, .. })),
+            },
             depth_stencil: Some(depth_test(stone)),
             multisample: MultisampleState { count: key.samples, ..default() },
             fragment: Some(FragmentState {

@@ -5,6 +5,7 @@ use super::raster::{Lens, Raster, Stone};
 use super::relight::Relight;
 use super::sight::SightKey;
 use super::view::ClusterRef;
+use crate::covering::gpu::Worn;
 use bevy::prelude::*;
 use bevy::render::render_resource::{BindGroup, BindGroupEntries, BindGroupLayout};
 use bevy::render::renderer::{RenderDevice, RenderQueue};
@@ -22,13 +23,15 @@ pub struct Pixels {
 
 /// A picture that is asked for.
 #[derive(Clone, Copy, Debug)]
-pub struct Wanted {
+pub struct Wanted<'a> {
     /// When it is another.
     pub key: SightKey,
     /// Pixels, which [`Raster::can_be`] allows.
     pub size: UVec2,
     /// The camera.
     pub lens: Lens,
+    /// What parts wear: no more than colour.
+    pub worn: &'a [Worn],
 }
 
 impl Pixels {
@@ -36,13 +39,13 @@ impl Pixels {
     #[must_use]
     pub fn next(
         before: Option<Self>,
-        wanted: &Wanted,
+        wanted: &Wanted<'_>,
         (pages, chunks): (&[Page], &[GpuChunk]),
         (device, queue): (&RenderDevice, &RenderQueue),
         layout: &BindGroupLayout,
         cull: impl FnOnce(&[GpuChunk]) -> Vec<ClusterRef>,
     ) -> Option<Self> {
-        let Wanted { key, size, lens } = *wanted;
+        let Wanted { key, size, lens, worn } = *wanted;
         let mut pixels = match before {
             Some(before) if before.key == key => return Some(before),
             Some(before) if before.relight.is(size, pages) => Self { key, ..before },
@@ -53,7 +56,7 @@ impl Pixels {
                 Self { key, raster: before.map(|before| before.raster).unwrap_or_default(), relight, bind_group }
             }
         };
-        pixels.raster.draw(size, &lens, Stone { chunks, page_rows: &pixels.relight.page_rows }, &cull(chunks));
+        pixels.raster.draw(size, &lens, Stone { chunks, page_rows: &pixels.relight.page_rows, worn }, &cull(chunks));
         pixels.relight.show(queue, &pixels.raster);
         Some(pixels)
     }

@@ -6,7 +6,7 @@ use super::moment::MomentUniform;
 use super::multiview::{EyeCanvas, Multiview, OnePassPairs, StereoPasses};
 use super::occlusion::{DepthReadback, LEAST_TRIANGLES};
 use super::pages::{GpuChunk, GpuTexture, Page, PageNormals, Remaining, upload};
-use super::pipelines::{KINDS, Near, PipelineKey, STONES, SUBJECTS, StagePipelines};
+use super::pipelines::{KINDS, Near, PipelineKey, STONES, SUBJECTS, StagePipelines, StoneKind, Subject};
 use super::pixels::{Pixels, Wanted};
 use super::raster::{Lens, Raster};
 use super::seen::{LightGroup, Run, Seen};
@@ -15,6 +15,7 @@ use super::texels::{TexelMoment, TexelsGpu};
 use super::view::{ClusterRef, Eye, Look, ViewUniform};
 use super::{DaylightCamera, ExactAtRest, StereoPair, allocator};
 use crate::actors::render::ActorsGpu;
+use crate::covering::{self, gpu::CoversGpu};
 use crate::culling::pair::Pairs;
 use crate::culling::{Culler, Culling, CullingScene, CullingTold, Saved, ViewCulling};
 use crate::detail::DetailsGpu;
@@ -150,6 +151,28 @@ impl StageGpu {
         }
     }
 
+    /// Boxes around the chunks of parts of which something is not there.
+    fn faded(&self, covers: &CoversGpu) -> Vec<(Vec3, Vec3)> {
+        let is_faded = |chunk: &&GpuChunk| covers.part(chunk.part).sight != covering::gpu::Sight::Whole;
+        if covers.parts().is_empty() {
+            return Vec::new();
+        }
+        self.chunks.iter().filter(is_faded).map(|chunk| chunk.kept.bounds).collect()
+    }
+
+    /// Of which stone there is any that wears something.
+    fn worn_subjects(&self, covers: &CoversGpu) -> [bool; STONES] {
+        let mut worn = [false; STONES];
+        if covers.any() {
+            let dressed = self.chunks.iter().filter(|chunk| covers.part(chunk.part).slot > 0);
+            dressed.for_each(|chunk| worn[Subject::stone_index(chunk.kind, chunk.closed)] = true);
+            for (kind, of_actors) in [StoneKind::Plain, StoneKind::Textured].into_iter().zip(covers.actors()) {
+                worn[Subject::stone_index(kind, true)] |= of_actors;
+            }
+        }
+        worn
+    }
+
     /// Triangles of clusters.
     fn triangles(&self, clusters: &[ClusterRef]) -> u64 {
         let indices = |one: &ClusterRef| self.chunks[one.chunk as usize].kept.clusters[one.cluster as usize].indices.len();
@@ -189,6 +212,8 @@ pub struct StageView {
     pub near: Option<Near>,
     /// Whether details are shown.
     pub details: bool,
+    /// Whether what is worn can be drawn.
+    pub covers: bool,
     /// Pipelines that find out what is seen, for surfaces and for closed bodies.
     pub sight_pipelines: Option<[CachedRenderPipelineId; 2]>,
     /// The dome's maps, when there are any.
@@ -285,8 +310,8 @@ pub fn receive(
     mut gpu: ResMut<StageGpu>,
     mut pipelines: ResMut<StagePipelines>,
     mut cache: ResMut<PipelineCache>,
-    device: Res<RenderDevice>,
-    queue: Res<RenderQueue>,
+    (device, queue): (Res<RenderDevice>, Res<RenderQueue>),
+    covers: Res<CoversGpu>,
 ) {
     let gpu = &mut *gpu;
     let Some(feed) = &frame.feed else {
@@ -356,7 +381,7 @@ pub fn receive(
             }
         }
     }
-    if !gpu.details.is_empty() && feed.is_uploaded() {
+    if (!gpu.details.is_empty() || covers.any()) && feed.is_uploaded() {
         let pipeline = pipelines.normals(&mut cache, feed.layout);
         let layout = cache.get_bind_group_layout(&pipelines.normals_layout);
         gpu.want_normals(&device, pipeline, &layout);
@@ -419,13 +444,15 @@ pub fn prepare_views(
     fallback: Res<FallbackImage>,
     mut sky: ResMut<SkyResources>,
     (actors, lamps): (Res<ActorsGpu>, Res<LampsGpu>),
-    (culling, told): (Res<Culling>, Res<CullingTold>),
+    (culling, told, covers): (Res<Culling>, Res<CullingTold>, Res<CoversGpu>),
     (passes, one_pass): (Res<StereoPasses>, Res<OnePassPairs>),
     prepassed: Query<(), WithPrepass>,
     exact: Query<(), With<ExactAtRest>>,
     mut views: Query<SeenCamera, With<DaylightCamera>>,
 ) {
     gpu.needed.clear();
+    let Some(covers_buffer) = covers.buffer() else { return };
+    let (faded, worn_by) = (gpu.faded(&covers), gpu.worn_subjects(&covers));
     let scene = gpu.culling.clone();
     let mut saved = Saved::default();
     let mut pairs = std::mem::take(&mut gpu.pairs);
@@ -439,7 +466,9 @@ pub fn prepare_views(
     });
     // The frame before knows which were drawn.
     one_pass.tell(multiview.drawn());
-    multiview.begin(&device, (&mut cache, &mut pipelines), canvases, |samples| passes.is_one(&device, gpu.software, samples));
+    multiview.begin(&device, (&mut cache, &mut pipelines), covers_buffer, canvases, |samples| {
+        passes.is_one(&device, gpu.software, samples)
+    });
     for (entity, camera, camera_3d, usages, view, msaa, resolution, pair, stage_view) in &mut views {
         let Some(mut stage_view) = stage_view else {
             // From the next frame on; the commands are applied before it.
@@ -473,6 +502,18 @@ pub fn prepare_views(
                 }
             }
         }
+        stage_view.covers = covers.any() && gpu.has_normals();
+        for (&key, _) in keys.iter().zip(worn_by).filter(|(_, worn)| *worn && stage_view.covers) {
+            for key in [Some(key), stage_view.near.map(|near| key.near(near))].into_iter().flatten() {
+                pipelines.want(&mut cache, &device, key.covered());
+                if stage_view.details {
+                    pipelines.want(&mut cache, &device, key.covered().detailed());
+                }
+            }
+        }
+        if stage_view.covers {
+            pipelines.want(&mut cache, &device, keys[0].outlined());
+        }
         let key = SightKey {
             clip_from_world,
             beside: looks.iter().map(|look| look.clip_from_world).find(|other| *other != clip_from_world),
@@ -480,6 +521,7 @@ pub fn prepare_views(
             samples: msaa.samples(),
             stage: (gpu.serial, gpu.chunks.len() + usize::from(gpu.closed_known) + usize::from(gpu.culling.is_some())),
             culling: *culling,
+            covers: covers.serial(),
         };
         let numbering = (gpu.software && layer.is_none() && device.features().contains(WgpuFeatures::PRIMITIVE_INDEX))
             .then(|| pipelines.sight(&mut cache));
@@ -492,9 +534,10 @@ pub fn prepare_views(
             .then_some(camera.physical_target_size)
             .flatten()
             .filter(|size| size.element_product() <= MAX_ASKED_PIXELS)
-            .filter(|_| has_all);
+            .filter(|_| has_all && !covers.any_faded());
         // Likewise what guests hide is not hidden from an eye that comes to rest.
         let may_occlude = gpu.software
+            && !covers.any_faded()
             && layer.is_none()
             && msaa.samples() == 1
             && !prepassed.contains(entity)
@@ -505,15 +548,18 @@ pub fn prepare_views(
         stage_view.clip_from_world = clip_from_world;
         // Stone that nothing else lights or shades, and that shows no detail, is lit pixel by pixel.
         let by_pixel = may_ask
-            .filter(|&size| Raster::can_be(size) && !exact.contains(entity) && actors.shade().is_none() && !shows_details);
+            .filter(|&size| Raster::can_be(size) && !exact.contains(entity) && actors.shade().is_none() && !shows_details)
+            .filter(|_| covers.is_settled());
         let wanted = by_pixel
             .filter(|_| stage_view.relight_pipeline.is_some_and(|id| cache.get_render_pipeline(id).is_some()))
-            .and_then(|size| Some(Wanted { key, size, lens: Lens::new(&clip_from_world)? }));
-        let culler = Culler { scene: scene.as_ref(), settings: *culling, remembers: !exact.contains(entity) };
+            .and_then(|size| Some(Wanted { key, size, lens: Lens::new(&clip_from_world)?, worn: covers.parts() }));
+        let culler = Culler { scene: scene.as_ref(), settings: *culling, remembers: !exact.contains(entity), faded: &faded };
         let before = stage_view.pixels.take();
         stage_view.pixels = wanted.and_then(|wanted| {
             let layout = cache.get_bind_group_layout(&pipelines.relight_layout);
-            let find = |chunks: &[GpuChunk]| pairs.clusters(pair.copied(), &mut stage_view.culling, &culler, chunks, &looks);
+            let find = |chunks: &[GpuChunk]| {
+                there(chunks, &covers, pairs.clusters(pair.copied(), &mut stage_view.culling, &culler, chunks, &looks))
+            };
             Pixels::next(before, &wanted, (&gpu.pages, &gpu.chunks), (&device, &queue), &layout, find)
         });
         if let Some(pixels) = &stage_view.pixels {
@@ -524,7 +570,7 @@ pub fn prepare_views(
             stage_view.forget_sight();
         } else {
             stage_view.look(&mut gpu, &device, key, (may_ask, may_occlude), |own, chunks| {
-                pairs.clusters(pair.copied(), own, &culler, chunks, &looks)
+                there(chunks, &covers, pairs.clusters(pair.copied(), own, &culler, chunks, &looks))
             });
             gpu.needed.extend_from_slice(&stage_view.drawn.seen.groups);
         }
@@ -543,7 +589,7 @@ pub fn prepare_views(
         if !multiview.write(&queue, entity, &uniform) {
             let layout = cache.get_bind_group_layout(&pipelines.view_layout);
             let bytes = bytemuck::bytes_of::<ViewUniform>(&uniform);
-            write_uniform(&mut stage_view.buffer, &device, &queue, &layout, bytes, "stone_view");
+            write_uniform(&mut stage_view.buffer, (&device, &queue), &layout, bytes, Some(covers_buffer), "stone_view");
         }
         stage_view.sky =
             sky.bind_group(&frame.sky, &images, &fallback, &device, &cache.get_bind_group_layout(&pipelines.sky_layout));
@@ -552,13 +598,21 @@ pub fn prepare_views(
     told.tell(saved, gpu.culling.is_some());
 }
 
-/// Creates the uniform's buffer at the first call, and writes it.
+/// What of this is there: all but parts that have faded wholly.
+fn there(chunks: &[GpuChunk], covers: &CoversGpu, mut clusters: Vec<ClusterRef>) -> Vec<ClusterRef> {
+    if !covers.parts().is_empty() {
+        clusters.retain(|one| covers.part(chunks[one.chunk as usize].part).sight != covering::gpu::Sight::Hidden);
+    }
+    clusters
+}
+
+/// Creates the uniform's buffer at the first call, with another one beside it if there is to be one, and writes it.
 fn write_uniform(
     slot: &mut Option<(Buffer, BindGroup)>,
-    device: &RenderDevice,
-    queue: &RenderQueue,
+    (device, queue): (&RenderDevice, &RenderQueue),
     layout: &BindGroupLayout,
     bytes: &[u8],
+    beside: Option<&Buffer>,
     label: &'static str,
 ) {
     let (buffer, _) = slot.get_or_insert_with(|| {
@@ -568,8 +622,13 @@ fn write_uniform(
             usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let entries = BindGroupEntries::single(buffer.as_entire_buffer_binding());
-        let group = device.create_bind_group(label, layout, &entries);
+        let own = buffer.as_entire_binding();
+        let group = match beside {
+            None => device.create_bind_group(label, layout, &BindGroupEntries::single(own)),
+            Some(other) => {
+                device.create_bind_group(label, layout, &BindGroupEntries::sequential((own, other.as_entire_binding())))
+            }
+        };
         (buffer, group)
     });
     queue.write_buffer(buffer, 0, bytes);
@@ -596,7 +655,8 @@ pub fn prepare_light(
         gpu.moment = Some(uniform);
         gpu.moment_serial += 1;
         let layout = cache.get_bind_group_layout(&pipelines.moment_layout);
-        write_uniform(&mut gpu.moment_buffer, &device, &queue, &layout, bytemuck::bytes_of(&uniform), "stone_moment");
+        let bytes = bytemuck::bytes_of(&uniform);
+        write_uniform(&mut gpu.moment_buffer, (&device, &queue), &layout, bytes, None, "stone_moment");
     }
     gpu.texels.light_at(&queue, TexelMoment::new(feed.layout, moment, frame.exposure_stops.exp2()));
     let needed = std::mem::take(&mut gpu.needed);

@@ -10,6 +10,7 @@ use super::pages::GpuChunk;
 use super::parts::PART_TRIANGLES;
 use super::seen::LightGroup;
 use super::view::ClusterRef;
+use crate::covering::gpu::Worn;
 use glam::{DMat3, DVec3, Mat4, UVec2, UVec3, Vec4, Vec4Swizzles};
 use heliodon_raster::{Extent, ItemBuffer, MAX_SIDE, NOTHING, Perspective, TILE_PX, Weights};
 use rayon::prelude::*;
@@ -60,6 +61,8 @@ pub struct Stone<'a> {
     pub chunks: &'a [GpuChunk],
     /// The row of [`BLOCK`] vertices at which each page begins, in the numbering of all vertices.
     pub page_rows: &'a [u32],
+    /// What each part wears, as far as anything is worn.
+    pub worn: &'a [Worn],
 }
 
 /// What each pixel shows.
@@ -281,7 +284,10 @@ impl Surface {
         let [a, b, c] = corners.map(|vertex| {
             let word = chunk.kept.albedo[usize::from(vertex)];
             let root = (UVec3::new(word, word >> 10, word >> 20) & 1023).as_vec3();
-            (root * root).extend(0.0)
+            let own = root * root;
+            let coat = view.stone.worn.get(usize::from(chunk.part)).and_then(|worn| worn.coat);
+            const WHOLE: f32 = 1023.0 * 1023.0;
+            coat.map_or(own, |coat| coat.over(own / WHOLE) * WHOLE).extend(0.0)
         });
         Self {
             weights: items.weights(&view.lens.perspective, corners.map(|vertex| chunk.kept.positions[usize::from(vertex)])),

@@ -88,6 +88,34 @@ fn the_colour_shaders_are_valid_for_every_target() {
 }
 
 #[test]
+fn the_shaders_of_what_is_worn_are_valid_for_every_target() {
+    use crate::covering::uniform::{COVER_BYTES, COVERS_BYTES, OWN_BITS};
+    const { assert!(crate::actors::shade::ACTORS < 1 << OWN_BITS) };
+    let check = |key: PipelineKey| {
+        for key in [key, key.both_eyes()] {
+            let module = compile(&key.wgsl());
+            assert_eq!(size_of_struct(&module, "Cover"), Some(COVER_BYTES as u32));
+            assert_eq!(size_of_struct(&module, "Covers"), Some(COVERS_BYTES as u32));
+            assert!(bound_groups(&module) <= 4, "no more than portable devices have");
+        }
+    };
+    for subject in SUBJECTS.into_iter().filter(|&subject| subject != Subject::Sky) {
+        for (curve, format) in
+            [(ToneCurve::Clamp, TextureFormat::Rgba8UnormSrgb), (ToneCurve::Linear, TextureFormat::Rgba16Float)]
+        {
+            let key = PipelineKey::new(subject, curve, format, 4);
+            for near in [Near::Nothing, Near::Actors, Near::Lamps] {
+                check(key.near(near).covered());
+                check(key.near(near).covered().detailed());
+            }
+            check(key.outlined());
+        }
+    }
+    let sky = PipelineKey::new(Subject::Sky, ToneCurve::Clamp, TextureFormat::Rgba8Unorm, 1);
+    assert_eq!(sky.covered(), sky, "the sky wears nothing");
+}
+
+#[test]
 fn what_hands_an_eye_its_layer_is_valid() {
     for several_samples in [false, true] {
         compile(&layer_wgsl(several_samples));

@@ -36,6 +36,8 @@ pub struct SightKey {
     pub stage: (u64, usize),
     /// What is culled.
     pub culling: Culling,
+    /// What is hidden, faded, and of another colour ([`crate::covering::gpu::CoversGpu::serial`]).
+    pub covers: u64,
 }
 
 /// The question, as the frame that asks it needs it.

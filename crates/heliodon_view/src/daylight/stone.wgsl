@@ -2,6 +2,7 @@
 // Prepended: display.wgsl with its constants, view.wgsl, where actors shade it actors/shade.wgsl, where lamps light it lamps/lamps.wgsl, and where light comes
 // from texels texels.wgsl and texel_light.wgsl. Lines between `#ifdef` and `#endif` are kept where
 // they apply (pipelines.rs).
+// Where something is worn (covering/mod.rs), cover.wgsl comes after view.wgsl, and an instance's upper bits say what.
 
 struct Vertex {
     @location(0) position: vec3<f32>,
@@ -38,6 +39,9 @@ struct Fragment {
     // within the triangle also where only a part of the pixel is: beyond it lies another chart
     @location(5) @interpolate(perspective, centroid) texel_uv: vec2<f32>,
 #endif
+#ifdef COVERED
+    @location(6) @interpolate(flat) slot: u32,
+#endif
 }
 
 #ifdef TEXTURED
@@ -48,13 +52,19 @@ struct Fragment {
 @vertex
 fn vertex(
     in: Vertex,
-    @builtin(instance_index) own: u32,
+    @builtin(instance_index) instance: u32,
 #ifdef BOTH_EYES
     @builtin(view_index) eye: u32,
 #endif
 ) -> Fragment {
 #ifdef BOTH_EYES
     view = views[eye];
+#endif
+#ifdef BARE
+    let own = instance;
+#endif
+#ifdef COVERED
+    let own = instance & ((1u << OWN_BITS) - 1u);
 #endif
     var out: Fragment;
     out.clip = view.clip_from_world * vec4<f32>(in.position, 1.0);
@@ -65,6 +75,9 @@ fn vertex(
 #endif
 #ifdef PLACED
     out.place = vec4<f32>(in.position, in.light.a + f32(2u * own));
+#endif
+#ifdef COVERED
+    out.slot = instance >> OWN_BITS;
 #endif
 #ifdef TEXELS
     out.texel_uv = in.texel_uv;
@@ -90,6 +103,23 @@ fn fragment(
     var albedo = in.albedo;
 #ifdef TEXTURED
     albedo *= textureSample(albedo_texture, albedo_sampler, in.uv).rgb;
+#endif
+#ifdef COVERED
+    let local = cover_local(in.slot, in.place.xyz);
+    let across_m = dpdx(in.place.xyz);
+    let down_m = dpdy(in.place.xyz);
+    let facet = normalize(cross(down_m, across_m));
+#endif
+#ifdef COVERED PLAIN
+    let mean = vec3<f32>(1.0);
+#endif
+#ifdef COVERED TEXTURED
+    // its coarsest level is one texel
+    let mean = textureSampleLevel(albedo_texture, albedo_sampler, vec2<f32>(0.5), 16.0).rgb;
+#endif
+#ifdef COVERED
+    let coated = cover_coated(in.slot, albedo, mean, local);
+    albedo = coated.rgb;
 #endif
 #ifdef DETAIL
     let pixel_m = longer(dpdx(in.place.xyz), dpdy(in.place.xyz));
@@ -119,19 +149,58 @@ fn fragment(
 #ifdef SHADED
     // of the triangle, towards the eye: the picture's y points down
     let normal = normalize(cross(dpdy(in.place.xyz), dpdx(in.place.xyz)));
+#endif
+#ifdef SUNNED
     let own = floor(0.5 * in.place.w + 1e-3);
 #endif
-#ifdef SHADED VERTICES
+#ifdef SUNNED VERTICES
     let direct = max(in.place.w - 2.0 * own, 0.0);
 #endif
-#ifdef SHADED TEXELS
+#ifdef SUNNED TEXELS
     let direct = lit.a;
 #endif
 #ifdef SHADED
     light = shaded(light, direct, in.place.xyz, normal, u32(own));
 #endif
-#ifdef LAMPS
+#ifdef LAMPS BARE
     light += lamp_light(in.place.xyz, normalize(in.normal));
 #endif
+#ifdef COVERED
+    let smooth_normal = normalize(in.normal);
+    // open surfaces are seen from both sides; in parallel projections all look along one way
+    let to_eye = normalize(select(facet, view.eye.xyz - in.place.xyz, view.eye.w > 0.5));
+    let outward = select(-smooth_normal, smooth_normal, dot(smooth_normal, facet) >= 0.0);
+    var dented = outward;
+    for (var turn = 0u; turn < select(0u, 1u, coated.a > 0.0); turn += 1u) {
+        dented = cover_dented(outward, local, max(length(across_m), length(down_m)));
+    }
+#endif
+#ifdef COVERED ALONE
+    let sun_left = 1.0;
+#endif
+#ifdef COVERED
+    let sunlit = direct * sun_left * covers.sun_over_pi.rgb;
+    var shine = cover_glint(albedo, dented, to_eye, covers.sun_direction.xyz) * COVER_PI * sunlit;
+    let rest = max(light - sunlit, vec3<f32>(0.0));
+    var around = rest;
+#endif
+#ifdef LAMPS COVERED
+    let lamps_lit = lamp_light(in.place.xyz, dented, albedo, to_eye);
+    light += lamps_lit;
+    shine += lamp_shine;
+    // what lamps light beside it is as bright as it would be itself, by and large
+    around += 0.35 * lamps_lit;
+#endif
+#ifdef COVERED
+    shine += cover_reflected(in.slot, albedo, around, dented, to_eye);
+    let matte = light * albedo;
+    let shown = cover_marked(in.slot, mix(matte, shine, coated.a), dot(outward, to_eye));
+    if (cover_gone(in.slot, in.clip.xy)) {
+        discard;
+    }
+    return vec4<f32>(display(shown, in.clip.xy), 1.0);
+#endif
+#ifdef BARE
     return vec4<f32>(display(light * albedo, in.clip.xy), 1.0);
+#endif
 }

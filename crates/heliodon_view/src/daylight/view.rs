@@ -160,6 +160,7 @@ pub(super) mod tests {
                 albedo: vec![u32::MAX; 4],
             }),
             parts: OnceLock::new(),
+            part: 0,
             texture: None,
             detail: None,
             kind: crate::daylight::pipelines::StoneKind::Plain,

@@ -42,14 +42,14 @@ pub(crate) fn without_a_window() -> PluginGroupBuilder {
 }
 
 /// The app and what its GPU has told.
-pub(super) struct Stepped {
-    pub(super) app: App,
+pub(crate) struct Stepped {
+    pub(crate) app: App,
     fault: DeviceFault,
 }
 
 impl Stepped {
     /// An app for pictures of the bundle in `folder`, which is not opened yet but known to be one; `more` adds what else it needs.
-    pub(super) fn new(folder: &Path, samples: u32, more: impl FnOnce(&mut App)) -> Result<Self, HeadlessError> {
+    pub(crate) fn new(folder: &Path, samples: u32, more: impl FnOnce(&mut App)) -> Result<Self, HeadlessError> {
         // Before the GPU is asked for: a bad bundle fails at once.
         drop(BundleReader::open(folder)?);
         let mut app = App::new();
@@ -72,7 +72,7 @@ impl Stepped {
     }
 
     /// Refuses sizes that the device cannot draw.
-    pub(super) fn check_size(&self, [width, height]: [u32; 2], samples: u32) -> Result<(), HeadlessError> {
+    pub(crate) fn check_size(&self, [width, height]: [u32; 2], samples: u32) -> Result<(), HeadlessError> {
         let most = longest_side(&self.app) / samples;
         match (1..=most).contains(&width) && (1..=most).contains(&height) {
             true => Ok(()),
@@ -81,7 +81,7 @@ impl Stepped {
     }
 
     /// Opens the bundle and steps until everything is on the GPU.
-    pub(super) fn load(&mut self, folder: &Path, cameras: &[Entity]) -> Result<(), HeadlessError> {
+    pub(crate) fn load(&mut self, folder: &Path, cameras: &[Entity]) -> Result<(), HeadlessError> {
         self.app.world_mut().resource_mut::<Stage>().open(folder)?;
         self.set_active(cameras, false);
         loop {
@@ -104,7 +104,7 @@ impl Stepped {
     }
 
     /// A frame.
-    pub(super) fn step(&mut self) -> Result<(), HeadlessError> {
+    pub(crate) fn step(&mut self) -> Result<(), HeadlessError> {
         self.app.update();
         self.check_device()
     }
@@ -113,7 +113,7 @@ impl Stepped {
         self.fault.first().map_or(Ok(()), |what| Err(HeadlessError::Device(what)))
     }
 
-    pub(super) fn set_active(&mut self, cameras: &[Entity], active: bool) {
+    pub(crate) fn set_active(&mut self, cameras: &[Entity], active: bool) {
         for &camera in cameras {
             if let Some(mut camera) = self.app.world_mut().get_mut::<Camera>(camera) {
                 camera.is_active = active;
@@ -122,7 +122,7 @@ impl Stepped {
     }
 
     /// Sets the hour, the exposure and the actors of a shot.
-    pub(super) fn set_moment(&mut self, shot: &Shot, curve: ToneCurve) {
+    pub(crate) fn set_moment(&mut self, shot: &Shot, curve: ToneCurve) {
         let world = self.app.world_mut();
         let mut lapse = world.resource_mut::<TimeLapse>();
         lapse.playing = false;
@@ -139,7 +139,7 @@ impl Stepped {
     }
 
     /// Draws a frame whose sky has to be there.
-    pub(super) fn draw(&mut self) -> Result<(), HeadlessError> {
+    pub(crate) fn draw(&mut self) -> Result<(), HeadlessError> {
         self.step()?;
         match self.app.world().resource::<SkyMaps>().missing() {
             Some(why) => Err(HeadlessError::Sky(why.to_owned())),
@@ -148,7 +148,7 @@ impl Stepped {
     }
 
     /// A picture, once it is here.
-    pub(super) fn wait(&self, pending: Pending) -> Result<Vec<u8>, HeadlessError> {
+    pub(crate) fn wait(&self, pending: Pending) -> Result<Vec<u8>, HeadlessError> {
         let bytes = pending.wait(&self.app)?;
         // What failed in the meantime may have failed in this picture.
         self.check_device()?;

@@ -26,7 +26,7 @@ fn average(size: UVec2, samples: u32, read: impl Fn(usize) -> Vec3, mut put: imp
 }
 
 /// From RGBA with sRGB codes, which the shaders have dithered: their mean is finer than a code, and dithered again.
-pub(super) fn srgb(bytes: &[u8], size: UVec2, samples: u32) -> SrgbImage {
+pub(crate) fn srgb(bytes: &[u8], size: UVec2, samples: u32) -> SrgbImage {
     let texels: &[[u8; 4]] = bytemuck::cast_slice(bytes);
     let mut pixels = Vec::with_capacity((size.x * size.y) as usize);
     if samples == 1 {
@@ -46,7 +46,7 @@ pub(super) fn srgb(bytes: &[u8], size: UVec2, samples: u32) -> SrgbImage {
 }
 
 /// From RGBA in half floats, times `scale`.
-pub(super) fn linear(bytes: &[u8], size: UVec2, samples: u32, scale: f32) -> HdrImage {
+pub(crate) fn linear(bytes: &[u8], size: UVec2, samples: u32, scale: f32) -> HdrImage {
     let read = |sample: usize| {
         let at = |channel: usize| {
             let at = sample * 8 + channel * 2;

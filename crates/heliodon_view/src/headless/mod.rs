@@ -4,10 +4,10 @@
 //! nothing that was drawn before. Pictures are drawn larger and averaged down: most of the stone's triangles are smaller than
 //! a pixel, so multisampling, which shades once a pixel, would leave their light noisy.
 
-mod app;
-mod downsample;
+pub(crate) mod app;
+pub(crate) mod downsample;
 pub(crate) mod fault;
-mod readback;
+pub(crate) mod readback;
 pub mod room;
 
 use crate::culling::CullingTold;

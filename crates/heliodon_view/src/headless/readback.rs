@@ -23,19 +23,19 @@ pub enum ReadbackError {
 }
 
 /// The longest side of a texture on the app's device.
-pub(super) fn longest_side(app: &App) -> u32 {
+pub(crate) fn longest_side(app: &App) -> u32 {
     app.sub_app(RenderApp).world().resource::<RenderDevice>().limits().max_texture_dimension_2d
 }
 
 /// A copy under way.
-pub(super) struct Pending {
+pub(crate) struct Pending {
     readback: TextureReadback,
     submission: SubmissionIndex,
     mapped: Receiver<Result<(), String>>,
 }
 
 /// Asks for the content of `target` as it is after all work so far.
-pub(super) fn begin_readback(app: &App, target: &Handle<Image>) -> Result<Pending, ReadbackError> {
+pub(crate) fn begin_readback(app: &App, target: &Handle<Image>) -> Result<Pending, ReadbackError> {
     let world = app.sub_app(RenderApp).world();
     let device = world.resource::<RenderDevice>();
     let queue = world.resource::<RenderQueue>();
@@ -56,7 +56,7 @@ pub(super) fn begin_readback(app: &App, target: &Handle<Image>) -> Result<Pendin
 
 impl Pending {
     /// The rows, without padding, once the copy is done.
-    pub(super) fn wait(self, app: &App) -> Result<Vec<u8>, ReadbackError> {
+    pub(crate) fn wait(self, app: &App) -> Result<Vec<u8>, ReadbackError> {
         let device = app.sub_app(RenderApp).world().resource::<RenderDevice>();
         // Not for what was submitted since: the GPU draws the next picture while this one is taken.
         let poll = PollType::Wait { submission_index: Some(self.submission), timeout: None };

@@ -249,7 +249,7 @@ fn write_culling(f: &mut std::fmt::Formatter<'_>, culling: Culling, saved: &Save
     }
     let part = |amount: Amount| {
         let percent = 100.0 * amount.triangles as f64 / saved.met.triangles as f64;
-        format!("-{percent:.0} % ({} triangles, {} clusters)", amount.triangles, amount.clusters)
+        format!("{percent:.0} % ({} triangles, {} clusters)", amount.triangles, amount.clusters)
     };
     match culling.shadow {
         true => write!(f, "\nhidden    {}, {} occluders", part(saved.hidden), saved.occluders)?,

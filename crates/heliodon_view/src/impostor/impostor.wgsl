@@ -28,6 +28,8 @@ struct Person {
     light: array<vec4<f32>, 6>,
     // The view that its shadow is taken from; half of what that shows upwards, and of what the sun sees, metres; how far shadows reach, metres.
     shadow: vec4<f32>,
+    // x: how much of it is there, y: how much it is marked, z: the mark's pulse.
+    worn: vec4<f32>,
 }
 
 struct View {
@@ -82,6 +84,7 @@ struct Fragment {
     @location(8) @interpolate(flat) light_3: vec4<f32>,
     @location(9) @interpolate(flat) light_4: vec4<f32>,
     @location(10) @interpolate(flat) light_5: vec4<f32>,
+    @location(11) @interpolate(flat) worn: vec4<f32>,
 }
 
 // From the world's directions to the model's.
@@ -128,6 +131,7 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u
     out.light_3 = people[seen.x].light[3];
     out.light_4 = people[seen.x].light[4];
     out.light_5 = people[seen.x].light[5];
+    out.worn = people[seen.x].worn;
     return out;
 }
 
@@ -190,6 +194,11 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
         openness += shape.b * part;
         covered += part;
     }
+    // How much of what is around a pixel is covered, where it is marked.
+    var coarse = 1.0;
+    for (var turns = 0u; turns < select(0u, 1u, in.worn.y > 0.0); turns += 1u) {
+        coarse = textureSampleLevel(texels, texel_sampler, turn.zw + whole_uv * kind.frame.xy, 2u * first, min(level + 2.0, kind.frame.w)).a;
+    }
     let whole = 1.0 / max(covered, 1e-4);
     let n = to_world(turn, normalize(normal + vec3<f32>(0.0, 1e-6, 0.0)));
     let at = place * whole;
@@ -211,7 +220,14 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
 
     let own = dot(camera.forward.xyz, world) + camera.forward.w;
     let before = clamp((scene_depth(in.clip.xy) - own) / SOFT_M + 0.5, 0.0, 1.0);
-    return vec4<f32>(display(light * color * whole, in.clip.xy), min(covered, 1.0) * before);
+    // Marked: as other things are (covering/cover.wgsl), and bright where its picture ends.
+    let rim = clamp(2.0 - 2.0 * coarse, 0.0, 1.0);
+    let lit = light * color * whole;
+    let within = min(lit, vec3<f32>(select(65504.0, 1.5, in.worn.y > 0.0)));
+    let tinted = MARK * min(0.16 + 1.2 * dot(within, vec3<f32>(0.2126, 0.7152, 0.0722)), 1.0);
+    let filled = mix(within, tinted, in.worn.y * (0.1 + 0.25 * in.worn.z));
+    let shown = mix(filled, MARK, in.worn.y * 0.85 * rim);
+    return vec4<f32>(display(shown, in.clip.xy), min(covered, 1.0) * before * in.worn.x);
 }
 
 // Bits of the fourteen corners of a strip around a box.
@@ -232,6 +248,7 @@ struct Shadow {
     @location(6) @interpolate(flat) light_3: vec4<f32>,
     @location(7) @interpolate(flat) light_4: vec4<f32>,
     @location(8) @interpolate(flat) light_5: vec4<f32>,
+    @location(9) @interpolate(flat) worn: vec4<f32>,
 }
 
 // Across the light that casts shadows, to the right and up for who looks back along it.
@@ -264,6 +281,7 @@ fn shadow_vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) nu
     out.light_3 = people[person].light[3];
     out.light_4 = people[person].light[4];
     out.light_5 = people[person].light[5];
+    out.worn = people[person].worn;
     return out;
 }
 
@@ -311,5 +329,5 @@ fn shadow_fragment(in: Shadow) -> @location(0) vec4<f32> {
         let feet = 0.5 * pow(max(1.0 - far, 0.0), 2.0);
         left = (around * (1.0 - feet) + direct * (1.0 - cover)) / max(around + direct, vec3<f32>(1e-6));
     }
-    return vec4<f32>(clamp(left, vec3<f32>(0.0), vec3<f32>(1.0)), 1.0);
+    return vec4<f32>(mix(vec3<f32>(1.0), clamp(left, vec3<f32>(0.0), vec3<f32>(1.0)), in.worn.x), 1.0);
 }

@@ -13,9 +13,10 @@ pub use load::Kind;
 pub(crate) use render::ImpostorKey;
 pub use uniform::{CAMERA_BYTES, KIND_BYTES, PERSON_BYTES, SEEN_BYTES};
 
-use crate::actors::Actors;
 use crate::actors::course::Course;
 use crate::actors::direction::{self, Direction, Performed};
+use crate::actors::{Actors, light_at};
+use crate::covering::{Covering, SettleCovers, pulse};
 use crate::daylight::{DaylightCamera, StereoPair};
 use crate::stage::Stage;
 use crate::stage::background::Background;
@@ -30,10 +31,9 @@ use bevy::render::extract_resource::{ExtractResource, ExtractResourcePlugin};
 use bevy::render::{Render, RenderApp, RenderSystems};
 use glam::Affine3A;
 use heliodon_bundle::BundleReader;
-use heliodon_bundle::grid::{AXES, AmbientCube, Grid};
+use heliodon_bundle::grid::{AmbientCube, Grid};
 use heliodon_bundle::impostor::{Choice, Impostor};
 use heliodon_bundle::moment::Moment;
-use heliodon_math::sh;
 use load::Loaded;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -208,6 +208,7 @@ impl Plugin for ImpostorPlugin {
                     let_depth_be_read,
                     arrange
                         .after(SettleMoment)
+                        .after(SettleCovers)
                         .after(bevy::transform::TransformSystems::Propagate)
                         .after(bevy::camera::CameraUpdateSystems),
                 ),
@@ -266,7 +267,7 @@ fn follow_stage(stage: Res<Stage>, mut impostors: ResMut<Impostors>, mut frame: 
 fn arrange(
     now: Res<Now>,
     stage_frame: Res<StageFrame>,
-    actors: Res<Actors>,
+    (actors, covering, time): (Res<Actors>, Option<Res<Covering>>, Res<Time>),
     mut impostors: ResMut<Impostors>,
     mut frame: ResMut<ImpostorsFrame>,
     cameras: Query<(Entity, &Camera, &GlobalTransform, Option<&StereoPair>), With<DaylightCamera>>,
@@ -281,13 +282,17 @@ fn arrange(
     let high = now.has_sun && moment.sun_direction.y > LEAST_RISE;
     let shadow = if high { moment.sun_direction } else { Vec3::Y };
     let light = Light { moment, grid: actors.grid(), exposure, shadow };
-    let seconds = actors.seconds as f32;
+    let (seconds, pulse) = (actors.seconds as f32, pulse(&time));
     let placed: Vec<PersonUniform> = people
         .par_iter()
         .with_min_len(32)
         .map(|person| {
             let direction = if actors.directions.is_empty() { None } else { actors.directions.get(&*person.name) };
-            person.at(seconds, direction, &kinds[person.kind], &light)
+            let mut at = person.at(seconds, direction, &kinds[person.kind], &light);
+            if let Some(covering) = &covering {
+                at.worn = covering.of_impostor(&person.name, pulse);
+            }
+            at
         })
         .collect();
     let mut heads = heads(cameras.iter().filter(|(_, camera, ..)| camera.is_active));
@@ -322,14 +327,7 @@ struct Light<'a> {
 impl Light<'_> {
     /// What reaches a place.
     fn at(&self, place: Vec3) -> AmbientCube {
-        self.grid.and_then(|grid| grid.light_at(self.moment, place)).unwrap_or_else(|| {
-            let open = |axis: Vec3| {
-                let transfer = sh::open_transfer9(axis);
-                let all = self.moment.sky.iter().zip(transfer).map(|(sky, transfer)| *sky * transfer);
-                all.sum::<Vec3>().max(Vec3::ZERO)
-            };
-            AmbientCube { sky_and_bounce: AXES.map(open), sun_visible: 1.0 }
-        })
+        light_at(self.grid, self.moment, place)
     }
 }
 
@@ -385,6 +383,7 @@ impl Person {
             place: middle.extend(scale),
             turn: Vec4::new(forward.x, forward.z, corner.x, corner.y),
             light: sides,
+            worn: Vec4::new(1.0, 0.0, 0.0, 0.0),
         }
     }
 }

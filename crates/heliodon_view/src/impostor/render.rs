@@ -2,6 +2,7 @@
 
 use super::uniform::{CAMERA_BYTES, CameraUniform, KIND_BYTES, KindUniform, PERSON_BYTES, SEEN_BYTES};
 use super::{Head, IMPOSTOR_WGSL, ImpostorsFrame, Kind};
+use crate::covering::MARK;
 use crate::daylight::pipelines::{StagePipelines, resolved};
 use crate::daylight::prepare::StageGpu;
 use crate::stage::frame::StageFrame;
@@ -40,7 +41,13 @@ impl ImpostorKey {
     #[must_use]
     pub fn wgsl(self) -> String {
         let defined = [("ONE_SAMPLE", self.samples == 1), ("MANY_SAMPLES", self.samples > 1)];
-        format!("{}const STEPS: u32 = {}u;\n{}", self.display.wgsl(), self.steps, resolved(IMPOSTOR_WGSL, &defined))
+        let [red, green, blue] = MARK.to_array();
+        format!(
+            "{}const STEPS: u32 = {}u;\nconst MARK: vec3<f32> = vec3<f32>({red:?}, {green:?}, {blue:?});\n{}",
+            self.display.wgsl(),
+            self.steps,
+            resolved(IMPOSTOR_WGSL, &defined)
+        )
     }
 }
 

@@ -30,6 +30,7 @@ pub struct PersonUniform {
     pub turn: Vec4,
     pub light: [Vec4; 6],
     pub shadow: Vec4,
+    pub worn: Vec4,
 }
 
 /// Size of `Person`.

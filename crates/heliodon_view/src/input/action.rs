@@ -80,6 +80,14 @@ pub enum Action {
     FullScreen,
     /// Save a picture.
     Picture,
+    /// Take what is before the hand, or put down what it holds.
+    Take,
+    /// The same with the left hand.
+    TakeLeft,
+    /// Strike with what the hand holds, or put on what that brings.
+    Use,
+    /// Touch what is before the hand.
+    Touch,
     /// Give the mouse back; quit.
     Leave,
 }
@@ -89,7 +97,7 @@ pub(super) const ACTIONS: usize = Action::ALL.len();
 
 impl Action {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 39] = [
+    pub const ALL: [Self; 43] = [
         Self::Play,
         Self::StepBack,
         Self::StepOn,
@@ -128,6 +136,10 @@ impl Action {
         Self::Hud,
         Self::FullScreen,
         Self::Picture,
+        Self::Take,
+        Self::TakeLeft,
+        Self::Use,
+        Self::Touch,
         Self::Leave,
     ];
 
@@ -173,6 +185,10 @@ impl Action {
             Self::Hud => "view.hud",
             Self::FullScreen => "view.full",
             Self::Picture => "view.picture",
+            Self::Take => "hand.take",
+            Self::TakeLeft => "hand.take-left",
+            Self::Use => "hand.use",
+            Self::Touch => "hand.touch",
             Self::Leave => "view.leave",
         }
     }
@@ -190,14 +206,14 @@ impl Action {
             Self::StepBack => &["Left", "pad:DPadLeft", "flick:Left", "wand:flick-left"],
             Self::StepOn => &["Right", "pad:DPadRight", "flick:Right", "wand:flick-right"],
             // By what is written on the key, wherever a keyboard has it.
-            Self::Slower => &["sign:[", "pad:LeftTrigger"],
-            Self::Faster => &["sign:]", "pad:RightTrigger"],
+            Self::Slower => &["sign:["],
+            Self::Faster => &["sign:]"],
             Self::Loop => &["L"],
             Self::Blend => &["B"],
             // The one shares its key with the plus on many keyboards.
             Self::Brighter => &["sign:+", "sign:=", "pad:DPadUp", "flick:Up", "wand:flick-up"],
             Self::Darker => &["sign:-", "pad:DPadDown", "flick:Down", "wand:flick-down"],
-            Self::HoldExposure => &["E", "pad:North"],
+            Self::HoldExposure => &["X"],
             Self::ToneCurve => &["T"],
             Self::Grain => &["G"],
             Self::TakeMouse => &["mouse:Left"],
@@ -214,7 +230,7 @@ impl Action {
             Self::Hurry => &["ShiftLeft", "ShiftRight", "pad:LeftThumb"],
             Self::PaceUp => &["wheel:Up"],
             Self::PaceDown => &["wheel:Down"],
-            Self::Gait => &["F", "pad:West", "wand:2"],
+            Self::Gait => &["F", "pad:LeftTrigger", "wand:2"],
             Self::KeepIn => &["R"],
             Self::Home => &["Home", "pad:Select", "wand:3"],
             Self::Recentre => &["Y", "pad:RightThumb", "wand:4"],
@@ -226,13 +242,18 @@ impl Action {
             Self::Hud => &["Tab", "pad:East"],
             Self::FullScreen => &["F11"],
             Self::Picture => &["F12"],
+            Self::Take => &["E", "pad:West", "wand:5"],
+            Self::TakeLeft => &["wand:6"],
+            // And a click while the mouse looks around, and the wand's first button: see `hands`.
+            Self::Use => &["Q", "mouse:Right", "pad:RightTrigger"],
+            Self::Touch => &["V", "pad:North"],
             Self::Leave => &["Escape"],
         }
     }
 }
 
 /// What the help on screen says of actions, those that belong together in one line.
-pub(super) const HELP: [(&[Action], &str); 25] = [
+pub(super) const HELP: [(&[Action], &str); 28] = [
     (&[Action::Play], "let the day pass, or pause it"),
     (&[Action::StepBack, Action::StepOn], "one step of the day back or on"),
     (&[Action::Slower, Action::Faster], "slower, faster"),
@@ -242,7 +263,10 @@ pub(super) const HELP: [(&[Action], &str); 25] = [
     (&[Action::HoldExposure], "exposure follows the day, or is held"),
     (&[Action::ToneCurve], "tone curve: clamped or filmic"),
     (&[Action::Grain], "the grain of near surfaces, or none"),
-    (&[Action::TakeMouse], "look around with the mouse"),
+    (&[Action::TakeMouse], "look around with the mouse; then use what you hold"),
+    (&[Action::Take, Action::TakeLeft], "take a thing, or put it down"),
+    (&[Action::Use], "strike with what you hold, or put it on"),
+    (&[Action::Touch], "touch"),
     (&[Action::Forward, Action::Left, Action::Back, Action::Right], "move"),
     (&[Action::Hurry], "hurry"),
     (&[Action::Rise, Action::Sink], "rise and sink in flight"),

@@ -91,6 +91,11 @@ impl Actions {
         self.touched = true;
     }
 
+    /// What begins as one action counts as another.
+    pub(crate) fn divert(&mut self, from: Action, to: Action) {
+        self.begun[to as usize] += std::mem::take(&mut self.begun[from as usize]);
+    }
+
     /// A frame begins.
     fn clear(&mut self) {
         (self.values, self.begun, self.touched) = ([0.0; ACTIONS], [0.0; ACTIONS], false);

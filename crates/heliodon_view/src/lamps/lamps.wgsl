@@ -24,6 +24,11 @@ struct Lamps {
 @group(1) @binding(3) var lamp_stone: texture_depth_2d;
 @group(1) @binding(4) var lamp_actors: texture_depth_2d;
 
+#ifdef COVERED
+// What metal sends to the eye of it, where `lamp_light` was asked last.
+var<private> lamp_shine: vec3<f32>;
+#endif
+
 // How much of a lamp's light passes stone and actors, `to` the lamp.
 fn lamp_passes(lamp: u32, place: vec3<f32>, normal: vec3<f32>, to: vec3<f32>) -> f32 {
     let shadow = lamps.shadow[lamp];
@@ -53,7 +58,13 @@ fn lamp_passes(lamp: u32, place: vec3<f32>, normal: vec3<f32>, to: vec3<f32>) ->
 }
 
 // Irradiance / pi from all lamps on a surface with this unit normal.
+#ifdef COVERED
+fn lamp_light(place: vec3<f32>, normal: vec3<f32>, f0: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
+    lamp_shine = vec3<f32>(0.0);
+#endif
+#ifdef BARE
 fn lamp_light(place: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+#endif
     var near = 0u;
     for (var lamp = 0u; lamp < LAMPS; lamp += 1u) {
         let to = lamps.place[lamp].xyz - place;
@@ -74,7 +85,11 @@ fn lamp_light(place: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
         let left = square * at.w;
         let window = clamp(1.0 - left * left, 0.0, 1.0);
         let falls = max(cosines.x, 0.0) / square * window * window * inside * inside * (3.0 - 2.0 * inside);
-        sum += lamps.light[lamp].rgb * (falls * lamp_passes(lamp, place, normal, to));
+        let reaches = lamps.light[lamp].rgb * (falls * lamp_passes(lamp, place, normal, to));
+        sum += reaches;
+#ifdef COVERED
+        lamp_shine += reaches * COVER_PI * cover_glint(f0, normal, to_eye, to * inverseSqrt(square));
+#endif
     }
     return sum;
 }

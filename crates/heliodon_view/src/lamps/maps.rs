@@ -3,6 +3,7 @@
 use super::uniform::{LAMPS_BYTES, LampsUniform, TILE_PX, TILES_ACROSS, Tile, lit, may_light, tiles};
 use super::{Lamp, Lamps};
 use crate::actors::render::ActorsGpu;
+use crate::covering::gpu::CoversGpu;
 use crate::daylight::depth_map::{begin, depth_map};
 use crate::daylight::pages::GpuChunk;
 use crate::daylight::pass::{Bound, PASS_TRIANGLES};
@@ -27,6 +28,8 @@ pub struct LampsGpu {
     tiles: Vec<TileGpu>,
     /// The bundle whose stone is in the map.
     stone_of: u64,
+    /// What was hidden or faded when it was drawn ([`CoversGpu::serial`]).
+    covers: u64,
     /// Whether the map of the stone is that of the lamps as they are.
     stone_is_drawn: bool,
     /// Whether there is anything in the map of the actors.
@@ -149,7 +152,7 @@ pub fn cast_shadows(
     mut gpu: ResMut<LampsGpu>,
     mut stone: ResMut<StageGpu>,
     stage: Res<StageFrame>,
-    actors: Res<ActorsGpu>,
+    (actors, covers): (Res<ActorsGpu>, Res<CoversGpu>),
     cache: Res<PipelineCache>,
     mut context: RenderContext,
 ) {
@@ -162,11 +165,11 @@ pub fn cast_shadows(
     let Some(pipeline) = cache.get_render_pipeline(id).filter(|_| !gpu.tiles.is_empty()) else { return };
     // The stone when all of it is there; until then it casts no shadows.
     let there = stage.feed.as_ref().is_some_and(|feed| feed.is_uploaded());
-    if there && !gpu.stone_is_drawn {
-        gpu.stone_is_drawn = true;
+    if there && (!gpu.stone_is_drawn || gpu.covers != covers.serial()) {
+        (gpu.stone_is_drawn, gpu.covers) = (true, covers.serial());
         let mut clear = true;
         for (number, tile) in gpu.tiles.iter().enumerate() {
-            let seen = Seen::clusters(&stone.chunks, &clusters_in(&stone, &tile.tile.clip_from_world), &[]);
+            let seen = Seen::clusters(&stone.chunks, &clusters_in(&stone, &covers, &tile.tile.clip_from_world), &[]);
             for draws in seen.parts(PASS_TRIANGLES) {
                 let mut pass = begin(encoder, "lamps_stone_depth", &maps.stone, clear);
                 clear = false;
@@ -202,13 +205,15 @@ fn make_normals(encoder: &mut CommandEncoder, stone: &StageGpu, cache: &Pipeline
     true
 }
 
-fn clusters_in(stone: &StageGpu, clip_from_world: &Mat4) -> Vec<ClusterRef> {
+/// Clusters of what casts shadows.
+fn clusters_in(stone: &StageGpu, covers: &CoversGpu, clip_from_world: &Mat4) -> Vec<ClusterRef> {
     let planes = frustum_planes(clip_from_world);
     let of_chunk = |(chunk, gpu): (usize, &GpuChunk)| {
         let meets = gpu.kept.clusters.iter().enumerate().filter(|(_, cluster)| cluster.meets(&planes));
         meets.map(|(cluster, _)| ClusterRef { chunk: chunk as u32, cluster: cluster as u32 }).collect::<Vec<_>>()
     };
-    stone.chunks.iter().enumerate().flat_map(of_chunk).collect()
+    let casts = |(_, gpu): &(usize, &GpuChunk)| covers.part(gpu.part).sight.casts();
+    stone.chunks.iter().enumerate().filter(casts).flat_map(of_chunk).collect()
 }
 
 /// Lets what follows be drawn into a tile.

@@ -386,7 +386,7 @@ mod tests {
     #[test]
     fn what_comes_from_somebody_goes_with_them() {
         let (mut hall, mut mixer) = hall_of(
-            "name = \"steps\"\nkind = \"fire\"\nfrom = \"guide\"\nplays = true\nrepeat = true\n[[actor]]\nname = \"guide\"\nfile = \"guide.glb\"",
+            "name = \"steps\"\nkind = \"fire\"\nfrom = \"guide\"\nplays = true\nrepeat = true\n[[actor]]\nname = \"guide\"\nfile = \"guide.glb\"\nplace = [0, 0, 0]",
         );
         let mut at = |x: f32| {
             hall.go_along(|name| (name == "guide").then_some(Vec3::new(x, 0.0, 0.0)));

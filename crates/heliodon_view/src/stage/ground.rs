@@ -16,6 +16,8 @@ pub struct Touch {
     pub distance: f32,
     /// Unit normal of the triangle, on the ray's side.
     pub normal: Vec3,
+    /// Which chunk the triangle is of, in the order of the bundle's.
+    pub chunk: usize,
 }
 
 /// The geometry of a stage.
@@ -30,6 +32,12 @@ impl Ground {
         self.chunks.push(chunk);
     }
 
+    /// The chunks in the bundle's order, as far as they are there.
+    #[must_use]
+    pub fn chunks(&self) -> &[Arc<KeptChunk>] {
+        &self.chunks
+    }
+
     /// The box around everything, when there is anything.
     #[must_use]
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
@@ -41,7 +49,7 @@ impl Ground {
     pub fn cast(&self, origin: Vec3, direction: Vec3, reach: f32) -> Option<Touch> {
         let mut nearest: Option<Touch> = None;
         let mut reach = reach;
-        for chunk in &self.chunks {
+        for (number, chunk) in self.chunks.iter().enumerate() {
             if !meets_box(origin, direction, reach, chunk.bounds) {
                 continue;
             }
@@ -55,9 +63,38 @@ impl Ground {
                 let range = cluster.indices.start as usize..cluster.indices.end as usize;
                 for triangle in chunk.indices[range].chunks_exact(3) {
                     let corners = [0, 1, 2].map(|k| chunk.positions[usize::from(triangle[k])]);
-                    if let Some(touch) = meets_triangle(origin, direction, reach, corners) {
-                        reach = touch.distance;
-                        nearest = Some(touch);
+                    if let Some((distance, normal)) = meets_triangle(origin, direction, reach, corners) {
+                        reach = distance;
+                        nearest = Some(Touch { distance, normal, chunk: number });
+                    }
+                }
+            }
+        }
+        nearest
+    }
+
+    /// The place of the stone nearest to `place`, within `reach`; the normal points to `place`.
+    #[must_use]
+    pub fn nearest(&self, place: Vec3, reach: f32) -> Option<Touch> {
+        let mut nearest: Option<Touch> = None;
+        let mut reach = reach;
+        for (number, chunk) in self.chunks.iter().enumerate() {
+            let (low, high) = chunk.bounds;
+            if place.distance(place.clamp(low, high)) > reach {
+                continue;
+            }
+            for cluster in &chunk.clusters {
+                if place.distance(cluster.center) > reach + cluster.radius {
+                    continue;
+                }
+                let range = cluster.indices.start as usize..cluster.indices.end as usize;
+                for triangle in chunk.indices[range].chunks_exact(3) {
+                    let corners = [0, 1, 2].map(|k| chunk.positions[usize::from(triangle[k])]);
+                    let distance = place.distance(nearest_of_triangle(place, corners));
+                    if distance < reach {
+                        reach = distance;
+                        let normal = facing(corners, nearest_of_triangle(place, corners) - place);
+                        nearest = Some(Touch { distance, normal, chunk: number });
                     }
                 }
             }
@@ -66,7 +103,8 @@ impl Ground {
     }
 }
 
-fn meets_box(origin: Vec3, direction: Vec3, reach: f32, (low, high): (Vec3, Vec3)) -> bool {
+/// Whether a ray meets a box within `reach`.
+pub(crate) fn meets_box(origin: Vec3, direction: Vec3, reach: f32, (low, high): (Vec3, Vec3)) -> bool {
     let inverse = direction.recip();
     let (a, b) = ((low - origin) * inverse, (high - origin) * inverse);
     // A ray in a face of the box gives NaN, which min and max pass over.
@@ -75,8 +113,11 @@ fn meets_box(origin: Vec3, direction: Vec3, reach: f32, (low, high): (Vec3, Vec3
     near <= far || [near, far].iter().any(|t| t.is_nan())
 }
 
+/// How far away a ray meets a triangle from either side, and the unit normal on the ray's side.
+///
 /// Moeller and Trumbore: "Fast, Minimum Storage Ray/Triangle Intersection", 1997.
-fn meets_triangle(origin: Vec3, direction: Vec3, reach: f32, [a, b, c]: [Vec3; 3]) -> Option<Touch> {
+pub(crate) fn meets_triangle(origin: Vec3, direction: Vec3, reach: f32, corners: [Vec3; 3]) -> Option<(f32, Vec3)> {
+    let [a, b, c] = corners;
     let (ab, ac) = (b - a, c - a);
     let p = direction.cross(ac);
     let determinant = ab.dot(p);
@@ -89,10 +130,50 @@ fn meets_triangle(origin: Vec3, direction: Vec3, reach: f32, [a, b, c]: [Vec3; 3
     let v = direction.dot(q) / determinant;
     let distance = ac.dot(q) / determinant;
     let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance >= 0.0 && distance < reach;
-    inside.then(|| {
-        let normal = unit_or(ab.cross(ac), Vec3::Y);
-        Touch { distance, normal: if normal.dot(direction) > 0.0 { -normal } else { normal } }
-    })
+    inside.then(|| (distance, facing(corners, direction)))
+}
+
+/// A triangle's unit normal on the side from which something comes along a direction.
+fn facing([a, b, c]: [Vec3; 3], along: Vec3) -> Vec3 {
+    let normal = unit_or((b - a).cross(c - a), Vec3::Y);
+    if normal.dot(along) > 0.0 { -normal } else { normal }
+}
+
+/// The place of a triangle that is nearest to another.
+///
+/// C. Ericson: "Real-Time Collision Detection", 2005, section 5.1.5.
+pub(crate) fn nearest_of_triangle(place: Vec3, [a, b, c]: [Vec3; 3]) -> Vec3 {
+    // of an edge without length its beginning
+    let share = |along: f32, whole: f32| if whole > 0.0 { along / whole } else { 0.0 };
+    let (ab, ac, ap) = (b - a, c - a, place - a);
+    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return a;
+    }
+    let bp = place - b;
+    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return b;
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return a + ab * share(d1, d1 - d3);
+    }
+    let cp = place - c;
+    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return c;
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return a + ac * share(d2, d2 - d6);
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        return b + (c - b) * share(d4 - d3, (d4 - d3) + (d5 - d6));
+    }
+    let whole = va + vb + vc;
+    a + ab * share(vb, whole) + ac * share(vc, whole)
 }
 
 #[cfg(test)]
@@ -129,6 +210,36 @@ mod tests {
         assert_eq!(ground.cast(Vec3::new(3.3, 2.5, -7.7), Vec3::NEG_Y, 1.0), None);
         assert_eq!(ground.cast(Vec3::new(30.0, 2.5, 0.0), Vec3::NEG_Y, 10.0), None);
         assert_eq!(ground.cast(Vec3::new(3.3, 0.5, -7.7), Vec3::Y, 10.0).map(|t| t.normal.y < -0.9), Some(true));
+    }
+
+    #[test]
+    fn the_nearest_stone_is_found_and_which_it_is() {
+        let mut ground = Ground::default();
+        ground.push(floor(0.0));
+        ground.push(floor(1.0));
+        let touch = ground.nearest(Vec3::new(3.3, 0.8, -7.7), 0.5).unwrap();
+        assert!((touch.distance - 0.2).abs() < 1e-5 && touch.normal.dot(Vec3::NEG_Y) > 0.999 && touch.chunk == 1);
+        // beyond an edge, and out of reach
+        let touch = ground.nearest(Vec3::new(20.3, -0.4, 0.2), 0.6).unwrap();
+        assert!((touch.distance - 0.5).abs() < 1e-5 && touch.chunk == 0);
+        assert_eq!(ground.nearest(Vec3::new(3.3, 0.5, -7.7), 0.4), None);
+        assert_eq!(ground.cast(Vec3::new(3.3, 2.5, -7.7), Vec3::NEG_Y, 10.0).map(|touch| touch.chunk), Some(1));
+    }
+
+    #[test]
+    fn the_nearest_place_of_a_triangle_is_nowhere_farther_than_any_other() {
+        let triangle = [Vec3::new(0.2, 0.0, 0.1), Vec3::new(1.4, 0.3, -0.2), Vec3::new(0.5, 1.1, 0.4)];
+        let mixed = |u: f32, v: f32| triangle[0] * (1.0 - u - v) + triangle[1] * u + triangle[2] * v;
+        for number in 0..400 {
+            let at = |k: u32| (number * k % 101) as f32 / 25.0 - 1.5;
+            let place = Vec3::new(at(7), at(13), at(29));
+            let found = place.distance(nearest_of_triangle(place, triangle));
+            let grid = (0..=60).flat_map(|i| (0..=60 - i).map(move |j| (i as f32 / 60.0, j as f32 / 60.0)));
+            let least = grid.map(|(u, v)| place.distance(mixed(u, v))).fold(f32::INFINITY, f32::min);
+            assert!(found <= least + 1e-5 && found > least - 0.03, "{place}: {found}, {least}");
+        }
+        // a triangle that is none
+        assert_eq!(nearest_of_triangle(Vec3::Y, [Vec3::ZERO; 3]), Vec3::ZERO);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! What a visitor is told: the task that stands, hints and subtitles for a while, a darkened picture.
 
+use super::letters::Lettered;
 use bevy::prelude::*;
 
 const INK: Color = Color::srgb(0.97, 0.96, 0.93);
@@ -101,7 +102,7 @@ pub(super) fn spawn(mut commands: Commands) {
     let line = |line: Line, size: f32, color: Color| {
         let node = Node { padding: UiRect::axes(px(14), px(7)), border_radius: BorderRadius::all(px(6)), ..default() };
         let text = (Text::default(), TextFont::from_font_size(size), TextColor(color), TextLayout::justify(Justify::Center));
-        (line, Visibility::Hidden, BackgroundColor(PANEL), node, text)
+        (line, Lettered, Visibility::Hidden, BackgroundColor(PANEL), node, text)
     };
     commands.spawn(column).with_children(|parent| {
         parent.spawn(line(Line::Subtitle, 22.0, INK));

@@ -17,14 +17,16 @@ use crate::time_lapse::TimeLapse;
 use bevy::prelude::*;
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::site::{Actor, Living};
-use heliodon_script::action::Action;
+use heliodon_script::action::{Action, Filling, Hand};
 use heliodon_script::book::{Book, written};
 use heliodon_script::event::Event;
 use heliodon_script::limits::Limits;
 use heliodon_script::memory::Memory;
 use heliodon_script::runtime::Runtime;
 use heliodon_script::texts::Texts;
+use heliodon_script::value::Value;
 use heliodon_script::world::World as ScriptWorld;
+pub use letters::Lettered;
 use stage_hand::StageHand;
 pub use stage_hand::Wishes;
 use std::path::{Path, PathBuf};
@@ -87,9 +89,45 @@ struct Play {
 }
 
 impl Story {
-    /// Tells scripts of something, in the next frame.
+    /// Tells scripts of something, in the next frame; without any, nobody.
     pub fn tell(&mut self, event: Event) {
-        self.pending.push(event);
+        if self.play.is_some() {
+            self.pending.push(event);
+        }
+    }
+
+    /// Whether any script waits for such an event, other than looks.
+    #[must_use]
+    pub fn waits_for(&self, event: &Event) -> bool {
+        self.play.as_ref().is_some_and(|play| play.runtime.waits_for(event))
+    }
+
+    /// Scripts learn what a hand holds.
+    pub(crate) fn set_held(&mut self, hand: Hand, thing: Option<&str>) {
+        self.play.iter_mut().for_each(|play| play.world.set_held(hand, thing));
+    }
+
+    /// Scripts learn that something is there, or is not.
+    pub(crate) fn set_shown(&mut self, what: &str, shown: bool) {
+        self.play.iter_mut().for_each(|play| play.world.set_shown(what, shown));
+    }
+
+    /// Whatever moved it does so no longer, and nobody hears that it arrived.
+    pub(crate) fn stop_moving(&mut self, what: &str) {
+        self.play.iter_mut().for_each(|play| play.hand.forget(what));
+    }
+
+    /// What somebody or something is called in the visitor's language, where the story's texts have its name as a key.
+    #[must_use]
+    pub fn called(&self, name: &str) -> String {
+        let text = self.play.as_ref().and_then(|play| play.texts.as_ref()?.show(name, &play.language, &Filling::new()));
+        text.unwrap_or_else(|| name.to_owned())
+    }
+
+    /// What scripts remember under a name.
+    #[must_use]
+    pub fn remembered(&mut self, name: &str) -> Option<Value> {
+        self.play.as_mut()?.runtime.with_memory(|memory| memory.get(name).cloned())
     }
 
     /// What the last frame took.
@@ -103,6 +141,10 @@ impl Story {
         std::mem::take(&mut self.asked)
     }
 }
+
+/// When scripts hear what has happened and what they ask for is laid out or done, in `Update`.
+#[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
+pub struct StorySet;
 
 /// Lets a site's scripts run.
 #[derive(Default)]
@@ -118,7 +160,10 @@ impl Plugin for StoryPlugin {
             .add_systems(Startup, board::spawn)
             .add_systems(
                 Update,
-                (open, look, watch::watch, step, stage_hand::move_on, letters::put, board::show).chain().after(Travel),
+                (open, look, watch::watch, step, stage_hand::move_on, letters::put, board::show)
+                    .chain()
+                    .in_set(StorySet)
+                    .after(Travel),
             );
     }
 }

@@ -65,6 +65,13 @@ pub struct StageHand {
     lamps: HashMap<usize, (Glide, Vec3)>,
 }
 
+impl StageHand {
+    /// Lets something rest where it is.
+    pub(super) fn forget(&mut self, what: &str) {
+        self.moves.remove(what);
+    }
+}
+
 /// A number on its way to another.
 #[derive(Clone, Copy, Debug)]
 struct Glide {

@@ -181,6 +181,14 @@ impl Trackers {
         &self.faults
     }
 
+    /// Where datagrams are listened for.
+    pub fn addresses(&self) -> impl Iterator<Item = std::net::SocketAddr> + '_ {
+        self.trackers.iter().filter_map(|tracker| match &tracker.source {
+            Source::Udp(receiver, _) => Some(receiver.address()),
+            _ => None,
+        })
+    }
+
     /// Recordings are played at this time from now on, in place of the clock's.
     pub fn set_clock(&mut self, seconds: f64) {
         self.clock_s = Some(seconds);

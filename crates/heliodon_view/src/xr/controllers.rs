@@ -26,7 +26,7 @@ pub struct Controllers {
     pub left_stick: Vec2,
     /// The right stick.
     pub right_stick: Vec2,
-    /// The wand's buttons: trigger, A, B, menu. Bit n is button n + 1.
+    /// The wand's buttons: trigger, A, B, menu, and what the right and the left hand close on. Bit n is button n + 1.
     pub buttons: u32,
 }
 
@@ -36,7 +36,7 @@ pub(super) struct Bound {
     set: ActionSet,
     poses: [Action<Posef>; 3],
     sticks: [Action<Vector2f>; 2],
-    buttons: [Action<bool>; 4],
+    buttons: [Action<bool>; 6],
 }
 
 impl Bound {
@@ -49,8 +49,15 @@ impl Bound {
         let pose = |asked| action(&set, asked);
         let poses = [pose(Asked::GripLeft)?, pose(Asked::GripRight)?, pose(Asked::AimRight)?];
         let sticks = [action(&set, Asked::Move)?, action(&set, Asked::Turn)?];
-        let [trigger, first, second, menu] = Asked::BUTTONS;
-        let buttons = [action(&set, trigger)?, action(&set, first)?, action(&set, second)?, action(&set, menu)?];
+        let [trigger, first, second, menu, right, left] = Asked::BUTTONS;
+        let buttons = [
+            action(&set, trigger)?,
+            action(&set, first)?,
+            action(&set, second)?,
+            action(&set, menu)?,
+            action(&set, right)?,
+            action(&set, left)?,
+        ];
         Ok(Self { set, poses, sticks, buttons })
     }
 
@@ -116,6 +123,8 @@ impl Bound {
             Asked::First => Binding::new(&self.buttons[1], path),
             Asked::Second => Binding::new(&self.buttons[2], path),
             Asked::Menu => Binding::new(&self.buttons[3], path),
+            Asked::SqueezeRight => Binding::new(&self.buttons[4], path),
+            Asked::SqueezeLeft => Binding::new(&self.buttons[5], path),
         }
     }
 

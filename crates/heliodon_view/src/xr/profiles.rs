@@ -15,16 +15,18 @@ pub(super) enum Asked {
     Move,
     /// The right stick.
     Turn,
-    /// The wand's buttons, from the first on: trigger, A, B, menu.
+    /// The wand's buttons, from the first on: trigger, A, B, menu, and what the right and the left hand close on.
     Trigger,
     First,
     Second,
     Menu,
+    SqueezeRight,
+    SqueezeLeft,
 }
 
 impl Asked {
     #[cfg(test)]
-    pub(super) const ALL: [Self; 9] = [
+    pub(super) const ALL: [Self; 11] = [
         Self::GripLeft,
         Self::GripRight,
         Self::AimRight,
@@ -34,10 +36,13 @@ impl Asked {
         Self::First,
         Self::Second,
         Self::Menu,
+        Self::SqueezeRight,
+        Self::SqueezeLeft,
     ];
 
     /// The wand's buttons, in their order.
-    pub(super) const BUTTONS: [Self; 4] = [Self::Trigger, Self::First, Self::Second, Self::Menu];
+    pub(super) const BUTTONS: [Self; 6] =
+        [Self::Trigger, Self::First, Self::Second, Self::Menu, Self::SqueezeRight, Self::SqueezeLeft];
 
     /// The action's name, and the one that a runtime shows to people.
     pub(super) fn names(self) -> (&'static str, &'static str) {
@@ -47,10 +52,12 @@ impl Asked {
             Self::AimRight => ("aim_right", "Where the right hand points"),
             Self::Move => ("move", "Move"),
             Self::Turn => ("turn", "Turn"),
-            Self::Trigger => ("wand_1", "Let the day pass, or pause it; drag the time line"),
+            Self::Trigger => ("wand_1", "Let the day pass, or pause it; use what is before you; drag the time line"),
             Self::First => ("wand_2", "Fly, walk or be guided"),
             Self::Second => ("wand_3", "Back to the beginning"),
             Self::Menu => ("wand_4", "Ahead is where you look"),
+            Self::SqueezeRight => ("wand_5", "Take with the right hand, or let go"),
+            Self::SqueezeLeft => ("wand_6", "Take with the left hand, or let go"),
         }
     }
 }
@@ -86,6 +93,8 @@ pub(super) const PROFILES: [Profile; 5] = [
             (Asked::Second, "R/b/click"),
             // The right one's is the system's.
             (Asked::Menu, "L/menu/click"),
+            (Asked::SqueezeRight, "R/squeeze/value"),
+            (Asked::SqueezeLeft, "L/squeeze/value"),
         ],
     },
     Profile {
@@ -98,6 +107,8 @@ pub(super) const PROFILES: [Profile; 5] = [
             (Asked::Second, "R/b/click"),
             // It has no menu button.
             (Asked::Menu, "L/b/click"),
+            (Asked::SqueezeRight, "R/squeeze/value"),
+            (Asked::SqueezeLeft, "L/squeeze/value"),
         ],
     },
     Profile {
@@ -107,7 +118,9 @@ pub(super) const PROFILES: [Profile; 5] = [
             (Asked::Turn, "R/thumbstick"),
             (Asked::Trigger, "R/trigger/value"),
             (Asked::First, "R/trackpad/click"),
-            (Asked::Second, "R/squeeze/click"),
+            (Asked::Second, "L/trackpad/click"),
+            (Asked::SqueezeRight, "R/squeeze/click"),
+            (Asked::SqueezeLeft, "L/squeeze/click"),
             (Asked::Menu, "L/menu/click"),
             (Asked::Menu, "R/menu/click"),
         ],
@@ -119,7 +132,9 @@ pub(super) const PROFILES: [Profile; 5] = [
             (Asked::Turn, "R/trackpad"),
             (Asked::Trigger, "R/trigger/click"),
             (Asked::First, "R/trackpad/click"),
-            (Asked::Second, "R/squeeze/click"),
+            (Asked::Second, "L/trackpad/click"),
+            (Asked::SqueezeRight, "R/squeeze/click"),
+            (Asked::SqueezeLeft, "L/squeeze/click"),
             (Asked::Menu, "L/menu/click"),
             (Asked::Menu, "R/menu/click"),
         ],

@@ -3,13 +3,16 @@
 //! Bevy's own font has Latin alone. Noto Sans, reduced to what is named above, takes 193 kB; whole it is three times that, and every script that it has not
 //! (Arabic, Georgian, Chinese) wants a font of its own anyway.
 
-use super::board::Line;
 use bevy::prelude::*;
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::site::is_font;
 
 /// Noto Sans, under the SIL Open Font License (`OFL.txt` beside it).
 const LETTERS: &[u8] = include_bytes!("NotoSans-Regular.ttf");
+
+/// A text that is shown in the board's letters.
+#[derive(Component, Clone, Copy, Debug, Default)]
+pub struct Lettered;
 
 /// The fonts of the board.
 #[derive(Resource, Default)]
@@ -41,7 +44,7 @@ impl Letters {
 }
 
 /// Puts the font on the board.
-pub(super) fn put(mut letters: ResMut<Letters>, mut lines: Query<&mut TextFont, With<Line>>) {
+pub(super) fn put(mut letters: ResMut<Letters>, mut lines: Query<&mut TextFont, With<Lettered>>) {
     let Some(font) = letters.story.as_ref().or(letters.own.as_ref()).filter(|_| letters.changed).cloned() else { return };
     lines.iter_mut().for_each(|mut line| line.font = font.clone().into());
     letters.changed = false;

@@ -1,0 +1,144 @@
+//! `heliodon play`: a visit that is played by a script of inputs.
+
+use super::render::write_png;
+use super::view::{bundle_of, story_places};
+use crate::App;
+use crate::film::{self, Film};
+use crate::values::{self, Size};
+use anyhow::{Context, Result, bail};
+use clap::ValueEnum;
+use heliodon_bake::report::Reporter;
+use heliodon_image::SrgbImage;
+use heliodon_view::play::devices::Scheme;
+use heliodon_view::play::{PlayError, PlayOptions, Played, Player, script};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Plays a visit by a script of inputs, without a display: whether a story can be told to its end, on any kind of device.
+///
+/// Keys, mouse, sticks and a tracked wand are moved as a visitor moves them; nothing is called that they would not set off. What a line of the script expects and does not find
+/// ends the visit with that line. Without -o nothing is drawn, which is many times faster. The visit begins anew and keeps nothing.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  heliodon play mysite --inputs tour.play\n  heliodon play mysite --inputs tour.play --scheme pad -o tour.mp4 --size 640x480\n\nA line of a script: walk PLACE [within M] | look PLACE | strike PLACE | press ACTION [SECONDS] | wait SECONDS | until WHAT [within SECONDS] | expect WHAT | shot NAME.png"
+)]
+pub struct Args {
+    /// A bundle's folder; or a site, whose bundle is baked first where it is not up to date
+    path: PathBuf,
+    /// The script
+    #[arg(long, value_name = "FILE")]
+    inputs: PathBuf,
+    /// With what it is played
+    #[arg(long, value_enum, default_value_t = On::Keyboard)]
+    scheme: On,
+    /// A film of it (.mp4); pictures that the script asks for go beside it
+    #[arg(short, long, value_name = "FILM")]
+    output: Option<PathBuf>,
+    /// The film's size
+    #[arg(long, value_name = "WxH", default_value = "640x480", value_parser = values::size)]
+    size: Size,
+    /// Frames a second, of the visit and of its film
+    #[arg(long, default_value = "30", value_parser = |text: &str| values::within(text, 10.0, 120.0))]
+    fps: f64,
+    /// The language of the story's texts [default: the story's own]
+    #[arg(long, value_name = "LANGUAGE")]
+    language: Option<String>,
+}
+
+/// With what a visit is played.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum On {
+    /// Keys and mouse
+    Keyboard,
+    /// A game controller
+    Pad,
+    /// A tracked wand before two walls
+    Hand,
+}
+
+#[derive(Serialize)]
+struct PlayReport {
+    bundle: PathBuf,
+    scheme: String,
+    /// Seconds of the visit, and those that it took.
+    visit_s: f64,
+    took_s: f64,
+    lines: usize,
+    /// The tasks that stood, each with the second of the visit in which it was set.
+    tasks: Vec<(String, f64)>,
+    film: Option<PathBuf>,
+}
+
+/// Runs it.
+pub fn run(app: &App, args: &Args) -> Result<()> {
+    let text = std::fs::read_to_string(&args.inputs).with_context(|| format!("cannot read {}", args.inputs.display()))?;
+    let lines = script::parse(&text).with_context(|| args.inputs.display().to_string())?;
+    if let Some(output) = &args.output {
+        crate::files::check_place(output)?;
+        film::check_size(args.size.width, args.size.height)?;
+    }
+    let bundle = bundle_of(app, &args.path)?;
+    let options = PlayOptions {
+        scheme: match args.scheme {
+            On::Keyboard => Scheme::Keyboard,
+            On::Pad => Scheme::Pad,
+            On::Hand => Scheme::Hand,
+        },
+        fps: args.fps,
+        size: args.output.as_ref().map(|_| (args.size.width, args.size.height)),
+        story: story_places(&args.path, args.language.clone(), false),
+    };
+    let begun = Instant::now();
+    let mut player = Player::new(&bundle, &options)?;
+    let mut film = args.output.as_ref().map(|_| Film::new(args.size.width, args.size.height, args.fps)).transpose()?;
+    let beside = args.output.as_deref().and_then(Path::parent).unwrap_or(Path::new("")).to_owned();
+    app.progress.stage("playing", lines.len() as u64);
+    let mut take = |shot: Option<&str>, picture: SrgbImage| -> Result<()> {
+        match (shot, &mut film) {
+            (Some(name), _) => write_png(&beside.join(name), &picture),
+            (None, Some(film)) => film.push(&picture),
+            (None, None) => Ok(()),
+        }
+    };
+    let mut played = Ok(Played::default());
+    for (number, line) in lines.iter().enumerate() {
+        played = player.play(std::slice::from_ref(line), &mut take);
+        if played.is_err() {
+            break;
+        }
+        app.progress.progress(number as u64 + 1);
+    }
+    app.progress.finished();
+    // what went wrong is in the film's last pictures
+    if let (Some(film), Some(output)) = (film, &args.output) {
+        film.finish(output)?;
+    }
+    let Played { seconds, tasks, lines } = match played {
+        Ok(played) => played,
+        Err(error) => match error.downcast::<PlayError>() {
+            Ok(fault @ PlayError::Line { .. }) => bail!("{}: {fault}", args.inputs.display()),
+            Ok(fault) => return Err(fault.into()),
+            Err(error) => return Err(error),
+        },
+    };
+    let report = PlayReport {
+        bundle,
+        scheme: format!("{:?}", args.scheme).to_lowercase(),
+        visit_s: seconds,
+        took_s: begun.elapsed().as_secs_f64(),
+        lines,
+        tasks,
+        film: args.output.clone(),
+    };
+    app.output.result(&report, |report| {
+        let mut text = format!(
+            "Played to its end: {} lines, {:.0} s of a visit in {:.0} s, by {}.\n",
+            report.lines, report.visit_s, report.took_s, report.scheme
+        );
+        for (task, second) in &report.tasks {
+            text += &format!("{second:7.1} s  {task}\n");
+        }
+        text
+    })
+}
