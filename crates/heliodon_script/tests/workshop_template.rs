@@ -26,7 +26,8 @@ fn visit(memory: Memory) -> Stage {
         .with(Kind::Thing, things)
         .with(Kind::Part, parts)
         .with(Kind::Material, ["ivory", "gold", "glass"])
-        .with(Kind::Sound, ["blow", "bell"])
+        .with(Kind::Sound, ["blow", "bell", "wind", "laid", "poured", "cheering"])
+        .with(Kind::Path, ["to-the-carver", "to-the-ivory", "to-the-moulds", "to-the-gold"])
         .with(Kind::View, ["before-the-statue"])
         .with(Kind::Text, texts.keys());
     let (program, told) = Program::compile(&[Source::new("story.rhai", STORY)], &names);
@@ -49,6 +50,7 @@ fn zeus_is_finished_in_two_visits() {
     let mut stage = visit(Memory::open(&path).0);
     assert_eq!(said(&stage.after(entered("workshop"))), ["subtitle welcome", "task take-mallet"]);
     assert_eq!(said(&stage.after(struck("ivory-block", "mallet", 3.0))), [""; 0], "the order of the work is kept");
+    assert_eq!(said(&stage.after(grabbed("gold-sheet"))), ["hint for-gold-sheet"], "it is not needed yet");
     assert_eq!(said(&stage.after(grabbed("mallet"))), ["task carve"]);
     assert_eq!(said(&stage.after(struck("ivory-block", "mallet", 0.2))), ["hint harder"]);
     assert_eq!(said(&stage.after(struck("ivory-block", "mallet", 2.0))), ["task carve"]);
@@ -75,5 +77,16 @@ fn zeus_is_finished_in_two_visits() {
     assert_eq!(said(&gold), ["no task", "subtitle finished"]);
     let end = stage.wait(1.7);
     assert!(end.contains(&Action::GoTo { view: "before-the-statue".into(), seconds: 0.0 }), "{end:?}");
+    assert_eq!(stage.told(), "");
+    stage.runtime.with_memory(|memory| memory.save(&path)).unwrap();
+
+    // who comes back to the finished statue is not taken anywhere
+    let mut stage = visit(Memory::open(&path).0);
+    let back = stage.after(entered("workshop"));
+    assert_eq!(said(&back), ["subtitle welcome-back", "subtitle admire"]);
+    assert!(
+        covers(&back, "zeus-face", "ivory") && covers(&back, "zeus-victory", "glass") && covers(&back, "zeus-robe", "gold")
+    );
+    assert!(!stage.wait(3.0).iter().any(|action| matches!(action, Action::GoTo { .. })));
     assert_eq!(stage.told(), "");
 }

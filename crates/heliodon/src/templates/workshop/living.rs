@@ -8,14 +8,14 @@ use std::path::Path;
 
 /// What is the same in every workshop, as its author would write it.
 const TABLES: &str = include_str!("site-part.toml");
-const FILES: [(&str, &str); 2] =
-    [("story.rhai", include_str!("story.rhai")), ("texts.toml", include_str!("texts.toml"))];
+const FILES: [(&str, &str); 2] = [("story.rhai", include_str!("story.rhai")), ("texts.toml", include_str!("texts.toml"))];
 
 /// Writes things, scripts and texts, and tells the site of them; answers the files' names.
 pub fn furnish(folder: &Path, things: &[WorkshopThing], site: &mut SiteFile) -> Result<Vec<String>> {
     let living = SiteFile::parse(TABLES, "site-part.toml")?;
     site.regions = living.regions;
     site.views = living.views;
+    site.paths = living.paths;
     site.materials = living.materials;
     site.particles = living.particles;
     site.sounds = living.sounds;
