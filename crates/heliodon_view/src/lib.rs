@@ -12,6 +12,7 @@
 
 pub mod actors;
 pub mod bench;
+pub mod bodies;
 pub mod control;
 pub mod culling;
 pub mod daylight;
@@ -76,5 +77,6 @@ bevy::app::plugin_group! {
         control:::ControlPlugin,
         story:::StoryPlugin,
         sound:::SoundPlugin,
+        bodies:::BodiesPlugin,
     }
 }

@@ -30,6 +30,12 @@ impl Ground {
         self.chunks.push(chunk);
     }
 
+    /// The chunks.
+    #[must_use]
+    pub fn chunks(&self) -> &[Arc<KeptChunk>] {
+        &self.chunks
+    }
+
     /// The box around everything, when there is anything.
     #[must_use]
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
