@@ -8,11 +8,12 @@
 //! One folder a feature, one plugin a folder: [`stage`] loads a bundle, [`daylight`] lights and draws the stone, [`detail`] adds what is fine to it, [`sky`] the
 //! dome, [`culling`] leaves out what is hidden or too small, [`actors`] move and light what moves, [`covering`] covers, fades and marks what is there, [`lamps`] light both, [`time_lapse`] holds the hour, [`tonemap`] brings light to the display, [`guests`] lights what others add,
 //! [`input`] binds keys, buttons and gestures to actions, [`navigation`] walks and flies, [`hud`] tells and takes the hour. [`display`] draws on the walls of a room,
-//! [`tracking`] knows where heads and hands are, [`kiosk`] runs unattended, [`control`] takes orders from outside, [`story`] lets a site's scripts run, [`hands`] are the visitor's, [`sound`] is what is heard.
+//! [`tracking`] knows where heads and hands are, [`kiosk`] runs unattended, [`control`] takes orders from outside, [`play`] plays a visit by a script of inputs, [`costs`] tells what each of them takes, [`story`] lets a site's scripts run, [`hands`] are the visitor's, [`sound`] is what is heard.
 
 pub mod actors;
 pub mod bench;
 pub mod control;
+pub mod costs;
 pub mod covering;
 pub mod culling;
 pub mod daylight;

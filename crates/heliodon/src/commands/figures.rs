@@ -9,15 +9,16 @@ use heliodon_bundle::StoredFile;
 use heliodon_mesh::export::scene::Scene;
 use heliodon_mesh::export::{write_glb, write_pc2, write_ply};
 use heliodon_mesh::figures::walker::WALK_SPEED_M_S;
-use heliodon_mesh::figures::{self, cloth};
+use heliodon_mesh::figures::{self, Artisan, cloth};
 use heliodon_mesh::motion::pc2::PointCache;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Makes objects that move: a skeleton that walks, a curtain in the wind, a mason's yard at work.
+/// Makes objects that move: a skeleton that walks, a curtain in the wind, a mason's yard at work, people of a workshop.
 ///
-/// walker.glb: a skin, clips "walk" and "idle"; cloth.ply and cloth.pc2: 25 frames a second; stoneyard.glb: nodes, clip "day".
+/// walker.glb: a skin, clips "walk" and "idle"; cloth.ply and cloth.pc2: 25 frames a second; stoneyard.glb: nodes, clip "day"; master.glb, carver.glb, porter.glb: a
+/// skin, clips "idle", "walk", "hammer", "cheer", "point".
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  heliodon figures moving")]
 pub struct Args {
@@ -107,7 +108,10 @@ fn make(dir: &Path) -> Result<Vec<Written>> {
         written.push(Written { file, vertices: vertices as u64, triangles: triangles as u64, bytes });
         Ok(())
     };
-    for (file, scene) in [("walker.glb", figures::walker()), ("stoneyard.glb", figures::stoneyard())] {
+    let artisans = Artisan::ALL.map(|who| (who.file_name(), figures::artisan(who)));
+    for (file, scene) in
+        [("walker.glb", figures::walker()), ("stoneyard.glb", figures::stoneyard())].into_iter().chain(artisans)
+    {
         write_glb(&place(file), &scene)?;
         let total =
             |size: fn(&heliodon_mesh::Mesh) -> usize, scene: &Scene| scene.meshes.iter().map(|part| size(&part.mesh)).sum();

@@ -9,6 +9,9 @@ use heliodon_image::detail::{DetailKind, DetailParams, DetailTexture};
 use heliodon_mesh::workshop::{WorkshopParams, workshop};
 use std::path::Path;
 
+mod living;
+mod people;
+
 /// A little more than its shapes have, which it has without `--triangles`. More are not needed: its light is in texels.
 pub const LEAST_TRIANGLES: u64 = 40_000;
 /// The equinox: the sun enters the high windows of the south at noon and falls upon the middle of the floor.
@@ -21,6 +24,8 @@ const BOUNCES: u32 = 6;
 const FLAME: [f64; 3] = [9.0, 5.0, 1.9];
 /// How far it reaches, metres.
 const FLAME_REACH_M: f64 = 9.0;
+/// What the furnace's coals give: more than a lamp, and redder.
+const COALS: [f64; 3] = [16.0, 6.4, 1.6];
 
 /// A detail of some parts. A texel is then 2 to 6 mm, a ring of wood 3 cm.
 struct Laid {
@@ -118,6 +123,8 @@ pub fn make(folder: &Path, params: &TemplateParams) -> Result<NewSite> {
             ..Lamp::at(point(flame), FLAME)
         })
         .collect();
+    site.lamps.push(Lamp { name: Some("furnace".to_owned()), reach_m: FLAME_REACH_M, ..Lamp::at(point(hall.fire), COALS) });
+    files.extend(living::furnish(folder, &hall.things, &mut site)?);
     write_site(folder, &site)?;
     files.push(SITE_FILE_NAME.to_owned());
     Ok(NewSite { name: site.site.name, triangles: hall.triangle_count() as u64, files })

@@ -47,6 +47,10 @@ fn a_story_is_played_to_its_end_on_every_device() {
         let report: Value = serde_json::from_str(&done(&asked).out).unwrap();
         let tasks: Vec<&str> = report["tasks"].as_array().unwrap().iter().map(|task| task[0].as_str().unwrap()).collect();
         assert_eq!(tasks, ["take", "strike", "strike", "strike", "gild", "done"], "{scheme}");
+        let frames = &report["frames"];
+        assert!(frames["count"].as_u64() > Some(300) && frames["most_ms"].as_f64() >= frames["p95_ms"].as_f64(), "{frames}");
+        let told = |name: &str| report["features"].as_array().unwrap().iter().any(|feature| feature["name"] == name);
+        assert!(["story", "hands", "actors"].iter().all(|name| told(name)), "{}", report["features"]);
     }
     assert!(!folder.path().join("memory.json").exists(), "nothing of it is kept");
     // what does not come about ends it, with the line
@@ -54,6 +58,10 @@ fn a_story_is_played_to_its_end_on_every_device() {
     let wrong = run(&[&"play", &folder.path(), &"--inputs", &inputs]);
     assert_eq!(wrong.code, 1);
     assert!(wrong.err.contains("line 3, `expect held mallet`") && wrong.err.contains("it is none"), "{}", wrong.err);
+    // and with a picture of the moment, in which something is to be seen
+    let moment = heliodon_image::SrgbImage::read(folder.path().join("tour.failed.png")).unwrap();
+    let darkest = moment.pixels.iter().map(|[r, ..]| *r).min();
+    assert!((moment.width, moment.height) == (640, 480) && darkest < moment.pixels.iter().map(|[r, ..]| *r).max());
     fs::write(&inputs, "jump\n").unwrap();
     let wrong = run(&[&"play", &folder.path(), &"--inputs", &inputs]);
     assert!(wrong.code == 1 && wrong.err.contains("line 1: `jump`"), "{}", wrong.err);

@@ -69,6 +69,18 @@ pub fn ball(centre: Vec3, radii: Vec3, rings: usize, sides: usize) -> Shape {
 }
 
 impl Shape {
+    /// A piece through rings of equally many places, each counter-clockwise seen from the side of the last, between two poles.
+    pub fn of_rings(first: Vec3, rings: &[Vec<Vec3>], last: Vec3) -> Self {
+        let mut shape = Self::default();
+        shape.push(first, 0.0);
+        for (i, ring) in rings.iter().enumerate() {
+            ring.iter().for_each(|p| shape.push(*p, (i + 1) as f32 / (rings.len() + 1) as f32));
+        }
+        shape.push(last, 1.0);
+        shape.join_rings(rings.len(), rings.first().map_or(0, Vec::len));
+        shape
+    }
+
     fn push(&mut self, p: Vec3, along: f32) {
         self.positions.push(p);
         self.along.push(along);

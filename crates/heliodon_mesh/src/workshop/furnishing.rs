@@ -11,15 +11,23 @@ use std::f32::consts::{FRAC_PI_2, PI};
 
 /// What is carried stands a few millimetres over what carries it, its own foot being a little below its height zero: a face that
 /// lies in something has no light, and the bake would say so.
-const STANDS_OVER: f32 = BITE + 0.003;
+pub const STANDS_OVER: f32 = BITE + 0.003;
 
 /// Feet of the lamps.
 const LAMPS: [Vec3; 3] =
     [Vec3::new(-4.9, STANDS_OVER, 2.95), Vec3::new(-4.9, STANDS_OVER, -2.75), Vec3::new(6.3, STANDS_OVER, -3.2)];
 
+/// Where glass is melted: between the ivory's bench and the caster's.
+pub const FURNACE: Vec3 = Vec3::new(0.0, STANDS_OVER, -3.05);
+
 /// Flames of the lamps.
 pub fn lamps() -> Vec<Vec3> {
     LAMPS.iter().map(|foot| *foot + Vec3::Y * FLAME_HEIGHT).collect()
+}
+
+/// The furnace's fire, over what stands in it: a flame within the wall would light nothing but the wall.
+pub fn fire() -> Vec3 {
+    FURNACE + Vec3::Y * (props::FURNACE_HEIGHTS.0 + 0.2)
 }
 
 /// Things on a bench that stands at `at`, turned by `yaw_rad`.
@@ -58,6 +66,7 @@ pub fn furnishing(palette: &mut Palette) -> Furnishing {
     let mut stand = |things: Vec<SolidMesh>, x: f32, z: f32, yaw_rad: f32| wares.extend(placed(things, at(x, z), yaw_rad));
     stand(props::unfinished_youth(palette), 6.3, 3.3, PI + 0.35);
     stand(props::sledge(palette), 10.4, -3.3, 0.06);
+    stand(props::furnace(palette), FURNACE.x, FURNACE.z, 0.0);
     // blocks along the southern wall
     for (x, z, size, yaw) in [
         (-6.4, 5.35, Vec3::new(1.5, 0.9, 0.8), 0.1),
@@ -83,26 +92,26 @@ pub fn furnishing(palette: &mut Palette) -> Furnishing {
     Furnishing { wooden, wares }
 }
 
-/// Three benches with what is worked on.
+/// Four benches with what is worked on.
 fn benches(palette: &mut Palette, all: &mut Furnishing) {
     // in the nave, before the statue: the model of its head
     let (at, yaw_rad) = (Vec3::new(2.1, STANDS_OVER, 3.2), 0.0);
     all.wooden.extend(placed(props::bench(2.7, 0.8, palette), at, yaw_rad));
     let mut top = Laid { solids: &mut all.wares, at, yaw_rad };
     top.lay(props::clay_head(palette), -0.75, 0.05, PI - 0.5);
-    top.lay(props::mallet(palette), 0.1, -0.1, 0.6);
     top.lay(props::chisels(4, palette), 0.55, -0.05, 0.25);
     top.lay(props::bowl(0.13, palette), 1.05, 0.15, 0.0);
-    top.lay(vec![props::rough_block(Vec3::new(0.24, 0.2, 0.2), palette)], -0.2, 0.2, 0.4);
     // opposite: ivory
     let (at, yaw_rad) = (Vec3::new(-2.0, STANDS_OVER, -3.25), 0.0);
     all.wooden.extend(placed(props::bench(2.4, 0.75, palette), at, yaw_rad));
     let mut top = Laid { solids: &mut all.wares, at, yaw_rad };
-    for (x, z, turn) in [(-1.0, 0.05, 0.1), (-0.9, -0.15, -0.15), (-0.2, 0.2, 0.35)] {
+    for (x, z, turn) in [(-1.0, 0.05, 0.1), (-0.9, -0.15, -0.15)] {
         top.lay(vec![props::tusk(palette.between(0.85, 1.05), palette)], x, z, turn);
     }
     top.lay(props::bowl(0.11, palette), 0.9, -0.15, 0.0);
     top.lay(props::mallet(palette), 0.75, 0.2, 2.4);
+    // the caster's and the goldsmith's
+    all.wooden.extend(placed(props::bench(2.7, 0.8, palette), Vec3::new(2.1, STANDS_OVER, -3.25), 0.0));
     // along the northern wall: moulds for the golden robe
     let (at, yaw_rad) = (Vec3::new(5.6, STANDS_OVER, -5.65), 0.0);
     all.wooden.extend(placed(props::bench(4.2, 0.8, palette), at, yaw_rad));

@@ -25,6 +25,7 @@ mod roof;
 mod scaffold;
 mod slab;
 mod split;
+mod stations;
 mod statue;
 #[cfg(test)]
 mod tests;
@@ -32,6 +33,7 @@ mod throne;
 
 use measures::{BASE_TOP, STATUE_PLACE};
 use palette::Palette;
+pub use stations::WorkshopThing;
 
 /// What the workshop is to be like.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -60,6 +62,10 @@ pub struct Workshop {
     pub look_at: Vec3,
     /// Flames of the oil lamps, in free air.
     pub lamps: Vec<Vec3>,
+    /// The furnace's fire, in free air over its coals.
+    pub fire: Vec3,
+    /// What visitors take and work on, upon the benches.
+    pub things: Vec<WorkshopThing>,
 }
 
 impl Workshop {
@@ -83,28 +89,31 @@ fn solids(seed: u32) -> Vec<Solids> {
     // a stream for each part, so that a change of one leaves the others as they were
     let palette = |stream: u64| Palette::new(seed, stream);
     let furnishing = furnishing::furnishing(&mut palette(7));
-    vec![
+    let mut all = vec![
         ("walls", PartRole::Filling, building::walls(&mut palette(1))),
         ("roof", PartRole::Filling, roof::roof(&mut palette(2))),
         ("floor", PartRole::Filling, building::floor(&mut palette(3))),
         ("columns", PartRole::Filling, columns::columns(&mut palette(4))),
-        ("statue", PartRole::Filling, seated_god(&mut palette(5))),
         ("scaffold", PartRole::Prop, scaffold::scaffold(&mut palette(6))),
         ("benches", PartRole::Prop, furnishing.wooden),
         ("wares", PartRole::Prop, furnishing.wares),
         ("ground", PartRole::Ground, building::ground(&mut palette(8))),
-    ]
+    ];
+    all.extend(seated_god(&mut palette(5)));
+    all
 }
 
 /// The statue on its throne and base, looking to the door.
-fn seated_god(palette: &mut Palette) -> Vec<SolidMesh> {
+fn seated_god(palette: &mut Palette) -> Vec<Solids> {
     let yaw_rad = std::f32::consts::FRAC_PI_2;
     let at = Vec3::new(STATUE_PLACE, 0.0, 0.0);
-    let mut upper = statue::figure(palette);
-    upper.extend(throne::throne(palette));
     let lift = Vec3::Y * (BASE_TOP + throne::FOOTSTOOL_HEIGHT);
-    let mut all: Vec<SolidMesh> = pieces::placed(upper, at + lift, yaw_rad).collect();
-    all.extend(pieces::placed(throne::base(palette), at, yaw_rad));
+    let on_base = |solids: Vec<SolidMesh>| pieces::placed(solids, at + lift, yaw_rad).collect::<Vec<_>>();
+    let mut all: Vec<Solids> =
+        statue::figure(palette).into_iter().map(|(name, solids)| (name, PartRole::Filling, on_base(solids))).collect();
+    let mut throne = on_base(throne::throne(palette));
+    throne.extend(pieces::placed(throne::base(palette), at, yaw_rad));
+    all.push(("throne", PartRole::Filling, throne));
     all
 }
 
@@ -141,5 +150,12 @@ pub fn workshop(params: &WorkshopParams) -> Workshop {
     if params.triangles > parts.iter().map(|part| part.mesh.triangles.len()).sum() {
         refine(&mut parts, params.triangles);
     }
-    Workshop { parts, room: ROOM, look_at: LOOK_AT, lamps: furnishing::lamps() }
+    Workshop {
+        parts,
+        room: ROOM,
+        look_at: LOOK_AT,
+        lamps: furnishing::lamps(),
+        fire: furnishing::fire(),
+        things: stations::things(params.seed),
+    }
 }

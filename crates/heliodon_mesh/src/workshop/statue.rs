@@ -293,8 +293,7 @@ fn victory() -> (Vec<Shape>, Vec<Shape>) {
 }
 
 /// The sceptre, with an eagle on it.
-fn sceptre(palette: &mut Palette) -> Vec<SolidMesh> {
-    let gold = palette.pick(Material::Gold);
+fn sceptre(core: Vec3) -> Vec<SolidMesh> {
     let (x, z) = SCEPTRE;
     let at = |dx: f32, y: f32, dz: f32| Vec3::new(x + dx, y, z + dz);
     let wing = |way: f32| {
@@ -303,26 +302,30 @@ fn sceptre(palette: &mut Palette) -> Vec<SolidMesh> {
         sweep(&line, Vec3::new(way, -1.0, 0.0), 7, 8)
     };
     let mut solids = vec![
-        pole(at(0.0, -0.47, 0.0), at(0.0, 8.36, 0.0), (0.075, 0.06), 12, gold),
-        smooth(ball(at(0.0, 8.36, 0.0), Vec3::new(0.16, 0.1, 0.16), 6, 12), gold),
+        pole(at(0.0, -0.47, 0.0), at(0.0, 8.36, 0.0), (0.075, 0.06), 12, core),
+        smooth(ball(at(0.0, 8.36, 0.0), Vec3::new(0.16, 0.1, 0.16), 6, 12), core),
     ];
     let body = ball(at(0.0, 8.6, 0.02), Vec3::new(0.11, 0.2, 0.14), 8, 10);
     let beak = ball(at(0.0, 8.8, 0.09), Vec3::new(0.07, 0.075, 0.1), 6, 8);
-    solids.extend([body, beak, wing(1.0), wing(-1.0)].map(|shape| smooth(shape, gold)));
+    solids.extend([body, beak, wing(1.0), wing(-1.0)].map(|shape| smooth(shape, core)));
     solids
 }
 
-/// The figure with what it holds.
-pub fn figure(palette: &mut Palette) -> Vec<SolidMesh> {
-    let ivory = palette.pick(Material::Ivory);
-    let mut solids = Vec::new();
+/// The figure with what it holds, part by part, still bare: the wooden core that ivory, glass and gold will cover.
+pub fn figure(palette: &mut Palette) -> Vec<(&'static str, Vec<SolidMesh>)> {
+    let core = palette.pick(Material::Plank);
+    let bare = |shapes: Vec<Shape>| shapes.into_iter().map(|shape| smooth(shape, core)).collect::<Vec<_>>();
     let centre = Vec3::new(0.0, 7.95, 0.16);
-    let (face, hair) = head(centre);
-    let (victory_skin, victory_gold) = victory();
-    solids.extend(body().into_iter().chain(face).chain(victory_skin).map(|shape| smooth(shape, ivory)));
-    let leaves = wreath(centre + Vec3::new(0.0, 0.36, -0.1), 0.62, 0.1);
-    let golden = robe().into_iter().chain(hair).chain(victory_gold).chain([leaves]);
-    solids.extend(golden.map(|shape| smooth(shape, palette.pick(Material::Gold))));
-    solids.extend(sceptre(palette));
-    solids
+    let (face, mut hair) = head(centre);
+    hair.push(wreath(centre + Vec3::new(0.0, 0.36, -0.1), 0.62, 0.1));
+    let (mut winged, of_gold) = victory();
+    winged.extend(of_gold);
+    vec![
+        ("zeus-face", bare(face)),
+        ("zeus-body", bare(body())),
+        ("zeus-hair", bare(hair)),
+        ("zeus-robe", bare(robe())),
+        ("zeus-victory", bare(winged)),
+        ("zeus-sceptre", sceptre(core)),
+    ]
 }

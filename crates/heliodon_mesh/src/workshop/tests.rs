@@ -109,20 +109,22 @@ fn the_building_has_its_measures_and_everything_in_it_is_inside() {
     assert!((low.x + 16.09).abs() < 1e-3 && (high.z - low.z - 14.57).abs() < 1e-3, "{low} {high}");
     let (low, high) = mesh("roof").bounds().unwrap();
     assert!((high.x - low.x - 33.3).abs() < 0.2 && (high.y - 13.2).abs() < 0.2, "{low} {high}");
-    for name in ["columns", "statue", "scaffold", "benches", "wares"] {
+    for name in ["columns", "zeus-face", "zeus-robe", "throne", "scaffold", "benches", "wares"] {
         let (low, high) = mesh(name).bounds().unwrap();
         assert!(
             low.cmpgt(Vec3::new(-15.0, -0.1, -6.3)).all() && high.cmplt(Vec3::new(15.0, 10.5, 6.3)).all(),
             "{name} {low} {high}"
         );
     }
-    let (low, high) = mesh("statue").bounds().unwrap();
+    let high = mesh("zeus-sceptre").bounds().unwrap().1;
+    let low = mesh("throne").bounds().unwrap().0;
     assert!((9.9..10.5).contains(&high.y) && low.y <= 0.0, "the statue is {} m tall", high.y);
     for x in &COLUMN_PLACES[2..] {
         let above = closest(Vec3::new(*x, 0.5, 0.0), Vec3::Y);
         assert!(above.t > 9.0, "under the beam at {x} something hangs at {}", above.t);
     }
-    let statue = mesh("statue").triangles.len();
+    let of_statue = |p: &&SitePart| p.name.starts_with("zeus-") || p.name == "throne";
+    let statue: usize = built().parts.iter().filter(of_statue).map(|p| p.mesh.triangles.len()).sum();
     assert!((3_000..14_000).contains(&statue), "{statue} triangles in the statue");
 }
 
@@ -288,4 +290,19 @@ fn the_same_seed_gives_the_same_bits_and_another_one_other_shades() {
     };
     assert!(bits(7) == bits(7));
     assert!(bits(7) != bits(8));
+}
+
+#[test]
+fn things_rest_upon_benches_and_coals() {
+    assert_eq!(built().things.len(), 9);
+    for thing in &built().things {
+        thing.mesh.validate().unwrap();
+        let (low, high) = thing.mesh.bounds().unwrap();
+        let bottom = thing.place + Vec3::Y * low.y;
+        let below = closest(bottom + Vec3::Y * 0.001, Vec3::NEG_Y);
+        // coals are uneven
+        let most = if thing.name == "crucible" { 0.05 } else { 0.01 };
+        assert!((0.001..most).contains(&below.t), "{} hangs {} m over what carries it", thing.name, below.t);
+        assert!((high - low).max_element() < 0.8, "{} is too large to be carried: {}", thing.name, high - low);
+    }
 }

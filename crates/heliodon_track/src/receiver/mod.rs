@@ -174,9 +174,12 @@ impl Shared {
         while !self.stop.load(Ordering::Relaxed) {
             match socket.recv_from(&mut buffer) {
                 Ok((length, from)) => {
-                    self.received.fetch_add(1, Ordering::Relaxed);
                     let arrival = Arrival { at: Instant::now(), from, packet: buffer[..length].to_vec() };
-                    let dropped = self.queue().push(arrival, limits);
+                    let mut queue = self.queue();
+                    // with the queue in hand: whoever sees it counted finds it there
+                    self.received.fetch_add(1, Ordering::Relaxed);
+                    let dropped = queue.push(arrival, limits);
+                    drop(queue);
                     self.dropped.fetch_add(dropped, Ordering::Relaxed);
                 }
                 Err(error) => match error.kind() {

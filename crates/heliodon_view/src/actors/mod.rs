@@ -15,6 +15,7 @@ pub mod shade;
 pub mod solid;
 mod sun_field;
 
+use crate::costs::FrameTold;
 use crate::covering::gpu::{Sight, Worn};
 use crate::covering::{Covering, SettleCovers};
 use crate::daylight::DaylightCamera;
@@ -233,14 +234,18 @@ pub struct ActorsPlugin;
 
 impl Plugin for ActorsPlugin {
     fn build(&self, app: &mut App) {
+        let told = FrameTold::in_app(app);
         app.init_resource::<Actors>()
             .init_resource::<ActorsFrame>()
             .add_plugins(ExtractResourcePlugin::<ActorsFrame>::default())
             // what a story directs from its beginning is not forgotten with the bundle before
-            .add_systems(Update, (follow_stage, flow).chain().before(crate::story::StorySet))
+            .add_systems(
+                Update,
+                (told.of("actors", follow_stage), told.of("actors", flow)).chain().before(crate::story::StorySet),
+            )
             .add_systems(
                 PostUpdate,
-                light_actors
+                told.of("actors", light_actors)
                     .after(SettleMoment)
                     .after(SettleCovers)
                     .after(bevy::transform::TransformSystems::Propagate)
@@ -251,7 +256,7 @@ impl Plugin for ActorsPlugin {
             .init_resource::<ActorsGpu>()
             .add_systems(
                 Render,
-                render::prepare_actors
+                told.of("actors", render::prepare_actors)
                     .in_set(RenderSystems::PrepareResources)
                     .after(crate::daylight::prepare::receive)
                     .before(crate::daylight::prepare::prepare_views),

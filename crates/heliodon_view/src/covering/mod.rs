@@ -21,6 +21,7 @@ pub mod uniform;
 
 use crate::actors::render::{ActorsFrame, prepare_actors};
 use crate::actors::{Actors, Field};
+use crate::costs::FrameTold;
 use crate::impostor::Impostors;
 use crate::stage::Stage;
 use crate::stage::frame::StageFrame;
@@ -178,14 +179,15 @@ pub struct SettleCovers;
 
 impl Plugin for CoveringPlugin {
     fn build(&self, app: &mut App) {
+        let told = FrameTold::in_app(app);
         app.init_resource::<Covering>()
             .init_resource::<CoversFrame>()
             .add_plugins(ExtractResourcePlugin::<CoversFrame>::default())
-            .add_systems(PostUpdate, settle.in_set(SettleCovers).after(SettleMoment));
+            .add_systems(PostUpdate, told.of("covers", settle).in_set(SettleCovers).after(SettleMoment));
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else { return };
         render_app.init_resource::<CoversFrame>().init_resource::<CoversGpu>().add_systems(
             Render,
-            gpu::prepare
+            told.of("covers", gpu::prepare)
                 .in_set(RenderSystems::PrepareResources)
                 .before(prepare_actors)
                 .before(crate::daylight::prepare::receive),

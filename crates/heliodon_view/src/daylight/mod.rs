@@ -35,6 +35,7 @@ pub mod view;
 
 pub use multiview::{OnePassPairs, StereoPasses};
 
+use crate::costs::FrameTold;
 use crate::stage::frame::StageFrame;
 use bevy::camera::{Camera3d, CameraMainTextureUsages};
 use bevy::core_pipeline::core_3d::main_opaque_pass_3d;
@@ -79,7 +80,7 @@ pub struct DaylightPlugin;
 
 impl Plugin for DaylightPlugin {
     fn build(&self, app: &mut App) {
-        let one_pass = OnePassPairs::default();
+        let (told, one_pass) = (FrameTold::in_app(app), OnePassPairs::default());
         app.init_resource::<StageFrame>().init_resource::<StereoPasses>().insert_resource(one_pass.clone()).add_plugins((
             ExtractResourcePlugin::<StageFrame>::default(),
             ExtractResourcePlugin::<StereoPasses>::default(),
@@ -95,7 +96,11 @@ impl Plugin for DaylightPlugin {
             .init_resource::<pipelines::StagePipelines>()
             .add_systems(
                 Render,
-                (prepare::receive, prepare::prepare_views, prepare::prepare_light)
+                (
+                    told.of("stone", prepare::receive),
+                    told.of("culling", prepare::prepare_views),
+                    told.of("stone", prepare::prepare_light),
+                )
                     .chain()
                     .in_set(RenderSystems::PrepareResources),
             )

@@ -23,6 +23,7 @@ mod wish;
 pub use heliodon_script::action::Hand;
 
 use crate::actors::Actors;
+use crate::costs::FrameTold;
 use crate::covering::Covering;
 use crate::impostor::Impostors;
 use crate::input::InputSet;
@@ -180,22 +181,23 @@ pub struct HandsPlugin;
 
 impl Plugin for HandsPlugin {
     fn build(&self, app: &mut App) {
+        let told = FrameTold::in_app(app);
         app.init_resource::<Hands>()
             .init_resource::<fall::Falling>()
-            .add_systems(Update, fall::fall.after(HandsSet))
+            .add_systems(Update, told.of("hands", fall::fall).after(HandsSet))
             .add_systems(Startup, (reticle::spawn, marker::spawn))
             .add_systems(PreUpdate, act::divert.after(InputSet))
             .add_systems(
                 Update,
                 (
                     begin,
-                    pose::place,
-                    wish::obey,
-                    reach::look_for,
-                    act::act,
-                    carry::carry,
-                    strike::feel,
-                    (reticle::show, marker::show),
+                    told.of("hands", pose::place),
+                    told.of("hands", wish::obey),
+                    told.of("hands", reach::look_for),
+                    told.of("hands", act::act),
+                    told.of("hands", carry::carry),
+                    told.of("hands", strike::feel),
+                    (told.of("hands", reticle::show), told.of("hands", marker::show)),
                 )
                     .chain()
                     .in_set(HandsSet)

@@ -71,6 +71,12 @@ impl Stepped {
         Ok(Self { app, fault })
     }
 
+    /// An app that draws nothing, without a GPU.
+    #[cfg(test)]
+    pub(crate) fn without_gpu(app: App) -> Self {
+        Self { app, fault: DeviceFault::default() }
+    }
+
     /// Refuses sizes that the device cannot draw.
     pub(crate) fn check_size(&self, [width, height]: [u32; 2], samples: u32) -> Result<(), HeadlessError> {
         let most = longest_side(&self.app) / samples;

@@ -91,6 +91,9 @@ pub(super) fn window_actions(
     if actions.begins(Action::Hud) {
         visibility.shown = !visibility.shown;
     }
+    if actions.begins(Action::Costs) {
+        visibility.costs = !visibility.costs;
+    }
     if actions.begins(Action::FullScreen) && may_leave {
         windows.iter_mut().for_each(|mut window| {
             window.mode = match window.mode {

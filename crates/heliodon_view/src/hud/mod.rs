@@ -1,5 +1,6 @@
 //! What the window tells and takes: the hour, the sun's height, the exposure and the frame time; a timeline to drag; help.
 
+mod costs;
 mod keys;
 mod panel;
 mod timeline;
@@ -17,11 +18,13 @@ pub struct HudVisibility {
     pub shown: bool,
     /// The list of keys.
     pub help: bool,
+    /// What each feature takes of the processor.
+    pub costs: bool,
 }
 
 impl Default for HudVisibility {
     fn default() -> Self {
-        Self { shown: true, help: false }
+        Self { shown: true, help: false, costs: false }
     }
 }
 
@@ -52,7 +55,8 @@ impl Plugin for HudPlugin {
             )
             .add_systems(
                 PostUpdate,
-                (panel::tell, panel::list_help, timeline::show, panel::show_parts).before(bevy::ui::UiSystems::Prepare),
+                (panel::tell, costs::tell, panel::list_help, timeline::show, panel::show_parts)
+                    .before(bevy::ui::UiSystems::Prepare),
             );
     }
 }

@@ -65,9 +65,9 @@ const LEAST_PX: Vec2 = Vec2::new(300.0, 230.0);
 const BOTH_PX: f32 = 1000.0;
 
 /// How often the frame time is told, in seconds: figures that change with every frame cannot be read.
-const TELL_EVERY_S: f32 = 0.4;
+pub(super) const TELL_EVERY_S: f32 = 0.4;
 
-fn text(size: f32, color: Color) -> (Text, TextFont, TextColor) {
+pub(super) fn text(size: f32, color: Color) -> (Text, TextFont, TextColor) {
     (Text::default(), TextFont::from_font_size(size), TextColor(color))
 }
 
@@ -89,6 +89,7 @@ pub(super) fn spawn(mut commands: Commands) {
         .with_children(|parent| {
             parent.spawn((HourText, text(26.0, INK)));
             parent.spawn((DetailText, text(13.0, INK)));
+            parent.spawn(super::costs::block());
         });
     commands
         .spawn((

@@ -16,6 +16,7 @@ pub use uniform::{CAMERA_BYTES, KIND_BYTES, PERSON_BYTES, SEEN_BYTES};
 use crate::actors::course::Course;
 use crate::actors::direction::{self, Direction, Performed};
 use crate::actors::{Actors, light_at};
+use crate::costs::FrameTold;
 use crate::covering::{Covering, SettleCovers, pulse};
 use crate::daylight::{DaylightCamera, StereoPair};
 use crate::stage::Stage;
@@ -198,6 +199,7 @@ pub struct ImpostorPlugin;
 
 impl Plugin for ImpostorPlugin {
     fn build(&self, app: &mut App) {
+        let told = FrameTold::in_app(app);
         app.init_resource::<Impostors>()
             .init_resource::<ImpostorsFrame>()
             .add_plugins(ExtractResourcePlugin::<ImpostorsFrame>::default())
@@ -206,7 +208,7 @@ impl Plugin for ImpostorPlugin {
                 PostUpdate,
                 (
                     let_depth_be_read,
-                    arrange
+                    told.of("impostors", arrange)
                         .after(SettleMoment)
                         .after(SettleCovers)
                         .after(bevy::transform::TransformSystems::Propagate)
@@ -218,7 +220,9 @@ impl Plugin for ImpostorPlugin {
             .init_resource::<render::ImpostorsGpu>()
             .add_systems(
                 Render,
-                render::prepare.in_set(RenderSystems::PrepareResources).after(crate::daylight::prepare::prepare_views),
+                told.of("impostors", render::prepare)
+                    .in_set(RenderSystems::PrepareResources)
+                    .after(crate::daylight::prepare::prepare_views),
             )
             .add_systems(
                 Core3d,

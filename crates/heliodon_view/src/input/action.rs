@@ -76,6 +76,8 @@ pub enum Action {
     Help,
     /// Text and timeline.
     Hud,
+    /// What each feature takes of the processor.
+    Costs,
     /// All of the screen, or a window.
     FullScreen,
     /// Save a picture.
@@ -97,7 +99,7 @@ pub(super) const ACTIONS: usize = Action::ALL.len();
 
 impl Action {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 43] = [
+    pub const ALL: [Self; 44] = [
         Self::Play,
         Self::StepBack,
         Self::StepOn,
@@ -134,6 +136,7 @@ impl Action {
         Self::CullMore,
         Self::Help,
         Self::Hud,
+        Self::Costs,
         Self::FullScreen,
         Self::Picture,
         Self::Take,
@@ -183,6 +186,7 @@ impl Action {
             Self::CullMore => "cull.more",
             Self::Help => "view.help",
             Self::Hud => "view.hud",
+            Self::Costs => "view.costs",
             Self::FullScreen => "view.full",
             Self::Picture => "view.picture",
             Self::Take => "hand.take",
@@ -240,6 +244,7 @@ impl Action {
             Self::CullMore => &["sign:."],
             Self::Help => &["H", "F1", "pad:Start"],
             Self::Hud => &["Tab", "pad:East"],
+            Self::Costs => &["F3"],
             Self::FullScreen => &["F11"],
             Self::Picture => &["F12"],
             Self::Take => &["E", "pad:West", "wand:5"],
@@ -253,7 +258,7 @@ impl Action {
 }
 
 /// What the help on screen says of actions, those that belong together in one line.
-pub(super) const HELP: [(&[Action], &str); 28] = [
+pub(super) const HELP: [(&[Action], &str); 29] = [
     (&[Action::Play], "let the day pass, or pause it"),
     (&[Action::StepBack, Action::StepOn], "one step of the day back or on"),
     (&[Action::Slower, Action::Faster], "slower, faster"),
@@ -280,6 +285,7 @@ pub(super) const HELP: [(&[Action], &str); 28] = [
     (&[Action::CullLess, Action::CullMore], "how small, in pixels: less, more"),
     (&[Action::Help], "this help"),
     (&[Action::Hud], "hide or show text and timeline"),
+    (&[Action::Costs], "what each feature takes of the processor"),
     (&[Action::FullScreen, Action::Picture], "all of the screen; save a picture beside you"),
     (&[Action::Leave], "give the mouse back; quit"),
 ];

@@ -7,6 +7,7 @@ mod guided;
 pub mod pose;
 pub mod walk;
 
+use crate::costs::FrameTold;
 use crate::input::{Action, Actions, Input, InputSet};
 use crate::stage::Stage;
 use crate::stage::ground::Ground;
@@ -131,10 +132,14 @@ pub struct NavigationPlugin;
 
 impl Plugin for NavigationPlugin {
     fn build(&self, app: &mut App) {
+        let told = FrameTold::in_app(app);
         app.init_resource::<MouseLook>()
             .add_message::<WindowFocused>()
             .add_systems(PreUpdate, let_go.before(InputSet))
-            .add_systems(Update, (go_home, capture_mouse.in_set(CaptureMouse), look, travel).chain().in_set(Travel));
+            .add_systems(
+                Update,
+                (go_home, capture_mouse.in_set(CaptureMouse), look, told.of("walking", travel)).chain().in_set(Travel),
+            );
     }
 }
 

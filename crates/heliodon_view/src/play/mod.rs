@@ -4,10 +4,17 @@
 //! where the visitor is, as a hand does it, and comes in as the device's own messages ([`devices`]). Without pictures nothing is drawn, so that minutes take seconds.
 
 pub mod devices;
+mod eye;
 pub mod script;
+#[cfg(test)]
+mod tests;
+mod told;
+
+pub use told::{FrameTimes, Played};
 
 use crate::VisitPlugins;
 use crate::actors::Actors;
+use crate::costs::{Cost, FrameTold};
 use crate::daylight::DaylightCamera;
 use crate::display::Room;
 use crate::hands::{Hand, Hands};
@@ -17,6 +24,7 @@ use crate::headless::{HeadlessError, downsample};
 use crate::impostor::Impostors;
 use crate::input::{Action as Asked, Input, Trigger};
 use crate::navigation::Visitor;
+use crate::navigation::pose::fov_deg;
 use crate::stage::Stage;
 use crate::story::{Story, StoryPlaces};
 use crate::tracking::Trackers;
@@ -25,16 +33,18 @@ use bevy::prelude::*;
 use bevy::render::render_resource::{TextureFormat, TextureUsages};
 use bevy::time::TimeUpdateStrategy;
 use devices::{Devices, Scheme, Steer};
-use heliodon_bundle::ConfigError;
-use heliodon_bundle::display::{Display, Navigation};
+use heliodon_bundle::display::{Display, InputSettings, Navigation};
+use heliodon_bundle::{BundleReader, ConfigError};
 use heliodon_image::SrgbImage;
 use heliodon_script::action::Action;
 use heliodon_script::value::Value;
 use script::{Doing, Expected, Goal, Line};
 use std::collections::HashMap;
+use std::net::SocketAddr;
+use std::num::NonZeroU32;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use thiserror::Error;
 
 /// How long a walk may take, beside what its length takes at an easy pace, seconds.
@@ -60,8 +70,12 @@ pub struct PlayOptions {
     pub scheme: Scheme,
     /// Frames a second.
     pub fps: f64,
-    /// The pictures' size; none draws nothing.
-    pub size: Option<(u32, u32)>,
+    /// The pictures' size.
+    pub size: (u32, u32),
+    /// Every so many frames make a picture of a film; none makes no film, and draws nothing but what a line or somebody asks for.
+    pub films_every: Option<NonZeroU32>,
+    /// What keys, sticks and buttons do, and how fast.
+    pub input: InputSettings,
     /// Where the story is from, and what is kept.
     pub story: StoryPlaces,
 }
@@ -95,30 +109,29 @@ pub enum PlayError {
     },
 }
 
-/// How a visit went.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Played {
-    /// Seconds of the visit.
-    pub seconds: f64,
-    /// The keys of the tasks that stood, with the second in which each was set.
-    pub tasks: Vec<(String, f64)>,
-    /// Lines of the script that were done.
-    pub lines: usize,
+/// What pictures are drawn into, by which camera.
+struct Easel {
+    target: Handle<Image>,
+    size: UVec2,
+    camera: Entity,
+    /// Whether the camera draws.
+    draws: bool,
+    films_every: Option<NonZeroU32>,
 }
 
 /// Somebody who plays.
 pub struct Player {
     stepped: Stepped,
-    target: Option<(Handle<Image>, UVec2)>,
-    camera: Entity,
+    easel: Option<Easel>,
     devices: Devices,
     scheme: Scheme,
     frame_s: f32,
     dead_zone: f32,
-    /// What a tracked hand points at.
+    /// What a tracked head looks at and a tracked hand points at.
     aim: Option<Vec3>,
     task: Option<String>,
     materials: HashMap<String, String>,
+    frames_ms: Vec<f32>,
     told: Played,
 }
 
@@ -128,65 +141,106 @@ impl Player {
     /// # Errors
     /// If it cannot be shown, or the devices cannot be had.
     pub fn new(folder: impl AsRef<Path>, options: &PlayOptions) -> Result<Self, PlayError> {
+        let (input, faults) = Input::new(&options.input);
+        faults.iter().for_each(|fault| warn!("{}: {}; {}", fault.action, fault.message, fault.remedy));
         let mut stepped = Stepped::new(folder.as_ref(), 1, |app| {
-            app.add_plugins(VisitPlugins).insert_resource(options.story.clone());
+            app.add_plugins(VisitPlugins)
+                .insert_resource(options.story.clone())
+                .insert_resource(input)
+                .add_systems(PostUpdate, eye::follow.before(bevy::transform::TransformSystems::Propagate));
         })?;
+        let size = UVec2::from(options.size);
+        stepped.check_size(size.to_array(), 1)?;
         let app = &mut stepped.app;
-        let room = match options.scheme {
-            Scheme::Hand => {
-                let display: Arc<Display> = devices::wand_display()?.into();
-                let trackers = Trackers::new(&display)?;
-                app.insert_resource(trackers);
-                Some(Room::new(display)?)
+        let mut image = Image::new_target_texture(size.x, size.y, TextureFormat::Rgba8UnormSrgb, None);
+        image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
+        let target = app.world_mut().resource_mut::<Assets<Image>>().add(image);
+        let tracker = Self::enter(app, options)?;
+        let seen = (DaylightCamera, IsDefaultUiCamera, RenderTarget::from(target.clone()));
+        let camera = match options.scheme {
+            // the visitor there is the room; its head sees
+            Scheme::Hand => app.world_mut().spawn((seen, eye::TrackedEye)).id(),
+            Scheme::Keyboard | Scheme::Pad => {
+                let world = app.world_mut();
+                let visitor = world.query_filtered::<Entity, With<Visitor>>().iter(world).next();
+                visitor.map_or(Entity::PLACEHOLDER, |visitor| world.entity_mut(visitor).insert(seen).id())
             }
-            Scheme::Keyboard | Scheme::Pad => None,
         };
-        let target = options.size.map(|(width, height)| {
-            let mut image = Image::new_target_texture(width, height, TextureFormat::Rgba8UnormSrgb, None);
-            image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
-            (app.world_mut().resource_mut::<Assets<Image>>().add(image), UVec2::new(width, height))
-        });
-        if let Some((_, size)) = &target {
-            stepped.check_size(size.to_array(), 1)?;
-        }
-        let app = &mut stepped.app;
-        let visitor = room.as_ref().map_or_else(|| Visitor { gait: Navigation::Walk, ..Visitor::default() }, Room::visitor);
-        let camera = app.world_mut().spawn((visitor, DaylightCamera, IsDefaultUiCamera)).id();
-        if let Some((target, _)) = &target {
-            app.world_mut().entity_mut(camera).insert(RenderTarget::from(target.clone()));
-        }
-        let address = app.world().get_resource::<Trackers>().and_then(|trackers| trackers.addresses().next());
-        if let Some(room) = room {
-            app.insert_resource(room);
-        }
         stepped.load(folder.as_ref(), &[camera])?;
-        let mut player = {
-            let app = &mut stepped.app;
-            let dead_zone = app.world().resource::<Input>().settings.dead_zone as f32;
-            app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f64(1.0 / options.fps)));
-            let devices = Devices::connect(app, options.scheme, address)?;
-            let frame_s = (1.0 / options.fps) as f32;
-            Self {
-                target,
-                camera,
-                devices,
-                scheme: options.scheme,
-                frame_s,
-                dead_zone,
-                aim: None,
-                task: None,
-                materials: HashMap::new(),
-                told: Played::default(),
-                stepped,
-            }
+        let world = stepped.app.world_mut();
+        if let Some(fov) = world.resource::<Stage>().manifest().map(|manifest| fov_deg(manifest).to_radians()) {
+            let projection = PerspectiveProjection { fov, near: 0.05, ..default() };
+            world.entity_mut(camera).insert(Projection::Perspective(projection));
+        }
+        let easel = Easel { target, size, camera, draws: true, films_every: options.films_every };
+        Self::begin(stepped, Some(easel), tracker, options)
+    }
+
+    /// Brings a visitor into an app, with a room around them where they are tracked; where trackers listen.
+    fn enter(app: &mut App, options: &PlayOptions) -> Result<Option<SocketAddr>, PlayError> {
+        if options.scheme != Scheme::Hand {
+            let pace_m_s = options.input.pace_m_s as f32;
+            app.world_mut().spawn(Visitor { gait: Navigation::Walk, pace_m_s, ..Visitor::default() });
+            return Ok(None);
+        }
+        let display: Arc<Display> = devices::wand_display(&options.input)?.into();
+        let mut trackers = Trackers::new(&display)?;
+        // a visit's time is its own, however fast this machine is
+        trackers.set_clock(0.0);
+        let address = trackers.addresses().next();
+        let room = Room::new(display)?;
+        app.world_mut().spawn(room.visitor());
+        app.insert_resource(trackers).insert_resource(room);
+        Ok(address)
+    }
+
+    /// Takes the devices in hand, in an app with a bundle and a visitor.
+    fn begin(
+        mut stepped: Stepped,
+        easel: Option<Easel>,
+        tracker: Option<SocketAddr>,
+        options: &PlayOptions,
+    ) -> Result<Self, PlayError> {
+        let app = &mut stepped.app;
+        let dead_zone = app.world().resource::<Input>().settings.dead_zone as f32;
+        app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f64(1.0 / options.fps)));
+        let devices = Devices::connect(app, options.scheme, tracker)?;
+        let mut player = Self {
+            easel,
+            devices,
+            scheme: options.scheme,
+            frame_s: (1.0 / options.fps) as f32,
+            dead_zone,
+            aim: None,
+            task: None,
+            materials: HashMap::new(),
+            frames_ms: Vec::new(),
+            told: Played::default(),
+            stepped,
         };
-        let draws = player.target.is_some();
-        player.stepped.set_active(&[player.camera], draws);
+        player.draw(false);
         // the first second belongs to whoever looks around
         for _ in 0..(1.0 / player.frame_s) as usize {
             player.step(&Steer::default())?;
         }
+        player.devices.let_go(&mut player.stepped.app);
+        player.frames_ms.clear();
+        if let Some(told) = player.stepped.app.world().get_resource::<FrameTold>() {
+            told.begin();
+        }
         Ok(player)
+    }
+
+    /// What frames took so far.
+    #[must_use]
+    pub fn frame_times(&self) -> FrameTimes {
+        FrameTimes::of(&self.frames_ms)
+    }
+
+    /// What each feature took of the processor in them.
+    #[must_use]
+    pub fn costs(&self) -> Vec<(&'static str, Cost)> {
+        self.stepped.app.world().get_resource::<FrameTold>().map_or_else(Vec::new, FrameTold::costs)
     }
 
     /// Plays a script; `take` gets each picture, where pictures are made, and those of `shot` by their names.
@@ -234,42 +288,67 @@ impl Player {
             }
             Doing::Expect(expected) => Ok(self.check(expected)),
             Doing::Shot(name) => {
-                if let Some(picture) = self.picture()? {
+                if let Some(picture) = self.still()? {
                     take(Some(name), picture)?;
                 }
                 Ok(Ok(()))
             }
+            // whoever reads the script says it
+            Doing::Say(_) => Ok(Ok(())),
         }
     }
 
-    /// A frame, and its picture.
+    /// A frame, and its picture where it is one of the film.
     fn frame<E: From<PlayError>>(
         &mut self,
         steer: &Steer,
         take: &mut impl FnMut(Option<&str>, SrgbImage) -> Result<(), E>,
     ) -> Result<(), E> {
+        let every = self.easel.as_ref().and_then(|easel| easel.films_every);
+        let films = every.is_some_and(|every| self.frames_ms.len().is_multiple_of(every.get() as usize));
+        self.draw(films);
         self.step(steer)?;
-        match self.picture()? {
+        match films.then(|| self.picture()).transpose()?.flatten() {
             Some(picture) => take(None, picture),
             None => Ok(()),
         }
     }
 
-    /// What the target shows.
+    /// A picture of this moment; a frame passes in which nobody does anything. None where nothing can be drawn.
+    ///
+    /// # Errors
+    /// If the GPU fails.
+    pub fn still(&mut self) -> Result<Option<SrgbImage>, PlayError> {
+        self.draw(true);
+        self.step(&self.rest())?;
+        self.picture()
+    }
+
+    /// Whether the next frame is drawn.
+    fn draw(&mut self, draws: bool) {
+        let Some(easel) = self.easel.as_mut().filter(|easel| easel.draws != draws) else { return };
+        easel.draws = draws;
+        self.stepped.set_active(&[easel.camera], draws);
+    }
+
+    /// What the easel shows.
     fn picture(&mut self) -> Result<Option<SrgbImage>, PlayError> {
-        let Some((target, size)) = &self.target else { return Ok(None) };
+        let Some(Easel { target, size, .. }) = &self.easel else { return Ok(None) };
         let bytes = self.stepped.wait(begin_readback(&self.stepped.app, target)?)?;
         Ok(Some(downsample::srgb(&bytes, *size, 1)))
     }
 
     fn step(&mut self, steer: &Steer) -> Result<(), PlayError> {
-        self.devices.steer(&mut self.stepped.app, steer, self.dead_zone);
-        if self.scheme == Scheme::Hand {
-            // a datagram to this machine is there at once, but not sooner
-            std::thread::sleep(Duration::from_micros(500));
-        }
-        self.stepped.step()?;
+        let app = &mut self.stepped.app;
+        self.devices.steer(app, steer, self.dead_zone, self.frame_s);
         self.told.seconds += f64::from(self.frame_s);
+        self.devices.arrive(app)?;
+        if let Some(mut trackers) = app.world_mut().get_resource_mut::<Trackers>() {
+            trackers.set_clock(self.told.seconds);
+        }
+        let begun = Instant::now();
+        self.stepped.step()?;
+        self.frames_ms.push(begun.elapsed().as_secs_f32() * 1e3);
         for action in self.stepped.app.world_mut().resource_mut::<Story>().take_asked() {
             match action {
                 Action::Task { text, .. } => {
@@ -304,8 +383,10 @@ impl Player {
         let vec = |point: [f64; 3]| Vec3::from(point.map(|v| v as f32));
         let regions = bundle.living().regions.iter().filter(|region| region.name == *name);
         let views = bundle.living().views.iter().filter(|view| view.name == *name);
-        let places = regions.map(|region| 0.5 * (vec(region.min) + vec(region.max))).chain(views.map(|view| vec(view.place)));
-        places.into_iter().next().ok_or_else(|| format!("there is no actor, region or view `{name}`"))
+        let mut places =
+            regions.map(|region| 0.5 * (vec(region.min) + vec(region.max))).chain(views.map(|view| vec(view.place)));
+        let found = places.next().or_else(|| middle_of_part(bundle, name));
+        found.ok_or_else(|| format!("there is no actor, region, view or part `{name}`"))
     }
 
     /// How far the view is from looking at a place.
@@ -325,6 +406,10 @@ impl Player {
         take: &mut impl FnMut(Option<&str>, SrgbImage) -> Result<(), E>,
     ) -> Result<Result<(), String>, E> {
         let flat = |v: Vec3| Vec2::new(v.x, v.z);
+        if let Some(why) = self.devices.cannot_walk() {
+            return Ok(Err(why));
+        }
+        self.aim = None;
         let place = match self.place(to) {
             Ok(place) => place,
             Err(why) => return Ok(Err(why)),
@@ -360,14 +445,11 @@ impl Player {
                 Ok(place) => place,
                 Err(why) => return Ok(Err(why)),
             };
-            let turn_rad = self.off(place);
             let near = if self.scheme == Scheme::Hand { FACES_RAD } else { ON_RAD };
-            let there = turn_rad.length() < near;
             self.aim = Some(place);
-            let turn_rad = if there { Vec2::ZERO } else { turn_rad };
+            let turn_rad = Some(self.off(place)).filter(|off| off.length() >= near).unwrap_or_default();
             self.frame(&Steer { turn_rad, aim: Some(place), ..Steer::default() }, take)?;
-            if there {
-                // a tracked hand is there with the next report
+            if self.off(place).length() < near && self.devices.is_on(ON_RAD) {
                 self.frame(&self.rest(), take)?;
                 return Ok(Ok(()));
             }
@@ -409,7 +491,7 @@ impl Player {
         hold_s: f32,
         take: &mut impl FnMut(Option<&str>, SrgbImage) -> Result<(), E>,
     ) -> Result<Result<(), String>, E> {
-        let Some(known) = Asked::named(action) else {
+        let Some(known) = named(action) else {
             return Ok(Err(format!("there is no action `{action}`; `heliodon display --actions` lists them")));
         };
         let bindings = &self.stepped.app.world().resource::<Input>().bindings;
@@ -468,4 +550,19 @@ impl Player {
         let is = is.unwrap_or_else(|| "none".to_owned());
         if is == wanted { Ok(()) } else { Err(format!("it is {is}")) }
     }
+}
+
+/// The action of a name, or the only one whose name ends so: `take` for `hand.take`.
+fn named(name: &str) -> Option<Asked> {
+    let mut ends = Asked::ALL.into_iter().filter(|action| action.name().split_once('.').is_some_and(|(_, end)| end == name));
+    Asked::named(name).or_else(|| ends.next().filter(|_| ends.next().is_none()))
+}
+
+/// The middle of the box around all of a part.
+fn middle_of_part(bundle: &BundleReader, name: &str) -> Option<Vec3> {
+    let part = bundle.manifest().parts.iter().position(|part| part.name == name)?;
+    let of_part = (0..bundle.chunk_count()).map(|chunk| bundle.chunk_info(chunk)).filter(|info| usize::from(info.part) == part);
+    let bounds = of_part.map(|info| (Vec3::from(info.bounds.min), Vec3::from(info.bounds.max)));
+    let (low, high) = bounds.reduce(|(low, high), (min, max)| (low.min(min), high.max(max)))?;
+    Some(0.5 * (low + high))
 }

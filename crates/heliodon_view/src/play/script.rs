@@ -35,7 +35,7 @@ pub enum Doing {
     Look(Goal),
     /// Strikes something with what the right hand holds: by the action for it, or by swinging a tracked hand.
     Strike(Goal),
-    /// Sets an action off, by its name in `display.toml`, and holds it for so many seconds.
+    /// Sets an action off, by its name in `display.toml` or what that ends with, and holds it for so many seconds.
     Press { action: String, hold_s: f32 },
     /// Lets time pass.
     Wait(f32),
@@ -45,6 +45,8 @@ pub enum Doing {
     Expect(Expected),
     /// A picture of this moment, by its name.
     Shot(String),
+    /// A note for whoever looks on.
+    Say(String),
 }
 
 /// A line of a script.
@@ -70,7 +72,7 @@ pub struct ScriptFault {
 
 /// What lines there are.
 pub const HELP: &str = "a line is one of: walk PLACE [within M] | look PLACE | strike PLACE | press ACTION [SECONDS] | wait SECONDS | until WHAT [within SECONDS] | expect WHAT | \
-     shot NAME.png; PLACE is a name in quotes, x z, or x y z; WHAT is task KEY | held THING | material \"TARGET\" MATERIAL | memory KEY VALUE; # begins a remark";
+     shot NAME.png | say \"TEXT\"; PLACE is a name in quotes, x z, or x y z; WHAT is task KEY | held THING | material \"TARGET\" MATERIAL | memory KEY VALUE; # begins a remark";
 
 /// How near is there, unless a line says it, metres.
 const WITHIN_M: f32 = 0.35;
@@ -142,6 +144,7 @@ fn doing(words: &[String]) -> Result<Doing, String> {
         }
         ("expect", rest) => Doing::Expect(expected(rest)?),
         ("shot", [name]) => Doing::Shot(name.clone()),
+        ("say", [text]) => Doing::Say(text.clone()),
         _ => return Err(format!("`{first}` with {} words after it is nothing that can be done", rest.len())),
     })
 }
@@ -169,11 +172,11 @@ mod tests {
     #[test]
     fn lines_say_what_is_done() {
         let text = "# a visit\nwalk \"the bench\" within 0.5\nwalk 1 -2\nlook 0 1.5 -3  # up\npress hand.take\n\npress hand.use 0.4\nwait 2\n\
-            until task carve within 3\nexpect material \"zeus/face\" ivory\nexpect memory stage \"\\\"finished\\\"\"\nshot end.png";
+            until task carve within 3\nexpect material \"zeus/face\" ivory\nexpect memory stage \"\\\"finished\\\"\"\nshot end.png\nsay \"the end\"";
         // quotes within quotes are none of this language's
         assert_eq!(parse(text).unwrap_err().line, 11);
         let lines = parse(&text.replace("\"\\\"finished\\\"\"", "finished")).unwrap();
-        assert_eq!(lines.len(), 10);
+        assert_eq!(lines.len(), 11);
         assert_eq!(
             (lines[0].number, &lines[0].doing),
             (2, &Doing::Walk { to: Goal::Named("the bench".into()), within_m: 0.5 })
@@ -181,6 +184,7 @@ mod tests {
         assert_eq!(lines[1].doing, Doing::Walk { to: Goal::Place([1.0, 0.0, -2.0]), within_m: WITHIN_M });
         assert_eq!(lines[4].doing, Doing::Press { action: "hand.use".into(), hold_s: 0.4 });
         assert_eq!(lines[6].doing, Doing::Until { expected: Expected::Task("carve".into()), within_s: 3.0 });
+        assert_eq!(lines[10].doing, Doing::Say("the end".into()));
     }
 
     #[test]
@@ -192,6 +196,7 @@ mod tests {
             ("look \"mallet", "not closed"),
             ("expect rain", "can be expected"),
             ("walk 1 2 3 4", "a place is"),
+            ("say done and done", "`say` with 3 words"),
             ("wait inf", "no number"),
         ] {
             let fault = parse(&format!("wait 1\n{line}\n")).unwrap_err();

@@ -6,6 +6,7 @@
 mod load;
 
 use crate::actors::Actors;
+use crate::costs::FrameTold;
 use crate::impostor::Impostors;
 use crate::navigation::Visitor;
 use crate::stage::Stage;
@@ -80,8 +81,12 @@ pub struct SoundPlugin;
 
 impl Plugin for SoundPlugin {
     fn build(&self, app: &mut App) {
+        let told = FrameTold::in_app(app);
         app.init_resource::<Sounds>().init_resource::<Wishes>().init_resource::<Story>();
-        app.add_systems(PostUpdate, (follow_stage, play, hear).chain());
+        app.add_systems(
+            PostUpdate,
+            (told.of("sounds", follow_stage), told.of("sounds", play), told.of("sounds", hear)).chain(),
+        );
     }
 }
 

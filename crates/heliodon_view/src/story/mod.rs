@@ -7,10 +7,11 @@ mod board;
 mod letters;
 mod stage_hand;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod watch;
 
 use crate::actors::{Actors, direction::Direction};
+use crate::costs::FrameTold;
 use crate::navigation::Travel;
 use crate::stage::Stage;
 use crate::time_lapse::TimeLapse;
@@ -152,6 +153,7 @@ pub struct StoryPlugin;
 
 impl Plugin for StoryPlugin {
     fn build(&self, app: &mut App) {
+        let told = FrameTold::in_app(app);
         app.init_resource::<Story>()
             .init_resource::<StoryPlaces>()
             .init_resource::<board::Board>()
@@ -160,7 +162,15 @@ impl Plugin for StoryPlugin {
             .add_systems(Startup, board::spawn)
             .add_systems(
                 Update,
-                (open, look, watch::watch, step, stage_hand::move_on, letters::put, board::show)
+                (
+                    told.of("story", open),
+                    told.of("story", look),
+                    told.of("story", watch::watch),
+                    told.of("story", step),
+                    told.of("story", stage_hand::move_on),
+                    letters::put,
+                    told.of("story", board::show),
+                )
                     .chain()
                     .in_set(StorySet)
                     .after(Travel),

@@ -106,7 +106,8 @@ impl Visit {
     }
 }
 
-fn write_bundle(folder: &Path) {
+/// Writes the hall, with the scripts and texts that lie in `folder`.
+pub(crate) fn write_bundle(folder: &Path) {
     let site = Site::parse(SITE, folder.join("site.toml")).unwrap();
     let layout = LightLayout { sun_steps: 1, coefficients: 4, channels: 1, sun_bounce_functions: 0 };
     let mut writer = BundleWriter::create(folder.join("bundle"), BundleMeta::from_site(site.file(), layout, 1e-4)).unwrap();

@@ -8,6 +8,7 @@ mod latency;
 mod openxr;
 mod simulated;
 
+use crate::costs::FrameTold;
 use crate::display::Room;
 use crate::input::{InputSet, WandInput};
 use crate::navigation::{MouseLook, Travel};
@@ -62,7 +63,7 @@ pub struct Trackers {
     faults: Vec<String>,
     /// What reports are dated by.
     start: Instant,
-    /// Time as somebody else tells it, seconds: for films.
+    /// Time as somebody else tells it, seconds: for films and visits that are played.
     clock_s: Option<f64>,
     arrivals: Vec<Arrival>,
     reports: Vec<Report>,
@@ -189,7 +190,17 @@ impl Trackers {
         })
     }
 
-    /// Recordings are played at this time from now on, in place of the clock's.
+    /// How many datagrams have come, all trackers together. Whoever sends them knows by it when the next frame will find them.
+    #[must_use]
+    pub fn received(&self) -> u64 {
+        let counted = |tracker: &Tracker| match &tracker.source {
+            Source::Udp(receiver, _) => receiver.counters().received,
+            _ => 0,
+        };
+        self.trackers.iter().map(counted).sum()
+    }
+
+    /// From now on it is this late, in place of what the clock says: recordings are played at it, and what comes has come at it.
     pub fn set_clock(&mut self, seconds: f64) {
         self.clock_s = Some(seconds);
     }
@@ -200,14 +211,15 @@ impl Trackers {
 
     /// Takes what has come since this was called last. Apps with a [`Room`] and the [`TrackingPlugin`] do so in each frame.
     pub fn take(&mut self) {
-        let (now_s, start) = (self.now_s(), self.start);
+        let (now_s, start, told_s) = (self.now_s(), self.start, self.clock_s);
         for Tracker { name, source, follower, .. } in &mut self.trackers {
             match source {
                 Source::Udp(receiver, language) => {
                     receiver.drain(&mut self.arrivals);
                     for arrival in self.arrivals.drain(..) {
                         // What is malformed is counted.
-                        follower.packet(*language, &arrival.packet, arrival.seconds_after(start)).ok();
+                        let arrival_s = told_s.unwrap_or_else(|| arrival.seconds_after(start));
+                        follower.packet(*language, &arrival.packet, arrival_s).ok();
                     }
                 }
                 Source::Recording(player) => player.reports(now_s, now_s, &mut self.reports),
@@ -264,10 +276,11 @@ pub struct TrackingPlugin;
 impl Plugin for TrackingPlugin {
     fn build(&self, app: &mut App) {
         let there = resource_exists::<Trackers>.and_then(resource_exists::<Room>);
+        let told = FrameTold::in_app(app);
         app.add_plugins(LatencyPlugin)
             .init_resource::<WandInput>()
             .init_resource::<MouseLook>()
-            .add_systems(PreUpdate, follow.before(InputSet).run_if(there.clone()))
+            .add_systems(PreUpdate, told.of("trackers", follow).before(InputSet).run_if(there.clone()))
             .add_systems(Update, simulated::simulate.before(Travel).run_if(there));
     }
 }

@@ -36,7 +36,8 @@ fn wave(turns: f64) -> f64 {
     libm::cos(TAU * turns)
 }
 
-fn degrees(x: f64, y: f64, z: f64) -> DQuat {
+/// Turns about X, then Z, then Y.
+pub fn degrees(x: f64, y: f64, z: f64) -> DQuat {
     // libm's sines, not the platform's
     let axis = |angle: f64, axis: DVec3| {
         let (sin, cos) = libm::sincos(0.5 * angle.to_radians());
@@ -49,16 +50,17 @@ fn pitch(radians: f64) -> DQuat {
     degrees(radians.to_degrees(), 0.0, 0.0)
 }
 
-fn turned_out(side: Side, radians: f64) -> DQuat {
+/// How a foot points that is turned out so far.
+pub fn turned_out(side: Side, radians: f64) -> DQuat {
     degrees(0.0, side.sign() * radians.to_degrees(), 0.0)
 }
 
 /// Where an ankle is and how foot and toes slope, toes down positive.
 #[derive(Clone, Copy, Debug)]
-struct Step {
-    ankle: DVec3,
-    foot_rad: f64,
-    toes_rad: f64,
+pub struct Step {
+    pub ankle: DVec3,
+    pub foot_rad: f64,
+    pub toes_rad: f64,
 }
 
 /// A foot on the ground; `share` of the loop since its strike; `yaw` is how it turns out.
@@ -161,7 +163,7 @@ pub fn idle(rest: &[Rest], share: f64) -> Pose {
 }
 
 /// Sets an arm: degrees that it is swung forward, lifted to the side, and bent.
-fn arm(pose: &mut Pose, side: Side, forward: f64, out: f64, bent: f64) {
+pub fn arm(pose: &mut Pose, side: Side, forward: f64, out: f64, bent: f64) {
     let mut set = |joint: Limb, turn: DQuat| pose.turns[rig::limb(side, joint)] = turn;
     let sign = side.sign();
     set(Limb::UpperArm, degrees(-forward, 0.0, sign * out));
@@ -173,7 +175,7 @@ fn arm(pose: &mut Pose, side: Side, forward: f64, out: f64, bent: f64) {
 }
 
 /// Sets a leg so that its ankle and foot are where they should be; the pelvis stands already.
-fn leg(pose: &mut Pose, rest: &[Rest], side: Side, step: &Step, yaw: DQuat) {
+pub fn leg(pose: &mut Pose, rest: &[Rest], side: Side, step: &Step, yaw: DQuat) {
     let world = pose.world(rest);
     let (hip, _) = world[rig::limb(side, Limb::Thigh)];
     let (_, pelvis) = world[rig::core(Core::Pelvis)];

@@ -4,13 +4,14 @@
 //! It walks in place. Whoever moves its root along +Z by [`WALK_SPEED_M_S`] sees its feet stand still while they are down.
 
 mod bones;
-mod gait;
-mod rig;
+pub(super) mod follows;
+pub(super) mod gait;
+pub(super) mod rig;
 mod skull;
 #[cfg(test)]
 mod tests;
 
-use crate::export::scene::{Channel, Clip, Interpolation, Node, Scene, Skin, Track};
+use crate::export::scene::{Channel, Clip, Interpolation, Node, Scene, SceneMesh, Skin, Track};
 use glam::{DVec3, Mat4, Vec3};
 use rig::{COUNT, Core, Pose};
 
@@ -29,7 +30,14 @@ const IDLE_KEYS: usize = 41;
 #[must_use]
 pub fn walker() -> Scene {
     let rest = rig::rest();
-    let mesh = bones::skeleton();
+    let clips =
+        vec![clip("walk", WALK_LOOP_S, WALK_KEYS, &rest, gait::walk), clip("idle", IDLE_LOOP_S, IDLE_KEYS, &rest, gait::idle)];
+    figure("skeleton", bones::skeleton(), clips)
+}
+
+/// A mesh on the joints.
+pub(super) fn figure(name: &str, mesh: SceneMesh, clips: Vec<Clip>) -> Scene {
+    let rest = rig::rest();
     let mut nodes: Vec<Node> = rest
         .iter()
         .map(|joint| {
@@ -44,20 +52,31 @@ pub fn walker() -> Scene {
             nodes[parent].children.push(index);
         }
     }
-    nodes.push(Node { mesh: Some(0), skin: Some(0), ..Node::at("skeleton", Vec3::ZERO) });
+    nodes.push(Node { mesh: Some(0), skin: Some(0), ..Node::at(name, Vec3::ZERO) });
     let skin = Skin {
         joints: (0..COUNT).collect(),
         inverse_bind: rest.iter().map(|joint| Mat4::from_translation(-joint.place.as_vec3())).collect(),
     };
-    let clips =
-        vec![clip("walk", WALK_LOOP_S, WALK_KEYS, &rest, gait::walk), clip("idle", IDLE_LOOP_S, IDLE_KEYS, &rest, gait::idle)];
     Scene { nodes, meshes: vec![mesh], skins: vec![skin], clips }
 }
 
-fn clip(name: &str, length_s: f32, keys: usize, rest: &[rig::Rest], pose: fn(&[rig::Rest], f64) -> Pose) -> Clip {
+/// A clip that loops: a pose for each share of it, in [0, 1).
+pub(super) fn clip(
+    name: &str,
+    length_s: f32,
+    keys: usize,
+    rest: &[rig::Rest],
+    pose: impl Fn(&[rig::Rest], f64) -> Pose,
+) -> Clip {
     let last = keys - 1;
     let mut poses: Vec<Pose> = (0..last).map(|i| pose(rest, i as f64 / last as f64)).collect();
     poses.push(poses[0].clone());
+    keyed(name, length_s, rest, &poses)
+}
+
+/// A clip of poses that are evenly spread over it.
+pub(super) fn keyed(name: &str, length_s: f32, rest: &[rig::Rest], poses: &[Pose]) -> Clip {
+    let (keys, last) = (poses.len(), poses.len() - 1);
     let times_s: Vec<f32> = (0..keys).map(|i| length_s * i as f32 / last as f32).collect();
     let pelvis = rig::core(Core::Pelvis);
     let from_root = rest[pelvis].place;
