@@ -17,7 +17,8 @@ pub struct Limits {
     pub step_operations: u64,
     /// Milliseconds after which a step leaves what is still queued to the next; `None`: the same on every machine.
     pub step_ms: Option<u32>,
-    /// Milliseconds after which a single handler is ended.
+    /// Milliseconds after which a single handler is ended. What a handler may do in its operations takes a few; a machine that does other things as well may keep it waiting
+    /// for tens, and a story whose welcome is ended does not go on.
     pub handler_ms: Option<u32>,
     /// Functions that call one another: each takes stack.
     pub call_depth: usize,
@@ -57,7 +58,7 @@ impl Default for Limits {
             start_operations: 500_000,
             step_operations: 200_000,
             step_ms: Some(4),
-            handler_ms: Some(25),
+            handler_ms: Some(100),
             call_depth: 24,
             variables: 128,
             text_bytes: 8 * 1024,

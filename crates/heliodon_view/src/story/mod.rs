@@ -16,6 +16,7 @@ use crate::navigation::Travel;
 use crate::stage::Stage;
 use crate::time_lapse::TimeLapse;
 use bevy::prelude::*;
+use bevy::time::TimeUpdateStrategy;
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::site::{Actor, Living};
 use heliodon_script::action::{Action, Filling, Hand};
@@ -187,6 +188,7 @@ fn open(
     mut wishes: ResMut<stage_hand::Wishes>,
     mut actors: ResMut<Actors>,
     (mut letters, mut fonts): (ResMut<letters::Letters>, Option<ResMut<Assets<Font>>>),
+    clock: Option<Res<TimeUpdateStrategy>>,
 ) {
     if story.stage != stage.serial() {
         *story = Story { stage: stage.serial(), ..Story::default() };
@@ -197,7 +199,10 @@ fn open(
             let hidden = Direction { hidden: true, ..Direction::default() };
             actors.directions.insert(actor.display_name().to_owned(), hidden);
         }
-        story.play = Play::begin(bundle, &places);
+        // whoever steps time by hand wants the same of every run, however busy the machine is
+        let is_stepped = clock.is_some_and(|clock| matches!(*clock, TimeUpdateStrategy::ManualDuration(_)));
+        let limits = if is_stepped { Limits::deterministic() } else { Limits::default() };
+        story.play = Play::begin(bundle, &places, limits);
     }
 }
 
@@ -219,7 +224,7 @@ fn book(folder: &Path, living: &Living, bundle: &BundleReader) -> Book {
 
 impl Play {
     /// None where the bundle has no story.
-    fn begin(bundle: &Arc<BundleReader>, places: &StoryPlaces) -> Option<Self> {
+    fn begin(bundle: &Arc<BundleReader>, places: &StoryPlaces, limits: Limits) -> Option<Self> {
         let mut living = bundle.living().clone();
         let settings = living.story.clone()?;
         let folder = match &places.site {
@@ -248,7 +253,7 @@ impl Play {
         living.views.iter().for_each(|view| world.set_place(&view.name, view.place.map(|v| v as f32)));
         let hidden = |actor: &&Actor| actor.thing.as_ref().is_some_and(|thing| thing.hidden);
         bundle.actors().iter().filter(hidden).for_each(|actor| world.set_shown(actor.display_name(), false));
-        let runtime = Runtime::new(program, kept, Limits::default(), 0);
+        let runtime = Runtime::new(program, kept, limits, 0);
         Some(Self {
             runtime,
             texts,
