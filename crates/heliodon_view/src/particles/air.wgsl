@@ -221,14 +221,20 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
     }
     let seed = in.what.y * 61.0;
     if (shape == FLAME) {
-        // a tongue: broad below, torn above, and torn the more the older it is
-        let torn = turbulence(vec2<f32>(in.at.x * 1.5 + seed, in.at.y * 1.15 - 3.2 * age + seed)) - 0.5;
-        let x = in.at.x * (1.0 + 0.55 * in.at.y) + 0.35 * torn * (0.4 + age);
-        let inside = 1.0 - length(vec2<f32>(x, in.at.y));
-        let heat = smoothstep(0.0, 0.75, inside * 1.25 + torn * (0.75 + 0.9 * age) - 0.28 * age);
-        let hot = heat * (1.0 - 0.55 * age);
-        let color = vec3<f32>(pow(heat, 0.8), 0.42 * pow(heat, 1.2) * (0.55 + 0.45 * hot), 0.085 * heat * hot * hot);
-        return vec4<f32>(in.glow.rgb * color * (0.42 * before), in.glow.a * heat * before);
+        // a tongue: round below, pointed above, torn by the air that streams past it, the more the higher and the older
+        let lick = 0.5 + 0.5 * in.at.y;
+        let flow = vec2<f32>(in.at.x * 1.3 + seed, in.at.y * 1.2 - 2.6 * age + seed * 1.7);
+        let bent = turbulence(flow) - 0.5;
+        let torn = turbulence(flow * 2.3 + 9.2) - 0.5;
+        let wide = max(1.75 * sqrt(lick) * (1.0 - lick), 0.02);
+        let inside = 1.0 - abs(in.at.x + 1.3 * bent * lick * (0.5 + age)) / wide;
+        let rim = 1.0 - smoothstep(0.7, 1.0, r);
+        // what has just begun to burn is clear
+        let foot = smoothstep(0.0, 0.5 - 0.3 * age, lick);
+        let heat = foot * rim * smoothstep(0.0, 0.75, inside + torn * (0.9 + 1.4 * age) - 0.35 * age);
+        let hot = heat * (1.0 - 0.65 * age);
+        let color = vec3<f32>(1.0, 0.15 + 0.5 * hot, 0.01 + 0.24 * hot * hot * hot) * (0.3 + 0.75 * hot);
+        return vec4<f32>(in.glow.rgb * color * (0.6 * heat * before), in.glow.a * heat * before);
     }
     if (shape == SMOKE) {
         let torn = turbulence(in.at * 1.7 + vec2<f32>(seed, seed * 1.7 + age * 1.5));

@@ -10,7 +10,7 @@ use std::f32::consts::FRAC_1_PI;
 
 /// How bright fire is beside a white plane at the day's brightest hour. A wood fire's flames have some 10,000 cd/m2, white paper in the
 /// sun has 30,000; a little more than that keeps it fire beside sunlit stone.
-const FLAME: f32 = 0.75;
+pub const FLAME: f32 = 0.75;
 /// The most that fire is exposed to. At night it would be white through and through otherwise, as it is on overexposed film.
 const MOST_EXPOSED: f32 = 2.2;
 
@@ -19,8 +19,6 @@ const MOST_EXPOSED: f32 = 2.2;
 pub struct AirLight {
     /// What radiance is multiplied by.
     pub exposure: f32,
-    /// Unit direction to the sun.
-    pub sun_direction: Vec3,
     /// Exposed radiance of a white plane that the sun shines on at normal incidence; zero without a sun.
     pub sun: Vec3,
     /// Exposed radiance of fire where it is brightest.
@@ -34,7 +32,7 @@ impl AirLight {
         let exposure = exposure_stops.exp2();
         let sun = if has_sun { moment.shading.sun_irradiance * (FRAC_1_PI * exposure) } else { Vec3::ZERO };
         let flame = (FLAME * white * exposure).min(MOST_EXPOSED);
-        Self { exposure, sun_direction: moment.sun_direction, sun, flame }
+        Self { exposure, sun, flame }
     }
 }
 
@@ -54,12 +52,6 @@ impl Reached<'_> {
     #[must_use]
     pub fn sun_at(&self, place: Vec3) -> f32 {
         self.map.map_or(1.0, |(map, _)| map.at(place))
-    }
-
-    /// The map's number.
-    #[must_use]
-    pub fn map_number(&self) -> Option<u32> {
-        self.map.map(|(_, number)| number)
     }
 }
 
@@ -96,7 +88,7 @@ pub(super) mod tests {
 
     /// A sun of unit radiance on white, from above.
     pub fn noon() -> Reached<'static> {
-        let air = AirLight { exposure: 1.0, sun_direction: Vec3::Y, sun: Vec3::ONE, flame: 1.0 };
+        let air = AirLight { exposure: 1.0, sun: Vec3::ONE, flame: 1.0 };
         Reached { air, ambient: Vec3::splat(0.1), map: None }
     }
 

@@ -19,6 +19,7 @@ use crate::actors::Actors;
 use crate::daylight::view::frustum_planes;
 use crate::daylight::{DaylightCamera, StereoPair};
 use crate::impostor::{Head, heads};
+use crate::lamps::{Lamps, SettleLamps};
 use crate::stage::Stage;
 use crate::stage::background::Background;
 use crate::stage::frame::StageFrame;
@@ -47,6 +48,8 @@ use wgpu::TextureUsages;
 const MOST_MAPS: usize = 12;
 /// How far the sun goes on until a map is made anew, as the cosine: a quarter of a degree, half the sun's width.
 const SAME_SUN: f32 = 0.999_990_5;
+/// Fires that light what is around them at most: each costs six maps of its shadows.
+const MOST_FIRES: usize = 4;
 /// Sources that are looked around in a frame, each by some fifty rays.
 const LOOKS_A_FRAME: usize = 4;
 /// Where a source is smaller than this, pixels, it has as much fewer particles,
@@ -145,7 +148,7 @@ impl Plugin for ParticlesPlugin {
                 PostUpdate,
                 (
                     let_depth_be_read,
-                    (obey, arrange)
+                    (obey, burn.in_set(SettleLamps), arrange)
                         .chain()
                         .in_set(ArrangeAir)
                         .after(SettleMoment)
@@ -194,6 +197,23 @@ fn obey(wishes: Option<ResMut<Wishes>>, actors: Res<Actors>, mut particles: ResM
         if !known {
             warn_once!("there are no particles {name}");
         }
+    }
+}
+
+/// Fires light what is around them, the nearest first: there are but few lamps at a time.
+fn burn(particles: Res<Particles>, actors: Res<Actors>, lamps: Option<ResMut<Lamps>>, cameras: Eyes<'_, '_>) {
+    let Some(mut lamps) = lamps else { return };
+    let eyes: Vec<Vec3> =
+        cameras.iter().filter(|(_, camera, ..)| camera.is_active).map(|(_, _, transform, _)| transform.translation()).collect();
+    let off = |source: &Source| eyes.iter().map(|eye| eye.distance(source.place)).fold(f32::INFINITY, f32::min);
+    let fires = particles.sources.iter().filter(|source| source.kind == ParticleKind::Fire);
+    let mut fires: Vec<(f32, &Source)> = fires.map(|source| (off(source), source)).collect();
+    fires.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let radiance = light::FLAME * particles.white;
+    let lit = fires.into_iter().filter_map(|(_, source)| plume::fire_light(source, actors.seconds, radiance));
+    let lit: Vec<_> = lit.take(MOST_FIRES).collect();
+    if lamps.fires != lit {
+        lamps.fires = lit;
     }
 }
 

@@ -4,26 +4,48 @@ use super::births::{Births, Born};
 use super::light::Reached;
 use super::quad::{Quad, Shape};
 use super::source::Source;
+use crate::lamps::Lamp;
 use glam::{Vec2, Vec3};
 use heliodon_math::random::{hash2_u32, unit_f32};
 use std::f32::consts::TAU;
 
 /// Tongues that a fire has at a time.
-const TONGUES: f64 = 56.0;
+const TONGUES: f64 = 64.0;
 /// Seconds that they live at most, in a fire whose flames are one metre high; higher ones live longer, as the root of their height.
 const TONGUE_S: f32 = 0.95;
+/// How many times as high as wide a tongue is.
+const TONGUE_TIMES: f32 = 2.1;
 /// How much of what is behind it a tongue hides: soot.
-const SOOT: f32 = 0.10;
+const SOOT: f32 = 0.26;
+/// What fire's light is like: some 1900 kelvin.
+const FIRELIGHT: Vec3 = Vec3::new(1.0, 0.40, 0.09);
 /// Puffs of smoke a second.
-const PUFFS_PER_S: f64 = 9.0;
+const PUFFS_PER_S: f64 = 11.0;
 /// How long they are there.
-const PUFF_S: f32 = 5.5;
+const PUFF_S: f32 = 7.5;
 /// How fast smoke rises at first, metres a second.
-const RISE_M_PER_S: f32 = 0.75;
+const RISE_M_PER_S: f32 = 0.95;
 /// What smoke gives back of the light that falls on it.
-const SMOKE_ALBEDO: Vec3 = Vec3::new(0.46, 0.45, 0.44);
+const SMOKE_ALBEDO: Vec3 = Vec3::new(0.62, 0.63, 0.66);
 /// What a fresh puff takes away in its middle.
-const THICKNESS: f32 = 0.34;
+const THICKNESS: f32 = 0.5;
+
+/// The light that a fire gives to what is around it, where flames have so much radiance.
+#[must_use]
+pub fn fire_light(source: &Source, now_s: f64, radiance: f32) -> Option<Lamp> {
+    let (wide, high) = (source.width_m(), flame_m(source));
+    let there = source.span.presence(now_s, f64::from(tongue_s(source)));
+    // flames fill about a third of the box about them
+    let whole = radiance * source.density.sqrt().min(2.0) * there * (0.7 * wide * high);
+    (whole > 0.0).then(|| Lamp {
+        // higher it would shine through its own smoke, deeper the ground beneath would be all that it lights
+        place: source.place + Vec3::Y * (0.5 * high),
+        intensity: FIRELIGHT * (whole * flicker(source.seed, now_s)),
+        cone: None,
+        reach_m: (9.0 * (wide * high).sqrt()).clamp(2.0, 25.0) * 2.0,
+        shadows: true,
+    })
+}
 
 /// How high a fire's flames are, metres.
 #[must_use]
@@ -74,15 +96,17 @@ pub fn fire(source: &Source, share: f32, now_s: f64, reached: &Reached, out: &mu
         let sway = Vec2::new((7.0 * age_s + phase).sin(), (6.1 * age_s + 1.7 * phase).sin()) * (0.16 * wide * age);
         // all of a fire leans together
         let lean = lean(source.seed, now_s) * (0.22 * high * age * age);
-        let rise = high * (life_s / most_s) * (0.35 * age + 0.65 * age * age);
+        let rise = high * (life_s / most_s) * (0.25 * age + 0.6 * age * age);
+        let radius = (0.42 * wide + 0.03) * source.size * (1.0 - 0.5 * age) * random.range_f32(0.6, 1.2);
+        // its foot stands where it was born
+        let stands = 0.85 * TONGUE_TIMES * radius;
         let place = source.place
-            + Vec3::new(base.x * drawn, base.y * (1.0 - age) + rise, base.z * drawn)
+            + Vec3::new(base.x * drawn, base.y * (1.0 - age) + rise + stands, base.z * drawn)
             + Vec3::new(sway.x + lean.x, 0.0, sway.y + lean.y);
-        let radius = (0.62 * wide + 0.03) * source.size * (1.0 - 0.55 * age) * random.range_f32(0.75, 1.15);
         let up = Vec3::new(-base.x * 0.5 + sway.x + lean.x, high * (0.35 + 1.3 * age), -base.z * 0.5 + sway.y + lean.y);
         let up = heliodon_math::frame::unit_or(up, Vec3::Y);
         let strength = whole * flicker * (age * 9.0).min(1.0) * (1.0 - age).powf(0.6);
-        let quad = Quad::new(Shape::Flame, place, radius, own).stretched(up, 1.75);
+        let quad = Quad::new(Shape::Flame, place, radius, own).stretched(up, TONGUE_TIMES);
         out.push(quad.glowing(Vec3::splat(strength), SOOT * (1.0 - age)).aged(age));
     }
     // the air about it is bright, as in the eye or on film

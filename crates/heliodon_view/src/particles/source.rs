@@ -125,7 +125,7 @@ impl Source {
             }
             ParticleKind::Smoke => {
                 let side = 2.0 * size.max(1.0);
-                (low - side, high + side + Vec3::Y * 5.0)
+                (low - side, high + side + Vec3::Y * 7.0)
             }
             ParticleKind::Sparks => {
                 let reach = 3.0 * size.sqrt().max(1.0);
