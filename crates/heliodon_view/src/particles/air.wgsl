@@ -233,7 +233,7 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
         let foot = smoothstep(0.0, 0.5 - 0.3 * age, lick);
         let heat = foot * rim * smoothstep(0.0, 0.75, inside + torn * (0.9 + 1.4 * age) - 0.35 * age);
         let hot = heat * (1.0 - 0.65 * age);
-        let color = vec3<f32>(1.0, 0.15 + 0.5 * hot, 0.01 + 0.24 * hot * hot * hot) * (0.3 + 0.75 * hot);
+        let color = vec3<f32>(1.0, 0.12 + 0.42 * hot, 0.004 + 0.13 * hot * hot * hot) * (0.35 + 0.8 * hot);
         return vec4<f32>(in.glow.rgb * color * (0.6 * heat * before), in.glow.a * heat * before);
     }
     if (shape == SMOKE) {

@@ -43,6 +43,8 @@ pub struct Reached<'a> {
     pub air: AirLight,
     /// Exposed radiance that comes from all around, on the average.
     pub ambient: Vec3,
+    /// Exposed radiance of a white plane that faces where most of that comes from.
+    pub brightest: Vec3,
     /// Where the sun shines, and the number of that map.
     pub map: Option<(&'a SunMap, u32)>,
 }
@@ -55,12 +57,13 @@ impl Reached<'_> {
     }
 }
 
-/// Radiance that comes to a place from all around, on the average: by the light grid, or else from as much of the sky as is seen there.
+/// Radiance that comes to a place from all around, on the average, and of a white plane on its brightest side: by the light grid, or else from as much of the sky as is seen there.
 #[must_use]
-pub fn ambient(moment: &Moment, grid: Option<&Grid>, place: Vec3, openness: f32) -> Vec3 {
+pub fn ambient(moment: &Moment, grid: Option<&Grid>, place: Vec3, openness: f32) -> (Vec3, Vec3) {
     let known = grid.and_then(|grid| grid.light_at(moment, place)).map(|cube| cube.sky_and_bounce);
     let sides = known.unwrap_or_else(|| AXES.map(|axis| openness * open_sky(&moment.sky, axis)));
-    sides.iter().sum::<Vec3>() / sides.len() as f32
+    let brightest = sides.iter().copied().reduce(|a, b| if a.element_sum() >= b.element_sum() { a } else { b });
+    (sides.iter().sum::<Vec3>() / sides.len() as f32, brightest.unwrap_or(Vec3::ZERO))
 }
 
 /// Light of an unobstructed sky on a surface that faces `axis`.
@@ -89,7 +92,7 @@ pub(super) mod tests {
     /// A sun of unit radiance on white, from above.
     pub fn noon() -> Reached<'static> {
         let air = AirLight { exposure: 1.0, sun: Vec3::ONE, flame: 1.0 };
-        Reached { air, ambient: Vec3::splat(0.1), map: None }
+        Reached { air, ambient: Vec3::splat(0.1), brightest: Vec3::splat(0.2), map: None }
     }
 
     #[test]

@@ -256,9 +256,13 @@ fn arrange(
             let source = &particles.sources[seen.source];
             let openness = source.around.as_ref().map_or(1.0, |around| around.openness);
             let map = lit.iter().position(|number| *number == seen.source);
+            // smoke is where it has risen to
+            let risen = if source.kind == ParticleKind::Smoke { Vec3::Y * 1.5 } else { Vec3::ZERO };
+            let (mean, brightest) = ambient(moment, actors.grid(), source.place + risen, openness);
             let reached = Reached {
                 air,
-                ambient: ambient(moment, actors.grid(), source.place, openness) * air.exposure,
+                ambient: mean * air.exposure,
+                brightest: brightest * air.exposure,
                 map: map.map(|map| (&*maps[map], map as u32)),
             };
             let mut out = Vec::new();

@@ -105,9 +105,10 @@ pub fn fire(source: &Source, share: f32, now_s: f64, reached: &Reached, out: &mu
             + Vec3::new(sway.x + lean.x, 0.0, sway.y + lean.y);
         let up = Vec3::new(-base.x * 0.5 + sway.x + lean.x, high * (0.35 + 1.3 * age), -base.z * 0.5 + sway.y + lean.y);
         let up = heliodon_math::frame::unit_or(up, Vec3::Y);
-        let strength = whole * flicker * (age * 9.0).min(1.0) * (1.0 - age).powf(0.6);
+        let begun = (age * 7.0).min(1.0);
+        let strength = whole * flicker * begun * (1.0 - age).powf(0.6);
         let quad = Quad::new(Shape::Flame, place, radius, own).stretched(up, TONGUE_TIMES);
-        out.push(quad.glowing(Vec3::splat(strength), SOOT * (1.0 - age)).aged(age));
+        out.push(quad.glowing(Vec3::splat(strength), SOOT * begun * (1.0 - age)).aged(age));
     }
     // the air about it is bright, as in the eye or on film
     let there = (out.len() - before) as f32 / (TONGUES as f32 * source.density * share).max(1.0);
@@ -145,7 +146,9 @@ pub fn smoke(source: &Source, share: f32, now_s: f64, reached: &Reached, out: &m
         let thin = (first / radius).powf(0.7);
         let opacity = (thick * thin * (age * 7.0).min(1.0) * (1.0 - age).powf(0.8)).min(0.9);
         let reach = reached.sun_at(place);
-        let quad = Quad::new(Shape::Smoke, place, radius, own).glowing(reached.ambient * SMOKE_ALBEDO, opacity);
+        // scattered more than once, the light of the brightest side is that of all
+        let around = reached.ambient.lerp(reached.brightest, 0.4) * SMOKE_ALBEDO;
+        let quad = Quad::new(Shape::Smoke, place, radius, own).glowing(around, opacity);
         out.push(quad.in_sun(reached.air.sun * SMOKE_ALBEDO * (0.5 * reach)).aged(age));
     }
 }

@@ -13,7 +13,7 @@ const GRAVITY: f32 = 9.81;
 /// How long a picture is taken: streaks are as long as what moves goes meanwhile.
 const SHUTTER_S: f32 = 1.0 / 48.0;
 /// Sparks a second.
-const SPARKS_PER_S: f64 = 34.0;
+const SPARKS_PER_S: f64 = 42.0;
 /// The longest that a spark glows.
 const SPARK_S: f32 = 1.7;
 /// Half the width of a spark: a splinter of charcoal.
@@ -23,15 +23,15 @@ const SPARK_WEIGHT: f32 = 0.34;
 /// How fast air brakes it, a second.
 const SPARK_DRAG: f32 = 1.3;
 /// Drops a second from a source of the usual extent; wider ones have more, as their area.
-const DROPS_PER_S: f64 = 70.0;
+const DROPS_PER_S: f64 = 90.0;
 /// Half the width of a drop.
-const DROP_M: f32 = 0.0028;
+const DROP_M: f32 = 0.0034;
 /// How long what splashes from a drop is seen.
 const SPLASH_S: f32 = 0.32;
 /// Droplets that splash from a drop.
 const DROPLETS: u32 = 4;
-/// How much of the light around a drop shows: it is a lens that turns the sky upside down, and dark at its rim.
-const DROP_SHINES: f32 = 0.9;
+/// How much brighter a drop is than a white plane that faces where most light comes from: it is a lens that shows the window itself.
+const DROP_SHINES: f32 = 1.5;
 /// How much brighter than white a drop is that turns the sun to the eye.
 const GLINT: f32 = 3.0;
 
@@ -89,7 +89,7 @@ pub fn sparks(source: &Source, share: f32, now_s: f64, reached: &Reached, out: &
         let flare = 1.0 + 0.5 * (31.0 * age_s + 40.0 * own).sin() * (17.0 * age_s).sin();
         let color = Vec3::new(1.0, 0.52 * heat.powf(1.3), 0.16 * heat.powi(3));
         // the streak is as bright as the spark that is everywhere on it for a moment
-        let radiance = color * (9.0 * reached.air.flame * heat * flare.max(0.2) / streak.sqrt());
+        let radiance = color * (13.0 * reached.air.flame * heat * flare.max(0.2) / streak.sqrt());
         let quad = Quad::new(Shape::Mote, place, radius, own).stretched(unit_or(velocity, Vec3::Y), streak);
         out.push(quad.glowing(radiance, 0.0).aged(age));
     }
@@ -136,7 +136,7 @@ fn drop(place: Vec3, radius: f32, own: f32, reached: &Reached) -> Quad {
     // few of them at a time turn the sun to the eye
     let turned = ((own * 57.0 + place.y * 3.1).fract() - 0.8).max(0.0) * 5.0;
     let sun = reached.air.sun * (reached.sun_at(place) * (0.15 + GLINT * turned * turned));
-    Quad::new(Shape::Mote, place, radius, own).glowing(reached.ambient * DROP_SHINES, 0.5).in_sun(sun)
+    Quad::new(Shape::Mote, place, radius, own).glowing(reached.brightest * DROP_SHINES, 0.5).in_sun(sun)
 }
 
 #[cfg(test)]

@@ -132,8 +132,11 @@ impl Source {
                 (low - reach, high + reach)
             }
             ParticleKind::Water => {
-                let floors = self.around.iter().flat_map(|around| around.floor.as_flattened());
-                let floor = floors.copied().fold(low.y, f32::min);
+                // not known yet, it is deep: what is never in sight is never looked around
+                let unknown = self.place.y - DEEP_M;
+                let floor = self.around.as_ref().map_or(unknown, |around| {
+                    around.floor.as_flattened().iter().copied().fold(low.y, f32::min)
+                });
                 (Vec3 { y: floor, ..low } - 0.6, high + 0.6)
             }
         }
@@ -166,6 +169,12 @@ pub(super) mod tests {
             span: Span::ALWAYS,
             around: None,
         }
+    }
+
+    #[test]
+    fn water_is_in_sight_below_its_place_before_its_ground_is_known() {
+        let source = source(ParticleKind::Water, Vec3::Y * 20.0);
+        assert!(source.bounds().0.y < 0.0);
     }
 
     #[test]
