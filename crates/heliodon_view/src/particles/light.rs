@@ -1,6 +1,7 @@
 //! The light that what is in the air is under, and that it gives.
 
 use super::sun_map::SunMap;
+use crate::lamps::Lamp;
 use glam::Vec3;
 use heliodon_bundle::grid::{AXES, Grid};
 use heliodon_bundle::moment::Moment;
@@ -13,6 +14,9 @@ use std::f32::consts::FRAC_1_PI;
 pub const FLAME: f32 = 0.75;
 /// The most that fire is exposed to. At night it would be white through and through otherwise, as it is on overexposed film.
 const MOST_EXPOSED: f32 = 2.2;
+
+/// Nearer than this nothing is lit more by a lamp, metres.
+const FLAME_M: f32 = 0.35;
 
 /// The light of a frame.
 #[derive(Clone, Copy, Debug)]
@@ -47,6 +51,8 @@ pub struct Reached<'a> {
     pub brightest: Vec3,
     /// Where the sun shines, and the number of that map.
     pub map: Option<(&'a SunMap, u32)>,
+    /// The lamps, fires among them.
+    pub lamps: &'a [Lamp],
 }
 
 impl Reached<'_> {
@@ -54,6 +60,22 @@ impl Reached<'_> {
     #[must_use]
     pub fn sun_at(&self, place: Vec3) -> f32 {
         self.map.map_or(1.0, |(map, _)| map.at(place))
+    }
+}
+
+impl Reached<'_> {
+    /// Exposed radiance of what scatters all of the lamps' light to all sides, at a place. Nothing shades it: a fire's smoke is near it.
+    #[must_use]
+    pub fn lamps_at(&self, place: Vec3) -> Vec3 {
+        let light = |lamp: &Lamp| {
+            let square = (place - lamp.place).length_squared();
+            let left = square / (lamp.reach_m * lamp.reach_m);
+            // as in lamps.wgsl; a flame is no point
+            let window = (1.0 - left * left).max(0.0);
+            lamp.intensity * (window * window / (square + FLAME_M * FLAME_M))
+        };
+        let open = self.lamps.iter().filter(|lamp| lamp.cone.is_none() && lamp.reach_m > 0.0);
+        open.map(light).sum::<Vec3>() * (0.25 * FRAC_1_PI * self.air.exposure)
     }
 }
 
@@ -92,7 +114,7 @@ pub(super) mod tests {
     /// A sun of unit radiance on white, from above.
     pub fn noon() -> Reached<'static> {
         let air = AirLight { exposure: 1.0, sun: Vec3::ONE, flame: 1.0 };
-        Reached { air, ambient: Vec3::splat(0.1), brightest: Vec3::splat(0.2), map: None }
+        Reached { air, ambient: Vec3::splat(0.1), brightest: Vec3::splat(0.2), map: None, lamps: &[] }
     }
 
     #[test]

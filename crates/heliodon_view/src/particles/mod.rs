@@ -19,7 +19,7 @@ use crate::actors::Actors;
 use crate::daylight::view::frustum_planes;
 use crate::daylight::{DaylightCamera, StereoPair};
 use crate::impostor::{Head, heads};
-use crate::lamps::{Lamps, SettleLamps};
+use crate::lamps::{Lamp, Lamps, SettleLamps};
 use crate::stage::Stage;
 use crate::stage::background::Background;
 use crate::stage::frame::StageFrame;
@@ -105,6 +105,11 @@ impl Particles {
     #[must_use]
     pub fn told(&self) -> ParticlesTold {
         self.told
+    }
+
+    /// Adds a source to those of the bundle, until another is opened.
+    pub fn add(&mut self, table: &heliodon_bundle::site::Particles) {
+        self.sources.push(Source::new(table, self.sources.len() as u32));
     }
 
     /// Starts sources of a name, at a time in seconds as [`Actors::seconds`] has it; whether there is any.
@@ -223,7 +228,8 @@ type Eyes<'w, 's> =
 
 /// Works out what every head sees.
 fn arrange(
-    (stage, now, stage_frame, actors): (Res<Stage>, Res<Now>, Res<StageFrame>, Res<Actors>),
+    (stage, now, stage_frame): (Res<Stage>, Res<Now>, Res<StageFrame>),
+    (actors, lamps): (Res<Actors>, Option<Res<Lamps>>),
     mut particles: ResMut<Particles>,
     mut also: ResMut<AlsoInTheAir>,
     mut frame: ResMut<AirFrame>,
@@ -250,6 +256,7 @@ fn arrange(
     let lit: Vec<usize> = if now.has_sun { particles.follow_sun(&stage, &seen, moment.sun_direction) } else { Vec::new() };
     particles.share(&mut seen);
     let maps: Vec<Arc<SunMap>> = lit.iter().filter_map(|number| particles.maps.get(number)).cloned().collect();
+    let lamps: Vec<Lamp> = lamps.map_or_else(Vec::new, |lamps| lamps.all().copied().collect());
     let made: Vec<Vec<Quad>> = seen
         .par_iter()
         .map(|seen| {
@@ -264,6 +271,7 @@ fn arrange(
                 ambient: mean * air.exposure,
                 brightest: brightest * air.exposure,
                 map: map.map(|map| (&*maps[map], map as u32)),
+                lamps: &lamps,
             };
             let mut out = Vec::new();
             match source.kind {

@@ -42,7 +42,7 @@ pub fn fire_light(source: &Source, now_s: f64, radiance: f32) -> Option<Lamp> {
         place: source.place + Vec3::Y * (0.5 * high),
         intensity: FIRELIGHT * (whole * flicker(source.seed, now_s)),
         cone: None,
-        reach_m: (9.0 * (wide * high).sqrt()).clamp(2.0, 25.0) * 2.0,
+        reach_m: (18.0 * (wide * high).sqrt()).clamp(4.0, 40.0),
         shadows: true,
     })
 }
@@ -147,7 +147,7 @@ pub fn smoke(source: &Source, share: f32, now_s: f64, reached: &Reached, out: &m
         let opacity = (thick * thin * (age * 7.0).min(1.0) * (1.0 - age).powf(0.8)).min(0.9);
         let reach = reached.sun_at(place);
         // scattered more than once, the light of the brightest side is that of all
-        let around = reached.ambient.lerp(reached.brightest, 0.4) * SMOKE_ALBEDO;
+        let around = (reached.ambient.lerp(reached.brightest, 0.4) + reached.lamps_at(place)) * SMOKE_ALBEDO;
         let quad = Quad::new(Shape::Smoke, place, radius, own).glowing(around, opacity);
         out.push(quad.in_sun(reached.air.sun * SMOKE_ALBEDO * (0.5 * reach)).aged(age));
     }
