@@ -35,8 +35,8 @@ const THICKNESS: f32 = 0.5;
 pub fn fire_light(source: &Source, now_s: f64, radiance: f32) -> Option<Lamp> {
     let (wide, high) = (source.width_m(), flame_m(source));
     let there = source.span.presence(now_s, f64::from(tongue_s(source)));
-    // flames fill about a third of the box about them
-    let whole = radiance * source.density.sqrt().min(2.0) * there * (0.7 * wide * high);
+    // flames fill a third of the box about them, and embers lie beneath
+    let whole = radiance * source.density.sqrt().min(2.0) * there * (1.3 * wide * high);
     (whole > 0.0).then(|| Lamp {
         // higher it would shine through its own smoke, deeper the ground beneath would be all that it lights
         place: source.place + Vec3::Y * (0.5 * high),
@@ -210,13 +210,33 @@ mod tests {
     #[test]
     fn fire_shines_and_smoke_takes_light_away_and_gives_back_less() {
         let mut dark = noon();
-        (dark.air.sun, dark.ambient) = (Vec3::ZERO, Vec3::ZERO);
+        (dark.air.sun, dark.ambient, dark.brightest) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
         let fire_source = source(ParticleKind::Fire, Vec3::ZERO);
         let (mut flames, mut puffs) = (Vec::new(), Vec::new());
         fire(&fire_source, 1.0, 2.0, &dark, &mut flames);
         smoke(&source(ParticleKind::Smoke, Vec3::ZERO), 1.0, 2.0, &dark, &mut puffs);
         assert!(flames.iter().any(|quad| quad.radiance().x > 0.3));
         assert!(puffs.iter().all(|quad| quad.radiance() == Vec3::ZERO && quad.from_sun() == Vec3::ZERO));
+    }
+
+    #[test]
+    fn a_fire_lights_what_is_around_it_and_its_smoke_until_it_is_out() {
+        let mut burning = source(ParticleKind::Fire, Vec3::ZERO);
+        burning.span.stop(4.0);
+        let lamp = fire_light(&burning, 3.0, 2.0).unwrap();
+        assert!(lamp.place.y > 0.0 && lamp.place.y < flame_m(&burning) && lamp.reach_m > 1.0);
+        assert!(lamp.intensity.x > lamp.intensity.y && lamp.intensity.y > lamp.intensity.z);
+        let dying = fire_light(&burning, 4.5, 2.0).unwrap();
+        assert!(dying.intensity.x < 0.8 * lamp.intensity.x && dying.place == lamp.place, "its shadows stay");
+        assert_eq!(fire_light(&burning, 6.0, 2.0), None);
+        let light = |lamps| {
+            let reached = Reached { lamps, ..noon() };
+            let mut out = Vec::new();
+            smoke(&source(ParticleKind::Smoke, Vec3::ZERO), 1.0, 3.0, &reached, &mut out);
+            out.iter().map(Quad::radiance).sum::<Vec3>()
+        };
+        let more = light(&[lamp]) - light(&[]);
+        assert!(more.x > more.y && more.y > more.z && more.z > 0.0, "{more}");
     }
 
     #[test]
