@@ -9,10 +9,10 @@ use glam::Vec3;
 use heliodon_bundle::site::{ParticleKind, Particles as Table};
 use heliodon_image::HdrImage;
 use heliodon_script::action::Action;
+use heliodon_view::Pose;
 use heliodon_view::headless::{RenderOptions, Renderer, Shot};
 use heliodon_view::particles::Particles;
 use heliodon_view::story::Wishes;
-use heliodon_view::Pose;
 use tempfile::TempDir;
 
 const SIZE: [u32; 2] = [200, 150];
@@ -122,4 +122,20 @@ fn stone_hides_what_is_behind_it() {
     scene.renderer.app_mut().world_mut().resource_mut::<Particles>().add(&table);
     let (count, _) = changed(&bare, &scene.picture(5.0));
     assert_eq!(count, 0);
+}
+
+#[test]
+fn what_a_frame_takes_is_told_and_bounded() {
+    let mut scene = Scene::new();
+    let kinds = [ParticleKind::Dust, ParticleKind::Smoke, ParticleKind::Fire, ParticleKind::Sparks, ParticleKind::Water];
+    for number in 0..1000 {
+        scene.add(kinds[number % 5], Vec3::splat(0.3));
+    }
+    scene.picture(5.0);
+    let particles = scene.renderer.app_mut().world().resource::<Particles>();
+    let told = particles.told();
+    println!("{told:?}");
+    // what splashes is four where it was one
+    assert!(told.sources == 1000 && told.particles > 1000 && told.particles < 2 * particles.options.most, "{told:?}");
+    assert!(told.ms > 0.0 && told.maps <= 12, "{told:?}");
 }

@@ -87,7 +87,10 @@ pub struct GuideWayPlugin;
 
 impl Plugin for GuideWayPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<GuideWay>().add_systems(PostUpdate, (obey, lay).chain().after(bevy::transform::TransformSystems::Propagate).before(ArrangeAir));
+        app.init_resource::<GuideWay>().add_systems(
+            PostUpdate,
+            (obey, lay).chain().after(bevy::transform::TransformSystems::Propagate).before(ArrangeAir),
+        );
     }
 }
 

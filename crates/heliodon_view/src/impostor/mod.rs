@@ -390,7 +390,9 @@ impl Person {
 }
 
 /// The heads that look, each with its cameras: both eyes of a pair are one, and so are cameras in the same place.
-pub(crate) fn heads<'a>(cameras: impl Iterator<Item = (Entity, &'a Camera, &'a GlobalTransform, Option<&'a StereoPair>)>) -> Vec<Head> {
+pub(crate) fn heads<'a>(
+    cameras: impl Iterator<Item = (Entity, &'a Camera, &'a GlobalTransform, Option<&'a StereoPair>)>,
+) -> Vec<Head> {
     const SAME_M: f32 = 1e-3;
     let mut pairs: Vec<(StereoPair, Vec<(Entity, Vec3)>)> = Vec::new();
     let mut places: Vec<(Vec<Entity>, Vec3)> = Vec::new();

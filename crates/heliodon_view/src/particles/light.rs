@@ -11,8 +11,8 @@ use std::f32::consts::FRAC_1_PI;
 
 /// How bright fire is beside a white plane at the day's brightest hour. A wood fire's flames have some 10,000 cd/m2, white paper in the
 /// sun has 30,000; a little more than that keeps it fire beside sunlit stone.
-pub const FLAME: f32 = 0.75;
-/// The most that fire is exposed to. At night it would be white through and through otherwise, as it is on overexposed film.
+const FLAME: f32 = 0.75;
+/// The most that fire is exposed to, and its light with it. At night both would be white through and through otherwise, as on overexposed film.
 const MOST_EXPOSED: f32 = 2.2;
 
 /// Nearer than this nothing is lit more by a lamp, metres.
@@ -35,9 +35,15 @@ impl AirLight {
     pub fn new(moment: &Moment, has_sun: bool, exposure_stops: f32, white: f32) -> Self {
         let exposure = exposure_stops.exp2();
         let sun = if has_sun { moment.shading.sun_irradiance * (FRAC_1_PI * exposure) } else { Vec3::ZERO };
-        let flame = (FLAME * white * exposure).min(MOST_EXPOSED);
+        let flame = flame_radiance(white, exposure) * exposure;
         Self { exposure, sun, flame }
     }
+}
+
+/// Radiance of fire where it is brightest, in the unit of `white`, the brightest of the day.
+#[must_use]
+pub fn flame_radiance(white: f32, exposure: f32) -> f32 {
+    (FLAME * white).min(MOST_EXPOSED / exposure)
 }
 
 /// What a source's particles are under.
@@ -131,6 +137,8 @@ pub(super) mod tests {
             sun_in_map: false,
         };
         let lapse = Lapse { steps: vec![step(0.0), step(std::f32::consts::PI)], sun_bounce_basis: None };
+        assert_eq!(flame_radiance(2.0, 1.0), 2.0 * FLAME, "by day");
+        assert_eq!(flame_radiance(2.0, 100.0) * 100.0, MOST_EXPOSED, "at night");
         assert!((brightest_white(&lapse) - 2.0).abs() < 1e-4, "{}", brightest_white(&lapse));
         assert_eq!(brightest_white(&Lapse { steps: Vec::new(), sun_bounce_basis: None }), 1.0);
     }

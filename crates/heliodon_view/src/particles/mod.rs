@@ -206,7 +206,11 @@ fn obey(wishes: Option<ResMut<Wishes>>, actors: Res<Actors>, mut particles: ResM
 }
 
 /// Fires light what is around them, the nearest first: there are but few lamps at a time.
-fn burn(particles: Res<Particles>, actors: Res<Actors>, lamps: Option<ResMut<Lamps>>, cameras: Eyes<'_, '_>) {
+fn burn(
+    (particles, actors, stage_frame): (Res<Particles>, Res<Actors>, Res<StageFrame>),
+    lamps: Option<ResMut<Lamps>>,
+    cameras: Eyes<'_, '_>,
+) {
     let Some(mut lamps) = lamps else { return };
     let eyes: Vec<Vec3> =
         cameras.iter().filter(|(_, camera, ..)| camera.is_active).map(|(_, _, transform, _)| transform.translation()).collect();
@@ -214,7 +218,7 @@ fn burn(particles: Res<Particles>, actors: Res<Actors>, lamps: Option<ResMut<Lam
     let fires = particles.sources.iter().filter(|source| source.kind == ParticleKind::Fire);
     let mut fires: Vec<(f32, &Source)> = fires.map(|source| (off(source), source)).collect();
     fires.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let radiance = light::FLAME * particles.white;
+    let radiance = light::flame_radiance(particles.white, stage_frame.exposure_stops.exp2());
     let lit = fires.into_iter().filter_map(|(_, source)| plume::fire_light(source, actors.seconds, radiance));
     let lit: Vec<_> = lit.take(MOST_FIRES).collect();
     if lamps.fires != lit {

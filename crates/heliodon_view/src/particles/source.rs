@@ -134,9 +134,10 @@ impl Source {
             ParticleKind::Water => {
                 // not known yet, it is deep: what is never in sight is never looked around
                 let unknown = self.place.y - DEEP_M;
-                let floor = self.around.as_ref().map_or(unknown, |around| {
-                    around.floor.as_flattened().iter().copied().fold(low.y, f32::min)
-                });
+                let floor = self
+                    .around
+                    .as_ref()
+                    .map_or(unknown, |around| around.floor.as_flattened().iter().copied().fold(low.y, f32::min));
                 (Vec3 { y: floor, ..low } - 0.6, high + 0.6)
             }
         }
