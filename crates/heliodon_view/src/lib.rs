@@ -9,6 +9,7 @@
 //! dome, [`culling`] leaves out what is hidden or too small, [`actors`] move and light what moves, [`covering`] covers, fades and marks what is there, [`lamps`] light both, [`time_lapse`] holds the hour, [`tonemap`] brings light to the display, [`guests`] lights what others add,
 //! [`input`] binds keys, buttons and gestures to actions, [`navigation`] walks and flies, [`hud`] tells and takes the hour. [`display`] draws on the walls of a room,
 //! [`tracking`] knows where heads and hands are, [`kiosk`] runs unattended, [`control`] takes orders from outside, [`play`] plays a visit by a script of inputs, [`costs`] tells what each of them takes, [`story`] lets a site's scripts run, [`hands`] are the visitor's, [`sound`] is what is heard.
+//! [`particles`] are what is in the air, and [`guide_way`] shows a way on the ground.
 
 pub mod actors;
 pub mod bench;
@@ -22,6 +23,7 @@ pub mod display;
 pub mod easel;
 mod fullscreen;
 pub mod guests;
+pub mod guide_way;
 pub mod hands;
 pub mod headless;
 pub mod hud;
@@ -30,6 +32,7 @@ pub mod input;
 pub mod kiosk;
 pub mod lamps;
 pub mod navigation;
+pub mod particles;
 pub mod play;
 mod readback;
 pub mod sky;
@@ -66,6 +69,8 @@ bevy::app::plugin_group! {
         impostor:::ImpostorPlugin,
         lamps:::LampsPlugin,
         guests:::GuestsPlugin,
+        guide_way:::GuideWayPlugin,
+        particles:::ParticlesPlugin,
     }
 }
 

@@ -248,6 +248,7 @@ impl Plugin for ActorsPlugin {
                 told.of("actors", light_actors)
                     .after(SettleMoment)
                     .after(SettleCovers)
+                    .after(crate::lamps::SettleLamps)
                     .after(bevy::transform::TransformSystems::Propagate)
                     .after(bevy::camera::CameraUpdateSystems),
             );
@@ -337,7 +338,7 @@ fn light_actors(
     let exposure = stage_frame.exposure_stops.exp2();
     let sun = now.has_sun.then(|| (moment.sun_direction, moment.shading.sun_irradiance * exposure));
     *told = Told { actors: people.len(), ..default() };
-    let lamps = lamps.is_some_and(|lamps| !lamps.lamps.is_empty());
+    let lamps = lamps.is_some_and(|lamps| lamps.all().next().is_some());
     let hour = Hour { moment, grid: grid.as_ref(), exposure, sun, lamps };
     let mut shown = Vec::with_capacity(people.len());
     for (i, person) in people.iter_mut().enumerate() {

@@ -148,6 +148,25 @@ fn the_shader_that_lights_an_eye_at_rest_is_valid() {
 }
 
 #[test]
+fn the_shaders_of_the_air_are_valid_for_every_target() {
+    use crate::impostor::CAMERA_BYTES;
+    use crate::particles::quad::QUAD_BYTES;
+    use crate::particles::render::{MAP_BYTES, air_wgsl, compose_wgsl};
+    for samples in [1, 4] {
+        let module = compile(&air_wgsl(samples));
+        for (name, bytes) in [("Camera", CAMERA_BYTES), ("Quad", QUAD_BYTES), ("Map", MAP_BYTES)] {
+            assert_eq!(size_of_struct(&module, name), Some(bytes as u32));
+        }
+        assert!(bound_groups(&module) <= 4, "no more than portable devices have");
+    }
+    for curve in [ToneCurve::Clamp, ToneCurve::Filmic, ToneCurve::Linear] {
+        for format in [TextureFormat::Rgba8UnormSrgb, TextureFormat::Rgba8Unorm, TextureFormat::Rgba16Float] {
+            compile(&compose_wgsl(DisplayKey { curve, format }));
+        }
+    }
+}
+
+#[test]
 fn the_shaders_of_impostors_are_valid_for_every_target() {
     use crate::impostor::{CAMERA_BYTES, ImpostorKey, KIND_BYTES, PERSON_BYTES};
     for (samples, steps, shadows) in [(1, 0, false), (1, 3, true), (4, 2, false), (4, 2, true)] {

@@ -9,6 +9,7 @@ use crate::actors::levels::Directions;
 use crate::culling::Culling;
 use crate::daylight::pipelines::StagePipelines;
 use crate::impostor::Impostors;
+use crate::particles::Particles;
 use crate::sky::SkyMaps;
 use crate::stage::frame::StageFrame;
 use crate::stage::{Stage, StageStatus};
@@ -62,6 +63,7 @@ impl Stepped {
         }
         let fault = DeviceFault::start(&mut app);
         app.world_mut().resource_mut::<SkyMaps>().wait = true;
+        app.world_mut().resource_mut::<Particles>().options.wait = true;
         // A picture shows all there is.
         app.insert_resource(Culling::exact());
         app.world_mut().resource_mut::<TimeLapse>().playing = false;

@@ -6,6 +6,7 @@ use crate::control::Control;
 use crate::culling::{Amount, Culling, CullingTold, Saved};
 use crate::input::{Input, Trigger, WandInput};
 use crate::navigation::Visitor;
+use crate::particles::{Particles, ParticlesTold};
 use crate::sky::SkyMaps;
 use crate::stage::frame::StageFrame;
 use crate::stage::{Stage, StageStatus};
@@ -137,6 +138,7 @@ pub(super) struct FrameTimes {
     seconds: f32,
     told_ms: f32,
     told_actors: Told,
+    told_air: ParticlesTold,
     told_saved: Saved,
     told_trackers: String,
 }
@@ -186,7 +188,7 @@ pub(super) fn tell(
     exposure: Res<Exposure>,
     frame: Res<StageFrame>,
     maps: Res<SkyMaps>,
-    actors: Res<Actors>,
+    (actors, particles): (Res<Actors>, Option<Res<Particles>>),
     (culling, saved): (Res<Culling>, Res<CullingTold>),
     (trackers, control): (Option<Res<Trackers>>, Option<Res<Control>>),
     latency: Option<Res<PictureLatency>>,
@@ -201,7 +203,9 @@ pub(super) fn tell(
         let told_ms = times.seconds * 1e3 / times.frames as f32;
         let told_trackers =
             told_trackers(trackers.as_deref(), latency.and_then(|latency| latency.median_ms()), control.as_deref());
-        *times = FrameTimes { told_ms, told_actors: actors.told(), told_saved: saved.last(), told_trackers, ..default() };
+        let told_air = particles.map_or_else(default, |particles| particles.told());
+        let (told_actors, told_saved) = (actors.told(), saved.last());
+        *times = FrameTimes { told_ms, told_actors, told_air, told_saved, told_trackers, ..default() };
     }
     let hour = if now.moment.is_some() { clock_text(lapse.clock_s) } else { "no bundle".to_owned() };
     for mut text in &mut hours {
@@ -212,6 +216,7 @@ pub(super) fn tell(
         exposure: *exposure,
         frame_ms: times.told_ms,
         actors: times.told_actors,
+        air: times.told_air,
         culling: *culling,
         saved: times.told_saved,
         lapse: &lapse,
@@ -233,6 +238,7 @@ struct Detail<'a> {
     exposure: Exposure,
     frame_ms: f32,
     actors: Told,
+    air: ParticlesTold,
     culling: Culling,
     saved: Saved,
     lapse: &'a TimeLapse,
@@ -299,6 +305,10 @@ impl std::fmt::Display for Detail<'_> {
         let Told { actors, directions, vertices, ms } = self.actors;
         if actors > 0 {
             write!(f, "\nactors    {actors}: k {directions}, {vertices} vertices, {ms:.1} ms")?;
+        }
+        let ParticlesTold { sources, particles, ms, .. } = self.air;
+        if sources > 0 {
+            write!(f, "\nair       {sources}: {particles} particles, {ms:.1} ms")?;
         }
         write!(f, "{}", self.trackers)?;
         write_culling(f, self.culling, &self.saved)?;

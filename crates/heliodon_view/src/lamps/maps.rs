@@ -106,10 +106,13 @@ pub fn prepare_lamps(
     queue: Res<RenderQueue>,
 ) {
     let gpu = &mut *gpu;
-    let lit = lamps.map_or(Vec::new(), |lamps| lit(&lamps.lamps));
-    if gpu.lamps != lit {
+    let lit = lamps.map_or(Vec::new(), |lamps| lit(lamps.all()));
+    let wanted = tiles(&lit);
+    // how bright a lamp is does not change its shadows
+    gpu.lamps = lit;
+    if gpu.tiles.iter().map(|tile| tile.tile).ne(wanted.iter().copied()) {
         let layout = cache.get_bind_group_layout(&pipelines.caster_layout);
-        let made = tiles(&lit).into_iter().map(|tile| {
+        let made = wanted.into_iter().map(|tile| {
             let bytes = bytemuck::bytes_of(&tile.clip_from_world);
             let matrix = device.create_buffer_with_data(&BufferInitDescriptor {
                 label: Some("lamp_tile"),
@@ -125,7 +128,6 @@ pub fn prepare_lamps(
             gpu.maps = Some(Maps::new(&device, rows));
             gpu.serial += 1;
         }
-        gpu.lamps = lit;
         (gpu.stone_is_drawn, gpu.actors_are_drawn) = (false, true);
     }
     let Some(feed) = &stage.feed else { return };

@@ -30,8 +30,21 @@ pub(crate) const NORMALS_WGSL: &str = include_str!("normals.wgsl");
 pub struct Lamps {
     /// The lamps.
     pub lamps: Vec<Lamp>,
+    /// The light of fires, after those, anew in every frame before [`SettleLamps`].
+    pub(crate) fires: Vec<Lamp>,
     stage: u64,
 }
+
+impl Lamps {
+    /// All of them, fires last.
+    pub fn all(&self) -> impl Iterator<Item = &Lamp> {
+        self.lamps.iter().chain(&self.fires)
+    }
+}
+
+/// Lamps are as they are in this frame.
+#[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
+pub struct SettleLamps;
 
 /// A lamp.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,6 +112,7 @@ impl Plugin for LampsPlugin {
 fn follow_stage(stage: Res<Stage>, mut lamps: ResMut<Lamps>) {
     if lamps.stage != stage.serial() {
         lamps.stage = stage.serial();
+        lamps.fires.clear();
         lamps.lamps = stage.bundle().map_or(Vec::new(), |bundle| bundle.lamps().iter().map(Lamp::from).collect());
     }
 }

@@ -44,9 +44,9 @@ pub struct Tile {
 
 /// The lamps that are lit: the first that give any light.
 #[must_use]
-pub fn lit(lamps: &[Lamp]) -> Vec<Lamp> {
+pub fn lit<'a>(lamps: impl IntoIterator<Item = &'a Lamp>) -> Vec<Lamp> {
     let gives = |lamp: &&Lamp| lamp.intensity.max_element() > 0.0 && lamp.reach_m > 0.0 && lamp.place.is_finite();
-    lamps.iter().filter(gives).take(MOST_LAMPS).copied().collect()
+    lamps.into_iter().filter(gives).take(MOST_LAMPS).copied().collect()
 }
 
 /// The tiles that the shadows of [`lit`] lamps need, lamp by lamp: one for a spot light, six for others in the order of +X, -X, +Y, -Y, +Z, -Z.

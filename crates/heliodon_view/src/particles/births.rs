@@ -1,0 +1,140 @@
+//! When particles are born, and how old they are: a closed function of the time, so that a picture of any moment is the same whatever was drawn before it.
+
+use heliodon_math::random::{Pcg32, hash2_u32, unit_f32};
+
+/// From when until when a source gives particles, seconds of the visit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Span {
+    /// Since when; negative infinity: for so long that it is full at the beginning.
+    pub since_s: f64,
+    /// Until when; infinity: for ever.
+    pub until_s: f64,
+}
+
+impl Span {
+    /// From before the visit on.
+    pub const ALWAYS: Self = Self { since_s: f64::NEG_INFINITY, until_s: f64::INFINITY };
+    /// Never.
+    pub const NEVER: Self = Self { since_s: f64::INFINITY, until_s: f64::INFINITY };
+
+    /// It starts, unless it goes on already.
+    pub fn start(&mut self, now_s: f64) {
+        if !(self.since_s <= now_s && now_s < self.until_s) {
+            *self = Self { since_s: now_s, until_s: f64::INFINITY };
+        }
+    }
+
+    /// It stops.
+    pub fn stop(&mut self, now_s: f64) {
+        self.until_s = self.until_s.min(now_s);
+    }
+
+    /// Whether anything born in it can still be there, if nothing lives longer than `life_s`.
+    #[must_use]
+    pub fn is_seen(&self, now_s: f64, life_s: f64) -> bool {
+        self.since_s <= now_s && now_s - life_s < self.until_s
+    }
+
+    /// How much of what hangs in the air is there, 0 to 1, where it comes and goes within `fade_s`.
+    #[must_use]
+    pub fn presence(&self, now_s: f64, fade_s: f64) -> f32 {
+        let come = ((now_s - self.since_s) / fade_s).clamp(0.0, 1.0);
+        let left = ((self.until_s + fade_s - now_s) / fade_s).clamp(0.0, 1.0);
+        come.min(left) as f32
+    }
+}
+
+/// A particle.
+#[derive(Debug)]
+pub struct Born {
+    /// What is random about it.
+    pub random: Pcg32,
+    /// A random number of its own, in [0, 1).
+    pub own: f32,
+    /// Seconds since its birth.
+    pub age_s: f32,
+}
+
+/// How a source gives birth.
+#[derive(Clone, Copy, Debug)]
+pub struct Births {
+    /// Of what is random.
+    pub seed: u32,
+    /// Particles a second.
+    pub per_s: f64,
+    /// None lives longer.
+    pub most_s: f64,
+    /// The share of them that is shown, 0 to 1: always the same ones.
+    pub share: f32,
+    /// When it does.
+    pub span: Span,
+}
+
+impl Births {
+    /// Those who may be there at a time, from the oldest on.
+    pub fn at(self, now_s: f64) -> impl Iterator<Item = Born> {
+        let Self { seed, per_s, most_s, share, span } = self;
+        let (first, last) = (((now_s - most_s) * per_s).floor() as i64 - 1, (now_s * per_s).floor() as i64);
+        (first..=last).filter_map(move |number| {
+            // the number's lower half repeats after four billion particles
+            let hash = hash2_u32(seed, number as u32);
+            if unit_f32(hash2_u32(hash, 1)) >= share {
+                return None;
+            }
+            let own = unit_f32(hash);
+            let born_s = (number as f64 + f64::from(own)) / per_s;
+            let age_s = now_s - born_s;
+            let there = (0.0..most_s).contains(&age_s) && span.since_s <= born_s && born_s < span.until_s;
+            there.then(|| Born { random: Pcg32::new(u64::from(hash), u64::from(seed)), own, age_s: age_s as f32 })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn births(span: Span) -> Births {
+        Births { seed: 5, per_s: 100.0, most_s: 2.0, share: 1.0, span }
+    }
+
+    fn owns(births: Births, now_s: f64) -> Vec<(u32, u32)> {
+        births.at(now_s).map(|born| (born.own.to_bits(), (born.age_s * 1e3).round() as u32)).collect()
+    }
+
+    #[test]
+    fn a_moment_is_the_same_whatever_was_before_it() {
+        let always = births(Span::ALWAYS);
+        assert_eq!(owns(always, 7.3), owns(always, 7.3));
+        assert!((190..=210).contains(&owns(always, 0.0).len()), "full from the beginning");
+        // whoever is there a tenth of a second later was born since, or is older by it
+        let (before, after) = (owns(always, 7.3), owns(always, 7.4));
+        let aged = |&(own, ms): &(u32, u32)| before.iter().any(|b| b.0 == own && ms.abs_diff(b.1 + 100) <= 1);
+        assert!(after.iter().filter(|one| aged(one)).count() > 180);
+        assert!(after.iter().filter(|one| !aged(one)).all(|one| one.1 <= 100));
+    }
+
+    #[test]
+    fn what_is_stopped_dies_out_and_what_is_started_fills_up() {
+        let mut span = Span::NEVER;
+        assert!(!span.is_seen(3.0, 2.0) && owns(births(span), 3.0).is_empty());
+        span.start(3.0);
+        let counts = [3.5, 4.0, 6.0].map(|now_s| owns(births(span), now_s).len());
+        assert!(counts[0] < counts[1] && counts[1] < counts[2], "{counts:?}");
+        // whoever starts what goes on already does not begin anew
+        span.start(6.0);
+        span.stop(6.0);
+        let counts = [6.0, 7.0, 8.1].map(|now_s| owns(births(span), now_s).len());
+        assert!(counts[0] > counts[1] && counts[1] > 0 && counts[2] == 0, "{counts:?}");
+        assert!(span.is_seen(7.9, 2.0) && !span.is_seen(8.1, 2.0));
+        assert_eq!([3.0, 4.0, 9.0].map(|now_s| span.presence(now_s, 1.0)), [0.0, 1.0, 0.0]);
+    }
+
+    #[test]
+    fn a_share_shows_the_same_ones() {
+        let few: Vec<_> = owns(Births { share: 0.25, ..births(Span::ALWAYS) }, 9.0);
+        let all = owns(births(Span::ALWAYS), 9.0);
+        assert!(few.iter().all(|one| all.contains(one)));
+        assert!((30..70).contains(&few.len()), "{}", few.len());
+    }
+}

@@ -1,0 +1,530 @@
+//! What is in the air on the GPU: a buffer of quads for all, their order for each head, and two passes a camera.
+//!
+//! The stone's shaders write what the display shows, so quads cannot be blended with it as light. They are drawn into a picture of their own, as light, and one pass lays that over the
+//! camera's picture where there is any, taking display values back to light and again to display values. It is as exact as eight bits are, for any tone curve, and
+//! leaves out what no quad may touch.
+
+use super::quad::{QUAD_BYTES, Quad};
+use super::sun_map::{OPEN, SunMap};
+use crate::daylight::pipelines::{StagePipelines, resolved};
+use crate::daylight::prepare::StageGpu;
+use crate::impostor::uniform::{CAMERA_BYTES, CameraUniform};
+use crate::stage::frame::StageFrame;
+use crate::tonemap::DisplayKey;
+use bevy::camera::{Camera3d, MainPassResolutionOverride};
+use bevy::prelude::*;
+use bevy::render::camera::ExtractedCamera;
+use bevy::render::extract_resource::ExtractResource;
+use bevy::render::render_resource::binding_types::{
+    sampler, storage_buffer_read_only_sized, texture_2d, texture_depth_2d, texture_depth_2d_multisampled, uniform_buffer_sized,
+};
+use bevy::render::render_resource::*;
+use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery};
+use bevy::render::sync_world::MainEntity;
+use bevy::render::view::{ExtractedView, Msaa, ViewDepthTexture, ViewTarget};
+use bytemuck::{Pod, Zeroable};
+use std::collections::HashMap;
+use std::num::NonZeroU64;
+use std::sync::Arc;
+
+const AIR_WGSL: &str = include_str!("air.wgsl");
+const COMPOSE_WGSL: &str = include_str!("compose.wgsl");
+
+/// Pixels of the picture in one of the air's along each side, where a processor draws and the eye moves.
+const COARSE: u32 = 3;
+
+/// The shader that draws quads, for depths with one sample a pixel or with several.
+#[must_use]
+pub fn air_wgsl(samples: u32) -> String {
+    resolved(AIR_WGSL, &[("ONE_SAMPLE", samples == 1), ("MANY_SAMPLES", samples > 1)])
+}
+
+/// The shader that lays them over the picture.
+#[must_use]
+pub fn compose_wgsl(display: DisplayKey) -> String {
+    format!("{}{COMPOSE_WGSL}", display.wgsl())
+}
+
+/// What the render world is told of a frame's air.
+#[derive(Resource, Clone, Default, ExtractResource)]
+pub struct AirFrame {
+    /// All quads.
+    pub quads: Arc<Vec<Quad>>,
+    /// Boxes around them, by source.
+    pub boxes: Arc<Vec<(Vec3, Vec3)>>,
+    /// What each head sees.
+    pub heads: Arc<Vec<AirHead>>,
+    /// Where the sun shines.
+    pub maps: Vec<Arc<SunMap>>,
+    /// Direction to the sun.
+    pub sun_direction: Vec3,
+    /// Whether pictures are to be as fine as they can be.
+    pub fine: bool,
+}
+
+/// What a head sees.
+#[derive(Clone, Debug, Default)]
+pub struct AirHead {
+    /// Its eyes.
+    pub cameras: Vec<Entity>,
+    /// Numbers of quads from the farthest on.
+    pub order: Vec<u32>,
+}
+
+/// `Map` of air.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+struct MapUniform {
+    rows: [Vec4; 3],
+    size: [u32; 4],
+}
+
+/// Size of `Map`.
+pub const MAP_BYTES: usize = size_of::<MapUniform>();
+
+/// Render world: the air.
+#[derive(Resource, Default)]
+pub struct AirGpu {
+    layouts: Option<Layouts>,
+    buffers: [Option<Grown>; 3],
+    /// The maps that `buffers` hold.
+    maps: Vec<Arc<SunMap>>,
+    heads: Vec<HeadGpu>,
+    cameras: HashMap<Entity, CameraGpu>,
+    quads: HashMap<u32, CachedRenderPipelineId>,
+    compose: HashMap<DisplayKey, CachedRenderPipelineId>,
+    sampler: Option<Sampler>,
+}
+
+struct Layouts {
+    /// A camera of a target with one sample a pixel, and with several.
+    camera: [BindGroupLayoutDescriptor; 2],
+    quads: BindGroupLayoutDescriptor,
+    compose: BindGroupLayoutDescriptor,
+}
+
+struct Grown {
+    buffer: Buffer,
+    bytes: u64,
+}
+
+struct HeadGpu {
+    order: Grown,
+    group: BindGroup,
+    count: u32,
+}
+
+struct CameraGpu {
+    uniforms: [Buffer; 2],
+    /// The air's picture, and the camera's as it was.
+    air: Texture,
+    before: Texture,
+    group: BindGroup,
+    compose: BindGroup,
+    drawn: Option<Drawn>,
+}
+
+/// What is drawn of a camera in this frame.
+#[derive(Clone, Copy)]
+struct Drawn {
+    head: usize,
+    pipelines: [CachedRenderPipelineId; 2],
+    /// The part of the main texture that quads may touch, its corner and size, and of the air's picture.
+    part: (UVec2, UVec2),
+    air_part: (UVec2, UVec2),
+    /// The viewport in the air's picture.
+    viewport: (Vec2, Vec2),
+}
+
+impl Default for Layouts {
+    fn default() -> Self {
+        let uniform = |bytes: usize| uniform_buffer_sized(false, NonZeroU64::new(bytes as u64));
+        let storage = |bytes: usize| storage_buffer_read_only_sized(false, NonZeroU64::new(bytes as u64));
+        let both = ShaderStages::VERTEX_FRAGMENT;
+        let camera = |depth: BindGroupLayoutEntryBuilder| {
+            let entries = BindGroupLayoutEntries::sequential(both, (uniform(CAMERA_BYTES), depth, uniform(16)));
+            BindGroupLayoutDescriptor::new("air_camera", &entries)
+        };
+        Self {
+            camera: [camera(texture_depth_2d()), camera(texture_depth_2d_multisampled())],
+            quads: BindGroupLayoutDescriptor::new(
+                "air_quads",
+                &BindGroupLayoutEntries::sequential(both, (storage(QUAD_BYTES), storage(4), storage(MAP_BYTES), storage(4))),
+            ),
+            compose: BindGroupLayoutDescriptor::new(
+                "air_compose",
+                &BindGroupLayoutEntries::sequential(
+                    ShaderStages::FRAGMENT,
+                    (
+                        texture_2d(TextureSampleType::Float { filterable: false }),
+                        texture_2d(TextureSampleType::Float { filterable: true }),
+                        sampler(SamplerBindingType::Filtering),
+                        uniform(16),
+                    ),
+                ),
+            ),
+        }
+    }
+}
+
+impl Grown {
+    /// Writes a list, or what stands for an empty one, into a buffer that holds it.
+    fn write(before: Option<Self>, gpu: (&RenderDevice, &RenderQueue), label: &str, contents: &[u8]) -> Self {
+        let wanted = contents.len() as u64;
+        let grown = before.filter(|grown| grown.bytes >= wanted).unwrap_or_else(|| {
+            let bytes = wanted.next_power_of_two().max(256);
+            let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
+            let buffer =
+                gpu.0.create_buffer(&BufferDescriptor { label: Some(label), size: bytes, usage, mapped_at_creation: false });
+            Self { buffer, bytes }
+        });
+        gpu.1.write_buffer(&grown.buffer, 0, contents);
+        grown
+    }
+}
+
+/// What of a camera counts.
+type SeenCamera = (
+    Entity,
+    &'static MainEntity,
+    &'static ExtractedCamera,
+    &'static Camera3d,
+    &'static ExtractedView,
+    &'static Msaa,
+    &'static ViewDepthTexture,
+    &'static ViewTarget,
+    Option<&'static MainPassResolutionOverride>,
+    Has<crate::daylight::ExactAtRest>,
+);
+
+/// Takes the frame's air to the GPU.
+pub fn prepare(
+    frame: Res<AirFrame>,
+    (stage, stone): (Res<StageFrame>, Res<StageGpu>),
+    mut gpu: ResMut<AirGpu>,
+    mut pipelines: ResMut<StagePipelines>,
+    mut cache: ResMut<PipelineCache>,
+    (device, queue): (Res<RenderDevice>, Res<RenderQueue>),
+    cameras: Query<SeenCamera>,
+) {
+    let gpu = &mut *gpu;
+    gpu.cameras.values_mut().for_each(|camera| camera.drawn = None);
+    if frame.quads.is_empty() || frame.heads.is_empty() {
+        return;
+    }
+    let both = (&*device, &*queue);
+    gpu.write(&frame, both, &cache);
+    gpu.cameras.retain(|entity, _| cameras.contains(*entity));
+    for (entity, main, camera, camera_3d, view, msaa, depth, target, smaller, exact) in &cameras {
+        let Some(head) = frame.heads.iter().position(|head| head.cameras.contains(&main.id())) else { continue };
+        // Bevy gives depth its usages a frame after they are asked for.
+        let readable = TextureUsages::from(camera_3d.depth_texture_usages).contains(TextureUsages::TEXTURE_BINDING)
+            && depth.texture.usage().contains(TextureUsages::TEXTURE_BINDING)
+            && target.main_texture().usage().contains(TextureUsages::COPY_SRC);
+        let Some(size) = camera.physical_viewport_size.filter(|_| readable && smaller.is_none()) else { continue };
+        let corner = camera.viewport.as_ref().map_or(UVec2::ZERO, |viewport| viewport.physical_position);
+        let samples = msaa.samples();
+        let display = DisplayKey { curve: stage.curve, format: view.target_format };
+        let world_from_view = view.world_from_view.to_matrix();
+        let clip_from_world = view.clip_from_world.unwrap_or_else(|| view.clip_from_view * world_from_view.inverse());
+        let Some(part) = touched(&frame.boxes, clip_from_world, corner, size) else { continue };
+        let scale = if stone.software && !exact && !frame.fine { COARSE } else { 1 };
+        let layouts = gpu.layouts.get_or_insert_with(Layouts::default);
+        let found = [
+            *gpu.quads.entry(samples).or_insert_with(|| queue_quads(&mut cache, &mut pipelines, layouts, samples)),
+            *gpu.compose.entry(display).or_insert_with(|| queue_compose(&mut cache, &mut pipelines, layouts, display)),
+        ];
+        let uniform =
+            CameraUniform::new(world_from_view, view.clip_from_view, clip_from_world, (corner.as_vec2(), size.as_vec2()))
+                .under(frame.sun_direction, Vec3::ZERO, Vec3::Y);
+        let whole = target.main_texture().size();
+        let air_size = UVec2::new(whole.width.div_ceil(scale), whole.height.div_ceil(scale));
+        let fits = |camera: &CameraGpu| {
+            camera.before.size() == whole
+                && camera.before.format() == target.main_texture().format()
+                && UVec2::new(camera.air.width(), camera.air.height()) == air_size
+        };
+        let sampler = gpu.sampler.get_or_insert_with(|| {
+            let (mag_filter, min_filter) = (FilterMode::Linear, FilterMode::Linear);
+            device.create_sampler(&SamplerDescriptor { label: Some("air"), mag_filter, min_filter, ..default() })
+        });
+        let kept = gpu.cameras.remove(&entity).filter(fits);
+        let is_new = kept.is_none();
+        let mut own = match kept {
+            Some(own) => own,
+            None => CameraGpu::new(&device, &cache, layouts, (target, depth), (air_size, samples), sampler),
+        };
+        if !is_new {
+            // the depth may be another frame's texture
+            own.group = own.depth_group(&device, &cache, layouts, depth, samples);
+        }
+        queue.write_buffer(&own.uniforms[0], 0, bytemuck::bytes_of(&uniform));
+        let [width, height] = air_size.as_vec2().to_array();
+        let scales = Vec4::new(scale as f32, 1.0 / width, 1.0 / height, 0.0);
+        queue.write_buffer(&own.uniforms[1], 0, bytemuck::bytes_of(&scales));
+        // and a pixel more, for between them is interpolated
+        let (low, high) = (part.0.saturating_sub(UVec2::splat(scale)) / scale, ((part.0 + part.1) / scale + 2).min(air_size));
+        let viewport = (corner.as_vec2() / scale as f32, size.as_vec2() / scale as f32);
+        own.drawn = Some(Drawn { head, pipelines: found, part, air_part: (low, high - low), viewport });
+        gpu.cameras.insert(entity, own);
+    }
+}
+
+impl AirGpu {
+    /// Quads, maps, and what each head sees.
+    fn write(&mut self, frame: &AirFrame, gpu: (&RenderDevice, &RenderQueue), cache: &PipelineCache) {
+        let layouts = self.layouts.get_or_insert_with(Layouts::default);
+        let [quads, maps, texels] = &mut self.buffers;
+        let written = Grown::write(quads.take(), gpu, "air_quads", bytemuck::cast_slice(&frame.quads));
+        let same = |a: &[Arc<SunMap>], b: &[Arc<SunMap>]| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| Arc::ptr_eq(a, b));
+        if maps.is_none() || !same(&self.maps, &frame.maps) {
+            let (mut rows, mut depths) = (Vec::new(), Vec::new());
+            for map in &frame.maps {
+                let size = map.size();
+                rows.push(MapUniform { rows: map.texels_from_world(), size: [size.x, size.y, depths.len() as u32, 0] });
+                depths.extend_from_slice(map.depths());
+            }
+            if rows.is_empty() {
+                rows.push(MapUniform::zeroed());
+                depths.push(OPEN);
+            }
+            *maps = Some(Grown::write(maps.take(), gpu, "air_maps", bytemuck::cast_slice(&rows)));
+            *texels = Some(Grown::write(texels.take(), gpu, "air_texels", bytemuck::cast_slice(&depths)));
+            self.maps.clone_from(&frame.maps);
+        }
+        let layout = cache.get_bind_group_layout(&layouts.quads);
+        let (Some(maps), Some(texels)) = (maps, texels) else { return };
+        let mut before = std::mem::take(&mut self.heads).into_iter();
+        self.heads = frame
+            .heads
+            .iter()
+            .map(|AirHead { order, .. }| {
+                let kept = before.next().map(|head| head.order);
+                let grown = Grown::write(kept, gpu, "air_order", bytemuck::cast_slice(order));
+                let entries = BindGroupEntries::sequential((
+                    written.buffer.as_entire_binding(),
+                    grown.buffer.as_entire_binding(),
+                    maps.buffer.as_entire_binding(),
+                    texels.buffer.as_entire_binding(),
+                ));
+                let group = gpu.0.create_bind_group("air_quads", &layout, &entries);
+                HeadGpu { order: grown, group, count: order.len() as u32 }
+            })
+            .collect();
+        *quads = Some(written);
+    }
+}
+
+impl CameraGpu {
+    fn new(
+        device: &RenderDevice,
+        cache: &PipelineCache,
+        layouts: &Layouts,
+        (target, depth): (&ViewTarget, &ViewDepthTexture),
+        (air_size, samples): (UVec2, u32),
+        sampler: &Sampler,
+    ) -> Self {
+        let uniform = |label, bytes: usize| {
+            let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+            device.create_buffer(&BufferDescriptor { label: Some(label), size: bytes as u64, usage, mapped_at_creation: false })
+        };
+        let uniforms = [uniform("air_camera", CAMERA_BYTES), uniform("air_scale", 16)];
+        let texture = |label, size: Extent3d, format, usage| {
+            device.create_texture(&TextureDescriptor {
+                label: Some(label),
+                size,
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: TextureDimension::D2,
+                format,
+                usage: usage | TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            })
+        };
+        let main = target.main_texture();
+        let of_air = Extent3d { width: air_size.x, height: air_size.y, depth_or_array_layers: 1 };
+        let air = texture("air", of_air, TextureFormat::Rgba16Float, TextureUsages::RENDER_ATTACHMENT);
+        let before = texture("before_air", main.size(), main.format(), TextureUsages::COPY_DST);
+        let layout = cache.get_bind_group_layout(&layouts.compose);
+        let [of_before, of_air] = [&before, &air].map(|texture| texture.create_view(&TextureViewDescriptor::default()));
+        let entries = BindGroupEntries::sequential((&of_before, &of_air, sampler, uniforms[1].as_entire_binding()));
+        let compose = device.create_bind_group("air_compose", &layout, &entries);
+        let group = depth_group(device, cache, layouts, depth, samples, &uniforms);
+        Self { uniforms, air, before, group, compose, drawn: None }
+    }
+
+    fn depth_group(
+        &self,
+        device: &RenderDevice,
+        cache: &PipelineCache,
+        layouts: &Layouts,
+        depth: &ViewDepthTexture,
+        samples: u32,
+    ) -> BindGroup {
+        depth_group(device, cache, layouts, depth, samples, &self.uniforms)
+    }
+}
+
+fn depth_group(
+    device: &RenderDevice,
+    cache: &PipelineCache,
+    layouts: &Layouts,
+    depth: &ViewDepthTexture,
+    samples: u32,
+    uniforms: &[Buffer; 2],
+) -> BindGroup {
+    let layout = cache.get_bind_group_layout(&layouts.camera[usize::from(samples > 1)]);
+    let [camera, scale] = uniforms;
+    let entries = BindGroupEntries::sequential((camera.as_entire_binding(), depth.view(), scale.as_entire_binding()));
+    device.create_bind_group("air_camera", &layout, &entries)
+}
+
+/// The part of a picture that may show anything of these boxes, its corner and size in pixels; none where it is empty.
+fn touched(boxes: &[(Vec3, Vec3)], clip_from_world: Mat4, corner: UVec2, size: UVec2) -> Option<(UVec2, UVec2)> {
+    let (mut least, mut most) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+    for (low, high) in boxes {
+        let clips = [0, 1, 2, 3, 4, 5, 6, 7].map(|bits: u32| {
+            let side = UVec3::new(bits & 1, bits >> 1 & 1, bits >> 2).as_vec3();
+            clip_from_world * (*low + (*high - *low) * side).extend(1.0)
+        });
+        if clips.iter().all(|clip| clip.w <= 0.0) {
+            continue;
+        }
+        for clip in clips {
+            // what reaches behind the eye may be anywhere
+            let at = if clip.w > 1e-3 { clip.truncate().truncate() / clip.w } else { Vec2::NAN };
+            if at.is_nan() {
+                (least, most) = (Vec2::NEG_ONE, Vec2::ONE);
+            } else {
+                (least, most) = (least.min(at), most.max(at));
+            }
+        }
+    }
+    let to_pixels = |ndc: Vec2| (ndc * Vec2::new(0.5, -0.5) + 0.5) * size.as_vec2();
+    let low = to_pixels(Vec2::new(least.x, most.y)).floor().max(Vec2::ZERO);
+    let high = to_pixels(Vec2::new(most.x, least.y)).ceil().min(size.as_vec2());
+    (low.x < high.x && low.y < high.y).then(|| (corner + low.as_uvec2(), (high - low).as_uvec2()))
+}
+
+fn queue_quads(
+    cache: &mut PipelineCache,
+    pipelines: &mut StagePipelines,
+    layouts: &Layouts,
+    samples: u32,
+) -> CachedRenderPipelineId {
+    let shader = pipelines.shader(cache, air_wgsl(samples), "air");
+    let over =
+        |src_factor| BlendComponent { src_factor, dst_factor: BlendFactor::OneMinusSrcAlpha, operation: BlendOperation::Add };
+    let blend = BlendState { color: over(BlendFactor::One), alpha: over(BlendFactor::One) };
+    cache.queue_render_pipeline(RenderPipelineDescriptor {
+        label: Some("air".into()),
+        layout: vec![layouts.camera[usize::from(samples > 1)].clone(), layouts.quads.clone()],
+        vertex: VertexState { shader: shader.clone(), entry_point: Some("vertex".into()), ..default() },
+        primitive: PrimitiveState { topology: PrimitiveTopology::TriangleStrip, ..default() },
+        fragment: Some(FragmentState {
+            shader,
+            entry_point: Some("fragment".into()),
+            targets: vec![Some(ColorTargetState {
+                format: TextureFormat::Rgba16Float,
+                blend: Some(blend),
+                write_mask: ColorWrites::ALL,
+            })],
+            ..default()
+        }),
+        ..default()
+    })
+}
+
+fn queue_compose(
+    cache: &mut PipelineCache,
+    pipelines: &mut StagePipelines,
+    layouts: &Layouts,
+    display: DisplayKey,
+) -> CachedRenderPipelineId {
+    let shader = pipelines.shader(cache, compose_wgsl(display), "air_compose");
+    cache.queue_render_pipeline(RenderPipelineDescriptor {
+        label: Some("air_compose".into()),
+        layout: vec![layouts.compose.clone()],
+        vertex: VertexState { shader: shader.clone(), entry_point: Some("vertex".into()), ..default() },
+        fragment: Some(FragmentState {
+            shader,
+            entry_point: Some("fragment".into()),
+            targets: vec![Some(ColorTargetState { format: display.format, blend: None, write_mask: ColorWrites::ALL })],
+            ..default()
+        }),
+        ..default()
+    })
+}
+
+/// Draws the air of the current camera.
+pub fn draw(view: ViewQuery<&ViewTarget>, gpu: Res<AirGpu>, cache: Res<PipelineCache>, mut context: RenderContext) {
+    let entity = view.entity();
+    let target = view.into_inner();
+    let Some(own) = gpu.cameras.get(&entity) else { return };
+    let Some(Drawn { head, pipelines, part, air_part, viewport }) = own.drawn else { return };
+    let [Some(quads), Some(compose)] = pipelines.map(|id| cache.get_render_pipeline(id)) else { return };
+    let Some(head) = gpu.heads.get(head) else { return };
+    let view = own.air.create_view(&TextureViewDescriptor::default());
+    let encoder = context.command_encoder();
+    {
+        let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
+            label: Some("air"),
+            color_attachments: &[Some(RenderPassColorAttachment {
+                view: &view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: Operations { load: LoadOp::Clear(wgpu::Color::TRANSPARENT), store: StoreOp::Store },
+            })],
+            ..default()
+        });
+        pass.set_viewport(viewport.0.x, viewport.0.y, viewport.1.x, viewport.1.y, 0.0, 1.0);
+        let (at, size) = air_part;
+        pass.set_scissor_rect(at.x, at.y, size.x, size.y);
+        pass.set_pipeline(quads);
+        pass.set_bind_group(0, &*own.group, &[]);
+        pass.set_bind_group(1, &*head.group, &[]);
+        pass.draw(0..4, 0..head.count);
+    }
+    let (at, size) = part;
+    let origin = Origin3d { x: at.x, y: at.y, z: 0 };
+    let main = target.main_texture();
+    encoder.copy_texture_to_texture(
+        TexelCopyTextureInfo { origin, ..main.as_image_copy() },
+        TexelCopyTextureInfo { origin, ..own.before.as_image_copy() },
+        Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
+    );
+    let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
+        label: Some("air_compose"),
+        color_attachments: &[Some(RenderPassColorAttachment {
+            view: target.main_texture_view(),
+            depth_slice: None,
+            resolve_target: None,
+            ops: Operations { load: LoadOp::Load, store: StoreOp::Store },
+        })],
+        ..default()
+    });
+    pass.set_scissor_rect(at.x, at.y, size.x, size.y);
+    pass.set_pipeline(compose);
+    pass.set_bind_group(0, &*own.compose, &[]);
+    pass.draw(0..3, 0..1);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_quads_may_touch_is_composed() {
+        let clip = Mat4::perspective_infinite_reverse_rh(1.0, 1.0, 0.1);
+        let size = UVec2::splat(100);
+        let at = |middle: Vec3| [(middle - 0.5, middle + 0.5)];
+        assert_eq!(touched(&[], clip, UVec2::ZERO, size), None);
+        assert_eq!(touched(&at(Vec3::new(0.0, 0.0, 9.0)), clip, UVec2::ZERO, size), None, "behind");
+        assert_eq!(touched(&at(Vec3::new(99.0, 0.0, -9.0)), clip, UVec2::ZERO, size), None, "beside");
+        assert_eq!(touched(&at(Vec3::ZERO), clip, UVec2::ZERO, size), Some((UVec2::ZERO, size)), "about the eye");
+        let (corner, part) = touched(&at(Vec3::new(0.0, 0.0, -10.0)), clip, UVec2::splat(7), size).unwrap();
+        assert!(part.x < 14 && part.x > 6, "{part}");
+        let middle = (corner + part / 2).as_ivec2();
+        assert!((middle - 57).abs().max_element() <= 1, "{corner}");
+    }
+}
