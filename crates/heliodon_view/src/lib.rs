@@ -19,6 +19,7 @@ pub mod daylight;
 pub mod detail;
 pub mod display;
 pub mod easel;
+pub mod film;
 mod fullscreen;
 pub mod guests;
 pub mod hands;
@@ -63,6 +64,7 @@ bevy::app::plugin_group! {
         covering:::CoveringPlugin,
         actors:::ActorsPlugin,
         impostor:::ImpostorPlugin,
+        film:::FilmPlugin,
         lamps:::LampsPlugin,
         guests:::GuestsPlugin,
     }

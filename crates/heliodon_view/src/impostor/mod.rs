@@ -11,6 +11,8 @@ mod uniform;
 pub use load::Kind;
 #[cfg(test)]
 pub(crate) use render::ImpostorKey;
+pub(crate) use render::draw;
+pub(crate) use uniform::CameraUniform;
 pub use uniform::{CAMERA_BYTES, KIND_BYTES, PERSON_BYTES, SEEN_BYTES};
 
 use crate::actors::course::Course;
@@ -182,10 +184,11 @@ pub(crate) struct ImpostorsFrame {
 
 /// What a head sees of them.
 #[derive(Clone, Debug, Default)]
-struct Head {
-    place: Vec3,
+pub(crate) struct Head {
+    /// Between its eyes.
+    pub(crate) place: Vec3,
     /// Its eyes.
-    cameras: Vec<Entity>,
+    pub(crate) cameras: Vec<Entity>,
     /// From the farthest on.
     order: Vec<SeenUniform>,
     /// Which of these are of one kind.
@@ -389,7 +392,9 @@ impl Person {
 }
 
 /// The heads that look, each with its cameras: both eyes of a pair are one, and so are cameras in the same place.
-fn heads<'a>(cameras: impl Iterator<Item = (Entity, &'a Camera, &'a GlobalTransform, Option<&'a StereoPair>)>) -> Vec<Head> {
+pub(crate) fn heads<'a>(
+    cameras: impl Iterator<Item = (Entity, &'a Camera, &'a GlobalTransform, Option<&'a StereoPair>)>,
+) -> Vec<Head> {
     const SAME_M: f32 = 1e-3;
     let mut pairs: Vec<(StereoPair, Vec<(Entity, Vec3)>)> = Vec::new();
     let mut places: Vec<(Vec<Entity>, Vec3)> = Vec::new();
