@@ -26,12 +26,10 @@ struct Film {
     right: vec4<f32>,
     // xyz: to its upper edge.
     up: vec4<f32>,
-    // rgb: exposed light from all around, or 1 where it shines by itself; w: how much it is lit.
-    around: vec4<f32>,
-    // rgb: exposed light of the sun.
-    sun: vec4<f32>,
-    // x, y: how much of the sun reaches its feet and its head; w: the exposure's factor.
-    reached: vec4<f32>,
+    // rgb: exposed light at its lower edge, 1 as far as it shines by itself; w: how much it is lit.
+    feet: vec4<f32>,
+    // rgb: the same at its upper edge; w: the exposure's factor.
+    head: vec4<f32>,
     // x, y: columns and rows of its texture; z: 1 where it repeats beyond its edges.
     size: vec4<f32>,
 }
@@ -80,8 +78,7 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u
     out.clip.z = select(out.clip.w, front.z / front.w * out.clip.w, front.w > 0.0 && front.z < front.w);
     out.uv = vec2<f32>(side.x, 1.0 - side.y);
     out.world = world;
-    let reached = select(film.reached.x, film.reached.y, side.y > 0.5);
-    out.light = film.around.rgb + film.sun.rgb * reached;
+    out.light = mix(film.feet.rgb, film.head.rgb, side.y);
     out.shape = vec4<f32>(film.size.xyz, film.right.w);
     return out;
 }
@@ -99,7 +96,7 @@ fn surface_vertex(
     out.clip.z = min(out.clip.z * (1.0 + ABOVE), out.clip.w);
     out.uv = uv;
     out.world = position;
-    out.light = mix(vec3<f32>(1.0), light * film.reached.w, film.around.w);
+    out.light = mix(vec3<f32>(1.0), light * film.head.w, film.feet.w);
     out.shape = vec4<f32>(film.size.xyz, film.right.w);
     return out;
 }

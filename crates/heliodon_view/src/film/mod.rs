@@ -14,6 +14,7 @@
 
 mod clock;
 mod lead;
+mod light;
 mod load;
 mod render;
 mod screen;
@@ -32,6 +33,7 @@ pub(crate) use uniform::FILM_BYTES;
 use crate::actors::Actors;
 use crate::daylight::{DaylightCamera, StereoPair};
 use crate::impostor::heads;
+use crate::lamps::{Lamp, Lamps};
 use crate::navigation::Visitor;
 use crate::sound::Sounds;
 use crate::stage::Stage;
@@ -46,17 +48,16 @@ use bevy::prelude::*;
 use bevy::render::extract_resource::{ExtractResource, ExtractResourcePlugin};
 use bevy::render::{Render, RenderApp, RenderSystems};
 use heliodon_bundle::BundleReader;
-use heliodon_bundle::grid::AmbientCube;
 use heliodon_bundle::moment::Moment;
 use heliodon_bundle::site::{Faces, Film};
 use heliodon_film::Frame;
 use heliodon_math::frame::unit_or;
 use heliodon_script::action::Action;
 use heliodon_script::event::Event;
+use light::{LampsAt, Light, Reached, unhindered};
 use load::{Loaded, Pixels};
 use screen::{Passing, Screen};
 use std::collections::HashSet;
-use std::f32::consts::{FRAC_1_PI, FRAC_PI_6};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -68,6 +69,8 @@ pub(crate) const FILM_WGSL: &str = include_str!("film.wgsl");
 
 /// Films that scripts may start and whose first pictures are decoded before: each takes 30 MB at 640x1280, and a process.
 const MOST_PREPARED: usize = 4;
+/// Where a film's light is asked for, as parts of its height: its feet, a hand above the ground, for points within stone get none, and its head.
+const HEIGHTS: [f32; 2] = [0.1, 1.0];
 
 /// How films are put into the picture.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -108,6 +111,7 @@ pub struct Films {
     added: Vec<(PathBuf, Film)>,
     screens: Vec<Screen>,
     missing: HashSet<String>,
+    lit: Vec<Lit>,
     told: FilmTold,
     /// Whether frames wait for their pictures: for pictures that must be right, not quick. Then no sound is heard.
     pub(crate) wait: bool,
@@ -358,20 +362,11 @@ fn go_on(
     *told = FilmTold { shown, missed, ms: start.elapsed().as_secs_f32() * 1e3, ..*told };
 }
 
-/// The light that films are in.
-struct Light<'a> {
-    actors: &'a Actors,
-    moment: &'a Moment,
-    exposure: f32,
-    has_sun: bool,
-}
-
 /// Puts every film where it is and into the light that is there, for each head.
 fn arrange(
-    now: Res<Now>,
-    stage_frame: Res<StageFrame>,
+    (now, stage, stage_frame): (Res<Now>, Res<Stage>, Res<StageFrame>),
     options: Res<FilmOptions>,
-    actors: Res<Actors>,
+    (actors, lamps): (Res<Actors>, Option<Res<Lamps>>),
     mut films: ResMut<Films>,
     mut frame: ResMut<FilmsFrame>,
     cameras: Query<(Entity, &Camera, &GlobalTransform, Option<&StereoPair>), With<DaylightCamera>>,
@@ -381,13 +376,23 @@ fn arrange(
         return;
     }
     let start = Instant::now();
+    let lamps = lamps.as_ref().map_or(&[][..], |lamps| &lamps.lamps);
     let light = Light { actors: &actors, moment, exposure: stage_frame.exposure_stops.exp2(), has_sun: now.has_sun };
+    let Films { screens, lit, .. } = &mut *films;
+    lit.resize_with(screens.len(), Lit::default);
     let mut pictures: Vec<Picture> = Vec::new();
     let mut placed: Vec<Placed<'_>> = Vec::new();
-    for (slot, screen) in films.screens.iter().enumerate() {
+    for (slot, (screen, lit)) in screens.iter().zip(lit).enumerate() {
         let Some(shown) = screen.picture() else { continue };
-        let surface = screen.opened.surface.as_ref().map(|surface| (Arc::clone(surface), light.of_surface(surface).into()));
-        placed.push(Placed::new(slot, screen, shown, &light));
+        let surface = screen.opened.surface.as_ref();
+        let surface = surface.map(|surface| (Arc::clone(surface), lit.surface(surface, (moment, &actors, lamps))));
+        let height_m = screen.opened.settings.height_m as f32;
+        let reached = std::array::from_fn(|end| {
+            let place = screen.place() + Vec3::Y * (HEIGHTS[end] * height_m);
+            lit.ends[end].look(place, lamps, stage.ground());
+            light.at(place, &lit.ends[end])
+        });
+        placed.push(Placed::new(slot, screen, shown, reached));
         pictures.push(Picture { slot, frame: Arc::clone(shown), surface });
     }
     let heads = heads(cameras.iter().filter(|(_, camera, ..)| camera.is_active));
@@ -410,6 +415,37 @@ fn arrange(
     *frame = FilmsFrame { serial: frame.serial, passes: options.passes, pictures: pictures.into(), heads: heads.into() };
 }
 
+/// What is known of the light of a film from frames before.
+#[derive(Debug, Default)]
+struct Lit {
+    /// At its feet and its head.
+    ends: [LampsAt; 2],
+    surface: Option<LitSurface>,
+}
+
+/// The light of a part's vertices, of which moment, and by which lamps.
+#[derive(Debug)]
+struct LitSurface {
+    moment: Arc<Moment>,
+    lamps: Vec<Lamp>,
+    light: Arc<[Vec3]>,
+}
+
+impl Lit {
+    /// The light of a part's vertices, not exposed; worked out where moment or lamps are others than before.
+    fn surface(&mut self, surface: &Surface, (moment, actors, lamps): (&Arc<Moment>, &Actors, &[Lamp])) -> Arc<[Vec3]> {
+        let kept = self.surface.as_ref().filter(|kept| Arc::ptr_eq(&kept.moment, moment) && kept.lamps == lamps);
+        if let Some(kept) = kept {
+            return Arc::clone(&kept.light);
+        }
+        let by_day = surface.light(moment, |place, normal| actors.light_at(moment, place).light(moment, normal));
+        let by_lamps = surface.positions().zip(surface.normals()).map(|(place, normal)| unhindered(lamps, place, normal));
+        let light: Arc<[Vec3]> = by_day.into_iter().zip(by_lamps).map(|(day, lamps)| day + lamps).collect();
+        self.surface = Some(LitSurface { moment: Arc::clone(moment), lamps: lamps.to_vec(), light: Arc::clone(&light) });
+        light
+    }
+}
+
 /// A film at its place.
 struct Placed<'a> {
     slot: usize,
@@ -421,18 +457,15 @@ struct Placed<'a> {
     height_m: f32,
     size: Vec2,
     kind: f32,
-    around: AmbientCube,
-    /// How much of the sun reaches its feet and its head.
-    reached: [f32; 2],
+    /// The light at its feet and its head.
+    reached: [Reached; 2],
 }
 
 impl<'a> Placed<'a> {
-    fn new(slot: usize, screen: &'a Screen, shown: &Frame, light: &Light<'_>) -> Self {
+    fn new(slot: usize, screen: &'a Screen, shown: &Frame, reached: [Reached; 2]) -> Self {
         let settings = &screen.opened.settings;
         let (place, height_m) = (screen.place(), settings.height_m as f32);
         let size = Vec2::new(shown.width as f32, shown.height as f32);
-        let at = |part: f32| light.actors.light_at(light.moment, place + Vec3::Y * (part * height_m));
-        let (feet, middle, head) = (at(0.1), at(0.5), at(1.0));
         Self {
             slot,
             on_part: screen.opened.surface.is_some(),
@@ -446,8 +479,7 @@ impl<'a> Placed<'a> {
                 Pixels::Straight => 1.0,
                 Pixels::Premultiplied => 2.0,
             },
-            around: middle,
-            reached: [feet.sun_visible, head.sun_visible],
+            reached,
         }
     }
 
@@ -467,39 +499,15 @@ impl<'a> Placed<'a> {
         let right = Vec3::new(facing.z, 0.0, -facing.x);
         // whoever stands behind a fixed film is lit from there
         let seen_side = if facing.dot(to_head) < 0.0 { -facing } else { facing };
-        let (around, sun) = light.on_half_cylinder(&self.around, seen_side);
         let lit = self.settings.lit as f32;
+        let [feet, head] = self.reached.each_ref().map(|reached| Vec3::ONE.lerp(light.on_half_cylinder(reached, seen_side), lit));
         FilmUniform {
             place: self.place.extend(0.0),
             right: (right * self.half_m).extend(self.kind),
             up: Vec4::new(0.0, self.height_m, 0.0, 0.0),
-            around: Vec3::ONE.lerp(around * light.exposure, lit).extend(lit),
-            sun: (sun * (light.exposure * lit)).extend(0.0),
-            reached: Vec4::new(self.reached[0], self.reached[1], 0.0, light.exposure),
+            feet: feet.extend(lit),
+            head: head.extend(light.exposure),
             size: self.size.extend(if self.on_part { 1.0 } else { 0.0 }).extend(0.0),
         }
-    }
-}
-
-impl Light<'_> {
-    /// The light (irradiance / pi) of sky and bounced sun, and of the whole sun, on an upright half cylinder: the mean over what is seen of it.
-    fn on_half_cylinder(&self, around: &AmbientCube, facing: Vec3) -> (Vec3, Vec3) {
-        let side = Vec3::new(facing.z, 0.0, -facing.x);
-        let (mut sky, mut sun, mut whole) = (Vec3::ZERO, Vec3::ZERO, 0.0);
-        for step in -2..=2 {
-            let (sin, cos) = (FRAC_PI_6 * step as f32).sin_cos();
-            let normal = facing * cos + side * sin;
-            sky += around.ambient(normal) * cos;
-            if self.has_sun {
-                sun += self.moment.shading.sun_irradiance * (normal.dot(self.moment.sun_direction).max(0.0) * FRAC_1_PI * cos);
-            }
-            whole += cos;
-        }
-        (sky / whole, sun / whole)
-    }
-
-    /// The light of a part's vertices, not exposed.
-    fn of_surface(&self, surface: &Surface) -> Vec<Vec3> {
-        surface.light(self.moment, |place, normal| self.actors.light_at(self.moment, place).light(self.moment, normal))
     }
 }

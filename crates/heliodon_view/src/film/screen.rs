@@ -144,6 +144,15 @@ impl Screen {
         self.clock.seconds()
     }
 
+    /// Seconds of its sound that wait to be heard; none while nothing is, and none of what has all been decoded.
+    #[cfg(test)]
+    pub fn waiting_s(&self) -> Option<f64> {
+        match &self.playing.as_ref()?.sound {
+            Sound::Heard { voice, .. } => Some(voice.waiting_s()),
+            _ => None,
+        }
+    }
+
     /// What is to be seen of it.
     #[must_use]
     pub fn picture(&self) -> Option<&Arc<Frame>> {
@@ -195,11 +204,11 @@ impl Screen {
         }
         self.join(passing, sounds.as_deref_mut());
         if self.is_over(passing) {
-            outcome.ended = self.playing.as_ref().is_some_and(|playing| playing.asked);
             if passing.at_s.is_some() {
                 // another picture may be of another time
                 self.shown = None;
             } else {
+                outcome.ended = self.playing.as_ref().is_some_and(|playing| playing.asked);
                 self.stop(sounds);
             }
         }

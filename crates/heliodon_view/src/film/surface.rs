@@ -52,6 +52,11 @@ impl Surface {
         self.chunks.iter().flat_map(|chunk| chunk.positions.iter().copied())
     }
 
+    /// Unit normals.
+    pub fn normals(&self) -> impl Iterator<Item = Vec3> {
+        self.chunks.iter().flat_map(|chunk| chunk.normals.iter().copied())
+    }
+
     /// Where on the film each vertex is, from its upper left corner.
     pub fn uvs(&self) -> impl Iterator<Item = Vec2> {
         self.chunks.iter().flat_map(|chunk| chunk.uvs.iter().copied())

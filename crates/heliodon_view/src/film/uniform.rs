@@ -10,9 +10,8 @@ pub struct FilmUniform {
     pub place: Vec4,
     pub right: Vec4,
     pub up: Vec4,
-    pub around: Vec4,
-    pub sun: Vec4,
-    pub reached: Vec4,
+    pub feet: Vec4,
+    pub head: Vec4,
     pub size: Vec4,
 }
 

@@ -91,6 +91,13 @@ impl Plugin for SoundPlugin {
 }
 
 impl Sounds {
+    /// What a test's own mixer is told by.
+    #[cfg(test)]
+    pub(crate) fn heard_by(control: Control) -> Self {
+        let hall = Hall::new(control, None, Vec::new(), &[]);
+        Self { hall: Some(SyncCell::new(hall)), ..Self::default() }
+    }
+
     /// Whether it is not known yet what can be heard.
     pub(crate) fn is_loading(&self) -> bool {
         self.loading.is_some()
