@@ -84,7 +84,7 @@ impl Scene {
     }
 
     fn passes(&mut self, passes: Passes) {
-        self.renderer.app_mut().world_mut().insert_resource(FilmOptions { passes });
+        self.renderer.app_mut().world_mut().insert_resource(FilmOptions { passes, ..FilmOptions::default() });
     }
 
     fn at(&mut self, actors_s: f64) -> HdrImage {

@@ -77,6 +77,8 @@ const HEIGHTS: [f32; 2] = [0.1, 1.0];
 pub struct FilmOptions {
     /// In how many passes.
     pub passes: Passes,
+    /// Whether the films of bundles that are opened from now on are left out, for those who measure what films take.
+    pub without: bool,
 }
 
 /// In how many passes a film is put over what is there.
@@ -100,6 +102,14 @@ pub struct FilmTold {
     pub missed: u64,
     /// Milliseconds of the last frame that the processor took for all of them, decoding aside.
     pub ms: f32,
+}
+
+impl FilmTold {
+    /// The same, with the pictures since then only.
+    #[must_use]
+    pub fn since(self, before: &Self) -> Self {
+        Self { shown: self.shown.saturating_sub(before.shown), missed: self.missed.saturating_sub(before.missed), ..self }
+    }
 }
 
 /// The films of the bundle on the stage.
@@ -237,7 +247,7 @@ impl Plugin for FilmPlugin {
 
 /// Looks into the films of another bundle, and begins with those that play from the beginning.
 fn follow_stage(
-    stage: Res<Stage>,
+    (stage, options): (Res<Stage>, Res<FilmOptions>),
     mut films: ResMut<Films>,
     mut frame: ResMut<FilmsFrame>,
     mut sounds: Option<ResMut<Sounds>>,
@@ -248,7 +258,7 @@ fn follow_stage(
         let added = std::mem::take(&mut films.added);
         *films = Films { stage: stage.serial(), added, wait: films.wait, at_s: films.at_s, ..Films::default() };
         *frame = FilmsFrame { serial: frame.serial + 1, ..default() };
-        let has_any = |bundle: &&Arc<BundleReader>| !bundle.living().films.is_empty();
+        let has_any = |bundle: &&Arc<BundleReader>| !bundle.living().films.is_empty() && !options.without;
         if let Some(bundle) = stage.bundle().filter(has_any) {
             let bundle = Arc::clone(bundle);
             films.loading = Some(Background::start(move || load::run(&bundle)));
