@@ -221,6 +221,27 @@ fn stone_hides_films_and_films_go_softly_into_the_ground() {
 }
 
 #[test]
+fn a_film_throws_its_shadow_on_the_ground_and_no_light() {
+    if !ffmpeg() {
+        return;
+    }
+    let mut scene = Scene::new(false, 1);
+    scene.shot = Shot { exposure: ShotExposure::Stops(-1.5), clock_s: 10.0 * HOUR_S, ..scene.shot };
+    scene.shot.pose = Pose::looking(Vec3::new(0.0, 5.0, 14.0), Vec3::new(0.0, 0.0, 7.0));
+    let bare = scene.at(0.1);
+    // somebody as wide as a third of the film
+    scene.pair("body", 10, |_, x, _| if (21..43).contains(&x) { [128, 0] } else { [0, 255] });
+    scene.add("name = \"body\"\nfile = \"body.image.mp4\"\nmask = \"body.mask.mp4\"\nplace = [0.0, 0.0, 7.0]\nheight_m = 1.8");
+    let with = scene.at(0.1);
+    let ratio: Vec<f32> = bare.pixels.iter().zip(&with.pixels).map(|(bare, with)| with.y / bare.y.max(1e-3)).collect();
+    // the film itself is a grey of its own everywhere; its shadow is darker ground, and sharp: most of the sun is gone
+    let dark = ratio.iter().filter(|&&ratio| ratio < 0.6).count();
+    assert!((60..2500).contains(&dark), "{dark} pixels in the shadow");
+    let kept = ratio.iter().filter(|&&ratio| ratio == 1.0).count();
+    assert!(kept > ratio.len() * 7 / 10, "{kept} pixels as before");
+}
+
+#[test]
 fn a_part_shows_a_film_in_place_of_its_own_colour() {
     if !ffmpeg() {
         return;

@@ -30,6 +30,10 @@ struct Film {
     feet: vec4<f32>,
     // rgb: the same at its upper edge; w: the exposure's factor.
     head: vec4<f32>,
+    // rgb: exposed light of the sky on the ground beneath it; w: how far its shadow reaches, metres.
+    sky: vec4<f32>,
+    // rgb: exposed light of the sun (irradiance / pi) that reaches its feet, at normal incidence; w: how much of a shadow it casts.
+    sun: vec4<f32>,
     // x, y: columns and rows of its texture; z: 1 where it repeats beyond its edges.
     size: vec4<f32>,
 }
@@ -129,8 +133,9 @@ fn film_at(uv: vec2<f32>, shape: vec4<f32>) -> vec4<f32> {
 fn covered(uv: vec2<f32>, shape: vec4<f32>) -> vec4<f32> {
     let across = dpdx(uv);
     let down = dpdy(uv);
-    let columns = clamp(ceil(length(across * shape.xy)), 1.0, MOST_TAPS);
-    let rows = clamp(ceil(length(down * shape.xy)), 1.0, MOST_TAPS);
+    // each tap is the mean of what lies between four texels
+    let columns = clamp(ceil(0.5 * length(across * shape.xy)), 1.0, MOST_TAPS);
+    let rows = clamp(ceil(0.5 * length(down * shape.xy)), 1.0, MOST_TAPS);
     var sum = vec4<f32>(0.0);
     for (var j = 0.0; j < rows; j += 1.0) {
         for (var i = 0.0; i < columns; i += 1.0) {
@@ -176,4 +181,100 @@ fn surface_fragment(in: Fragment) -> @location(0) vec4<f32> {
 @fragment
 fn surface_mask_fragment(in: Fragment) -> @location(0) vec4<f32> {
     return vec4<f32>(1.0 - shown(in, 1.0).a);
+}
+
+// Bits of the fourteen corners of a strip around a box.
+const BOX_X: u32 = 0x287au;
+const BOX_Y: u32 = 0x02afu;
+const BOX_Z: u32 = 0x31e3u;
+// Around what stands on the ground the sky is darker so far, metres.
+const FEET_M: f32 = 0.35;
+// Of the lower edge so much counts as standing, metres: soles are seen from above.
+const SOLE_M: f32 = 0.12;
+
+struct Shadow {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) @interpolate(flat) number: u32,
+}
+
+fn side_of(film: Film) -> vec3<f32> {
+    return film.right.xyz / max(length(film.right.xyz), 1e-4);
+}
+
+// The upright plane that stands for the film where the sun is concerned: half turned to the sun, so that it never casts a line, and feet stay where they are by and large.
+fn caster(side: vec3<f32>) -> vec3<f32> {
+    let own = vec3<f32>(-side.z, 0.0, side.x);
+    let sun = vec3<f32>(camera.sun_direction.x, 0.0, camera.sun_direction.z);
+    let toward = sun * inverseSqrt(max(dot(sun, sun), 1e-8));
+    return normalize(select(-own, own, dot(own, toward) >= 0.0) + toward);
+}
+
+@vertex
+fn shadow_vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u32) -> Shadow {
+    let film = films[number];
+    let normal = caster(side_of(film));
+    let right = vec3<f32>(normal.z, 0.0, -normal.x);
+    let sun = camera.sun_direction.xyz;
+    let side = vec3<f32>(vec3<u32>(BOX_X >> corner, BOX_Y >> corner, BOX_Z >> corner) & vec3<u32>(1u));
+    let before = FEET_M / max(dot(normal, sun), 0.3);
+    let across = (side.x * 2.0 - 1.0) * (length(film.right.xyz) + FEET_M);
+    let upward = mix(-before * sun.y - 0.1, film.up.y, side.y);
+    let along = mix(-film.sky.w, before, side.z);
+    var out: Shadow;
+    out.clip = camera.clip_from_world * vec4<f32>(film.place.xyz + right * across + vec3<f32>(0.0, upward, 0.0) + sun * along, 1.0);
+    out.number = number;
+    return out;
+}
+
+fn scene_place(pixel: vec2<f32>) -> vec3<f32> {
+    let z = textureLoad(depth, vec2<i32>(pixel), 0);
+    let ndc = (pixel - camera.viewport.xy) * camera.viewport.zw * vec2<f32>(1.0, -1.0) + vec2<f32>(-1.0, 1.0);
+    let place = camera.world_from_clip * vec4<f32>(ndc, max(z, 1e-9), 1.0);
+    return place.xyz / place.w;
+}
+
+// The film's cover around a place on it, in metres from the middle of its lower edge: the mean over a cross of this half width.
+fn cover_around(film: Film, at: vec2<f32>, wide_m: vec2<f32>) -> f32 {
+    let size = vec2<f32>(2.0 * length(film.right.xyz), film.up.y);
+    var sum = 0.0;
+    for (var k = 0; k < 9; k += 1) {
+        let tap = at + wide_m * vec2<f32>(f32(k % 3 - 1), f32(k / 3 - 1));
+        let uv = vec2<f32>(tap.x / size.x + 0.5, 1.0 - tap.y / size.y);
+        let inside = all(abs(uv - 0.5) <= vec2<f32>(0.5));
+        let found = select(textureSampleLevel(texels, texel_sampler, uv, 0.0).a, 1.0, film.right.w == OPAQUE);
+        sum += select(0.0, found, inside);
+    }
+    return sum / 9.0;
+}
+
+// What a film leaves of the light of what is behind: the sun's, that has not passed, and some of the sky's where it stands. What is already there is multiplied by it.
+@fragment
+fn shadow_fragment(in: Shadow) -> @location(0) vec4<f32> {
+    let world = scene_place(in.clip.xy);
+    // of what is seen there, towards the eye: the picture's y points down
+    let across = cross(dpdy(world), dpdx(world));
+    let film = films[in.number];
+    let off = world - film.place.xyz;
+    let side = side_of(film);
+    let normal = caster(side);
+    let sun = camera.sun_direction.xyz;
+    // where the way to the sun meets the plane, and how long it is
+    let way = -dot(off, normal) / max(dot(normal, sun), 1e-3);
+    let met = off + sun * way;
+    let right = vec3<f32>(normal.z, 0.0, -normal.x);
+    let turned = select(-1.0, 1.0, dot(right, side) >= 0.0);
+    // the sun is half a degree wide
+    let penumbra = vec2<f32>(0.006 + 0.0045 * way);
+    let own = vec3<f32>(-side.z, 0.0, side.x);
+    let far = length(vec2<f32>(dot(off, own), 1.5 * off.y)) / FEET_M;
+    var left = vec3<f32>(1.0);
+    if far < 1.0 || (way > 0.0 && way < film.sky.w) {
+        let n = across * inverseSqrt(max(dot(across, across), 1e-20));
+        let cover = select(0.0, cover_around(film, vec2<f32>(dot(met, right) * turned, met.y), penumbra), way > 0.0);
+        let sole = cover_around(film, vec2<f32>(dot(off, side), 0.5 * SOLE_M), vec2<f32>(0.3 * FEET_M, 0.45 * SOLE_M));
+        let stands = 0.75 * min(1.6 * sole, 1.0) * pow(max(1.0 - far, 0.0), 2.0);
+        let direct = film.sun.rgb * max(dot(n, sun), 0.0);
+        left = (film.sky.rgb * (1.0 - stands) + direct * (1.0 - cover)) / max(film.sky.rgb + direct, vec3<f32>(1e-6));
+    }
+    return vec4<f32>(mix(vec3<f32>(1.0), clamp(left, vec3<f32>(0.0), vec3<f32>(1.0)), film.sun.w), 1.0);
 }

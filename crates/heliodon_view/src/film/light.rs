@@ -24,6 +24,8 @@ pub struct Light<'a> {
     pub exposure: f32,
     /// Whether there is a sun.
     pub has_sun: bool,
+    /// Where shadows come from: the sun's direction, or from above.
+    pub shadow: Vec3,
 }
 
 /// What reaches a place.
@@ -41,6 +43,12 @@ pub struct LampsAt {
     lamps: Vec<Lamp>,
     chunks: usize,
     reaching: Vec<(Vec3, Vec3)>,
+}
+
+impl Reached {
+    fn by_lamps(&self, normal: Vec3) -> Vec3 {
+        self.lamps.iter().map(|(to, irradiance)| *irradiance * normal.dot(*to).max(0.0)).sum()
+    }
 }
 
 impl LampsAt {
@@ -100,13 +108,24 @@ impl Light<'_> {
         sum * (self.exposure / whole)
     }
 
+    /// The exposed light that the ground there gets from the sky, with the lamps', and what of the sun's (irradiance / pi, at normal incidence) reaches it.
+    #[must_use]
+    pub fn on_ground(&self, reached: &Reached) -> [Vec3; 2] {
+        let sky = reached.around.ambient(Vec3::Y) + reached.by_lamps(Vec3::Y);
+        // a sun too low to cast shadows takes no part in them
+        let casts = self.has_sun && self.shadow == self.moment.sun_direction;
+        let reaches = if casts { reached.around.sun_visible * FRAC_1_PI } else { 0.0 };
+        let sun = self.moment.shading.sun_irradiance * reaches;
+        [sky * self.exposure, sun * self.exposure]
+    }
+
     fn on(&self, reached: &Reached, normal: Vec3) -> Vec3 {
         let mut light = reached.around.ambient(normal);
         if self.has_sun {
             let facing = reached.around.sun_visible * normal.dot(self.moment.sun_direction).max(0.0);
             light += self.moment.shading.sun_irradiance * (facing * FRAC_1_PI);
         }
-        light + reached.lamps.iter().map(|(to, irradiance)| *irradiance * normal.dot(*to).max(0.0)).sum::<Vec3>()
+        light + reached.by_lamps(normal)
     }
 }
 

@@ -9,7 +9,8 @@
 //! there has gone through the curve already, and a curve of a sum is not the sum of curves; so the film's own light goes through the curve first, and is
 //! weighted then. On software Vulkan two passes cost twice the pixels, so that one is the default.
 //!
-//! Films are drawn after stone, guests and impostors, from the farthest on; between a film and an impostor that overlap the film is in front. They cast no shadows.
+//! Films are drawn after stone, guests and impostors, from the farthest on; between a film and an impostor that overlap the film is in front. Their shadows are those
+//! of what is seen of them, as impostors' are, on what has been drawn by then; lamps cast none of them.
 //! Where there is neither a room nor an actor the bundle has no light grid, and a film is lit by the open sky.
 
 mod clock;
@@ -71,6 +72,9 @@ pub(crate) const FILM_WGSL: &str = include_str!("film.wgsl");
 const MOST_PREPARED: usize = 4;
 /// Where a film's light is asked for, as parts of its height: its feet, a hand above the ground, for points within stone get none, and its head.
 const HEIGHTS: [f32; 2] = [0.1, 1.0];
+/// A lower sun casts no shadows of films, and how long they are at the most, metres.
+const LEAST_RISE: f32 = 0.03;
+const LONGEST_M: f32 = 20.0;
 
 /// How films are put into the picture.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -174,6 +178,8 @@ pub(crate) struct FilmsFrame {
     passes: Passes,
     pictures: Arc<[Picture]>,
     heads: Arc<[FilmHead]>,
+    /// Where shadows come from.
+    shadow: Vec3,
 }
 
 /// What a film shows.
@@ -200,6 +206,7 @@ struct FilmHead {
 struct Drawn {
     slot: usize,
     on_part: bool,
+    casts: bool,
 }
 
 /// Shows films.
@@ -387,7 +394,8 @@ fn arrange(
     }
     let start = Instant::now();
     let lamps = lamps.as_ref().map_or(&[][..], |lamps| &lamps.lamps);
-    let light = Light { actors: &actors, moment, exposure: stage_frame.exposure_stops.exp2(), has_sun: now.has_sun };
+    let shadow = if now.has_sun && moment.sun_direction.y > LEAST_RISE { moment.sun_direction } else { Vec3::Y };
+    let light = Light { shadow, actors: &actors, moment, exposure: stage_frame.exposure_stops.exp2(), has_sun: now.has_sun };
     let Films { screens, lit, .. } = &mut *films;
     lit.resize_with(screens.len(), Lit::default);
     let mut pictures: Vec<Picture> = Vec::new();
@@ -416,13 +424,14 @@ fn arrange(
             FilmHead {
                 cameras: head.cameras,
                 films: order.iter().map(|placed| placed.seen_from(head.place, &light)).collect(),
-                order: order.iter().map(|placed| Drawn { slot: placed.slot, on_part: placed.on_part }).collect(),
+                order: order.iter().map(|placed| Drawn { slot: placed.slot, on_part: placed.on_part, casts: placed.casts() }).collect(),
             }
         })
         .collect();
     films.told.films = pictures.len();
     films.told.ms += start.elapsed().as_secs_f32() * 1e3;
-    *frame = FilmsFrame { serial: frame.serial, passes: options.passes, pictures: pictures.into(), heads: heads.into() };
+    let (pictures, heads) = (pictures.into(), heads.into());
+    *frame = FilmsFrame { serial: frame.serial, passes: options.passes, pictures, heads, shadow };
 }
 
 /// What is known of the light of a film from frames before.
@@ -493,6 +502,11 @@ impl<'a> Placed<'a> {
         }
     }
 
+    /// Whether it casts a shadow: what is on a part does so as the part, and what shines by itself is no body.
+    fn casts(&self) -> bool {
+        !self.on_part && self.settings.lit > 0.0
+    }
+
     fn middle(&self) -> Vec3 {
         self.place + Vec3::Y * (0.5 * self.height_m)
     }
@@ -511,10 +525,13 @@ impl<'a> Placed<'a> {
         let seen_side = if facing.dot(to_head) < 0.0 { -facing } else { facing };
         let lit = self.settings.lit as f32;
         let [feet, head] = self.reached.each_ref().map(|reached| Vec3::ONE.lerp(light.on_half_cylinder(reached, seen_side), lit));
+        let [sky, sun] = light.on_ground(&self.reached[0]);
         FilmUniform {
             place: self.place.extend(0.0),
             right: (right * self.half_m).extend(self.kind),
             up: Vec4::new(0.0, self.height_m, 0.0, 0.0),
+            sky: sky.extend((self.height_m / light.shadow.y.max(LEAST_RISE)).min(LONGEST_M)),
+            sun: sun.extend(if self.casts() { lit } else { 0.0 }),
             feet: feet.extend(lit),
             head: head.extend(light.exposure),
             size: self.size.extend(if self.on_part { 1.0 } else { 0.0 }).extend(0.0),

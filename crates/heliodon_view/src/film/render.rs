@@ -45,6 +45,8 @@ pub enum Step {
     Mask,
     /// Adds the image to it.
     Add,
+    /// Leaves of it what light is left in the film's shadow.
+    Shadow,
 }
 
 impl FilmKey {
@@ -58,6 +60,7 @@ impl FilmKey {
     /// Names of the shader's stages.
     fn entries(self) -> [&'static str; 2] {
         match (self.surface, self.step) {
+            (_, Step::Shadow) => ["shadow_vertex", "shadow_fragment"],
             (false, Step::Mask) => ["vertex", "mask_fragment"],
             (false, _) => ["vertex", "fragment"],
             (true, Step::Mask) => ["surface_vertex", "surface_mask_fragment"],
@@ -68,7 +71,7 @@ impl FilmKey {
     fn blend(self) -> BlendState {
         let (src_factor, dst_factor) = match self.step {
             Step::Over => (BlendFactor::One, BlendFactor::OneMinusSrcAlpha),
-            Step::Mask => (BlendFactor::Dst, BlendFactor::Zero),
+            Step::Mask | Step::Shadow => (BlendFactor::Dst, BlendFactor::Zero),
             Step::Add => (BlendFactor::One, BlendFactor::One),
         };
         let one = BlendComponent { src_factor, dst_factor, operation: BlendOperation::Add };
@@ -123,8 +126,8 @@ struct HeadGpu {
 
 struct CameraGpu {
     head: usize,
-    /// Of quads and of parts, in the order of their passes.
-    pipelines: [Vec<CachedRenderPipelineId>; 2],
+    /// Of shadows, quads and parts, in the order of their passes.
+    pipelines: [Vec<CachedRenderPipelineId>; 3],
     uniform: Buffer,
     group: BindGroup,
 }
@@ -146,7 +149,7 @@ impl Default for Layouts {
                     &BindGroupLayoutEntries::sequential(both, (camera, texture_depth_2d_multisampled())),
                 ),
             ],
-            films: BindGroupLayoutDescriptor::new("films", &BindGroupLayoutEntries::single(ShaderStages::VERTEX, films)),
+            films: BindGroupLayoutDescriptor::new("films", &BindGroupLayoutEntries::single(both, films)),
             picture: BindGroupLayoutDescriptor::new(
                 "film_picture",
                 &BindGroupLayoutEntries::sequential(ShaderStages::FRAGMENT, (texels, sampler(SamplerBindingType::Filtering))),
@@ -256,6 +259,10 @@ impl HeadGpu {
     }
 }
 
+/// Corners of the strip around a shadow's box, and of a film's quad.
+const BOX_CORNERS: u32 = 14;
+const QUAD_CORNERS: u32 = 4;
+
 /// What of a camera counts.
 type SeenCamera = (
     Entity,
@@ -318,7 +325,7 @@ pub fn prepare(
             Passes::Single => &[Step::Over],
             Passes::Two => &[Step::Mask, Step::Add],
         };
-        let found = [false, true].map(|surface| {
+        let found = [(false, &[Step::Shadow][..]), (false, steps), (true, steps)].map(|(surface, steps)| {
             let keys = steps.iter().map(|&step| FilmKey { display, samples, surface, step });
             keys.map(|key| {
                 *gpu.made.entry(key).or_insert_with(|| queue_pipeline(&mut cache, &mut pipelines, layouts, key))
@@ -328,6 +335,7 @@ pub fn prepare(
         let world_from_view = view.world_from_view.to_matrix();
         let clip_from_world = view.clip_from_world.unwrap_or_else(|| view.clip_from_view * world_from_view.inverse());
         let uniform = CameraUniform::new(world_from_view, view.clip_from_view, clip_from_world, (at.as_vec2(), size.as_vec2()));
+        let uniform = uniform.under(frame.shadow, Vec3::ZERO, frame.shadow);
         let buffer = before.remove(&entity).map(|camera| camera.uniform).unwrap_or_else(|| {
             let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
             let size = CAMERA_BYTES as u64;
@@ -350,6 +358,7 @@ fn queue_pipeline(
     let shader = pipelines.shader(cache, key.wgsl(), "film");
     let camera = layouts.camera[usize::from(key.samples > 1)].clone();
     let [vertex, fragment] = key.entries();
+    let shadow = key.step == Step::Shadow;
     let vertices = VertexBufferLayout {
         array_stride: SURFACE_VERTEX_BYTES as u64,
         step_mode: VertexStepMode::Vertex,
@@ -370,14 +379,19 @@ fn queue_pipeline(
         },
         primitive: PrimitiveState {
             topology: if key.surface { PrimitiveTopology::TriangleList } else { PrimitiveTopology::TriangleStrip },
-            // a film that stands is seen from behind, too
-            cull_mode: key.surface.then_some(Face::Back),
+            cull_mode: match (shadow, key.surface) {
+                // of the shadow's box the far side, which is there also for who stands within
+                (true, _) => Some(Face::Front),
+                (false, true) => Some(Face::Back),
+                // a film that stands is seen from behind, too
+                (false, false) => None,
+            },
             ..default()
         },
         depth_stencil: Some(DepthStencilState {
             format: bevy::core_pipeline::core_3d::CORE_3D_DEPTH_FORMAT,
             depth_write_enabled: Some(false),
-            depth_compare: Some(CompareFunction::GreaterEqual),
+            depth_compare: Some(if shadow { CompareFunction::LessEqual } else { CompareFunction::GreaterEqual }),
             stencil: StencilState::default(),
             bias: DepthBiasState::default(),
         }),
@@ -429,10 +443,19 @@ pub fn draw(view: ViewQuery<DrawnView>, gpu: Res<FilmsGpu>, cache: Res<PipelineC
     }
     pass.set_bind_group(0, &*own.group, &[]);
     pass.set_bind_group(1, &*head.group, &[]);
+    let [shadows, quads, surfaces] = &own.pipelines;
+    // shadows first, for they fall on what has depth: they would darken films that stand before
+    for (drawn, number) in head.order.iter().zip(0..).filter(|(drawn, _)| drawn.casts) {
+        let (Some(picture), Some(&pipeline)) = (gpu.pictures.get(&drawn.slot), shadows.first()) else { continue };
+        let Some(pipeline) = cache.get_render_pipeline(pipeline) else { continue };
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(2, &*picture.groups[picture.shown], &[]);
+        pass.draw(0..BOX_CORNERS, number..number + 1);
+    }
     for (drawn, number) in head.order.iter().zip(0..) {
         let Some(picture) = gpu.pictures.get(&drawn.slot) else { continue };
         pass.set_bind_group(2, &*picture.groups[picture.shown], &[]);
-        for &pipeline in &own.pipelines[usize::from(drawn.on_part)] {
+        for &pipeline in if drawn.on_part { surfaces } else { quads } {
             let Some(pipeline) = cache.get_render_pipeline(pipeline) else { continue };
             pass.set_pipeline(pipeline);
             match gpu.surfaces.get(&drawn.slot).filter(|_| drawn.on_part) {
@@ -441,7 +464,7 @@ pub fn draw(view: ViewQuery<DrawnView>, gpu: Res<FilmsGpu>, cache: Res<PipelineC
                     pass.set_index_buffer(*surface.indices.slice(..), IndexFormat::Uint32);
                     pass.draw_indexed(0..surface.count, 0, number..number + 1);
                 }
-                None => pass.draw(0..4, number..number + 1),
+                None => pass.draw(0..QUAD_CORNERS, number..number + 1),
             }
         }
     }

@@ -12,6 +12,8 @@ pub struct FilmUniform {
     pub up: Vec4,
     pub feet: Vec4,
     pub head: Vec4,
+    pub sky: Vec4,
+    pub sun: Vec4,
     pub size: Vec4,
 }
 
