@@ -82,6 +82,8 @@ struct State {
     next: u64,
     /// The number after the last frame of what does not loop.
     end: Option<u64>,
+    /// The film's frames, once its end was met.
+    length: Option<u64>,
     problem: Option<Arc<FilmError>>,
     stopper: Option<Stopper>,
     stop: bool,
@@ -175,6 +177,12 @@ impl Player {
     #[must_use]
     pub fn end_s(&self) -> Option<f64> {
         self.shared.state().end.map(|end| self.rate.time_of(end))
+    }
+
+    /// The film's frames, once its end was met; before, nobody knows for sure.
+    #[must_use]
+    pub fn length(&self) -> Option<u64> {
+        self.shared.state().length
     }
 
     /// Why no more frames come, where something went wrong.
@@ -303,6 +311,7 @@ impl Worker {
             return Ok(true);
         }
         self.length = reader.length().or(self.length);
+        state.length = self.length;
         let Some(number) = number? else {
             state.end = Some(state.next);
             return Ok(false);

@@ -5,6 +5,7 @@ pub mod walk;
 use crate::HeliodonPlugins;
 use crate::actors::{Actors, ActorsOptions, Told};
 use crate::daylight::{DaylightCamera, OnePassPairs, StereoPair, StereoPasses};
+use crate::film::{FilmOptions, FilmTold, Films};
 use crate::headless::fault::DeviceFault;
 use crate::headless::without_a_window;
 use crate::impostor::{ImpostorOptions, Impostors};
@@ -51,6 +52,8 @@ pub struct FrameBench {
     pub impostors: ImpostorOptions,
     /// Whether details are switched off.
     pub without_details: bool,
+    /// Whether the bundle's films are left out.
+    pub without_films: bool,
 }
 
 impl Default for FrameBench {
@@ -68,6 +71,7 @@ impl Default for FrameBench {
             actors: ActorsOptions::default(),
             impostors: ImpostorOptions::default(),
             without_details: false,
+            without_films: false,
         }
     }
 }
@@ -131,6 +135,8 @@ pub struct FrameTimes {
     pub stereo_passes: Option<u32>,
     /// What the actors of the last frame took.
     pub actors: Told,
+    /// What films took: pictures of the frames that count, and milliseconds of the last one.
+    pub films: FilmTold,
 }
 
 /// Resident memory of this process.
@@ -155,7 +161,7 @@ fn processor_ms() -> Option<f64> {
 #[derive(Default)]
 struct Counted {
     frames: u32,
-    begun: Option<(Instant, Option<f64>)>,
+    begun: Option<(Instant, Option<f64>, FilmTold)>,
     found: Option<Result<FrameTimes, BenchError>>,
 }
 
@@ -177,6 +183,7 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
     app.world_mut().resource_mut::<Actors>().options = bench.actors;
     app.world_mut().resource_mut::<Impostors>().options = bench.impostors;
     app.world_mut().resource_mut::<StageFrame>().without_details = bench.without_details;
+    app.world_mut().resource_mut::<FilmOptions>().without = bench.without_films;
     let sides: &[f32] = if bench.stereo.is_some() { &[-0.5, 0.5] } else { &[0.0] };
     app.insert_resource(StereoPasses(bench.stereo.unwrap_or_default()));
     let cameras: Vec<(Entity, f32)> = sides
@@ -211,7 +218,7 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
     app.insert_resource(clock.clone()).insert_resource(fault.clone()).add_systems(
         Update,
         move |stage: Res<Stage>,
-              (actors, impostors): (Res<Actors>, Res<Impostors>),
+              (actors, impostors, films): (Res<Actors>, Res<Impostors>, Res<Films>),
               clock: Res<Clock>,
               fault: Res<DeviceFault>,
               adapter: Option<Res<RenderAdapterInfo>>,
@@ -225,7 +232,7 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
                 exit.write(AppExit::error());
                 return;
             }
-            let complete = stage.is_complete() && actors.is_complete() && impostors.is_complete();
+            let complete = stage.is_complete() && actors.is_complete() && impostors.is_complete() && films.is_complete();
             if !(complete || *stage.status() == StageStatus::Empty) {
                 return;
             }
@@ -239,11 +246,11 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
             }
             clock.frames += 1;
             if clock.frames == bench.warm_up.max(1) {
-                clock.begun = Some((Instant::now(), processor_ms()));
+                clock.begun = Some((Instant::now(), processor_ms(), films.told()));
             }
             if clock.frames >= bench.warm_up.max(1) + bench.frames.max(1) {
                 let frames = f64::from(bench.frames.max(1));
-                if let Some((start, before)) = clock.begun {
+                if let Some((start, before, films_before)) = clock.begun {
                     clock.found = Some(Ok(FrameTimes {
                         mean_ms: start.elapsed().as_secs_f64() * 1e3 / frames,
                         processor_ms: before.zip(processor_ms()).map(|(before, after)| (after - before) / frames),
@@ -251,6 +258,7 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
                         resident_bytes: resident_bytes(),
                         stereo_passes: bench.stereo.map(|_| if one_pass.count() > 0 { 1 } else { 2 }),
                         actors: actors.told(),
+                        films: films.told().since(&films_before),
                     }));
                 }
                 exit.write(AppExit::Success);

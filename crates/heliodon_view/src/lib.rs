@@ -21,6 +21,7 @@ pub mod daylight;
 pub mod detail;
 pub mod display;
 pub mod easel;
+pub mod film;
 mod fullscreen;
 pub mod guests;
 pub mod guide_way;
@@ -67,6 +68,7 @@ bevy::app::plugin_group! {
         covering:::CoveringPlugin,
         actors:::ActorsPlugin,
         impostor:::ImpostorPlugin,
+        film:::FilmPlugin,
         lamps:::LampsPlugin,
         guests:::GuestsPlugin,
         guide_way:::GuideWayPlugin,

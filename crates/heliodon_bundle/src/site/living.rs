@@ -91,7 +91,7 @@ pub struct Material {
     pub metal: f64,
 }
 
-/// `[[film]]`: a film on an upright surface in the scene: with its mask, or its own alpha, somebody who was filmed; without, a picture.
+/// `[[film]]`: a film on an upright surface in the scene, or on a part: with its mask, or its own alpha, somebody who was filmed; without, a picture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Film {
@@ -134,6 +134,9 @@ pub struct Film {
     /// A path along which it goes ahead of the visitor, waiting where they fall behind.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub leads: Option<String>,
+    /// A part with texture coordinates that shows the film in place of its own colour; `place` then is where its sound comes from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<String>,
 }
 
 /// Whether a film turns.

@@ -2,7 +2,7 @@
 
 use super::check::{check_box, check_color};
 use super::living::{Film, Living, Material, Particles, SoundSource, Story};
-use super::types::SiteFile;
+use super::types::{Part, SiteFile};
 use crate::config::rules::{COORDINATES_M, Checked, fault, finite, not_empty, within};
 
 /// The most of one kind.
@@ -61,7 +61,7 @@ pub(super) fn check_living(living: &Living) -> Checked {
     living.story.as_ref().map_or(Ok(()), check_story)
 }
 
-/// What actors bring are materials, and sounds come from actors that there are.
+/// What actors bring are materials, sounds come from actors that there are, and films are on parts that there are.
 pub(super) fn check_things(site: &SiteFile) -> Checked {
     for (i, sound) in site.sounds.iter().enumerate() {
         let Some(from) = &sound.from else { continue };
@@ -71,6 +71,17 @@ pub(super) fn check_things(site: &SiteFile) -> Checked {
         }
         if !site.actors.iter().any(|actor| actor.display_name() == from) {
             return fault(&key, format!("there is no actor `{from}`"), "give the name of an [[actor]]");
+        }
+    }
+    for (i, film) in site.films.iter().enumerate() {
+        let Some(surface) = &film.surface else { continue };
+        let key = ["film", &i.to_string(), "surface"];
+        if film.leads.is_some() {
+            return fault(&key, "it is on a part and leads along a path", "take one of them out");
+        }
+        let known: Vec<String> = site.parts.iter().map(Part::display_name).collect();
+        if !known.contains(surface) {
+            return fault(&key, format!("there is no part `{surface}`"), format!("there are: {}", known.join(", ")));
         }
     }
     for (i, actor) in site.actors.iter().enumerate() {
@@ -264,6 +275,10 @@ mod tests {
         wrong(&region.repeat(2), "two tables [[region]] are called `a`");
         wrong("[[material]]\nname = \"gold\"\nalbedo = [255.0, 0.0, 0.0]", "albedo holds 255");
         wrong("[[film]]\nname = \"a\"\nfile = \"a.mp4\"\nplace = [0.0, 0.0, 0.0]\nleads = \"up\"", "there is no path `up`");
+        let film = "[[film]]\nname = \"a\"\nfile = \"a.mp4\"\nplace = [0.0, 0.0, 0.0]\nsurface = \"b\"";
+        wrong(film, "there is no part `b`");
+        let path = "[[path]]\nname = \"p\"\npoints = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]\n";
+        wrong(&format!("{path}{film}\nleads = \"p\""), "on a part and leads");
         wrong("[[sound]]\nname = \"a\"", "neither a file nor a kind");
         wrong("[[sound]]\nname = \"a\"\nkind = \"a\"\nhours = [[\"07:00\", 1.0], [\"05:00\", 1.0]]", "05:00 comes after 07:00");
         wrong("[story]\nscripts = [\"a.rhai\", \"a.rhai\"]", "listed twice");

@@ -59,6 +59,7 @@ fn example_film() -> Film {
         lit: 1.0,
         volume: 1.0,
         leads: None,
+        surface: None,
     }
 }
 
@@ -121,6 +122,7 @@ fn write_film(w: &mut Writer, film: &Film) {
     w.optional("lit", &film.lit, &1.0, "0 shines by itself, 1 is lit as what stands beside it");
     w.optional("volume", &film.volume, &1.0, "");
     w.absent("leads", film.leads.as_ref(), "\"round\"", "a path along which it goes ahead of the visitor");
+    w.absent("surface", film.surface.as_ref(), "\"panel\"", "a part with a texture, in whose place it is shown");
 }
 
 fn write_sound(w: &mut Writer, sound: &SoundSource) {

@@ -8,6 +8,7 @@ use crate::actors::Actors;
 use crate::actors::levels::Directions;
 use crate::culling::Culling;
 use crate::daylight::pipelines::StagePipelines;
+use crate::film::Films;
 use crate::impostor::Impostors;
 use crate::particles::Particles;
 use crate::sky::SkyMaps;
@@ -64,6 +65,7 @@ impl Stepped {
         let fault = DeviceFault::start(&mut app);
         app.world_mut().resource_mut::<SkyMaps>().wait = true;
         app.world_mut().resource_mut::<Particles>().options.wait = true;
+        app.world_mut().resource_mut::<Films>().wait = true;
         // A picture shows all there is.
         app.insert_resource(Culling::exact());
         app.world_mut().resource_mut::<TimeLapse>().playing = false;
@@ -108,7 +110,9 @@ impl Stepped {
 
     fn people_are_complete(&self) -> bool {
         let world = self.app.world();
-        world.resource::<Actors>().is_complete() && world.resource::<Impostors>().is_complete()
+        world.resource::<Actors>().is_complete()
+            && world.resource::<Impostors>().is_complete()
+            && world.resource::<Films>().is_complete()
     }
 
     /// A frame.
@@ -143,6 +147,7 @@ impl Stepped {
             ShotExposure::Stops(stops) => exposure.fix(stops),
         }
         world.resource_mut::<Actors>().seconds = shot.actors_s;
+        world.resource_mut::<Films>().at_s = Some(shot.actors_s);
         world.resource_mut::<StageFrame>().curve = curve;
     }
 

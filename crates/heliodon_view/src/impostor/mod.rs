@@ -11,6 +11,8 @@ pub(crate) mod uniform;
 pub use load::Kind;
 #[cfg(test)]
 pub(crate) use render::ImpostorKey;
+pub(crate) use render::draw;
+pub(crate) use uniform::CameraUniform;
 pub use uniform::{CAMERA_BYTES, KIND_BYTES, PERSON_BYTES, SEEN_BYTES};
 
 use crate::actors::course::Course;
@@ -184,7 +186,7 @@ pub(crate) struct ImpostorsFrame {
 /// What a head sees of them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Head {
-    /// Where it is.
+    /// Between its eyes.
     pub(crate) place: Vec3,
     /// Its eyes.
     pub(crate) cameras: Vec<Entity>,

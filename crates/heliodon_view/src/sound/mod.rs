@@ -21,10 +21,11 @@ use heliodon_bundle::site::{Echo, SoundSource, Walls as SiteWalls};
 use heliodon_math::frame::unit_or;
 use heliodon_script::action::Action;
 use heliodon_script::event::Event;
+use heliodon_sound::feed::FeedReader;
 use heliodon_sound::mixer::DayCurve;
 use heliodon_sound::output::{Output, OutputSettings};
 use heliodon_sound::room::{Room, Walls};
-use heliodon_sound::{BedId, Clip, Content, Control, ControlError, MixerSettings, SourceId, SourceSettings};
+use heliodon_sound::{BedId, Clip, Clock, Content, Control, ControlError, MixerSettings, SourceId, SourceSettings, Travel};
 use std::sync::Arc;
 
 /// The environment's word on where sound goes.
@@ -56,6 +57,8 @@ struct Hall {
     playing: Vec<Playing>,
     /// Ambience, and which of the sounds it is.
     beds: Vec<(usize, BedId)>,
+    /// What comes from outside, such as films' sounds, and where.
+    feeds: Vec<(SourceId, Vec3)>,
     /// Whose turn it is to be asked for.
     turn: usize,
 }
@@ -90,11 +93,66 @@ impl Plugin for SoundPlugin {
     }
 }
 
+impl Sounds {
+    /// What a test's own mixer is told by.
+    #[cfg(test)]
+    pub(crate) fn heard_by(control: Control) -> Self {
+        let hall = Hall::new(control, None, Vec::new(), &[]);
+        Self { hall: Some(SyncCell::new(hall)), ..Self::default() }
+    }
+
+    /// Whether it is not known yet what can be heard.
+    pub(crate) fn is_loading(&self) -> bool {
+        self.loading.is_some()
+    }
+
+    /// Lets something from outside be heard at a place, in step with its picture. None where nothing is heard.
+    pub(crate) fn join(&mut self, reader: FeedReader, place: Vec3, gain: f32) -> Option<SourceId> {
+        let hall = self.hall.as_mut().map(SyncCell::get)?;
+        let (gain, travel) = (gain.clamp(0.0, 64.0), Travel::Immediate);
+        let settings = SourceSettings { place, gain, travel, ..SourceSettings::default() };
+        let id = told("of a film", hall.control.add(Content::Feed(Box::new(reader)), &settings))?;
+        hall.feeds.push((id, place));
+        Some(id)
+    }
+
+    /// Where it is now.
+    pub(crate) fn move_feed(&mut self, id: SourceId, place: Vec3) {
+        let Some(hall) = self.hall.as_mut().map(SyncCell::get) else { return };
+        for (_, at) in hall.feeds.iter_mut().filter(|(known, at)| *known == id && *at != place) {
+            *at = place;
+            told("of a film", hall.control.place(id, place).or_else(gone));
+        }
+    }
+
+    /// Whether it stands still.
+    pub(crate) fn pause_feed(&mut self, id: SourceId, paused: bool) {
+        let Some(hall) = self.hall.as_mut().map(SyncCell::get) else { return };
+        let change = if paused { hall.control.stop(id) } else { hall.control.start(id) };
+        told("of a film", change.or_else(gone));
+    }
+
+    /// It is heard no more.
+    pub(crate) fn leave(&mut self, id: SourceId) {
+        let Some(hall) = self.hall.as_mut().map(SyncCell::get) else { return };
+        hall.feeds.retain(|(known, _)| *known != id);
+        told("of a film", hall.control.remove(id).or_else(gone));
+    }
+
+    /// Which moment is heard; none where nothing is.
+    pub(crate) fn clock(&mut self) -> Option<Clock> {
+        self.hall.as_mut().map(|hall| hall.get().control.clock())
+    }
+}
+
 /// Reads the sounds of another bundle, and begins with those that are there from the beginning.
 fn follow_stage(stage: Res<Stage>, mut sounds: ResMut<Sounds>) {
     if sounds.stage != stage.serial() {
         *sounds = Sounds { stage: stage.serial(), ..Sounds::default() };
-        let has_any = |bundle: &&Arc<BundleReader>| !bundle.living().sounds.is_empty();
+        let has_any = |bundle: &&Arc<BundleReader>| {
+            let living = bundle.living();
+            !living.sounds.is_empty() || living.films.iter().any(|film| film.volume > 0.0)
+        };
         if let Some(bundle) = stage.bundle().filter(has_any) {
             let bundle = Arc::clone(bundle);
             sounds.loading = Some(Background::start(move || load::run(&bundle)));
@@ -145,7 +203,7 @@ impl Hall {
     fn new(mut control: Control, output: Option<Output>, sounds: Vec<(SoundSource, Arc<Clip>)>, echoes: &[Echo]) -> Self {
         let rooms: Vec<Room> = echoes.iter().map(room).collect();
         told("of rooms", control.rooms(&rooms));
-        let mut hall = Self { control, output, sounds, playing: Vec::new(), beds: Vec::new(), turn: 0 };
+        let mut hall = Self { control, output, sounds, playing: Vec::new(), beds: Vec::new(), feeds: Vec::new(), turn: 0 };
         for sound in 0..hall.sounds.len() {
             let settings = &hall.sounds[sound].0;
             match (settings.plays, settings.repeat && settings.place.is_none() && settings.from.is_none()) {
@@ -254,13 +312,15 @@ impl Hall {
                 told("of the head", self.control.place(playing.id, head).or_else(gone));
             }
         }
-        let (Some(ground), false) = (ground, self.playing.is_empty()) else { return };
-        for _ in 0..ASKED_A_FRAME.min(self.playing.len()) {
-            self.turn = (self.turn + 1) % self.playing.len();
-            let playing = &self.playing[self.turn];
-            if let Some(place) = playing.place {
+        let Some(ground) = ground else { return };
+        let count = self.playing.len() + self.feeds.len();
+        for _ in 0..ASKED_A_FRAME.min(count) {
+            self.turn = (self.turn + 1) % count;
+            let playing = self.playing.get(self.turn).map(|playing| (playing.id, playing.place));
+            let feed = || self.feeds.get(self.turn - self.playing.len()).map(|(id, place)| (*id, Some(*place)));
+            if let Some((id, Some(place))) = playing.or_else(feed) {
                 let hidden = hidden(ground, head, place);
-                told("of what hides it", self.control.occlusion(playing.id, hidden).or_else(gone));
+                told("of what hides it", self.control.occlusion(id, hidden).or_else(gone));
             }
         }
     }

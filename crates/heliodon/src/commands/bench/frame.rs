@@ -31,6 +31,9 @@ pub struct Args {
     /// For frame: impostors cast no shadows
     #[arg(long)]
     no_impostor_shadows: bool,
+    /// For frame: the bundle's films are left out
+    #[arg(long)]
+    no_films: bool,
     /// For frame: the day stands still
     #[arg(long)]
     paused: bool,
@@ -92,6 +95,7 @@ pub fn run(args: &super::Args) -> Result<Figures> {
     if let Some(frames) = args.walk.frames {
         (bench.frames, bench.warm_up) = (frames, bench.warm_up.min(frames));
     }
+    bench.without_films = asked.no_films;
     bench.impostors.shadows = !asked.no_impostor_shadows;
     bench.impostors.views = match asked.impostors {
         ImpostorViews::Blended => Views::Blended,
@@ -115,6 +119,12 @@ pub fn run(args: &super::Args) -> Result<Figures> {
             figures.more.insert("actors_directions".to_owned(), told.directions as f64);
             figures.more.insert("actors_vertices".to_owned(), told.vertices as f64);
             figures.more.insert("actors_ms".to_owned(), f64::from(told.ms));
+        }
+        if times.films.films > 0 {
+            figures.more.insert("films".to_owned(), times.films.films as f64);
+            figures.more.insert("films_shown".to_owned(), times.films.shown as f64);
+            figures.more.insert("films_missed".to_owned(), times.films.missed as f64);
+            figures.more.insert("films_ms".to_owned(), f64::from(times.films.ms));
         }
         figures.scene = format!("{} on {}", figures.scene.split(" on ").next().unwrap_or_default(), times.device);
     }
