@@ -24,8 +24,6 @@ const BOUNCES: u32 = 6;
 const FLAME: [f64; 3] = [9.0, 5.0, 1.9];
 /// How far it reaches, metres.
 const FLAME_REACH_M: f64 = 9.0;
-/// What the furnace's coals give: more than a lamp, and redder.
-const COALS: [f64; 3] = [16.0, 6.4, 1.6];
 
 /// A detail of some parts. A texel is then 2 to 6 mm, a ring of wood 3 cm.
 struct Laid {
@@ -123,7 +121,6 @@ pub fn make(folder: &Path, params: &TemplateParams) -> Result<NewSite> {
             ..Lamp::at(point(flame), FLAME)
         })
         .collect();
-    site.lamps.push(Lamp { name: Some("furnace".to_owned()), reach_m: FLAME_REACH_M, ..Lamp::at(point(hall.fire), COALS) });
     files.extend(living::furnish(folder, &hall.things, &mut site)?);
     write_site(folder, &site)?;
     files.push(SITE_FILE_NAME.to_owned());

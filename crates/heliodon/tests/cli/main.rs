@@ -29,6 +29,7 @@ mod skies;
 mod slurm;
 mod sound;
 mod visibility;
+mod workshop;
 
 use serde_json::Value;
 use std::ffi::OsStr;

@@ -25,11 +25,6 @@ pub fn lamps() -> Vec<Vec3> {
     LAMPS.iter().map(|foot| *foot + Vec3::Y * FLAME_HEIGHT).collect()
 }
 
-/// The furnace's fire, over what stands in it: a flame within the wall would light nothing but the wall.
-pub fn fire() -> Vec3 {
-    FURNACE + Vec3::Y * (props::FURNACE_HEIGHTS.0 + 0.2)
-}
-
 /// Things on a bench that stands at `at`, turned by `yaw_rad`.
 struct Laid<'a> {
     solids: &'a mut Vec<SolidMesh>,

@@ -62,8 +62,6 @@ pub struct Workshop {
     pub look_at: Vec3,
     /// Flames of the oil lamps, in free air.
     pub lamps: Vec<Vec3>,
-    /// The furnace's fire, in free air over its coals.
-    pub fire: Vec3,
     /// What visitors take and work on, upon the benches.
     pub things: Vec<WorkshopThing>,
 }

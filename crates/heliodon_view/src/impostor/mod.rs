@@ -21,9 +21,12 @@ use crate::actors::{Actors, light_at};
 use crate::costs::FrameTold;
 use crate::covering::{Covering, SettleCovers, pulse};
 use crate::daylight::{DaylightCamera, StereoPair};
+use crate::lamps::reaching::reaching;
+use crate::lamps::{Lamp, Lamps, SettleLamps};
 use crate::stage::Stage;
 use crate::stage::background::Background;
 use crate::stage::frame::StageFrame;
+use crate::stage::ground::Ground;
 use crate::time_lapse::{Now, SettleMoment};
 use bevy::camera::{Camera, Camera3d};
 use bevy::core_pipeline::core_3d::{main_opaque_pass_3d, main_transparent_pass_3d};
@@ -34,7 +37,7 @@ use bevy::render::extract_resource::{ExtractResource, ExtractResourcePlugin};
 use bevy::render::{Render, RenderApp, RenderSystems};
 use glam::Affine3A;
 use heliodon_bundle::BundleReader;
-use heliodon_bundle::grid::{AmbientCube, Grid};
+use heliodon_bundle::grid::{AXES, AmbientCube, Grid};
 use heliodon_bundle::impostor::{Choice, Impostor};
 use heliodon_bundle::moment::Moment;
 use load::Loaded;
@@ -214,6 +217,7 @@ impl Plugin for ImpostorPlugin {
                     told.of("impostors", arrange)
                         .after(SettleMoment)
                         .after(SettleCovers)
+                        .after(SettleLamps)
                         .after(bevy::transform::TransformSystems::Propagate)
                         .after(bevy::camera::CameraUpdateSystems),
                 ),
@@ -275,6 +279,7 @@ fn arrange(
     now: Res<Now>,
     stage_frame: Res<StageFrame>,
     (actors, covering, time): (Res<Actors>, Option<Res<Covering>>, Res<Time>),
+    (lamps, stage): (Option<Res<Lamps>>, Res<Stage>),
     mut impostors: ResMut<Impostors>,
     mut frame: ResMut<ImpostorsFrame>,
     cameras: Query<(Entity, &Camera, &GlobalTransform, Option<&StereoPair>), With<DaylightCamera>>,
@@ -288,7 +293,8 @@ fn arrange(
     let exposure = stage_frame.exposure_stops.exp2();
     let high = now.has_sun && moment.sun_direction.y > LEAST_RISE;
     let shadow = if high { moment.sun_direction } else { Vec3::Y };
-    let light = Light { moment, grid: actors.grid(), exposure, shadow };
+    let lamps: Vec<Lamp> = lamps.map_or_else(Vec::new, |lamps| lamps.all().copied().collect());
+    let light = Light { moment, grid: actors.grid(), exposure, shadow, lamps: &lamps, ground: stage.ground() };
     let (seconds, pulse) = (actors.seconds as f32, pulse(&time));
     let placed: Vec<PersonUniform> = people
         .par_iter()
@@ -329,12 +335,26 @@ struct Light<'a> {
     exposure: f32,
     /// Where shadows come from.
     shadow: Vec3,
+    lamps: &'a [Lamp],
+    /// What hides lamps.
+    ground: &'a Ground,
 }
 
 impl Light<'_> {
     /// What reaches a place.
     fn at(&self, place: Vec3) -> AmbientCube {
         light_at(self.grid, self.moment, place)
+    }
+
+    /// What lamps add on surfaces that face +X -X +Y -Y +Z -Z: somebody is small beside how far lamps are.
+    fn of_lamps(&self, place: Vec3) -> [Vec3; 6] {
+        let mut sides = [Vec3::ZERO; 6];
+        for (to, irradiance) in reaching(place, self.lamps, self.ground) {
+            for (side, axis) in sides.iter_mut().zip(AXES) {
+                *side += irradiance * axis.dot(to).max(0.0);
+            }
+        }
+        sides
     }
 }
 
@@ -375,8 +395,9 @@ impl Person {
         let corner = info.frame_corner(if part < 0.5 { frame } else { next });
         let suns = [feet, around.sun_visible, head, 0.0, 0.0, 0.0];
         let mut sides = [Vec4::ZERO; 6];
-        for ((side, lit), sun) in sides.iter_mut().zip(around.sky_and_bounce).zip(suns) {
-            *side = (lit * light.exposure).extend(sun);
+        let of_lamps = light.of_lamps(middle);
+        for (((side, lit), of_lamps), sun) in sides.iter_mut().zip(around.sky_and_bounce).zip(of_lamps).zip(suns) {
+            *side = ((lit + of_lamps) * light.exposure).extend(sun);
         }
         let to_model = |v: Vec3| Vec3::new(forward.z * v.x - forward.x * v.z, v.y, forward.x * v.x + forward.z * v.z);
         let (view, toward) = kind.nearest(to_model(light.shadow));

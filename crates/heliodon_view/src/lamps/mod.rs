@@ -6,6 +6,7 @@
 //! actors and is drawn in every frame in which one of them is near. Stone that no lamp reaches is drawn as if there were none.
 
 pub mod maps;
+pub(crate) mod reaching;
 pub mod uniform;
 
 use crate::actors::render::prepare_actors;
