@@ -127,6 +127,8 @@ pub struct Films {
     missing: HashSet<String>,
     lit: Vec<Lit>,
     told: FilmTold,
+    /// What is odd or missing, for programs that show no log.
+    problems: Vec<String>,
     /// Whether frames wait for their pictures: for pictures that must be right, not quick. Then no sound is heard.
     pub(crate) wait: bool,
     /// The second at which all films are, for pictures that depend on nothing before them.
@@ -161,6 +163,17 @@ impl Films {
     #[must_use]
     pub fn told(&self) -> FilmTold {
         self.told
+    }
+
+    /// What was odd or missing since this was asked last.
+    pub fn take_problems(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.problems)
+    }
+
+    /// Each is told once, for a film breaks once.
+    fn tell(&mut self, problem: String) {
+        warn!("{problem}");
+        self.problems.push(problem);
     }
 
     /// Whether all films that there are have been looked into.
@@ -287,10 +300,10 @@ fn follow_stage(
     let Some(loaded) = films.loading.as_ref().and_then(Background::take) else { return };
     films.loading = None;
     let Ok(loaded) = loaded else {
-        warn!("the films' loading thread broke off");
+        films.tell("the films' loading thread broke off".to_owned());
         return;
     };
-    loaded.told.iter().for_each(|told| warn!("{told}"));
+    loaded.told.into_iter().for_each(|told| films.tell(told));
     films.missing.extend(loaded.missing);
     let paths = stage.bundle().map_or(&[][..], |bundle| &bundle.living().paths);
     let mut prepared = 0;
@@ -299,7 +312,7 @@ fn follow_stage(
         prepared += usize::from(ahead);
         let (screen, problem) = Screen::new(opened, paths, ahead);
         if let Some(problem) = problem {
-            warn!("the film {} is not shown: {problem}", screen.name());
+            films.tell(format!("the film {} is not shown: {problem}", screen.name()));
         }
         films.screens.push(screen);
     }
@@ -356,6 +369,7 @@ fn go_on(
     }
     let start = Instant::now();
     let Films { screens, told, wait, at_s, .. } = &mut *films;
+    let mut problems = Vec::new();
     let passing = Passing {
         seconds: time.delta_secs_f64(),
         hour_stands: !lapse.playing,
@@ -368,7 +382,7 @@ fn go_on(
     for screen in screens {
         let outcome = screen.pass(&passing, sounds.as_deref_mut());
         if let Some(problem) = outcome.problem {
-            warn!("the film {} is not shown: {problem}", screen.name());
+            problems.push(format!("the film {} is not shown: {problem}", screen.name()));
         }
         if outcome.ended {
             story.tell(Event::Ended { what: screen.name().to_owned() });
@@ -377,6 +391,7 @@ fn go_on(
         (shown, missed) = (shown + own_shown, missed + own_missed);
     }
     *told = FilmTold { shown, missed, ms: start.elapsed().as_secs_f32() * 1e3, ..*told };
+    problems.into_iter().for_each(|problem| films.tell(problem));
 }
 
 /// Puts every film where it is and into the light that is there, for each head.

@@ -11,6 +11,7 @@ use crate::actors::Actors;
 use crate::daylight::DaylightCamera;
 use crate::display::Room;
 use crate::hands::{Hand, Hands};
+use crate::film::Films;
 use crate::headless::app::Stepped;
 use crate::headless::readback::{ReadbackError, begin_readback};
 use crate::headless::{HeadlessError, downsample};
@@ -187,6 +188,11 @@ impl Player {
             player.step(&Steer::default())?;
         }
         Ok(player)
+    }
+
+    /// What was odd or missing since this was asked last, such as films that cannot be played.
+    pub fn take_problems(&mut self) -> Vec<String> {
+        self.stepped.app.world_mut().resource_mut::<Films>().take_problems()
     }
 
     /// Plays a script; `take` gets each picture, where pictures are made, and those of `shot` by their names.
