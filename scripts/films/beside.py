@@ -60,7 +60,7 @@ def with_film(folder):
     manifest = json.loads((bundle / "manifest.json").read_text())
     if manifest.get("living", {}).get("film"):
         sys.exit("the bundle has films of its own")
-    (bundle / "films").mkdir()
+    (bundle / "films").mkdir(exist_ok=True)
     make(bundle / "films")
     for name in ("image.mp4", "mask.mp4"):
         path = f"films/{name}"

@@ -42,7 +42,8 @@ impl Scene {
     fn new(textured: bool, samples: u32) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let bundle = folder.path().join("court");
-        let court = common::Court { shafts: (1, 5), textured, quads: 40, sun_steps: 4, sky_columns: 64, ..common::Court::small() };
+        let court =
+            common::Court { shafts: (1, 5), textured, quads: 40, sun_steps: 4, sky_columns: 64, ..common::Court::small() };
         court.write(&bundle).unwrap();
         let renderer = Renderer::new(&bundle, SIZE[0], SIZE[1], RenderOptions { samples }).unwrap();
         let pose = Pose::looking(Vec3::new(0.0, 1.7, 14.0), Vec3::new(0.0, 1.7, 0.0));
@@ -104,7 +105,8 @@ fn ramp(_: u64, x: u32, y: u32) -> [u8; 2] {
     [code(cover * bright), (255.0 * (1.0 - cover)).round() as u8]
 }
 
-const RAMP: &str = "name = \"ramp\"\nfile = \"ramp.image.mp4\"\nmask = \"ramp.mask.mp4\"\nplace = [0.0, 0.7, 11.5]\nheight_m = 2.0\nlit = 0.0";
+const RAMP: &str =
+    "name = \"ramp\"\nfile = \"ramp.image.mp4\"\nmask = \"ramp.mask.mp4\"\nplace = [0.0, 0.7, 11.5]\nheight_m = 2.0\nlit = 0.0";
 
 #[test]
 fn two_passes_are_one_and_both_are_image_plus_background_times_mask() {
@@ -188,7 +190,13 @@ fn a_lit_film_goes_with_the_hour_and_the_lamps_and_one_that_shines_does_not() {
     assert!(own[0] > 0.98 && own[0] == own[1], "{own:?}");
     assert!(noon[0].max_element() < 0.9 && noon[0].min_element() > 0.01, "{noon:?}");
     assert!((noon[0] - morning[0]).abs().max_element() > 0.1 * noon[0].max_element(), "{morning:?} {noon:?}");
-    let lamp = Lamp { place: Vec3::new(-0.6, 1.7, 13.5), intensity: Vec3::new(8.0, 4.0, 1.0), cone: None, reach_m: 20.0, shadows: true };
+    let lamp = Lamp {
+        place: Vec3::new(-0.6, 1.7, 13.5),
+        intensity: Vec3::new(8.0, 4.0, 1.0),
+        cone: None,
+        reach_m: 20.0,
+        shadows: true,
+    };
     scene.renderer.app_mut().world_mut().resource_mut::<Lamps>().lamps = vec![lamp];
     let by_lamp = seen(&mut scene, 12.0 * HOUR_S);
     let more = by_lamp[0] - noon[0];
@@ -263,7 +271,8 @@ fn a_part_shows_a_film_in_place_of_its_own_colour() {
     assert!(changed.len() > 2000, "{} pixels", changed.len());
     let albedo = |&i: &usize| plain.pixels[i].y / with.pixels[i].y;
     // beside the film's edges, where half of a pixel is stone
-    let whole: Vec<usize> = changed.iter().copied().filter(|i| changed.contains(&(i - 1)) && changed.contains(&(i + 1))).collect();
+    let whole: Vec<usize> =
+        changed.iter().copied().filter(|i| changed.contains(&(i - 1)) && changed.contains(&(i + 1))).collect();
     let within = whole.iter().map(albedo).filter(|albedo| (0.37..0.57).contains(albedo)).count();
     assert!(whole.len() > 1000 && within > whole.len() * 95 / 100, "{within} of {}", whole.len());
     // half of the film is nothing: there the part stays what it is

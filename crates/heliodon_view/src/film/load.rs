@@ -103,7 +103,9 @@ fn doubts(name: &str, image: &Film, mask: &Film) -> Vec<String> {
     if let (Some(own), Some(other)) = (image.duration_s, mask.duration_s)
         && (own - other).abs() > APART * own
     {
-        told.push(format!("the film {name} has {own:.2} s and its mask {other:.2} s: it ends with the shorter one; key it again"));
+        told.push(format!(
+            "the film {name} has {own:.2} s and its mask {other:.2} s: it ends with the shorter one; key it again"
+        ));
     }
     told
 }

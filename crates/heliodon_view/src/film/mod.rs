@@ -220,6 +220,7 @@ struct Drawn {
     slot: usize,
     on_part: bool,
     casts: bool,
+    straight: bool,
 }
 
 /// Shows films.
@@ -434,12 +435,21 @@ fn arrange(
         .map(|head| {
             let mut order: Vec<&Placed<'_>> = placed.iter().collect();
             // what is on parts lies behind whoever stands before them
-            let far = |placed: &Placed<'_>| if placed.on_part { f32::INFINITY } else { placed.middle().distance_squared(head.place) };
+            let far =
+                |placed: &Placed<'_>| if placed.on_part { f32::INFINITY } else { placed.middle().distance_squared(head.place) };
             order.sort_by(|a, b| far(b).total_cmp(&far(a)));
             FilmHead {
                 cameras: head.cameras,
                 films: order.iter().map(|placed| placed.seen_from(head.place, &light)).collect(),
-                order: order.iter().map(|placed| Drawn { slot: placed.slot, on_part: placed.on_part, casts: placed.casts() }).collect(),
+                order: order
+                    .iter()
+                    .map(|placed| Drawn {
+                        slot: placed.slot,
+                        on_part: placed.on_part,
+                        casts: placed.casts(),
+                        straight: placed.straight,
+                    })
+                    .collect(),
             }
         })
         .collect();
@@ -490,7 +500,8 @@ struct Placed<'a> {
     half_m: f32,
     height_m: f32,
     size: Vec2,
-    kind: f32,
+    opaque: bool,
+    straight: bool,
     /// The light at its feet and its head.
     reached: [Reached; 2],
 }
@@ -508,11 +519,8 @@ impl<'a> Placed<'a> {
             half_m: 0.5 * height_m * size.x / size.y.max(1.0),
             height_m,
             size,
-            kind: match screen.opened.pixels {
-                Pixels::Opaque => 0.0,
-                Pixels::Straight => 1.0,
-                Pixels::Premultiplied => 2.0,
-            },
+            opaque: screen.opened.pixels == Pixels::Opaque,
+            straight: screen.opened.pixels == Pixels::Straight,
             reached,
         }
     }
@@ -539,11 +547,12 @@ impl<'a> Placed<'a> {
         // whoever stands behind a fixed film is lit from there
         let seen_side = if facing.dot(to_head) < 0.0 { -facing } else { facing };
         let lit = self.settings.lit as f32;
-        let [feet, head] = self.reached.each_ref().map(|reached| Vec3::ONE.lerp(light.on_half_cylinder(reached, seen_side), lit));
+        let [feet, head] =
+            self.reached.each_ref().map(|reached| Vec3::ONE.lerp(light.on_half_cylinder(reached, seen_side), lit));
         let [sky, sun] = light.on_ground(&self.reached[0]);
         FilmUniform {
             place: self.place.extend(0.0),
-            right: (right * self.half_m).extend(self.kind),
+            right: (right * self.half_m).extend(if self.opaque { 0.0 } else { 1.0 }),
             up: Vec4::new(0.0, self.height_m, 0.0, 0.0),
             sky: sky.extend((self.height_m / light.shadow.y.max(LEAST_RISE)).min(LONGEST_M)),
             sun: sun.extend(if self.casts() { lit } else { 0.0 }),

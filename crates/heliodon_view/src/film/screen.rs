@@ -302,7 +302,8 @@ impl Screen {
                 if sounds.is_loading() {
                     return;
                 }
-                let begun = Voice::begin(self.opened.source.film(), settings.repeat, self.length_s.or_else(|| self.opened.told_s()));
+                let begun =
+                    Voice::begin(self.opened.source.film(), settings.repeat, self.length_s.or_else(|| self.opened.told_s()));
                 playing.sound = match begun {
                     Some((voice, reader)) => match sounds.join(reader, mouth, settings.volume as f32) {
                         Some(source) => Sound::Heard { voice, source, paused: false },

@@ -21,7 +21,8 @@ impl Surface {
     /// Where there is nothing to lay a film on, in words.
     pub fn read(bundle: &BundleReader, part: &str) -> Result<Self, String> {
         let parts = &bundle.manifest().parts;
-        let is_its = |number: &usize| parts.get(usize::from(bundle.chunk_info(*number).part)).is_some_and(|own| own.name == part);
+        let is_its =
+            |number: &usize| parts.get(usize::from(bundle.chunk_info(*number).part)).is_some_and(|own| own.name == part);
         let numbers = (0..bundle.chunk_count()).filter(is_its);
         let chunks = numbers.map(|number| bundle.read_chunk(number)).collect::<Result<Vec<_>, _>>();
         Self::new(chunks.map_err(|error| error.to_string())?, part)

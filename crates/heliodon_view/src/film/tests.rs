@@ -33,8 +33,13 @@ fn ffmpeg() -> bool {
 /// Makes something with ffmpeg itself.
 fn made(folder: &Path, arguments: &str, name: &str) {
     let arguments = arguments.split_whitespace();
-    let output =
-        Command::new("ffmpeg").current_dir(folder).args(["-v", "error", "-nostdin", "-y"]).args(arguments).arg(name).output().unwrap();
+    let output = Command::new("ffmpeg")
+        .current_dir(folder)
+        .args(["-v", "error", "-nostdin", "-y"])
+        .args(arguments)
+        .arg(name)
+        .output()
+        .unwrap();
     assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
 }
 
@@ -136,8 +141,12 @@ fn image_mask_and_sound_are_on_one_clock() {
     }
     // the beeps as they came out, each the first that is loud after a silence
     let loud: Vec<usize> = (0..heard.len()).filter(|&i| heard[i] > 0.02).collect();
-    let beeps: Vec<usize> =
-        loud.iter().enumerate().filter(|&(i, &at)| i == 0 || at - loud[i - 1] > RATE_HZ as usize / 4).map(|(_, &at)| at).collect();
+    let beeps: Vec<usize> = loud
+        .iter()
+        .enumerate()
+        .filter(|&(i, &at)| i == 0 || at - loud[i - 1] > RATE_HZ as usize / 4)
+        .map(|(_, &at)| at)
+        .collect();
     assert!(beeps.len() >= 6, "{} beeps", beeps.len());
     let begins = |number: u64| seen.iter().find(|(_, seen)| *seen >= number).map(|(samples, _)| *samples);
     let apart_s: Vec<f64> = (0_u64..)
@@ -325,7 +334,9 @@ fn scripts_play_and_stop_films_and_hear_of_their_end() {
     stand(&mut app, 0.0);
     app.world_mut().resource_mut::<Stage>().open(path.join("bundle")).unwrap();
     let begun = Instant::now();
-    let films = |app: &App, name: &str| (app.world().resource::<Films>().is_playing(name), app.world().resource::<Films>().whereabouts(name));
+    let films = |app: &App, name: &str| {
+        (app.world().resource::<Films>().is_playing(name), app.world().resource::<Films>().whereabouts(name))
+    };
     while !films(&app, "crowd").0 {
         assert!(begun.elapsed() < PATIENCE, "the films never came");
         app.update();

@@ -102,7 +102,9 @@ impl Stepped {
 
     fn people_are_complete(&self) -> bool {
         let world = self.app.world();
-        world.resource::<Actors>().is_complete() && world.resource::<Impostors>().is_complete() && world.resource::<Films>().is_complete()
+        world.resource::<Actors>().is_complete()
+            && world.resource::<Impostors>().is_complete()
+            && world.resource::<Films>().is_complete()
     }
 
     /// A frame.

@@ -20,13 +20,11 @@ use heliodon_bundle::site::{Echo, SoundSource, Walls as SiteWalls};
 use heliodon_math::frame::unit_or;
 use heliodon_script::action::Action;
 use heliodon_script::event::Event;
+use heliodon_sound::feed::FeedReader;
 use heliodon_sound::mixer::DayCurve;
 use heliodon_sound::output::{Output, OutputSettings};
 use heliodon_sound::room::{Room, Walls};
-use heliodon_sound::feed::FeedReader;
-use heliodon_sound::{
-    BedId, Clip, Clock, Content, Control, ControlError, MixerSettings, SourceId, SourceSettings, Travel,
-};
+use heliodon_sound::{BedId, Clip, Clock, Content, Control, ControlError, MixerSettings, SourceId, SourceSettings, Travel};
 use std::sync::Arc;
 
 /// The environment's word on where sound goes.
