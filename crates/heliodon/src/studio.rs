@@ -10,6 +10,7 @@ use heliodon_bundle::site::TimeOfDay;
 use heliodon_image::{HdrImage, SrgbImage};
 use heliodon_light::reference::{Camera, ReferenceFrame};
 use heliodon_view::actors::Actors;
+use heliodon_view::film::Films;
 use heliodon_view::headless::{RenderOptions, Renderer, Shot, ShotExposure};
 use heliodon_view::navigation::pose::{Pose, fov_deg};
 use heliodon_view::stage::frame::StageFrame;
@@ -109,12 +110,24 @@ impl Studio {
     /// What the viewer would show and these pictures do not, if they are traced.
     pub fn left_out(&self) -> Option<String> {
         let details = self.bundle.manifest().parts.iter().any(|part| part.detail.is_some());
-        let there =
-            [("actors", !self.bundle.actors().is_empty()), ("lamps", !self.bundle.lamps().is_empty()), ("details", details)];
+        let there = [
+            ("actors", !self.bundle.actors().is_empty()),
+            ("films", !self.bundle.living().films.is_empty()),
+            ("lamps", !self.bundle.lamps().is_empty()),
+            ("details", details),
+        ];
         let names: Vec<&str> = there.into_iter().filter_map(|(name, there)| there.then_some(name)).collect();
         let traced = matches!(self.painter, Painter::Reference(_));
         (traced && !names.is_empty())
             .then(|| format!("the path tracer leaves out what it knows nothing of: {}", names.join(", ")))
+    }
+
+    /// What was odd or missing in the pictures so far, such as films that cannot be played.
+    pub fn take_problems(&mut self) -> Vec<String> {
+        match &mut self.painter {
+            Painter::Viewer(renderer) => renderer.app_mut().world_mut().resource_mut::<Films>().take_problems(),
+            Painter::Reference(_) => Vec::new(),
+        }
     }
 
     /// The bundle's day in seconds after midnight.

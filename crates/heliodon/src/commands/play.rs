@@ -144,6 +144,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         app.progress.progress(number as u64 + 1);
     }
     app.progress.finished();
+    player.take_problems().iter().for_each(|problem| app.progress.warning(problem));
     // what went wrong is in the film's last pictures
     if let (Some(film), Some(output)) = (film, &args.output) {
         film.finish(output)?;

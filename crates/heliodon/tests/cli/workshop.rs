@@ -6,8 +6,7 @@ use std::ffi::OsStr;
 use std::fs;
 
 /// Every task in its order; a blow of the mallet says its own anew.
-const TASKS: [&str; 8] =
-    ["do-take-mallet", "do-carve", "do-carve", "do-carve", "do-ivory", "do-melt", "do-glass", "do-gold"];
+const TASKS: [&str; 8] = ["do-take-mallet", "do-carve", "do-carve", "do-carve", "do-ivory", "do-melt", "do-glass", "do-gold"];
 
 #[test]
 fn the_statue_is_finished_with_every_device() {
@@ -17,7 +16,8 @@ fn the_statue_is_finished_with_every_device() {
     // its light is another test's matter
     let path = site.join("site.toml");
     let mut text = fs::read_to_string(&path).unwrap();
-    for (as_made, quick) in [("\nsamples = 512", "\nsamples = 16"), ("\nbounces = 6", "\nbounces = 1"), ("\ntexels = 2048", "\ntexels = 256")]
+    for (as_made, quick) in
+        [("\nsamples = 512", "\nsamples = 16"), ("\nbounces = 6", "\nbounces = 1"), ("\ntexels = 2048", "\ntexels = 256")]
     {
         assert!(text.contains(as_made), "{as_made}");
         text = text.replace(as_made, quick);

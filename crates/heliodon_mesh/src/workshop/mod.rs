@@ -148,12 +148,5 @@ pub fn workshop(params: &WorkshopParams) -> Workshop {
     if params.triangles > parts.iter().map(|part| part.mesh.triangles.len()).sum() {
         refine(&mut parts, params.triangles);
     }
-    Workshop {
-        parts,
-        room: ROOM,
-        look_at: LOOK_AT,
-        lamps: furnishing::lamps(),
-        fire: furnishing::fire(),
-        things: stations::things(params.seed),
-    }
+    Workshop { parts, room: ROOM, look_at: LOOK_AT, lamps: furnishing::lamps(), things: stations::things(params.seed) }
 }

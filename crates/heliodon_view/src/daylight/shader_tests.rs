@@ -186,11 +186,12 @@ fn the_shaders_of_impostors_are_valid_for_every_target() {
 fn the_shaders_of_films_are_valid_for_every_target() {
     use crate::film::{FILM_BYTES, FilmKey, Step};
     use crate::impostor::CAMERA_BYTES;
-    for (samples, surface) in [(1, false), (4, true)] {
+    for (samples, surface, straight) in [(1, false, false), (4, true, false), (4, false, true)] {
         for (curve, format) in
             [(ToneCurve::Clamp, TextureFormat::Bgra8UnormSrgb), (ToneCurve::Linear, TextureFormat::Rgba16Float)]
         {
-            let module = compile(&FilmKey { display: DisplayKey { curve, format }, samples, surface, step: Step::Over }.wgsl());
+            let display = DisplayKey { curve, format };
+            let module = compile(&FilmKey { display, samples, surface, straight, step: Step::Over }.wgsl());
             for (name, bytes) in [("Camera", CAMERA_BYTES), ("Film", FILM_BYTES)] {
                 assert_eq!(size_of_struct(&module, name), Some(bytes as u32));
             }

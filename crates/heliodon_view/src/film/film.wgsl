@@ -22,7 +22,7 @@ struct Camera {
 struct Film {
     // xyz: the middle of its lower edge.
     place: vec4<f32>,
-    // xyz: from there to its right edge; w: 0 opaque, 1 straight, 2 premultiplied.
+    // xyz: from there to its right edge; w: 0 where it is opaque.
     right: vec4<f32>,
     // xyz: to its upper edge.
     up: vec4<f32>,
@@ -57,7 +57,6 @@ const MOST_TAPS: f32 = 4.0;
 const ABOVE: f32 = 3e-4;
 
 const OPAQUE: f32 = 0.0;
-const STRAIGHT: f32 = 1.0;
 
 struct Fragment {
     @builtin(position) clip: vec4<f32>,
@@ -105,6 +104,7 @@ fn surface_vertex(
     return out;
 }
 
+#ifdef STRAIGHT
 // A texel, linear and premultiplied.
 fn texel(place: vec2<i32>, size: vec2<i32>, repeats: bool) -> vec4<f32> {
     let around = ((place % size) + size) % size;
@@ -112,13 +112,8 @@ fn texel(place: vec2<i32>, size: vec2<i32>, repeats: bool) -> vec4<f32> {
     return vec4<f32>(found.rgb * found.a, found.a);
 }
 
-// The film at a place, linear and premultiplied.
+// Straight colours mean nothing where nothing is, and are not to be mixed with those beside them.
 fn film_at(uv: vec2<f32>, shape: vec4<f32>) -> vec4<f32> {
-    if (shape.w != STRAIGHT) {
-        let found = textureSampleLevel(texels, texel_sampler, uv, 0.0);
-        return vec4<f32>(found.rgb, select(found.a, 1.0, shape.w == OPAQUE));
-    }
-    // Straight colours mean nothing where nothing is, and are not to be mixed with those beside them.
     let size = vec2<i32>(shape.xy);
     let repeats = shape.z > 0.5;
     let at = uv * shape.xy - 0.5;
@@ -128,6 +123,13 @@ fn film_at(uv: vec2<f32>, shape: vec4<f32>) -> vec4<f32> {
     let lower = mix(texel(corner + vec2<i32>(0, 1), size, repeats), texel(corner + vec2<i32>(1, 1), size, repeats), part.x);
     return mix(upper, lower, part.y);
 }
+#endif
+#ifdef READY
+fn film_at(uv: vec2<f32>, shape: vec4<f32>) -> vec4<f32> {
+    let found = textureSampleLevel(texels, texel_sampler, uv, 0.0);
+    return vec4<f32>(found.rgb, select(found.a, 1.0, shape.w == OPAQUE));
+}
+#endif
 
 // What a pixel covers of the film: its mean over the pixel.
 fn covered(uv: vec2<f32>, shape: vec4<f32>) -> vec4<f32> {
@@ -153,9 +155,14 @@ fn scene_depth(pixel: vec2<f32>) -> f32 {
 // What is shown, premultiplied after the tone curve, for what is there has gone through it already: the curve of a sum is not the sum of curves.
 fn shown(in: Fragment, before: f32) -> vec4<f32> {
     let found = covered(in.uv, in.shape);
-    let whole = found.rgb / max(found.a, 1e-4);
     let cover = found.a * before;
-    return vec4<f32>(display(whole * in.light, in.clip.xy) * cover, cover);
+    var seen = vec4<f32>(0.0);
+    // Most of a film covers nothing: one turn of a loop, which processors leave out where a branch is always walked.
+    let turns = select(0u, 1u, cover > 0.0);
+    for (var k = 0u; k < turns; k += 1u) {
+        seen = vec4<f32>(display(found.rgb / max(found.a, 1e-4) * in.light, in.clip.xy) * cover, cover);
+    }
+    return seen;
 }
 
 fn softened(in: Fragment) -> vec4<f32> {
@@ -268,7 +275,8 @@ fn shadow_fragment(in: Shadow) -> @location(0) vec4<f32> {
     let own = vec3<f32>(-side.z, 0.0, side.x);
     let far = length(vec2<f32>(dot(off, own), 1.5 * off.y)) / FEET_M;
     var left = vec3<f32>(1.0);
-    if far < 1.0 || (way > 0.0 && way < film.sky.w) {
+    let turns = select(0u, 1u, far < 1.0 || (way > 0.0 && way < film.sky.w && met.y < film.up.y));
+    for (var k = 0u; k < turns; k += 1u) {
         let n = across * inverseSqrt(max(dot(across, across), 1e-20));
         let cover = select(0.0, cover_around(film, vec2<f32>(dot(met, right) * turned, met.y), penumbra), way > 0.0);
         let sole = cover_around(film, vec2<f32>(dot(off, side), 0.5 * SOLE_M), vec2<f32>(0.3 * FEET_M, 0.45 * SOLE_M));

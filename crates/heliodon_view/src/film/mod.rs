@@ -128,6 +128,8 @@ pub struct Films {
     missing: HashSet<String>,
     lit: Vec<Lit>,
     told: FilmTold,
+    /// What is odd or missing, for programs that show no log.
+    problems: Vec<String>,
     /// Whether frames wait for their pictures: for pictures that must be right, not quick. Then no sound is heard.
     pub(crate) wait: bool,
     /// The second at which all films are, for pictures that depend on nothing before them.
@@ -162,6 +164,17 @@ impl Films {
     #[must_use]
     pub fn told(&self) -> FilmTold {
         self.told
+    }
+
+    /// What was odd or missing since this was asked last.
+    pub fn take_problems(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.problems)
+    }
+
+    /// Each is told once, for a film breaks once.
+    fn tell(&mut self, problem: String) {
+        warn!("{problem}");
+        self.problems.push(problem);
     }
 
     /// Whether all films that there are have been looked into.
@@ -208,6 +221,7 @@ struct Drawn {
     slot: usize,
     on_part: bool,
     casts: bool,
+    straight: bool,
 }
 
 /// Shows films.
@@ -292,10 +306,10 @@ fn follow_stage(
     let Some(loaded) = films.loading.as_ref().and_then(Background::take) else { return };
     films.loading = None;
     let Ok(loaded) = loaded else {
-        warn!("the films' loading thread broke off");
+        films.tell("the films' loading thread broke off".to_owned());
         return;
     };
-    loaded.told.iter().for_each(|told| warn!("{told}"));
+    loaded.told.into_iter().for_each(|told| films.tell(told));
     films.missing.extend(loaded.missing);
     let paths = stage.bundle().map_or(&[][..], |bundle| &bundle.living().paths);
     let mut prepared = 0;
@@ -304,7 +318,7 @@ fn follow_stage(
         prepared += usize::from(ahead);
         let (screen, problem) = Screen::new(opened, paths, ahead);
         if let Some(problem) = problem {
-            warn!("the film {} is not shown: {problem}", screen.name());
+            films.tell(format!("the film {} is not shown: {problem}", screen.name()));
         }
         films.screens.push(screen);
     }
@@ -361,6 +375,7 @@ fn go_on(
     }
     let start = Instant::now();
     let Films { screens, told, wait, at_s, .. } = &mut *films;
+    let mut problems = Vec::new();
     let passing = Passing {
         seconds: time.delta_secs_f64(),
         hour_stands: !lapse.playing,
@@ -373,7 +388,7 @@ fn go_on(
     for screen in screens {
         let outcome = screen.pass(&passing, sounds.as_deref_mut());
         if let Some(problem) = outcome.problem {
-            warn!("the film {} is not shown: {problem}", screen.name());
+            problems.push(format!("the film {} is not shown: {problem}", screen.name()));
         }
         if outcome.ended {
             story.tell(Event::Ended { what: screen.name().to_owned() });
@@ -382,6 +397,7 @@ fn go_on(
         (shown, missed) = (shown + own_shown, missed + own_missed);
     }
     *told = FilmTold { shown, missed, ms: start.elapsed().as_secs_f32() * 1e3, ..*told };
+    problems.into_iter().for_each(|problem| films.tell(problem));
 }
 
 /// Puts every film where it is and into the light that is there, for each head.
@@ -434,7 +450,12 @@ fn arrange(
                 films: order.iter().map(|placed| placed.seen_from(head.place, &light)).collect(),
                 order: order
                     .iter()
-                    .map(|placed| Drawn { slot: placed.slot, on_part: placed.on_part, casts: placed.casts() })
+                    .map(|placed| Drawn {
+                        slot: placed.slot,
+                        on_part: placed.on_part,
+                        casts: placed.casts(),
+                        straight: placed.straight,
+                    })
                     .collect(),
             }
         })
@@ -486,7 +507,8 @@ struct Placed<'a> {
     half_m: f32,
     height_m: f32,
     size: Vec2,
-    kind: f32,
+    opaque: bool,
+    straight: bool,
     /// The light at its feet and its head.
     reached: [Reached; 2],
 }
@@ -504,11 +526,8 @@ impl<'a> Placed<'a> {
             half_m: 0.5 * height_m * size.x / size.y.max(1.0),
             height_m,
             size,
-            kind: match screen.opened.pixels {
-                Pixels::Opaque => 0.0,
-                Pixels::Straight => 1.0,
-                Pixels::Premultiplied => 2.0,
-            },
+            opaque: screen.opened.pixels == Pixels::Opaque,
+            straight: screen.opened.pixels == Pixels::Straight,
             reached,
         }
     }
@@ -540,7 +559,7 @@ impl<'a> Placed<'a> {
         let [sky, sun] = light.on_ground(&self.reached[0]);
         FilmUniform {
             place: self.place.extend(0.0),
-            right: (right * self.half_m).extend(self.kind),
+            right: (right * self.half_m).extend(if self.opaque { 0.0 } else { 1.0 }),
             up: Vec4::new(0.0, self.height_m, 0.0, 0.0),
             sky: sky.extend((self.height_m / light.shadow.y.max(LEAST_RISE)).min(LONGEST_M)),
             sun: sun.extend(if self.casts() { lit } else { 0.0 }),

@@ -32,6 +32,8 @@ pub struct FilmKey {
     pub samples: u32,
     /// Whether the film is on a part, and not on a quad.
     pub surface: bool,
+    /// Whether its colours are still to be multiplied by their alpha.
+    pub straight: bool,
     /// What it does with what is there.
     pub step: Step,
 }
@@ -53,7 +55,12 @@ impl FilmKey {
     /// The shader's whole text.
     #[must_use]
     pub fn wgsl(self) -> String {
-        let defined = [("ONE_SAMPLE", self.samples == 1), ("MANY_SAMPLES", self.samples > 1)];
+        let defined = [
+            ("ONE_SAMPLE", self.samples == 1),
+            ("MANY_SAMPLES", self.samples > 1),
+            ("STRAIGHT", self.straight),
+            ("READY", !self.straight),
+        ];
         format!("{}{}", self.display.wgsl(), resolved(FILM_WGSL, &defined))
     }
 
@@ -126,8 +133,9 @@ struct HeadGpu {
 
 struct CameraGpu {
     head: usize,
-    /// Of shadows, quads and parts, in the order of their passes.
-    pipelines: [Vec<CachedRenderPipelineId>; 3],
+    shadows: CachedRenderPipelineId,
+    /// Of quads and of parts, each of ready and of straight colours, in the order of their passes.
+    pipelines: [[Vec<CachedRenderPipelineId>; 2]; 2],
     uniform: Buffer,
     group: BindGroup,
 }
@@ -329,11 +337,13 @@ pub fn prepare(
             Passes::Single => &[Step::Over],
             Passes::Two => &[Step::Mask, Step::Add],
         };
-        let found = [(false, &[Step::Shadow][..]), (false, steps), (true, steps)].map(|(surface, steps)| {
-            let keys = steps.iter().map(|&step| FilmKey { display, samples, surface, step });
-            keys.map(|key| *gpu.made.entry(key).or_insert_with(|| queue_pipeline(&mut cache, &mut pipelines, layouts, key)))
-                .collect()
-        });
+        let mut pipeline = |surface, straight, step| {
+            let key = FilmKey { display, samples, surface, straight, step };
+            *gpu.made.entry(key).or_insert_with(|| queue_pipeline(&mut cache, &mut pipelines, layouts, key))
+        };
+        let shadows = pipeline(false, false, Step::Shadow);
+        let found = [false, true]
+            .map(|surface| [false, true].map(|straight| steps.iter().map(|&step| pipeline(surface, straight, step)).collect()));
         let world_from_view = view.world_from_view.to_matrix();
         let clip_from_world = view.clip_from_world.unwrap_or_else(|| view.clip_from_view * world_from_view.inverse());
         let uniform = CameraUniform::new(world_from_view, view.clip_from_view, clip_from_world, (at.as_vec2(), size.as_vec2()));
@@ -347,7 +357,7 @@ pub fn prepare(
         let layout = cache.get_bind_group_layout(&layouts.camera[usize::from(samples > 1)]);
         let entries = BindGroupEntries::sequential((buffer.as_entire_binding(), depth.view()));
         let group = device.create_bind_group("film_camera", &layout, &entries);
-        gpu.cameras.insert(entity, CameraGpu { head, pipelines: found, uniform: buffer, group });
+        gpu.cameras.insert(entity, CameraGpu { head, shadows, pipelines: found, uniform: buffer, group });
     }
 }
 
@@ -445,11 +455,10 @@ pub fn draw(view: ViewQuery<DrawnView>, gpu: Res<FilmsGpu>, cache: Res<PipelineC
     }
     pass.set_bind_group(0, &*own.group, &[]);
     pass.set_bind_group(1, &*head.group, &[]);
-    let [shadows, quads, surfaces] = &own.pipelines;
     // shadows first, for they fall on what has depth: they would darken films that stand before
     for (drawn, number) in head.order.iter().zip(0..).filter(|(drawn, _)| drawn.casts) {
-        let (Some(picture), Some(&pipeline)) = (gpu.pictures.get(&drawn.slot), shadows.first()) else { continue };
-        let Some(pipeline) = cache.get_render_pipeline(pipeline) else { continue };
+        let pipeline = cache.get_render_pipeline(own.shadows);
+        let (Some(picture), Some(pipeline)) = (gpu.pictures.get(&drawn.slot), pipeline) else { continue };
         pass.set_pipeline(pipeline);
         pass.set_bind_group(2, &*picture.groups[picture.shown], &[]);
         pass.draw(0..BOX_CORNERS, number..number + 1);
@@ -457,7 +466,7 @@ pub fn draw(view: ViewQuery<DrawnView>, gpu: Res<FilmsGpu>, cache: Res<PipelineC
     for (drawn, number) in head.order.iter().zip(0..) {
         let Some(picture) = gpu.pictures.get(&drawn.slot) else { continue };
         pass.set_bind_group(2, &*picture.groups[picture.shown], &[]);
-        for &pipeline in if drawn.on_part { surfaces } else { quads } {
+        for &pipeline in &own.pipelines[usize::from(drawn.on_part)][usize::from(drawn.straight)] {
             let Some(pipeline) = cache.get_render_pipeline(pipeline) else { continue };
             pass.set_pipeline(pipeline);
             match gpu.surfaces.get(&drawn.slot).filter(|_| drawn.on_part) {

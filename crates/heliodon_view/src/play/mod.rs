@@ -17,6 +17,7 @@ use crate::actors::Actors;
 use crate::costs::{Cost, FrameTold};
 use crate::daylight::DaylightCamera;
 use crate::display::Room;
+use crate::film::Films;
 use crate::hands::{Hand, Hands};
 use crate::headless::app::Stepped;
 use crate::headless::readback::{ReadbackError, begin_readback};
@@ -241,6 +242,11 @@ impl Player {
     #[must_use]
     pub fn costs(&self) -> Vec<(&'static str, Cost)> {
         self.stepped.app.world().get_resource::<FrameTold>().map_or_else(Vec::new, FrameTold::costs)
+    }
+
+    /// What was odd or missing since this was asked last, such as films that cannot be played.
+    pub fn take_problems(&mut self) -> Vec<String> {
+        self.stepped.app.world_mut().resource_mut::<Films>().take_problems()
     }
 
     /// Plays a script; `take` gets each picture, where pictures are made, and those of `shot` by their names.

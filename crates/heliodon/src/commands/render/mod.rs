@@ -189,6 +189,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
             frames
         }
     };
+    studio.take_problems().iter().for_each(|problem| app.progress.warning(problem));
     let rendered = Rendered {
         file: args.output.clone(),
         pictures,

@@ -12,6 +12,7 @@ use crate::values::{Exposure, TimeSpan};
 use anyhow::Result;
 use heliodon_bake::report::Reporter;
 use heliodon_view::actors::Actors;
+use heliodon_view::film::Films;
 use heliodon_view::headless::room::{RoomPictures, RoomRenderer};
 use heliodon_view::headless::{RenderOptions, Shot, ShotExposure};
 use heliodon_view::navigation::pose::Pose;
@@ -105,6 +106,8 @@ pub(super) fn run(app: &App, args: &Args, work: Work, display: &Path) -> Result<
             film.finish(path)?;
         }
     }
+    let problems = renderer.app_mut().world_mut().resource_mut::<Films>().take_problems();
+    problems.iter().for_each(|problem| app.progress.warning(problem));
     let rendered = Rendered {
         files: sizes.into_iter().map(|(path, _)| path).collect(),
         pictures: frames,
