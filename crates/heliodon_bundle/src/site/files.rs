@@ -84,7 +84,7 @@ impl Site {
         let mut named: Vec<(Vec<String>, &str)> = Vec::new();
         for (i, film) in self.films.iter().enumerate() {
             let at = |key: &str| ["film", &i.to_string(), key].map(str::to_owned).to_vec();
-            named.push((at("file"), &film.file));
+            named.extend(film.file.as_deref().map(|file| (at("file"), file)));
             named.extend(film.mask.as_deref().map(|mask| (at("mask"), mask)));
         }
         for (i, sound) in self.sounds.iter().enumerate() {

@@ -98,7 +98,11 @@ pub struct Film {
     /// Its name for scripts, unique among films.
     pub name: String,
     /// An MP4 or WebM file relative to the site's folder; with a mask, the image of the pair that `heliodon key` makes.
-    pub file: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// In place of a file: what a part's surface looks like that flows or flickers; a tile of it is `height_m` high.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kind: Option<FilmKind>,
     /// The inverted mask of the pair.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mask: Option<String>,
@@ -134,9 +138,19 @@ pub struct Film {
     /// A path along which it goes ahead of the visitor, waiting where they fall behind.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub leads: Option<String>,
-    /// A part with texture coordinates that shows the film in place of its own colour; `place` then is where its sound comes from.
+    /// A part that shows the film in place of its own colour, by its texture coordinates; what is made needs none. `place` then is where its sound comes from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<String>,
+}
+
+/// A film that is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum FilmKind {
+    /// Coals that glow, now here, now there.
+    Embers,
+    /// Water that runs over the part, towards its texture's lower edge; without texture coordinates, downwards.
+    Water,
 }
 
 /// Whether a film turns.
@@ -316,7 +330,7 @@ impl Living {
 
     /// The names of its files, as [`Living::files_mut`] has them.
     pub fn files(&self) -> impl Iterator<Item = &str> {
-        let films = self.films.iter().flat_map(|film| std::iter::once(&film.file).chain(&film.mask));
+        let films = self.films.iter().flat_map(|film| film.file.iter().chain(&film.mask));
         let sounds = self.sounds.iter().filter_map(|sound| sound.file.as_ref());
         let story = self.story.iter().flat_map(|story| story.scripts.iter().chain(&story.texts).chain(&story.font));
         films.chain(sounds).chain(story).map(String::as_str)
@@ -324,7 +338,7 @@ impl Living {
 
     /// The names of its files, each with what may change it: in a site relative to its folder, in a manifest within the bundle.
     pub fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
-        let films = self.films.iter_mut().flat_map(|film| std::iter::once(&mut film.file).chain(&mut film.mask));
+        let films = self.films.iter_mut().flat_map(|film| film.file.iter_mut().chain(&mut film.mask));
         let sounds = self.sounds.iter_mut().filter_map(|sound| sound.file.as_mut());
         let story =
             self.story.iter_mut().flat_map(|story| story.scripts.iter_mut().chain(&mut story.texts).chain(&mut story.font));

@@ -123,9 +123,22 @@ fn check_material(at: &[&str; 2], material: &Material) -> Checked {
 
 fn check_film(at: &[&str; 2], film: &Film, living: &Living) -> Checked {
     let key = |name| [at[0], at[1], name];
-    not_empty(&key("file"), &film.file)?;
+    match (&film.file, film.kind) {
+        (Some(_), Some(_)) => return fault(&key("kind"), "the film has both a file and a kind", "take one of the two out"),
+        (None, None) => {
+            return fault(at, "the film has neither a file nor a kind", "add file = \"guide.mp4\", or kind = \"water\"");
+        }
+        (Some(file), None) => not_empty(&key("file"), file)?,
+        (None, Some(_)) if film.surface.is_none() => {
+            return fault(&key("kind"), "what is made is for a part", "add surface = \"NAME\" of a part");
+        }
+        (None, Some(_)) => {}
+    }
     if let Some(mask) = &film.mask {
         not_empty(&key("mask"), mask)?;
+        if film.file.is_none() {
+            return fault(&key("mask"), "a mask without an image", "add the pair's image as file");
+        }
     }
     finite(&key("place"), &film.place)?;
     finite(&key("turn_deg"), &[film.turn_deg])?;
@@ -277,6 +290,9 @@ mod tests {
         wrong("[[film]]\nname = \"a\"\nfile = \"a.mp4\"\nplace = [0.0, 0.0, 0.0]\nleads = \"up\"", "there is no path `up`");
         let film = "[[film]]\nname = \"a\"\nfile = \"a.mp4\"\nplace = [0.0, 0.0, 0.0]\nsurface = \"b\"";
         wrong(film, "there is no part `b`");
+        wrong("[[film]]\nname = \"a\"\nplace = [0.0, 0.0, 0.0]", "neither a file nor a kind");
+        wrong("[[film]]\nname = \"a\"\nkind = \"water\"\nplace = [0.0, 0.0, 0.0]", "what is made is for a part");
+        wrong("[[film]]\nname = \"a\"\nkind = \"lava\"\nplace = [0.0, 0.0, 0.0]", "unknown value `lava`");
         let path = "[[path]]\nname = \"p\"\npoints = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]\n";
         wrong(&format!("{path}{film}\nleads = \"p\""), "on a part and leads");
         wrong("[[sound]]\nname = \"a\"", "neither a file nor a kind");

@@ -47,7 +47,8 @@ fn example_region() -> Region {
 fn example_film() -> Film {
     Film {
         name: "mason".to_owned(),
-        file: "mason.mp4".to_owned(),
+        file: Some("mason.mp4".to_owned()),
+        kind: None,
         mask: None,
         place: [0.0; 3],
         height_m: 1.8,
@@ -110,7 +111,8 @@ fn write_material(w: &mut Writer, material: &Material) {
 fn write_film(w: &mut Writer, film: &Film) {
     w.line("\n[[film]]  # a film on an upright surface");
     w.set("name", &film.name, "");
-    w.set("file", &film.file, "mp4 or webm");
+    w.absent("file", film.file.as_ref(), "\"mason.mp4\"", "mp4 or webm");
+    w.absent("kind", film.kind.as_ref(), "\"water\"", "in place of a file, on a part: embers or water");
     w.absent("mask", film.mask.as_ref(), "\"mason_mask.mp4\"", "of the pair that `heliodon key` makes");
     w.set("place", film.place, "of the middle of its lower edge");
     w.optional("height_m", &film.height_m, &1.8, "");
@@ -122,7 +124,7 @@ fn write_film(w: &mut Writer, film: &Film) {
     w.optional("lit", &film.lit, &1.0, "0 shines by itself, 1 is lit as what stands beside it");
     w.optional("volume", &film.volume, &1.0, "");
     w.absent("leads", film.leads.as_ref(), "\"round\"", "a path along which it goes ahead of the visitor");
-    w.absent("surface", film.surface.as_ref(), "\"panel\"", "a part with a texture, in whose place it is shown");
+    w.absent("surface", film.surface.as_ref(), "\"panel\"", "a part that shows it in place of its colour");
 }
 
 fn write_sound(w: &mut Writer, sound: &SoundSource) {

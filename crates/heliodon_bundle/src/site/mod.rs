@@ -30,7 +30,8 @@ pub use files::{InputFile, InputKind};
 pub use heliodon_math::unit::Unit;
 pub use lamp::Lamp;
 pub use living::{
-    Echo, Faces, Film, Living, Material, ParticleKind, Particles, Region, SoundSource, Story, Thing, View, Walls, Way, is_font,
+    Echo, Faces, Film, FilmKind, Living, Material, ParticleKind, Particles, Region, SoundSource, Story, Thing, View, Walls,
+    Way, is_font,
 };
 pub(crate) use living_check::check_lone_living as check_living;
 pub use matte::{MAX_MATTE_CORNERS, Matte};

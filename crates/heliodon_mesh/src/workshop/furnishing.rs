@@ -47,6 +47,8 @@ pub struct Furnishing {
     pub wooden: Vec<SolidMesh>,
     /// Lamps, tools, and what is worked on.
     pub wares: Vec<SolidMesh>,
+    /// Coals in the furnace.
+    pub coals: Vec<SolidMesh>,
 }
 
 /// All of it.
@@ -56,7 +58,7 @@ pub fn furnishing(palette: &mut Palette) -> Furnishing {
         all.wares.extend(placed(props::lamp_stand(palette), foot, palette.between(0.0, 1.0)));
     }
     benches(palette, &mut all);
-    let Furnishing { mut wooden, mut wares } = all;
+    let Furnishing { mut wooden, mut wares, .. } = all;
     let at = |x: f32, z: f32| Vec3::new(x, STANDS_OVER, z);
     let mut stand = |things: Vec<SolidMesh>, x: f32, z: f32, yaw_rad: f32| wares.extend(placed(things, at(x, z), yaw_rad));
     stand(props::unfinished_youth(palette), 6.3, 3.3, PI + 0.35);
@@ -84,7 +86,8 @@ pub fn furnishing(palette: &mut Palette) -> Furnishing {
     }
     chips(palette, &mut wares);
     timber(palette, &mut wooden);
-    Furnishing { wooden, wares }
+    let coals = placed(props::coals(palette), FURNACE, 0.0).collect();
+    Furnishing { wooden, wares, coals }
 }
 
 /// Four benches with what is worked on.

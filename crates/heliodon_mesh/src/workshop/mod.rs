@@ -95,6 +95,7 @@ fn solids(seed: u32) -> Vec<Solids> {
         ("scaffold", PartRole::Prop, scaffold::scaffold(&mut palette(6))),
         ("benches", PartRole::Prop, furnishing.wooden),
         ("wares", PartRole::Prop, furnishing.wares),
+        ("coals", PartRole::Prop, furnishing.coals),
         ("ground", PartRole::Ground, building::ground(&mut palette(8))),
     ];
     all.extend(seated_god(&mut palette(5)));

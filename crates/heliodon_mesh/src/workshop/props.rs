@@ -246,31 +246,26 @@ pub fn tusk(length: f32, palette: &mut Palette) -> SolidMesh {
 /// Height of the furnace's rim, and from its foot to the coals in it.
 pub const FURNACE_HEIGHTS: (f32, f32) = (0.82, 0.62);
 
-/// A round furnace of clay, open above, with coals in it.
+/// A round furnace of clay, open above.
 pub fn furnace(palette: &mut Palette) -> Vec<SolidMesh> {
     let (rim, coals) = FURNACE_HEIGHTS;
-    let profile = [
-        (0.36, -BITE),
-        (0.38, 0.06),
-        (0.34, 0.1),
-        (0.33, rim - 0.1),
-        (0.37, rim - 0.06),
-        (0.37, rim),
-        (0.27, rim),
-        (0.25, coals - 0.04),
-        (0.0, coals - 0.04),
-    ];
-    let mut solids = vec![lathe(&profile, 20, palette.pick(Material::Clay))];
+    let outside = [(0.36, -BITE), (0.38, 0.06), (0.34, 0.1), (0.33, rim - 0.1), (0.37, rim - 0.06), (0.37, rim)];
+    let inside = [(0.27, rim), (0.25, coals - 0.04), (0.0, coals - 0.04)];
+    vec![lathe(&[&outside[..], &inside].concat(), 20, palette.pick(Material::Clay))]
+}
+
+/// The coals in it.
+pub fn coals(palette: &mut Palette) -> Vec<SolidMesh> {
     const COALS: u32 = 13;
-    for k in 0..COALS {
+    let coal = |k: u32| {
         // on a spiral, so that they neither touch the wall nor leave a hole in the middle
         let (sin, cos) = libm::sincosf(2.4 * k as f32);
         let far = 0.2 * (k as f32 / COALS as f32).sqrt();
-        let middle = Vec3::new(far * cos, coals - 0.01 + palette.between(0.0, 0.015), far * sin);
+        let middle = Vec3::new(far * cos, FURNACE_HEIGHTS.1 - 0.01 + palette.between(0.0, 0.015), far * sin);
         let size = Vec3::new(palette.between(0.025, 0.04), palette.between(0.02, 0.03), palette.between(0.025, 0.04));
-        solids.push(smooth(ball(middle, size, 4, 6), palette.pick(Material::Ebony) * 0.6));
-    }
-    solids
+        smooth(ball(middle, size, 4, 6), palette.pick(Material::Ebony) * 0.6)
+    };
+    (0..COALS).map(coal).collect()
 }
 
 /// A pot to melt in, its foot at the origin.

@@ -1,8 +1,9 @@
 //! Looking into films before they are played, on a thread of its own.
 
+use super::made;
 use super::surface::Surface;
 use heliodon_bundle::BundleReader;
-use heliodon_bundle::site::Film as FilmSettings;
+use heliodon_bundle::site::{Film as FilmSettings, FilmKind};
 use heliodon_film::{Film, FilmError, Player, PlayerParams, ReadParams, Source};
 use std::path::Path;
 use std::sync::Arc;
@@ -17,8 +18,8 @@ const APART: f64 = 0.02;
 pub struct Opened {
     /// What the site says of it.
     pub settings: FilmSettings,
-    /// Its files.
-    pub source: Source,
+    /// Its files; none where it is made.
+    pub source: Option<Source>,
     /// Columns and rows that are shown.
     pub size: (u32, u32),
     /// What its pixels are.
@@ -44,7 +45,11 @@ impl Opened {
     /// # Errors
     /// Where there is nothing to be played.
     pub fn look(folder: &Path, settings: FilmSettings, told: &mut Vec<String>) -> Result<Self, FilmError> {
-        let image = Film::probe(folder.join(&settings.file))?;
+        let Some(file) = &settings.file else {
+            let pixels = if settings.kind == Some(FilmKind::Water) { Pixels::Straight } else { Pixels::Opaque };
+            return Ok(Self { settings, source: None, size: (made::SIDE, made::SIDE), pixels, surface: None });
+        };
+        let image = Film::probe(folder.join(file))?;
         let name = &settings.name;
         let mut size = (image.width, image.height);
         let longest = size.0.max(size.1);
@@ -70,24 +75,25 @@ impl Opened {
                 (Source::Pair { image, mask }, Pixels::Premultiplied)
             }
         };
-        Ok(Self { settings, source, size, pixels, surface: None })
+        Ok(Self { settings, source: Some(source), size, pixels, surface: None })
     }
 
     /// Seconds that its header tells.
     #[must_use]
     pub fn told_s(&self) -> Option<f64> {
-        let film = self.source.film();
+        let film = self.source.as_ref()?.film();
         film.frames().map(|frames| film.rate.time_of(frames))
     }
 
-    /// Begins to decode.
+    /// Begins to decode; there is nothing to decode where it is made.
     ///
     /// # Errors
     /// Without `ffmpeg`.
-    pub fn play(&self) -> Result<Player, FilmError> {
+    pub fn play(&self) -> Result<Option<Player>, FilmError> {
+        let Some(source) = self.source.clone() else { return Ok(None) };
         let params = if self.settings.repeat { PlayerParams::playing() } else { PlayerParams::once() };
         let read = ReadParams { size: Some(self.size), ..params.read };
-        Player::start(self.source.clone(), &PlayerParams { read, ..params })
+        Player::start(source, &PlayerParams { read, ..params }).map(Some)
     }
 }
 
@@ -122,8 +128,14 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Takes one more.
-    pub fn take(&mut self, folder: &Path, settings: &FilmSettings, surface: impl FnOnce(&str) -> Result<Surface, String>) {
+    /// Takes one more; the part that shows it is one of the bundle's.
+    pub fn take(&mut self, folder: &Path, settings: &FilmSettings, bundle: Option<&BundleReader>) {
+        // what is made has no texture of its own that says where it lies
+        let tile_m = settings.kind.map(|_| settings.height_m as f32);
+        let surface = |part: &str| match bundle {
+            Some(bundle) => Surface::read(bundle, part, tile_m),
+            None => Err("there is no bundle with parts".to_owned()),
+        };
         let opened = Opened::look(folder, settings.clone(), &mut self.told).map_err(|error| error.to_string());
         let opened = opened.and_then(|opened| match &settings.surface {
             None => Ok(opened),
@@ -143,7 +155,7 @@ impl Loaded {
 pub fn run(bundle: &BundleReader) -> Loaded {
     let mut loaded = Loaded::default();
     for film in &bundle.living().films {
-        loaded.take(bundle.folder(), film, |part| Surface::read(bundle, part));
+        loaded.take(bundle.folder(), film, Some(bundle));
     }
     loaded
 }

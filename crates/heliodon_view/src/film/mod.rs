@@ -17,6 +17,7 @@ mod clock;
 mod lead;
 mod light;
 mod load;
+mod made;
 mod render;
 mod screen;
 mod surface;
@@ -295,10 +296,7 @@ fn follow_stage(
         films.loading = Some(Background::start(move || {
             let mut loaded = Loaded::default();
             for (folder, film) in &added {
-                loaded.take(folder, film, |part| match &bundle {
-                    Some(bundle) => Surface::read(bundle, part),
-                    None => Err("there is no bundle with parts".to_owned()),
-                });
+                loaded.take(folder, film, bundle.as_deref());
             }
             loaded
         }));

@@ -3,6 +3,7 @@
 use super::clock::FilmClock;
 use super::lead::Leader;
 use super::load::Opened;
+use super::made::{RATE_PER_S, picture};
 use super::voice::Voice;
 use crate::sound::Sounds;
 use bevy::math::Vec3;
@@ -244,6 +245,14 @@ impl Screen {
         if problem.is_some() {
             return problem;
         }
+        if let Some(kind) = self.opened.settings.kind {
+            let number = (self.clock.seconds() * RATE_PER_S) as u64;
+            if self.shown.as_ref().is_none_or(|shown| shown.number != number) {
+                self.shown_frames += 1;
+                self.shown = Some(Arc::new(picture(kind, number)));
+            }
+            return None;
+        }
         let player = self.player.as_ref()?;
         let begun = Instant::now();
         let shown = loop {
@@ -276,7 +285,7 @@ impl Screen {
             return None;
         }
         match self.opened.play() {
-            Ok(player) => self.player = Some(player),
+            Ok(player) => self.player = player,
             Err(error) => {
                 self.broken = true;
                 return Some(error.to_string());
@@ -302,9 +311,9 @@ impl Screen {
                 if sounds.is_loading() {
                     return;
                 }
-                let begun =
-                    Voice::begin(self.opened.source.film(), settings.repeat, self.length_s.or_else(|| self.opened.told_s()));
-                playing.sound = match begun {
+                let length_s = self.length_s.or_else(|| self.opened.told_s());
+                let source = self.opened.source.as_ref();
+                playing.sound = match source.and_then(|source| Voice::begin(source.film(), settings.repeat, length_s)) {
                     Some((voice, reader)) => match sounds.join(reader, mouth, settings.volume as f32) {
                         Some(source) => Sound::Heard { voice, source, paused: false },
                         None => Sound::None,

@@ -12,31 +12,34 @@ const MOST_VERTICES: usize = 20_000;
 #[derive(Clone, Debug)]
 pub struct Surface {
     chunks: Vec<LitChunk>,
+    /// The side of a tile, where it lies as places say and not as texture coordinates do, metres.
+    tile_m: Option<f32>,
 }
 
 impl Surface {
-    /// Of a bundle's part.
+    /// Of a bundle's part; with a tile's side in metres it needs no texture coordinates.
     ///
     /// # Errors
     /// Where there is nothing to lay a film on, in words.
-    pub fn read(bundle: &BundleReader, part: &str) -> Result<Self, String> {
+    pub fn read(bundle: &BundleReader, part: &str, tile_m: Option<f32>) -> Result<Self, String> {
         let parts = &bundle.manifest().parts;
         let is_its =
             |number: &usize| parts.get(usize::from(bundle.chunk_info(*number).part)).is_some_and(|own| own.name == part);
         let numbers = (0..bundle.chunk_count()).filter(is_its);
         let chunks = numbers.map(|number| bundle.read_chunk(number)).collect::<Result<Vec<_>, _>>();
-        Self::new(chunks.map_err(|error| error.to_string())?, part)
+        Self::new(chunks.map_err(|error| error.to_string())?, part, tile_m)
     }
 
     /// Of a part's chunks.
     ///
     /// # Errors
     /// As [`Self::read`].
-    pub fn new(chunks: Vec<LitChunk>, part: &str) -> Result<Self, String> {
+    pub fn new(chunks: Vec<LitChunk>, part: &str, tile_m: Option<f32>) -> Result<Self, String> {
         if chunks.iter().all(|chunk| chunk.triangles.is_empty()) {
             return Err(format!("there is no part `{part}`; name one of the site"));
         }
-        if chunks.iter().any(|chunk| chunk.uvs.is_empty()) {
+        let tile_m = tile_m.filter(|_| chunks.iter().any(|chunk| chunk.uvs.is_empty()));
+        if tile_m.is_none() && chunks.iter().any(|chunk| chunk.uvs.is_empty()) {
             return Err(format!("the part `{part}` has no texture coordinates; give it an image as its albedo"));
         }
         let count: usize = chunks.iter().map(|chunk| chunk.positions.len()).sum();
@@ -45,7 +48,7 @@ impl Surface {
                 "the part `{part}` has {count} vertices, of at most {MOST_VERTICES}; make what shows the film a part of its own"
             ));
         }
-        Ok(Self { chunks })
+        Ok(Self { chunks, tile_m })
     }
 
     /// Places, metres.
@@ -59,8 +62,11 @@ impl Surface {
     }
 
     /// Where on the film each vertex is, from its upper left corner.
-    pub fn uvs(&self) -> impl Iterator<Item = Vec2> {
-        self.chunks.iter().flat_map(|chunk| chunk.uvs.iter().copied())
+    pub fn uvs(&self) -> Vec<Vec2> {
+        match self.tile_m {
+            Some(tile_m) => self.positions().zip(self.normals()).map(|(place, normal)| laid(place, normal) / tile_m).collect(),
+            None => self.chunks.iter().flat_map(|chunk| chunk.uvs.iter().copied()).collect(),
+        }
     }
 
     /// Three vertices a triangle.
@@ -90,6 +96,18 @@ impl Surface {
     }
 }
 
+/// Metres along the two axes that a surface shows most of, the second downwards where it is steep.
+fn laid(place: Vec3, normal: Vec3) -> Vec2 {
+    let across = normal.abs();
+    if across.y >= across.x.max(across.z) {
+        Vec2::new(place.x, place.z)
+    } else if across.x > across.z {
+        Vec2::new(place.z, -place.y)
+    } else {
+        Vec2::new(place.x, -place.y)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -114,14 +132,23 @@ mod tests {
 
     #[test]
     fn chunks_of_a_part_are_one_surface() {
-        let surface = Surface::new(vec![chunk(true), chunk(true)], "panel").unwrap();
+        let surface = Surface::new(vec![chunk(true), chunk(true)], "panel", None).unwrap();
         assert_eq!(surface.indices(), [0, 1, 2, 3, 4, 5]);
-        assert_eq!((surface.positions().count(), surface.uvs().nth(4)), (6, Some(Vec2::X)));
+        assert_eq!((surface.positions().count(), surface.uvs().get(4)), (6, Some(&Vec2::X)));
+    }
+
+    #[test]
+    fn what_is_made_lies_by_places_where_there_are_no_coordinates() {
+        let surface = Surface::new(vec![chunk(false)], "basin", Some(0.5)).unwrap();
+        assert_eq!(surface.uvs(), [Vec2::ZERO, 2.0 * Vec2::X, -2.0 * Vec2::Y]);
+        // those that there are stay
+        let surface = Surface::new(vec![chunk(true)], "basin", Some(0.5)).unwrap();
+        assert_eq!(surface.uvs(), [Vec2::ZERO, Vec2::X, Vec2::Y]);
     }
 
     #[test]
     fn what_shows_no_film_is_told() {
-        let why = |chunks| Surface::new(chunks, "panel").unwrap_err();
+        let why = |chunks| Surface::new(chunks, "panel", None).unwrap_err();
         assert!(why(Vec::new()).contains("no part `panel`"));
         assert!(why(vec![chunk(true), chunk(false)]).contains("no texture coordinates"));
         assert!(why(vec![chunk(true); 7000]).contains("21000 vertices"));
