@@ -12,6 +12,7 @@
 
 pub mod actors;
 pub mod bench;
+pub mod bodies;
 pub mod control;
 pub mod costs;
 pub mod covering;
@@ -83,5 +84,6 @@ bevy::app::plugin_group! {
         story:::StoryPlugin,
         hands:::HandsPlugin,
         sound:::SoundPlugin,
+        bodies:::BodiesPlugin,
     }
 }

@@ -6,11 +6,11 @@ use glam::Vec3;
 /// Eyes above feet, metres.
 pub const EYE_HEIGHT_M: f32 = 1.65;
 /// The highest step that feet take: the Parthenon's own are 0.52 m.
-const STEP_UP_M: f32 = 0.6;
+pub(crate) const STEP_UP_M: f32 = 0.6;
 /// What keeps the eyes out of walls.
-const BODY_RADIUS_M: f32 = 0.3;
+pub(crate) const BODY_RADIUS_M: f32 = 0.3;
 /// How deep below the feet ground is looked for; without any, a visitor stays at his height.
-const FALL_M: f32 = 200.0;
+pub(crate) const FALL_M: f32 = 200.0;
 const GRAVITY_M_S2: f32 = 9.81;
 /// Stairs are taken at this rate, per second.
 const RISE_RATE: f32 = 12.0;
@@ -27,13 +27,19 @@ pub struct Fall {
 /// Where an eye at `eye` gets that wants to move by the horizontal `wish` in `seconds` on foot.
 #[must_use]
 pub fn walk(ground: &Ground, eye: Vec3, wish: Vec3, seconds: f32, fall: &mut Fall) -> Vec3 {
-    let mut eye = eye + unblocked(ground, eye, Vec3::new(wish.x, 0.0, wish.z));
+    stand(ground, eye + unblocked(ground, eye, Vec3::new(wish.x, 0.0, wish.z)), None, seconds, fall)
+}
+
+/// Where an eye gets in `seconds` whose feet look for ground, or for something else at the height `on` if that is higher.
+pub(crate) fn stand(ground: &Ground, eye: Vec3, on: Option<f32>, seconds: f32, fall: &mut Fall) -> Vec3 {
+    let mut eye = eye;
     let knee = Vec3::new(eye.x, eye.y - EYE_HEIGHT_M + STEP_UP_M, eye.z);
-    let Some(below) = ground.cast(knee, Vec3::NEG_Y, FALL_M) else {
+    let stone = ground.cast(knee, Vec3::NEG_Y, FALL_M).map(|below| knee.y - below.distance);
+    let Some(floor) = stone.into_iter().chain(on).reduce(f32::max) else {
         *fall = Fall::default();
         return eye;
     };
-    let standing = knee.y - below.distance + EYE_HEIGHT_M;
+    let standing = floor + EYE_HEIGHT_M;
     if standing >= eye.y {
         fall.speed_m_s = 0.0;
         eye.y += (standing - eye.y) * (1.0 - (-RISE_RATE * seconds).exp());

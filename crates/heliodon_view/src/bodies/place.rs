@@ -1,0 +1,65 @@
+//! Where a body may begin: a hand reaches through walls, a body that begins there would not come out.
+
+use super::space::{Motion, Space, layer};
+use avian3d::character_controller::move_and_slide::DepenetrationConfig;
+use avian3d::prelude::*;
+use bevy::prelude::*;
+
+/// Deeper in stone is inside it, metres: what a hand lays onto a table sinks in less.
+const INSIDE_M: f32 = 0.02;
+/// The distance to stone at which a body is put before it, metres.
+const CLEAR_M: f32 = 0.005;
+/// Times that a body is pushed out of what it is in.
+const PUSHES: usize = 4;
+/// The farthest that a hand reaches from the eyes, metres.
+const REACH_M: f32 = 3.0;
+/// What is moved by less is no news, metres.
+const NEWS_M: f32 = 0.03;
+
+/// The place nearest to that of a motion at which a body can begin: as far as it gets from the nearest of the eyes where stone is between, and out of
+/// what it is in.
+#[must_use]
+pub fn free(space: &mut Space, body: &Collider, motion: Motion, eyes: &[Vec3]) -> Vec3 {
+    let wanted = motion.place;
+    let near = eyes.iter().copied().filter(|eye| eye.distance(wanted) < REACH_M);
+    let eye = near.min_by(|a, b| a.distance(wanted).total_cmp(&b.distance(wanted)));
+    let place = space.ask(|sweep| {
+        let stone = SpatialQueryFilter::from_mask(layer::STONE);
+        let mut place = wanted;
+        if let Some((eye, way)) = eye.map(|eye| (eye, wanted - eye))
+            && (is_inside(sweep, body, wanted, motion.turn, &stone) || is_hidden(sweep, eye, way, &stone))
+            && let Some(hit) = sweep.cast_move(body, eye, motion.turn, way, CLEAR_M, &stone)
+        {
+            place = eye + way.clamp_length_max(hit.distance);
+        }
+        let solid = SpatialQueryFilter::from_mask(layer::STONE | layer::THING);
+        let push = DepenetrationConfig { skin_width: 0.0, ..DepenetrationConfig::default() };
+        for _ in 0..PUSHES {
+            let by = sweep.depenetrate(body, place, motion.turn, &push, &solid);
+            if by.length() < CLEAR_M || !by.is_finite() {
+                break;
+            }
+            place += by;
+        }
+        place
+    });
+    let place = place.unwrap_or(wanted);
+    if place.distance(wanted) > NEWS_M {
+        warn_once!("a thing was let go inside something, and was put beside it");
+    }
+    place
+}
+
+fn is_inside(sweep: &MoveAndSlide, body: &Collider, place: Vec3, turn: Quat, stone: &SpatialQueryFilter) -> bool {
+    let mut deepest = 0.0_f32;
+    sweep.intersections(body, place, turn, 0.0, stone, |_, point, _| {
+        deepest = deepest.max(point.penetration);
+        true
+    });
+    deepest > INSIDE_M
+}
+
+fn is_hidden(sweep: &MoveAndSlide, eye: Vec3, way: Vec3, stone: &SpatialQueryFilter) -> bool {
+    let Ok((ahead, distance)) = Dir3::new_and_length(way) else { return false };
+    sweep.spatial_query.cast_ray(eye, ahead, distance, true, stone).is_some()
+}
