@@ -222,6 +222,11 @@ impl Actors {
         light_at(self.grid(), moment, place)
     }
 
+    /// Where the actor of a number is whom nobody directs.
+    pub(crate) fn on_course(&self, number: usize) -> Option<Affine3A> {
+        self.people.get(number).map(|person| person.course.at(self.seconds as f32))
+    }
+
     /// Everybody: their names, where they were in the last frame, and the boxes around them.
     pub(crate) fn everybody(&self) -> impl Iterator<Item = (&str, Affine3A, (Vec3, Vec3))> {
         self.people.iter().map(|person| (person.name.as_str(), person.stands, person.bounds))

@@ -67,12 +67,13 @@ impl Crowd {
     pub fn follow(&mut self, space: &mut Space, actors: &Actors, is_thing: impl Fn(&str) -> bool) {
         let hidden = |name: &str| actors.directions.get(name).is_some_and(|direction| direction.hidden);
         let mut there: BTreeSet<&str> = BTreeSet::new();
+        let mut moved = false;
         for (name, _, (low, high)) in actors.everybody().filter(|(name, ..)| !is_thing(name) && !hidden(name)) {
             let Some(form) = Form::of(high - low) else { continue };
             there.insert(name);
             let middle = (low + high) * 0.5;
             match self.0.get(name) {
-                Some((entity, known)) if *known == form => space.move_actor(*entity, middle),
+                Some((entity, known)) if *known == form => moved |= space.move_actor(*entity, middle),
                 known => {
                     known.into_iter().for_each(|(entity, _)| space.remove(*entity));
                     let entity = space.add_actor(name, form.collider(), middle);
@@ -87,6 +88,9 @@ impl Crowd {
             }
             stays
         });
+        if moved {
+            space.find_moved();
+        }
     }
 }
 

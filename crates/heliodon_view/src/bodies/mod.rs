@@ -16,6 +16,8 @@ mod tests;
 mod walk;
 
 use crate::actors::Actors;
+use crate::costs::FrameTold;
+use crate::hands::{BOTH, Hands, HandsSet};
 use crate::navigation::Visitor;
 use crate::navigation::walk::Fall;
 use crate::stage::Stage;
@@ -23,12 +25,13 @@ use crate::stage::background::Background;
 use crate::stage::ground::Ground;
 use avian3d::prelude::Collider;
 use bevy::prelude::*;
+use bevy::time::TimeUpdateStrategy;
 use crowd::Crowd;
 use glam::Affine3A;
 use hull::Hull;
 pub use space::Impact;
 use space::{FASTEST_M_S, Motion, STEP_S, Space};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 use stone::{Bounds, Stone};
 
@@ -49,6 +52,8 @@ pub struct Bodies {
     stage: u64,
     learning: Learning,
     things: BTreeMap<String, Thing>,
+    /// Whose hulls were made, or tried to.
+    hulled: BTreeSet<String>,
     asked: BTreeMap<String, Asked>,
     space: Option<Space>,
     stone: Option<Stone>,
@@ -66,13 +71,17 @@ pub struct Bodies {
 enum Learning {
     #[default]
     Nothing,
-    Hulls(Background<Vec<(String, Affine3A, Option<Hull>)>>),
+    Hulls(Background<Vec<Learned>>),
     Done,
 }
+
+/// A thing's name, where it belongs, and its hull, where it has one.
+type Learned = (String, Affine3A, Option<Hull>);
 
 /// What is asked of a thing until the next step.
 #[derive(Clone, Copy, Debug)]
 enum Asked {
+    /// By whoever has no hands; what is in one is known from them.
     Hold,
     Release(Affine3A, Vec3, Vec3),
 }
@@ -94,16 +103,16 @@ pub struct Told {
 
 /// A thing.
 struct Thing {
+    /// Its number among the actors, where it is one.
+    number: Option<usize>,
     hull: Hull,
     collider_scale: Vec3,
     collider: Collider,
     reach_m: f32,
     /// Where it belongs, and comes back to.
     home: Affine3A,
-    /// Where it is when no body says it.
+    /// Where it is: what bodies wrote last into the actors' directions, or found where the actor is.
     at: Affine3A,
-    /// What bodies wrote last into the actors' directions, or took from them.
-    written: Option<Affine3A>,
     /// None where nobody needs its body, or while somebody holds or moves it.
     body: Option<Entity>,
     held: bool,
@@ -117,13 +126,13 @@ impl Thing {
     fn new(hull: Hull, home: Affine3A) -> Self {
         let (scale, ..) = home.to_scale_rotation_translation();
         Self {
+            number: None,
             collider_scale: scale,
             collider: hull.collider(scale),
             reach_m: hull.reach_m(scale),
             hull,
             home,
             at: home,
-            written: None,
             body: None,
             held: false,
             moved: false,
@@ -137,6 +146,11 @@ impl Thing {
             (self.collider_scale, self.collider) = (scale, self.hull.collider(scale));
             self.reach_m = self.hull.reach_m(scale);
         }
+    }
+
+    /// Where the actor is whom nobody directs.
+    fn undirected(&self, name: &str, actors: &Actors) -> Option<Affine3A> {
+        self.number.map_or_else(|| actors.undirected(name), |number| actors.on_course(number))
     }
 
     fn lose_body(&mut self, space: &mut Space) {
@@ -215,48 +229,64 @@ impl Bodies {
     }
 
     /// Learns what things there are, once they are there.
-    fn learn(&mut self, stage: &Stage, actors: &Actors) {
+    fn learn(&mut self, stage: &Stage, actors: &Actors, patient: bool) {
         match &self.learning {
             Learning::Nothing if actors.is_complete() => {
-                let carried = |name: &&str| {
-                    let bundle = stage.bundle().into_iter().flat_map(|bundle| bundle.actors());
-                    bundle
-                        .filter(|actor| actor.display_name() == *name)
-                        .any(|actor| actor.thing.as_ref().is_some_and(|t| t.carried))
-                };
-                if !stage.bundle().is_some_and(|bundle| bundle.actors().iter().any(|actor| actor.thing.is_some())) {
-                    self.learning = Learning::Done;
-                    return;
-                }
-                let things = actors.everybody().filter(|(name, ..)| carried(name));
-                let things: Vec<_> = things
-                    .map(|(name, stands, _)| {
-                        let told = actors.directions.get(name).and_then(|direction| direction.world_from_model);
-                        (name.to_owned(), told.unwrap_or(stands), actors.at_rest(name).unwrap_or_default())
-                    })
-                    .collect();
-                let hull = |(name, home, positions): (String, Affine3A, Vec<Vec3>)| (name, home, Hull::around(&positions));
-                self.learning = Learning::Hulls(Background::start(move || things.into_iter().map(hull).collect()));
+                let bundle = stage.bundle().into_iter().flat_map(|bundle| bundle.actors());
+                let carried = bundle.filter(|actor| actor.thing.as_ref().is_some_and(|thing| thing.carried));
+                let names: BTreeSet<&str> = carried.map(|actor| actor.display_name()).collect();
+                self.learn_hulls(actors, names.into_iter());
             }
             Learning::Hulls(hulls) => {
-                let Some(hulls) = hulls.take() else { return };
+                let hulls = if patient { Some(hulls.wait()) } else { hulls.take() };
+                let Some(hulls) = hulls else { return };
                 let hulls = hulls.unwrap_or_else(|_| {
                     warn_once!("things stay where they are: their hulls could not be made");
                     Vec::new()
                 });
                 for (name, home, hull) in hulls {
                     if let Some(hull) = hull.filter(|_| parts(home).is_some()) {
-                        self.things.insert(name, Thing::new(hull, home));
+                        let number = actors.number(&name);
+                        self.things.insert(name, Thing { number, ..Thing::new(hull, home) });
                     }
                 }
                 self.learning = Learning::Done;
             }
-            Learning::Nothing | Learning::Done => {}
+            // A script puts into hands what the site does not mean for them.
+            Learning::Done => {
+                let unknown = self.asked.keys().filter(|name| !self.things.contains_key(*name));
+                let names: Vec<String> = unknown.filter(|name| actors.number(name).is_some()).cloned().collect();
+                self.learn_hulls(actors, names.iter().map(String::as_str));
+            }
+            Learning::Nothing => {}
+        }
+    }
+
+    /// Learns the hulls of some actors; who has none is asked for no more.
+    fn learn_hulls<'a>(&mut self, actors: &Actors, names: impl Iterator<Item = &'a str>) {
+        let known: Vec<_> = names
+            .filter(|name| self.hulled.insert((*name).to_owned()))
+            .filter_map(|name| Some((name.to_owned(), actors.undirected(name)?, actors.at_rest(name)?)))
+            .collect();
+        let hull = |(name, home, positions): (String, Affine3A, Vec<Vec3>)| (name, home, Hull::around(&positions));
+        self.learning = match known.is_empty() {
+            true => Learning::Done,
+            false => Learning::Hulls(Background::start(move || known.into_iter().map(hull).collect())),
+        };
+    }
+
+    /// Takes what hands have let go, and leaves what they have taken up.
+    fn follow(&mut self, hands: &Hands) {
+        for name in &hands.taken_up {
+            self.asked.remove(name);
+        }
+        for let_go in &hands.let_go {
+            self.release(&let_go.name, let_go.world_from_model, let_go.velocity_m_s, let_go.spin_rad_s);
         }
     }
 
     /// Follows what hands, scripts and whoever hides a thing want of it.
-    fn obey(&mut self, actors: &mut Actors, eyes: &[Vec3], space: &mut Space, stone: &mut Stone) {
+    fn obey(&mut self, actors: &mut Actors, in_hands: [Option<&str>; 2], eyes: &[Vec3], space: &mut Space, stone: &Stone) {
         if matches!(self.learning, Learning::Done) {
             let things = &self.things;
             self.asked.retain(|name, _| {
@@ -271,13 +301,13 @@ impl Bodies {
             let direction = actors.directions.get(name);
             let hidden = direction.is_some_and(|direction| direction.hidden);
             let told = direction.and_then(|direction| direction.world_from_model);
-            let moved_by_others = told.is_some() && told != thing.written;
-            if hidden || moved_by_others {
+            let is_at = told.or_else(|| thing.undirected(name, actors)).filter(|at| parts(*at).is_some()).unwrap_or(thing.at);
+            let in_hand = in_hands.iter().flatten().any(|held| held == name);
+            let moved_by_others = is_at != thing.at;
+            if hidden || in_hand || moved_by_others {
                 thing.lose_body(space);
             }
-            if let Some(told) = told.filter(|told| moved_by_others && parts(*told).is_some()) {
-                (thing.at, thing.written) = (told, Some(told));
-            }
+            thing.at = is_at;
             match self.asked.get(name).copied() {
                 Some(Asked::Hold) => {
                     thing.lose_body(space);
@@ -301,10 +331,11 @@ impl Bodies {
                     motion.place = place::free(space, &thing.collider, motion, eyes);
                     thing.body = Some(space.add_thing(name, &thing.collider, motion, false));
                     (thing.before, thing.now, thing.at, thing.moved) = (motion, motion, at, true);
+                    actors.directions.entry(name.clone()).or_default().world_from_model = Some(at);
                     self.asked.remove(name);
                 }
                 // What is still being moved gets its body when it stands still.
-                None if !hidden && !thing.held && !moved_by_others && thing.body.is_none() => {
+                None if !(hidden || thing.held || in_hand) && !moved_by_others && thing.body.is_none() => {
                     let (scale, turn, place) = thing.at.to_scale_rotation_translation();
                     thing.scale_to(scale);
                     let motion = Motion::rest(place, turn);
@@ -352,18 +383,18 @@ impl Bodies {
                 warn_once!("{name} fell out of the stage, and is back where it belongs");
                 thing.lose_body(space);
                 (thing.now, thing.before) = (Motion::default(), Motion::default());
-                thing.at = thing.home;
+                let course = thing.undirected(name, actors);
+                thing.at = course.unwrap_or(thing.home);
+                let direction = actors.directions.entry(name.clone()).or_default();
+                direction.world_from_model = course.is_none().then_some(thing.home);
             } else if let Some(body) = thing.body.filter(|_| thing.moved) {
                 thing.moved = space.is_awake(body);
                 let along = if thing.moved { along } else { 1.0 };
                 let place = thing.before.place.lerp(thing.now.place, along);
                 let turn = thing.before.turn.lerp(thing.now.turn, along);
                 thing.at = Affine3A::from_scale_rotation_translation(thing.collider_scale, turn, place);
-            } else {
-                continue;
+                actors.directions.entry(name.clone()).or_default().world_from_model = Some(thing.at);
             }
-            thing.written = Some(thing.at);
-            actors.directions.entry(name.clone()).or_default().world_from_model = thing.written;
         }
     }
 }
@@ -381,14 +412,21 @@ pub struct BodiesPlugin;
 
 impl Plugin for BodiesPlugin {
     fn build(&self, app: &mut App) {
+        let told = FrameTold::in_app(app);
         // After hands and scripts have had their say, and before actors are lit where they are.
-        app.init_resource::<Bodies>()
-            .init_resource::<Actors>()
-            .add_systems(PostUpdate, fall.before(bevy::transform::TransformSystems::Propagate));
+        app.init_resource::<Bodies>().init_resource::<Actors>().add_systems(Update, told.of("bodies", fall).after(HandsSet));
     }
 }
 
-fn fall(time: Res<Time>, stage: Res<Stage>, mut actors: ResMut<Actors>, bodies: ResMut<Bodies>, visitors: Query<&Visitor>) {
+fn fall(
+    time: Res<Time>,
+    clock: Option<Res<TimeUpdateStrategy>>,
+    stage: Res<Stage>,
+    hands: Option<Res<Hands>>,
+    mut actors: ResMut<Actors>,
+    bodies: ResMut<Bodies>,
+    visitors: Query<&Visitor>,
+) {
     let bodies = bodies.into_inner();
     if bodies.stage != stage.serial() {
         *bodies = Bodies { stage: stage.serial(), ..Bodies::default() };
@@ -396,8 +434,11 @@ fn fall(time: Res<Time>, stage: Res<Stage>, mut actors: ResMut<Actors>, bodies: 
     let walkers = std::mem::take(&mut bodies.walkers);
     bodies.impacts.clear();
     bodies.told = Told { things: bodies.things.len(), ..Told::default() };
+    hands.iter().for_each(|hands| bodies.follow(hands));
     let Some(ground) = stage.footing().filter(|_| !time.delta().is_zero()) else { return };
-    bodies.learn(&stage, &actors);
+    // Where time is counted out by hand, what comes of it does not depend on how fast the machine is.
+    let patient = clock.is_some_and(|clock| !matches!(*clock, TimeUpdateStrategy::Automatic));
+    bodies.learn(&stage, &actors, patient);
     if bodies.things.is_empty() && walkers.is_empty() {
         bodies.asked.retain(|_, _| !matches!(bodies.learning, Learning::Done));
         return;
@@ -411,7 +452,8 @@ fn fall(time: Res<Time>, stage: Res<Stage>, mut actors: ResMut<Actors>, bodies: 
     let mut space = bodies.space.take().unwrap_or_default();
     let mut stone = bodies.stone.take().unwrap_or_else(|| Stone::new(ground));
     let eyes: Vec<Vec3> = visitors.iter().map(|visitor| visitor.pose.eye).collect();
-    bodies.obey(&mut actors, &eyes, &mut space, &mut stone);
+    let in_hands = hands.as_ref().map_or([None; 2], |hands| BOTH.map(|hand| hands.held(hand)));
+    bodies.obey(&mut actors, in_hands, &eyes, &mut space, &stone);
     let needs = bodies.needs(&space);
     let released = bodies.asked.iter().filter_map(|(name, asked)| match asked {
         Asked::Release(at, velocity, _) if at.is_finite() && velocity.is_finite() => {
@@ -422,11 +464,12 @@ fn fall(time: Res<Time>, stage: Res<Stage>, mut actors: ResMut<Actors>, bodies: 
     });
     let boxes: Vec<Bounds> = needs.iter().copied().chain(released).chain(walkers.iter().copied()).collect();
     if !boxes.is_empty() {
-        stone.need(&mut space, &boxes);
+        stone.need(&mut space, &boxes, patient);
     }
     if !needs.is_empty() || !walkers.is_empty() {
         let things = &bodies.things;
-        bodies.crowd.follow(&mut space, &actors, |name| things.contains_key(name));
+        let is_thing = |name: &str| things.get(name).is_some_and(|thing| thing.body.is_some()) || in_hands.contains(&Some(name));
+        bodies.crowd.follow(&mut space, &actors, is_thing);
     }
     if needs.is_empty() {
         bodies.behind_s = 0.0;

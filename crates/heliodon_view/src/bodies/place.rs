@@ -23,14 +23,16 @@ pub fn free(space: &mut Space, body: &Collider, motion: Motion, eyes: &[Vec3]) -
     let wanted = motion.place;
     let near = eyes.iter().copied().filter(|eye| eye.distance(wanted) < REACH_M);
     let eye = near.min_by(|a, b| a.distance(wanted).total_cmp(&b.distance(wanted)));
+    // The middle of a body sees and is seen; a model's origin may lie in what it stands on.
+    let to_middle = body.aabb(Vec3::ZERO, motion.turn).center();
     let place = space.ask(|sweep| {
         let stone = SpatialQueryFilter::from_mask(layer::STONE);
         let mut place = wanted;
-        if let Some((eye, way)) = eye.map(|eye| (eye, wanted - eye))
-            && (is_inside(sweep, body, wanted, motion.turn, &stone) || is_hidden(sweep, eye, way, &stone))
-            && let Some(hit) = sweep.cast_move(body, eye, motion.turn, way, CLEAR_M, &stone)
+        if let Some((from, way)) = eye.map(|eye| (eye - to_middle, wanted + to_middle - eye))
+            && (is_inside(sweep, body, wanted, motion.turn, &stone) || is_hidden(sweep, from + to_middle, way, &stone))
+            && let Some(hit) = sweep.cast_move(body, from, motion.turn, way, CLEAR_M, &stone)
         {
-            place = eye + way.clamp_length_max(hit.distance);
+            place = from + way.clamp_length_max(hit.distance);
         }
         let solid = SpatialQueryFilter::from_mask(layer::STONE | layer::THING);
         let push = DepenetrationConfig { skin_width: 0.0, ..DepenetrationConfig::default() };

@@ -4,7 +4,7 @@
 //! another bundle begins in a new one; and where nothing falls and nobody walks there is none, and it costs nothing. Bodies asleep cost nothing either: a step
 //! is made only while one is awake.
 
-use avian3d::collider_tree::ColliderTreeOptimization;
+use avian3d::collider_tree::{ColliderTreeOptimization, update_moved_collider_aabbs};
 use avian3d::dynamics::solver::SolverConfig;
 use avian3d::dynamics::solver::islands::{SleepBody, WakeBody};
 use avian3d::physics_transform::PhysicsTransformConfig;
@@ -192,10 +192,16 @@ impl Space {
         entity
     }
 
-    /// Moves somebody who was added by [`Space::add_actor`].
-    pub fn move_actor(&mut self, actor: Entity, place: Vec3) {
-        if let Some(mut position) = self.world.get_mut::<Position>(actor) {
-            position.set_if_neq(Position(place));
+    /// Moves somebody who was added by [`Space::add_actor`]; answers whether they were elsewhere.
+    pub fn move_actor(&mut self, actor: Entity, place: Vec3) -> bool {
+        let position = self.world.get_mut::<Position>(actor);
+        position.is_some_and(|mut position| position.set_if_neq(Position(place)))
+    }
+
+    /// Lets sweeps find actors where they were moved to, without a step.
+    pub fn find_moved(&mut self) {
+        if self.world.run_system_cached(update_moved_collider_aabbs::<Collider>).is_err() {
+            warn_once!("visitors meet people where they were");
         }
     }
 

@@ -88,20 +88,24 @@ impl Stone {
         (self.pieces.iter().filter(|piece| matches!(piece.state, State::Built(Some(_)))).count(), self.triangles)
     }
 
-    /// Takes what has been built, and has built what boxes meet.
-    pub fn need(&mut self, space: &mut Space, boxes: &[Bounds]) {
+    /// Takes what has been built, and has built what boxes meet. Who is patient waits until all of that is there.
+    pub fn need(&mut self, space: &mut Space, boxes: &[Bounds], patient: bool) {
         self.turn += 1;
-        self.take(space);
+        self.take(space, patient);
         let needed: Vec<usize> = self.met_by(boxes).collect();
         needed.iter().for_each(|&i| self.pieces[i].needed = self.turn);
-        if self.building.is_none() {
-            let absent = needed.into_iter().filter(|&i| self.pieces[i].state == State::Absent);
+        while self.building.is_none() {
+            let absent = needed.iter().copied().filter(|&i| self.pieces[i].state == State::Absent);
             let next: Vec<usize> = absent.take(PIECES_AT_ONCE).collect();
-            if !next.is_empty() {
-                next.iter().for_each(|&i| self.pieces[i].state = State::Building);
-                let parts: Vec<_> = next.iter().map(|&i| self.pieces[i].part()).collect();
-                let build = move || parts.into_iter().map(|(chunk, clusters)| mesh(&chunk, clusters)).collect();
-                self.building = Some((next, Background::start(build)));
+            if next.is_empty() {
+                break;
+            }
+            next.iter().for_each(|&i| self.pieces[i].state = State::Building);
+            let parts: Vec<_> = next.iter().map(|&i| self.pieces[i].part()).collect();
+            let build = move || parts.into_iter().map(|(chunk, clusters)| mesh(&chunk, clusters)).collect();
+            self.building = Some((next, Background::start(build)));
+            if patient {
+                self.take(space, true);
             }
         }
         self.forget(space);
@@ -112,8 +116,9 @@ impl Stone {
         (0..self.pieces.len()).filter(move |&i| meets(self.pieces[i].bounds))
     }
 
-    fn take(&mut self, space: &mut Space) {
-        let Some(built) = self.building.as_ref().and_then(|(_, building)| building.take()) else { return };
+    fn take(&mut self, space: &mut Space, patient: bool) {
+        let built = |(_, building): &(_, Background<_>)| if patient { Some(building.wait()) } else { building.take() };
+        let Some(built) = self.building.as_ref().and_then(built) else { return };
         let Some((which, _)) = self.building.take() else { return };
         let built = built.unwrap_or_else(|_| {
             warn_once!("some stone could not be made solid: bodies fall through it");

@@ -40,7 +40,7 @@ fn space_of(ground: &Ground) -> Space {
     let (mut space, mut stone) = (Space::default(), Stone::new(ground));
     let everywhere = [(Vec3::splat(-1e3), Vec3::splat(1e3))];
     for _ in 0..1000 {
-        stone.need(&mut space, &everywhere);
+        stone.need(&mut space, &everywhere, true);
         if stone.is_built(&everywhere) {
             return space;
         }
@@ -200,7 +200,7 @@ fn stone_is_built_where_it_is_needed_and_no_more_is_kept() {
     let here = [(Vec3::splat(-1.0), Vec3::splat(1.0))];
     assert!(!stone.is_built(&here));
     while !stone.is_built(&here) {
-        stone.need(&mut space, &here);
+        stone.need(&mut space, &here, false);
         std::thread::sleep(Duration::from_millis(1));
     }
     assert_eq!(stone.built(), (1, 2));
