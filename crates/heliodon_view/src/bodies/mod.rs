@@ -339,6 +339,7 @@ impl Bodies {
                     let (scale, turn, place) = thing.at.to_scale_rotation_translation();
                     thing.scale_to(scale);
                     let motion = Motion::rest(place, turn);
+                    place::tell_of_overlap(space, name, &thing.collider, motion);
                     thing.body = Some(space.add_thing(name, &thing.collider, motion, true));
                     (thing.before, thing.now) = (motion, motion);
                 }

@@ -5,7 +5,7 @@ use avian3d::character_controller::move_and_slide::DepenetrationConfig;
 use avian3d::prelude::*;
 use bevy::prelude::*;
 
-/// Deeper in stone is inside it, metres: what a hand lays onto a table sinks in less.
+/// Deeper in something is inside it, metres: what a hand lays onto a table sinks in less.
 const INSIDE_M: f32 = 0.02;
 /// The distance to stone at which a body is put before it, metres.
 const CLEAR_M: f32 = 0.005;
@@ -52,9 +52,17 @@ pub fn free(space: &mut Space, body: &Collider, motion: Motion, eyes: &[Vec3]) -
     place
 }
 
-fn is_inside(sweep: &MoveAndSlide, body: &Collider, place: Vec3, turn: Quat, stone: &SpatialQueryFilter) -> bool {
+/// Tells, once, of a thing that rests inside another: they part gently when something touches them.
+pub fn tell_of_overlap(space: &mut Space, name: &str, body: &Collider, at: Motion) {
+    let things = SpatialQueryFilter::from_mask(layer::THING);
+    if space.ask(|sweep| is_inside(sweep, body, at.place, at.turn, &things)).unwrap_or(false) {
+        warn_once!("{name} stands inside another thing; they part when something touches them");
+    }
+}
+
+fn is_inside(sweep: &MoveAndSlide, body: &Collider, place: Vec3, turn: Quat, solid: &SpatialQueryFilter) -> bool {
     let mut deepest = 0.0_f32;
-    sweep.intersections(body, place, turn, 0.0, stone, |_, point, _| {
+    sweep.intersections(body, place, turn, 0.0, solid, |_, point, _| {
         deepest = deepest.max(point.penetration);
         true
     });

@@ -75,20 +75,20 @@ fn nearest_wall(ground: &Ground, eye: Vec3, direction: Vec3, length: f32) -> Opt
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::daylight::chunk::KeptChunk;
     use crate::daylight::cluster::cluster;
     use std::sync::Arc;
 
-    fn quad(corners: [Vec3; 4]) -> Arc<KeptChunk> {
+    pub(crate) fn quad(corners: [Vec3; 4]) -> Arc<KeptChunk> {
         let made = cluster(&corners, &[[0, 1, 2], [0, 2, 3]]);
         let positions: Vec<Vec3> = made.vertices.iter().map(|&v| corners[v as usize]).collect();
         let bounds = positions.iter().fold((corners[0], corners[0]), |(a, b), &p| (a.min(p), b.max(p)));
         Arc::new(KeptChunk { positions, indices: made.indices, clusters: made.clusters, bounds, albedo: Vec::new() })
     }
 
-    fn court() -> Ground {
+    pub(crate) fn court() -> Ground {
         let mut ground = Ground::default();
         let flat = |y: f32, x0: f32, x1: f32| [[x0, -9.0], [x0, 9.0], [x1, 9.0], [x1, -9.0]].map(|[x, z]| Vec3::new(x, y, z));
         ground.push(quad(flat(0.0, -9.0, 9.0)));
