@@ -38,7 +38,8 @@ pub fn free(space: &mut Space, body: &Collider, motion: Motion, eyes: &[Vec3]) -
         let push = DepenetrationConfig { skin_width: 0.0, ..DepenetrationConfig::default() };
         for _ in 0..PUSHES {
             let by = sweep.depenetrate(body, place, motion.turn, &push, &solid);
-            if by.length() < CLEAR_M || !by.is_finite() {
+            // Other things do not push it through a wall: rather they part later.
+            if by.length() < CLEAR_M || !by.is_finite() || is_hidden(sweep, place + to_middle, by, &stone) {
                 break;
             }
             place += by;
