@@ -13,6 +13,7 @@
 
 pub mod actors;
 pub mod bench;
+pub mod bodies;
 pub mod control;
 pub mod costs;
 pub mod covering;
@@ -90,5 +91,6 @@ bevy::app::plugin_group! {
         story:::StoryPlugin,
         hands:::HandsPlugin,
         sound:::SoundPlugin,
+        bodies:::BodiesPlugin,
     }
 }

@@ -222,6 +222,22 @@ impl Actors {
         light_at(self.grid(), moment, place)
     }
 
+    /// Where the actor of a number is whom nobody directs.
+    pub(crate) fn on_course(&self, number: usize) -> Option<Affine3A> {
+        self.people.get(number).map(|person| person.course.at(self.seconds as f32))
+    }
+
+    /// Everybody: their names, where they were in the last frame, and the boxes around them.
+    pub(crate) fn everybody(&self) -> impl Iterator<Item = (&str, Affine3A, (Vec3, Vec3))> {
+        self.people.iter().map(|person| (person.name.as_str(), person.stands, person.bounds))
+    }
+
+    /// The vertices of somebody at rest, in their model's space.
+    pub(crate) fn at_rest(&self, name: &str) -> Option<Vec<Vec3>> {
+        let person = self.people.iter().find(|person| person.name == name)?;
+        Some(person.figure.model().moving().rest().positions.clone())
+    }
+
     /// What the monument leaves of the light where anybody is.
     pub(crate) fn grid(&self) -> Option<&Grid> {
         self.grid.as_ref()

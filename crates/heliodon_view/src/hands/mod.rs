@@ -5,11 +5,10 @@
 //! the same events, so that a story knows of no device. [`pose`] says where hands are, [`reach`] what they meet, `shape` how a thing lies in a hand, `carry` where it is then,
 //! `act` does what visitors ask for, `wish` what scripts ask for, `strike` feels what tracked hands run into, `reticle` and `marker` show what is in reach.
 //!
-//! Hands move nothing that they do not hold: what they let go is in [`Hands::let_go`] for one frame, and `fall` takes it from there, or whoever lets bodies fall.
+//! Hands move nothing that they do not hold: what they let go is in [`Hands::let_go`] for one frame, and [`crate::bodies`] take it from there.
 
 mod act;
 mod carry;
-mod fall;
 mod marker;
 pub mod pose;
 pub mod reach;
@@ -183,8 +182,6 @@ impl Plugin for HandsPlugin {
     fn build(&self, app: &mut App) {
         let told = FrameTold::in_app(app);
         app.init_resource::<Hands>()
-            .init_resource::<fall::Falling>()
-            .add_systems(Update, told.of("hands", fall::fall).after(HandsSet))
             .add_systems(Startup, (reticle::spawn, marker::spawn))
             .add_systems(PreUpdate, act::divert.after(InputSet))
             .add_systems(

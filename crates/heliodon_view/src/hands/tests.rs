@@ -1,8 +1,11 @@
 //! A workshop with things on a table before a thin wall, visited with keys, a controller and a wand, without a GPU.
 
+mod fall;
+
 use super::reach::What;
 use super::*;
 use crate::actors::ActorsPlugin;
+use crate::bodies::BodiesPlugin;
 use crate::display::Room;
 use crate::display::place::WorldFromRoom;
 use crate::input::{Actions, WandInput};
@@ -125,7 +128,7 @@ impl Visit {
         std::fs::write(folder.path().join("texts.toml"), TEXTS).unwrap();
         write_bundle(folder.path());
         let mut app = crate::input::tests::app();
-        app.add_plugins((StagePlugin, TimeLapsePlugin, ActorsPlugin, StoryPlugin, HandsPlugin))
+        app.add_plugins((StagePlugin, TimeLapsePlugin, ActorsPlugin, StoryPlugin, HandsPlugin, BodiesPlugin))
             .init_resource::<StageFrame>()
             .init_resource::<Impostors>()
             .init_resource::<MouseLook>()
@@ -351,27 +354,6 @@ fn a_thing_is_taken_carried_and_put_down() {
 }
 
 #[test]
-fn what_is_not_put_on_anything_falls_before_walls() {
-    let mut visit = Visit::new();
-    visit.take("mallet", MALLET + Vec3::new(0.1, 0.02, 0.0));
-    visit.pass(0.4);
-    // close to the wall: it is drawn nearer, and let go before it
-    visit.visitor().pose = Pose::looking(Vec3::new(2.5, 1.6, WALL_Z + 0.25), Vec3::new(2.5, 1.6, -9.0));
-    visit.frames(3);
-    let scale = visit.place("mallet").matrix3.determinant().cbrt();
-    assert!(scale < 0.6, "{scale}");
-    for corner in [Vec3::new(-0.05, 0.0, -0.08), Vec3::new(0.28, 0.08, 0.08), Vec3::new(0.28, 0.0, -0.08)] {
-        assert!(visit.place("mallet").transform_point3(corner).z > WALL_Z, "in the wall");
-    }
-    visit.app.world_mut().resource_mut::<ButtonInput<KeyCode>>().press(KeyCode::KeyE);
-    visit.frames(1);
-    let fallen = visit.hands().let_go.first().cloned().unwrap();
-    assert!((fallen.world_from_model.matrix3.determinant() - 1.0).abs() < 1e-3, "of its own size");
-    let middle = fallen.world_from_model.transform_point3(Vec3::new(0.115, 0.04, 0.0));
-    assert!(middle.z > WALL_Z && middle.z < WALL_Z + 0.3, "{middle}");
-}
-
-#[test]
 fn another_thing_lets_go_of_the_first_and_hidden_ones_are_not_met() {
     let mut visit = Visit::new();
     visit.take("mallet", MALLET + Vec3::new(0.1, 0.02, 0.0));
@@ -451,39 +433,6 @@ fn materials_are_brought_by_tools_and_by_hand() {
     visit.app.world_mut().resource_mut::<ButtonInput<MouseButton>>().reset_all();
     visit.pass(0.5);
     assert_eq!(visit.told(), ["gold on table by hand"]);
-}
-
-#[test]
-fn scripts_give_take_and_let_fall() {
-    let mut visit = Visit::new();
-    let gives = |thing: &str, hand| Wish::Give { thing: thing.to_owned(), hand };
-    visit.wish(gives("jug", Hand::Left));
-    assert_eq!(visit.held(), [None, Some("jug")]);
-    visit.pass(0.4);
-    let actors = visit.app.world().resource::<Actors>();
-    assert!(!actors.directions["jug"].hidden, "it is shown");
-    let at = visit.place("jug").translation;
-    assert!(at.x < 0.0 && at.y < EYE.y, "at the lower left: {at}");
-    visit.wish(gives("jug", Hand::Right));
-    assert_eq!(visit.held(), [Some("jug"), None]);
-    visit.wish(gives("nothing", Hand::Right));
-    assert_eq!(visit.held(), [Some("jug"), None]);
-    visit.app.world_mut().resource_mut::<Wishes>().hands.push(Wish::Drop { thing: "jug".to_owned() });
-    visit.frames(1);
-    assert!(visit.held() == [None, None] && visit.hands().let_go.len() == 1);
-    visit.wish(gives("mallet", Hand::Right));
-    visit.pass(0.3);
-    visit.app.world_mut().resource_mut::<Wishes>().hands.push(Wish::Take { thing: "mallet".to_owned() });
-    visit.frames(1);
-    assert!(visit.held() == [None, None] && visit.hands().let_go.is_empty());
-    assert_eq!(visit.hands().taken_up, ["mallet"]);
-    assert!(Vec3::from(visit.place("mallet").translation).abs_diff_eq(MALLET, 1e-6), "back where it belongs");
-    // what is hidden is in no hand
-    visit.wish(gives("urn", Hand::Right));
-    visit.app.world_mut().resource_mut::<Actors>().directions.get_mut("urn").unwrap().hidden = true;
-    visit.frames(1);
-    assert_eq!(visit.held(), [None, None]);
-    assert_eq!(visit.told(), [""; 0], "they know what they did");
 }
 
 #[test]
@@ -636,24 +585,4 @@ fn the_ring_tells_what_can_be_done() {
     assert_eq!(label(&mut visit).as_deref(), Some("urn: Q strikes it with the mallet"));
     visit.look_at(Vec3::new(0.0, 9.0, 9.0));
     assert_eq!(label(&mut visit), None);
-}
-
-#[test]
-fn what_is_let_go_in_the_air_lies_upright_on_what_is_below() {
-    let mut visit = Visit::new();
-    visit.take("mallet", MALLET + Vec3::new(0.1, 0.02, 0.0));
-    visit.look_at(Vec3::new(0.0, 1.9, 9.0));
-    visit.pass(0.2);
-    let held_m = visit.place("mallet").translation.y;
-    visit.press(KeyCode::KeyE);
-    visit.pass(1.5);
-    let lies = visit.place("mallet");
-    assert!(lies.translation.y < held_m - 0.5 && lies.translation.y.abs() < 0.2, "{held_m} {lies:?}");
-    assert!(lies.transform_vector3(Vec3::Y).abs_diff_eq(Vec3::Y, 0.02));
-    visit.pass(0.5);
-    assert_eq!(visit.place("mallet"), lies, "it lies still");
-    // and can be taken again
-    visit.look_at(Vec3::from(lies.translation) + Vec3::Y * 0.02);
-    visit.press(KeyCode::KeyE);
-    assert_eq!(visit.held()[0], Some("mallet"));
 }

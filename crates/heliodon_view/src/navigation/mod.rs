@@ -7,6 +7,7 @@ mod guided;
 pub mod pose;
 pub mod walk;
 
+use crate::bodies::Bodies;
 use crate::costs::FrameTold;
 use crate::input::{Action, Actions, Input, InputSet};
 use crate::stage::Stage;
@@ -240,7 +241,13 @@ fn next_gait(gait: Navigation, manifest: Option<&Manifest>) -> Navigation {
     }
 }
 
-fn travel(time: Res<Time>, stage: Res<Stage>, actions: Res<Actions>, mut visitors: Query<(&mut Visitor, &mut Transform)>) {
+fn travel(
+    time: Res<Time>,
+    stage: Res<Stage>,
+    actions: Res<Actions>,
+    mut bodies: Option<ResMut<Bodies>>,
+    mut visitors: Query<(&mut Visitor, &mut Transform)>,
+) {
     let wish = Vec3::new(
         actions.axis(Action::Right, Action::Left),
         actions.axis(Action::Rise, Action::Sink),
@@ -274,7 +281,9 @@ fn travel(time: Res<Time>, stage: Res<Stage>, actions: Res<Actions>, mut visitor
             Navigation::Walk => {
                 let taller = Vec3::Y * (*eye_height_m - walk::EYE_HEIGHT_M);
                 let to_feet = head - taller;
-                pose.eye = walk::walk(ground, pose.eye + to_feet, heading * stride, seconds, fall) - to_feet;
+                let (from, step) = (pose.eye + to_feet, heading * stride);
+                let held = bodies.as_mut().and_then(|bodies| bodies.walk((&*stage, ground), from, step, seconds, fall));
+                pose.eye = held.unwrap_or_else(|| walk::walk(ground, from, step, seconds, fall)) - to_feet;
             }
             Navigation::Fly => pose.eye += pose.rotation() * Vec3::new(stride.x, 0.0, stride.z) + Vec3::Y * stride.y,
             Navigation::Guided => {

@@ -6,11 +6,11 @@ use glam::Vec3;
 /// Eyes above feet, metres.
 pub const EYE_HEIGHT_M: f32 = 1.65;
 /// The highest step that feet take: the Parthenon's own are 0.52 m.
-const STEP_UP_M: f32 = 0.6;
+pub(crate) const STEP_UP_M: f32 = 0.6;
 /// What keeps the eyes out of walls.
-const BODY_RADIUS_M: f32 = 0.3;
+pub(crate) const BODY_RADIUS_M: f32 = 0.3;
 /// How deep below the feet ground is looked for; without any, a visitor stays at his height.
-const FALL_M: f32 = 200.0;
+pub(crate) const FALL_M: f32 = 200.0;
 const GRAVITY_M_S2: f32 = 9.81;
 /// Stairs are taken at this rate, per second.
 const RISE_RATE: f32 = 12.0;
@@ -27,13 +27,19 @@ pub struct Fall {
 /// Where an eye at `eye` gets that wants to move by the horizontal `wish` in `seconds` on foot.
 #[must_use]
 pub fn walk(ground: &Ground, eye: Vec3, wish: Vec3, seconds: f32, fall: &mut Fall) -> Vec3 {
-    let mut eye = eye + unblocked(ground, eye, Vec3::new(wish.x, 0.0, wish.z));
+    stand(ground, eye + unblocked(ground, eye, Vec3::new(wish.x, 0.0, wish.z)), None, seconds, fall)
+}
+
+/// Where an eye gets in `seconds` whose feet look for ground, or for something else at the height `on` if that is higher.
+pub(crate) fn stand(ground: &Ground, eye: Vec3, on: Option<f32>, seconds: f32, fall: &mut Fall) -> Vec3 {
+    let mut eye = eye;
     let knee = Vec3::new(eye.x, eye.y - EYE_HEIGHT_M + STEP_UP_M, eye.z);
-    let Some(below) = ground.cast(knee, Vec3::NEG_Y, FALL_M) else {
+    let stone = ground.cast(knee, Vec3::NEG_Y, FALL_M).map(|below| knee.y - below.distance);
+    let Some(floor) = stone.into_iter().chain(on).reduce(f32::max) else {
         *fall = Fall::default();
         return eye;
     };
-    let standing = knee.y - below.distance + EYE_HEIGHT_M;
+    let standing = floor + EYE_HEIGHT_M;
     if standing >= eye.y {
         fall.speed_m_s = 0.0;
         eye.y += (standing - eye.y) * (1.0 - (-RISE_RATE * seconds).exp());
@@ -69,20 +75,20 @@ fn nearest_wall(ground: &Ground, eye: Vec3, direction: Vec3, length: f32) -> Opt
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::daylight::chunk::KeptChunk;
     use crate::daylight::cluster::cluster;
     use std::sync::Arc;
 
-    fn quad(corners: [Vec3; 4]) -> Arc<KeptChunk> {
+    pub(crate) fn quad(corners: [Vec3; 4]) -> Arc<KeptChunk> {
         let made = cluster(&corners, &[[0, 1, 2], [0, 2, 3]]);
         let positions: Vec<Vec3> = made.vertices.iter().map(|&v| corners[v as usize]).collect();
         let bounds = positions.iter().fold((corners[0], corners[0]), |(a, b), &p| (a.min(p), b.max(p)));
         Arc::new(KeptChunk { positions, indices: made.indices, clusters: made.clusters, bounds, albedo: Vec::new() })
     }
 
-    fn court() -> Ground {
+    pub(crate) fn court() -> Ground {
         let mut ground = Ground::default();
         let flat = |y: f32, x0: f32, x1: f32| [[x0, -9.0], [x0, 9.0], [x1, 9.0], [x1, -9.0]].map(|[x, z]| Vec3::new(x, y, z));
         ground.push(quad(flat(0.0, -9.0, 9.0)));

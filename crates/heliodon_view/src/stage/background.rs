@@ -27,4 +27,9 @@ impl<T: Send + 'static> Background<T> {
             Err(TryRecvError::Disconnected) => Some(Err(BrokenOff)),
         }
     }
+
+    /// Waits for what is read, for those whose frames must not depend on how long that takes; once.
+    pub fn wait(&self) -> Result<T, BrokenOff> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).recv().map_err(|_| BrokenOff)
+    }
 }
