@@ -6,7 +6,7 @@
 
 use avian3d::collider_tree::{ColliderTreeOptimization, update_moved_collider_aabbs};
 use avian3d::dynamics::solver::SolverConfig;
-use avian3d::dynamics::solver::islands::{SleepBody, WakeBody};
+use avian3d::dynamics::solver::islands::{BodyIslandNode, SleepBody, WakeBody};
 use avian3d::physics_transform::PhysicsTransformConfig;
 use avian3d::prelude::*;
 use bevy::ecs::message::Messages;
@@ -15,6 +15,7 @@ use bevy::ecs::system::{Command, SystemState};
 use bevy::prelude::*;
 use bevy::tasks::{AsyncComputeTaskPool, ComputeTaskPool, TaskPool};
 use glam::Affine3A;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -38,6 +39,12 @@ const FASTEST_RAD_S: f32 = 30.0;
 const PARTING_M_S: f32 = 1.0;
 /// What takes the spin out of round things within some seconds, a second, as rolling on a rough floor does.
 const SPIN_LOSS_PER_S: f32 = 0.6;
+/// Slower creeps, metres and radians a second: what is left of it in a heap is the solver's doing, and would keep the heap awake for ever.
+const CREEPS: (f32, f32) = (0.1, 0.25);
+/// What is left of a creeping body's speed after a step: a thing that tips over still does, for gravity adds more.
+const CREEP_LEFT: f32 = 0.9;
+/// What has been slow for so long sleeps, seconds: avian's own half second, and as long again.
+const SLOW_S: f32 = 1.0;
 /// Slower is no sound, m/s: gravity alone gives a body at rest 0.16 in a step.
 const LEAST_IMPACT_M_S: f32 = 0.5;
 /// Things whose boxes are nearer than this rest on one another, metres.
@@ -116,8 +123,13 @@ type Sweep = SystemState<MoveAndSlide<'static, 'static>>;
 pub struct Space {
     world: World,
     sweep: Sweep,
-    awake: QueryState<Entity, (With<Falls>, Without<Sleeping>)>,
+    awake: QueryState<Entity, Awake>,
+    speeds: QueryState<(&'static mut LinearVelocity, &'static mut AngularVelocity), Awake>,
+    tired: QueryState<(Entity, &'static SleepTimer, &'static BodyIslandNode), Awake>,
 }
+
+/// Things that are awake.
+type Awake = (With<Falls>, Without<Sleeping>);
 
 /// On things: what may fall.
 #[derive(Component)]
@@ -149,7 +161,8 @@ impl Default for Space {
             transform_to_collider_scale: false,
         });
         let (sweep, awake) = (SystemState::new(&mut world), QueryState::new(&mut world));
-        Self { world, sweep, awake }
+        let (speeds, tired) = (QueryState::new(&mut world), QueryState::new(&mut world));
+        Self { world, sweep, awake, speeds, tired }
     }
 }
 
@@ -169,6 +182,7 @@ impl Space {
             MaxLinearSpeed(FASTEST_M_S),
             MaxAngularSpeed(FASTEST_RAD_S),
             AngularDamping(SPIN_LOSS_PER_S),
+            SleepThreshold { angular: CREEPS.1, ..SleepThreshold::default() },
         );
         let what = (RigidBody::Dynamic, collider.clone(), ColliderDensity(DENSITY_KG_M3), layers, surface());
         let body = self.add(motion, (what, moves, Falls, Whose(name.into())));
@@ -263,7 +277,34 @@ impl Space {
         self.world.resource_mut::<Messages<CollisionEnd>>().update();
         self.world.clear_trackers();
         self.world.check_change_ticks();
+        self.brake();
+        self.lull();
         self.note_impacts(impacts);
+    }
+
+    /// Lets those sleep who touch one another and have all been slow for long. avian itself waits until no contact among them is lost, and in a heap one
+    /// always is.
+    fn lull(&mut self) {
+        let mut least_s: BTreeMap<u32, f32> = BTreeMap::new();
+        for (_, timer, island) in self.tired.iter(&self.world) {
+            let least_s = least_s.entry(island.island_id().0).or_insert(f32::INFINITY);
+            *least_s = least_s.min(timer.0);
+        }
+        if least_s.values().all(|&slow_s| slow_s < SLOW_S) {
+            return;
+        }
+        let tired = self.tired.iter(&self.world).filter(|(_, _, island)| least_s[&island.island_id().0] >= SLOW_S);
+        let tired: Vec<Entity> = tired.map(|(body, ..)| body).collect();
+        tired.into_iter().for_each(|body| drop(SleepBody(body).apply(&mut self.world)));
+    }
+
+    fn brake(&mut self) {
+        for (mut velocity, mut spin) in self.speeds.iter_mut(&mut self.world) {
+            if velocity.length() < CREEPS.0 && spin.length() < CREEPS.1 {
+                velocity.0 *= CREEP_LEFT;
+                spin.0 *= CREEP_LEFT;
+            }
+        }
     }
 
     fn note_impacts(&self, impacts: &mut Vec<Impact>) {

@@ -195,11 +195,14 @@ fn two_hundred_things_stay_together() {
                 (falling_ms, most_ms, falling) = (falling_ms + ms, most_ms.max(ms), falling + 1);
             }
         }
-        for body in bodies {
+        for &body in &bodies {
             let motion = space.motion(body).unwrap();
             assert!(motion.is_finite() && motion.place.y > 0.05 && motion.place.length() < 20.0, "{motion:?}");
         }
         println!("{log:?}");
+        let mut speeds: Vec<(f32, f32)> = bodies.iter().filter(|b| space.is_awake(**b)).map(|b| { let m = space.motion(*b).unwrap(); (m.velocity.length(), m.spin.length()) }).collect();
+        speeds.sort_by(|a, b| b.1.total_cmp(&a.1));
+        println!("{:?}", &speeds[..speeds.len().min(40)]);
         // for people to read: how fast a machine is, no test may ask
         println!("{count} things fall for {falling} steps, {:.2} ms each, at most {most_ms:.2}", falling_ms / falling as f32);
     }
