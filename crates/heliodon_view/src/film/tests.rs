@@ -21,7 +21,6 @@ const RATE: Rate = Rate { numerator: 30, denominator: 1 };
 /// Nothing here takes this long on a machine that works at all.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-#[expect(clippy::print_stdout, reason = "a test that is skipped says so")]
 fn ffmpeg() -> bool {
     let there = Command::new("ffmpeg").arg("-version").output().is_ok();
     if !there {
@@ -91,7 +90,6 @@ fn shown_number(screen: &mut Screen, passing: &Passing) -> (Option<u64>, Vec<Str
 }
 
 #[test]
-#[expect(clippy::print_stdout, reason = "the drift is a measurement")]
 fn image_mask_and_sound_are_on_one_clock() {
     if !ffmpeg() {
         return;
@@ -325,7 +323,7 @@ fn scripts_play_and_stop_films_and_hear_of_their_end() {
     app.world_mut().resource_mut::<Films>().wait = true;
     app.world_mut().resource_mut::<TimeLapse>().playing = true;
     app.world_mut().spawn(Visitor::default());
-    app.world_mut().spawn((Camera::default(), DaylightCamera::default()));
+    app.world_mut().spawn((Camera::default(), DaylightCamera));
     let stand = |app: &mut App, x: f32| {
         let world = app.world_mut();
         let eye = Vec3::new(x, 1.7, 0.5);
