@@ -184,13 +184,11 @@ fn two_hundred_things_stay_together() {
     for count in [1, 20, 200] {
         let (mut space, bodies) = heap(count);
         let (mut falling_ms, mut most_ms, mut falling) = (0.0, 0.0_f32, 0);
-        let mut log = Vec::new();
-        for i in 0..1800 {
+        for _ in 0..1800 {
             let start = Instant::now();
             let awake = space.awake() > 0;
             steps(&mut space, 1);
             let ms = start.elapsed().as_secs_f32() * 1e3;
-            if i % 60 == 0 || ms > 15.0 { log.push((i, space.awake(), ms)); }
             if awake {
                 (falling_ms, most_ms, falling) = (falling_ms + ms, most_ms.max(ms), falling + 1);
             }
@@ -199,10 +197,7 @@ fn two_hundred_things_stay_together() {
             let motion = space.motion(body).unwrap();
             assert!(motion.is_finite() && motion.place.y > 0.05 && motion.place.length() < 20.0, "{motion:?}");
         }
-        println!("{log:?}");
-        let mut speeds: Vec<(f32, f32)> = bodies.iter().filter(|b| space.is_awake(**b)).map(|b| { let m = space.motion(*b).unwrap(); (m.velocity.length(), m.spin.length()) }).collect();
-        speeds.sort_by(|a, b| b.1.total_cmp(&a.1));
-        println!("{:?}", &speeds[..speeds.len().min(40)]);
+        assert_eq!(space.awake(), 0, "{count} lie still after half a minute");
         // for people to read: how fast a machine is, no test may ask
         println!("{count} things fall for {falling} steps, {:.2} ms each, at most {most_ms:.2}", falling_ms / falling as f32);
     }
