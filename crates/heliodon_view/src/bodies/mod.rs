@@ -469,7 +469,8 @@ fn fall(
     }
     if !needs.is_empty() || !walkers.is_empty() {
         let things = &bodies.things;
-        let is_thing = |name: &str| things.get(name).is_some_and(|thing| thing.body.is_some()) || in_hands.contains(&Some(name));
+        let is_thing =
+            |name: &str| things.get(name).is_some_and(|thing| thing.body.is_some()) || in_hands.contains(&Some(name));
         bodies.crowd.follow(&mut space, &actors, is_thing);
     }
     if needs.is_empty() {
