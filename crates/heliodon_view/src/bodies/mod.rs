@@ -335,7 +335,7 @@ impl Bodies {
                     self.asked.remove(name);
                 }
                 // What is still being moved gets its body when it stands still.
-                None if !(hidden || thing.held || in_hand) && !moved_by_others && thing.body.is_none() => {
+                None if !(hidden || thing.held || in_hand || moved_by_others) && thing.body.is_none() => {
                     let (scale, turn, place) = thing.at.to_scale_rotation_translation();
                     thing.scale_to(scale);
                     let motion = Motion::rest(place, turn);
