@@ -335,7 +335,7 @@ impl Bodies {
                     self.asked.remove(name);
                 }
                 // What is still being moved gets its body when it stands still.
-                None if !(hidden || thing.held || in_hand) && !moved_by_others && thing.body.is_none() => {
+                None if !(hidden || thing.held || in_hand || moved_by_others) && thing.body.is_none() => {
                     let (scale, turn, place) = thing.at.to_scale_rotation_translation();
                     thing.scale_to(scale);
                     let motion = Motion::rest(place, turn);
@@ -469,7 +469,8 @@ fn fall(
     }
     if !needs.is_empty() || !walkers.is_empty() {
         let things = &bodies.things;
-        let is_thing = |name: &str| things.get(name).is_some_and(|thing| thing.body.is_some()) || in_hands.contains(&Some(name));
+        let is_thing =
+            |name: &str| things.get(name).is_some_and(|thing| thing.body.is_some()) || in_hands.contains(&Some(name));
         bodies.crowd.follow(&mut space, &actors, is_thing);
     }
     if needs.is_empty() {

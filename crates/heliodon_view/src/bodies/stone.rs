@@ -28,12 +28,15 @@ pub type Bounds = (Vec3, Vec3);
 /// The stone.
 pub struct Stone {
     pieces: Vec<Piece>,
-    building: Option<(Vec<usize>, Background<Vec<Option<Collider>>>)>,
+    building: Option<(Vec<usize>, Background<Built>)>,
     /// Triangles that are built.
     triangles: usize,
     /// Counts what was asked.
     turn: u64,
 }
+
+/// Pieces' triangle meshes, where they have any.
+type Built = Vec<Option<Collider>>;
 
 struct Piece {
     chunk: Arc<KeptChunk>,
@@ -117,7 +120,7 @@ impl Stone {
     }
 
     fn take(&mut self, space: &mut Space, patient: bool) {
-        let built = |(_, building): &(_, Background<_>)| if patient { Some(building.wait()) } else { building.take() };
+        let built = |(_, building): &(_, Background<Built>)| if patient { Some(building.wait()) } else { building.take() };
         let Some(built) = self.building.as_ref().and_then(built) else { return };
         let Some((which, _)) = self.building.take() else { return };
         let built = built.unwrap_or_else(|_| {

@@ -5,7 +5,9 @@ use crate::bodies::Bodies;
 
 /// The lowest corner of the mallet.
 fn lowest(place: Affine3A) -> f32 {
-    let corners = (0..8).map(|i| Vec3::select(BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), Vec3::new(0.28, 0.08, 0.08), Vec3::new(0.2, 0.0, -0.08)));
+    let corners = (0..8).map(|i| {
+        Vec3::select(BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), Vec3::new(0.28, 0.08, 0.08), Vec3::new(0.2, 0.0, -0.08))
+    });
     let grip = (0..4).map(|i| Vec3::new(-0.05, 0.03 * (i & 1) as f32, 0.01 - 0.02 * (i >> 1) as f32));
     corners.chain(grip).map(|p| place.transform_point3(p).y).fold(f32::INFINITY, f32::min)
 }
