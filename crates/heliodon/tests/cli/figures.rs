@@ -14,8 +14,7 @@ fn figures_are_written_and_replaced_only_where_nobody_has_changed_them() {
         .iter()
         .map(|f| (f["file"].as_str().unwrap(), f["vertices"].as_u64().unwrap()))
         .collect();
-    let written =
-        ["walker.glb", "stoneyard.glb", "master.glb", "carver.glb", "porter.glb", "cloth.ply", "cloth.pc2"];
+    let written = ["walker.glb", "stoneyard.glb", "master.glb", "carver.glb", "porter.glb", "cloth.ply", "cloth.pc2"];
     assert_eq!(files.iter().map(|f| f.0).collect::<Vec<_>>(), written);
     assert_eq!(report["walk_speed_m_s"], 1.25);
     for (file, vertices) in &files[..6] {

@@ -45,7 +45,8 @@ pub(super) fn tell(
 
 /// A line for each feature, and what they take together: on several cores at once, so that it may be more than the frame.
 fn lines(costs: &[(&'static str, Cost)]) -> String {
-    let sum: f32 = costs.iter().map(|(_, cost)| cost.smoothed_ms).sum();
+    // the sum of nothing is -0.0
+    let sum = costs.iter().fold(0.0, |sum, (_, cost)| sum + cost.smoothed_ms);
     let told = costs.iter().filter(|(_, cost)| cost.peak_ms >= LEAST_MS);
     let lines = told.map(|(name, cost)| format!("{name:<10}{:4.1} ms, up to {:.1}", cost.smoothed_ms, cost.peak_ms));
     let sum = format!("{:<10}{sum:4.1} ms of the processor", "together");
