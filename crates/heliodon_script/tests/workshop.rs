@@ -41,6 +41,9 @@ fn visit(memory: Memory) -> Stage {
     assert!(program.is_sound() && told.is_empty(), "{}", lines(&told));
     let mut world = World::new();
     world.set_inside("workshop", true);
+    for (name, place) in [("carver", [6.3, 0.0, 2.4]), ("face-form", [-2.0, 0.9, -3.2]), ("robe-panel", [2.9, 0.9, -3.2])] {
+        world.set_place(name, place);
+    }
     let mut stage = Stage { runtime: Runtime::new(program, memory, Limits::deterministic(), 1), world, now_s: 0.0 };
     stage.step();
     stage

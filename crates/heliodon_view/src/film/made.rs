@@ -33,7 +33,7 @@ pub fn picture(kind: FilmKind, number: u64) -> Frame {
 fn ember(at: [f32; 2], seconds: f32) -> [u8; 4] {
     let crust = noise(at, 0.0, 1);
     let breath = noise(at, 0.55 * seconds, 2);
-    let heat = ((0.55 * crust + 0.75 * breath - 0.55) * 3.5).clamp(0.0, 1.0);
+    let heat = ((0.55 * crust + 0.75 * breath - 0.64) * 3.5).clamp(0.0, 1.0);
     // as a black body between 900 and 1,400 kelvin looks: red first, then orange
     let glow = [heat, 0.42 * heat * heat, 0.10 * heat * heat * heat];
     let ash = 0.012 + 0.02 * crust;

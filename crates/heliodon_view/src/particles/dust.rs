@@ -127,7 +127,7 @@ mod tests {
         light.map = Some((&map, 0));
         let mut out = Vec::new();
         dust(&source, 1.0, 5.0, &light, &mut out);
-        assert!(out.len() > 500 && out.iter().all(|quad| quad.from_sun().x > 0.0 && quad.radiance() == Vec3::ZERO));
+        assert!(out.len() > 500 && out.iter().all(|quad| quad.of_sun().x > 0.0 && quad.radiance() == Vec3::ZERO));
         light.air.sun = Vec3::ZERO;
         out.clear();
         dust(&source, 1.0, 5.0, &light, &mut out);
@@ -143,7 +143,7 @@ mod tests {
             let mut out = Vec::new();
             haze(&source, share, 0.0, &light, 1.0, &mut out);
             // what all discs scatter together: a third of the area of each
-            let sum: f32 = out.iter().map(|quad| quad.from_sun().x * quad.reach_m().powi(2)).sum();
+            let sum: f32 = out.iter().map(|quad| quad.of_sun().x * quad.reach_m().powi(2)).sum();
             (out.len(), sum)
         };
         let ((many, fine), (few, coarse)) = (whole(1.0), whole(0.1));
@@ -160,7 +160,7 @@ mod tests {
         let sum = |now_s: f64| {
             let mut out = Vec::new();
             dust(&source, 1.0, now_s, &light, &mut out);
-            out.iter().map(|quad| quad.from_sun().x).sum::<f32>()
+            out.iter().map(|quad| quad.of_sun().x).sum::<f32>()
         };
         let sums = [9.9, 11.5, 13.1].map(sum);
         assert!(sums[0] > sums[1] && sums[1] > 0.0 && sums[2] == 0.0, "{sums:?}");

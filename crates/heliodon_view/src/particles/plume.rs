@@ -216,7 +216,7 @@ mod tests {
         fire(&fire_source, 1.0, 2.0, &dark, &mut flames);
         smoke(&source(ParticleKind::Smoke, Vec3::ZERO), 1.0, 2.0, &dark, &mut puffs);
         assert!(flames.iter().any(|quad| quad.radiance().x > 0.3));
-        assert!(puffs.iter().all(|quad| quad.radiance() == Vec3::ZERO && quad.from_sun() == Vec3::ZERO));
+        assert!(puffs.iter().all(|quad| quad.radiance() == Vec3::ZERO && quad.of_sun() == Vec3::ZERO));
     }
 
     #[test]

@@ -100,7 +100,7 @@ impl Quad {
 
     /// What the sun adds.
     #[cfg(test)]
-    pub(crate) fn from_sun(&self) -> Vec3 {
+    pub(crate) fn of_sun(&self) -> Vec3 {
         self.sun.truncate()
     }
 }

@@ -181,14 +181,12 @@ impl Plugin for StoryPlugin {
 
 /// Takes up the story of another bundle.
 fn open(
-    stage: Res<Stage>,
-    places: Res<StoryPlaces>,
+    (stage, places, clock): (Res<Stage>, Res<StoryPlaces>, Option<Res<TimeUpdateStrategy>>),
     mut story: ResMut<Story>,
     mut board: ResMut<board::Board>,
     mut wishes: ResMut<stage_hand::Wishes>,
     mut actors: ResMut<Actors>,
     (mut letters, mut fonts): (ResMut<letters::Letters>, Option<ResMut<Assets<Font>>>),
-    clock: Option<Res<TimeUpdateStrategy>>,
 ) {
     if story.stage != stage.serial() {
         *story = Story { stage: stage.serial(), ..Story::default() };

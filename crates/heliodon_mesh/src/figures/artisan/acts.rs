@@ -118,7 +118,7 @@ fn embrace(pose: &mut Pose) {
     }
     // leans back against the weight
     let loins = &mut pose.turns[rig::core(Core::Lumbar)];
-    *loins = *loins * degrees(-4.0, 0.0, 0.0);
+    *loins *= degrees(-4.0, 0.0, 0.0);
 }
 
 /// Walks with the chest.
