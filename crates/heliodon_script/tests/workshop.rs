@@ -80,7 +80,7 @@ fn zeus_is_finished_in_two_visits() {
     assert_eq!(said(&stage.after(applied("face-form", "gold", "gold-sheet"))), ["hint wrong-face-form"]);
     assert_eq!(said(&stage.after(applied("robe-panel", "gold", "gold-sheet"))), ["hint order"]);
     let ivory = stage.after(applied("face-form", "ivory", "ivory-plate"));
-    assert!(covers(&ivory, "zeus-face", "ivory") && covers(&ivory, "zeus-body", "ivory"), "{ivory:?}");
+    assert!(covers(&ivory, "zeus-face", "ivory") && covers(&ivory, "zeus-body", "ivory"), "{ivory:?} {}", stage.told());
     assert_eq!(said(&ivory), ["subtitle told-melt", "task do-melt"]);
     assert_eq!(said(&stage.after(applied("victory-mould", "glass", "ladle"))), ["hint empty"], "nothing is in the ladle yet");
     assert_eq!(said(&stage.after(applied("crucible", "glass", "ladle"))), ["task do-glass"]);
