@@ -1,7 +1,7 @@
 //! What falls and what holds: things that a hand lets go of fall, meet the stone and one another and come to rest; visitors on foot are held by all of it.
 //!
-//! [`space`] is the world in which avian's schedule runs in fixed steps; [`hull`] what a thing is there, [`stone`] what the stage is there, [`crowd`] who else
-//! stands about. [`walk`] moves visitors on foot. Until a hand or a body touches it, a thing stays where the site and its scripts put it, asleep.
+//! [`space`] is the world in which avian's schedule runs in fixed steps; [`hull`] what a thing is there, [`stone`] what the stage is there, `crowd` who else
+//! stands about. `walk` moves visitors on foot. Until a hand or a body touches it, a thing stays where the site and its scripts put it, asleep.
 //!
 //! Why avian and not a few rays: the rays that feet and shoulders are content with know nothing of what lies on what. Why a step waits for stone that is
 //! still built, and not a floor at the thing's feet: the same inputs then give the same bits, however fast the machine is.
