@@ -34,6 +34,7 @@ pub mod input;
 pub mod kiosk;
 pub mod lamps;
 pub mod navigation;
+mod over_stone;
 pub mod particles;
 pub mod play;
 mod readback;

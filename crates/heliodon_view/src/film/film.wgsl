@@ -1,23 +1,8 @@
-// Films on upright quads and on parts. Prepended: display.wgsl with its constants.
+// Films on upright quads and on parts. Prepended: display.wgsl with its constants, over_stone/camera.wgsl.
 //
 // G. Papaioannou, A. Gaitatzes, D. Christopoulos, "Enhancing Virtual Reality Walkthroughs of Archaeological Sites", VAST 2003, section 2.2, put an image onto what is
 // there in two passes: what is there is multiplied by an inverted mask, then the image is added, black where nothing is. `mask_fragment` and `fragment` do that where they are blended so; blended as
 // premultiplied colours, `fragment` does both at once. Cover and displayed colour are the same, so that only the rounding between the passes parts them.
-
-struct Camera {
-    clip_from_world: mat4x4<f32>,
-    // xyz: the eye; in parallel projections a point far away towards it.
-    eye: vec4<f32>,
-    // Metres along forward: dot(xyz, place) + w.
-    forward: vec4<f32>,
-    // What is at depth z is (x * z + y) / (z + w) metres along forward.
-    depth: vec4<f32>,
-    sun_direction: vec4<f32>,
-    sun_over_pi: vec4<f32>,
-    shadow: vec4<f32>,
-    world_from_clip: mat4x4<f32>,
-    viewport: vec4<f32>,
-}
 
 struct Film {
     // xyz: the middle of its lower edge.
@@ -38,13 +23,6 @@ struct Film {
     size: vec4<f32>,
 }
 
-@group(0) @binding(0) var<uniform> camera: Camera;
-#ifdef ONE_SAMPLE
-@group(0) @binding(1) var depth: texture_depth_2d;
-#endif
-#ifdef MANY_SAMPLES
-@group(0) @binding(1) var depth: texture_depth_multisampled_2d;
-#endif
 @group(1) @binding(0) var<storage, read> films: array<Film>;
 @group(2) @binding(0) var texels: texture_2d<f32>;
 @group(2) @binding(1) var texel_sampler: sampler;
@@ -147,11 +125,6 @@ fn covered(uv: vec2<f32>, shape: vec4<f32>) -> vec4<f32> {
     return sum / (columns * rows);
 }
 
-fn scene_depth(pixel: vec2<f32>) -> f32 {
-    let z = textureLoad(depth, vec2<i32>(pixel), 0);
-    return (camera.depth.x * z + camera.depth.y) / (z + camera.depth.w);
-}
-
 // What is shown, premultiplied after the tone curve, for what is there has gone through it already: the curve of a sum is not the sum of curves.
 fn shown(in: Fragment, before: f32) -> vec4<f32> {
     let found = covered(in.uv, in.shape);
@@ -190,10 +163,6 @@ fn surface_mask_fragment(in: Fragment) -> @location(0) vec4<f32> {
     return vec4<f32>(1.0 - shown(in, 1.0).a);
 }
 
-// Bits of the fourteen corners of a strip around a box.
-const BOX_X: u32 = 0x287au;
-const BOX_Y: u32 = 0x02afu;
-const BOX_Z: u32 = 0x31e3u;
 // Around what stands on the ground the sky is darker so far, metres.
 const FEET_M: f32 = 0.35;
 // Of the lower edge so much counts as standing, metres: soles are seen from above.
@@ -222,7 +191,7 @@ fn shadow_vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) nu
     let normal = caster(side_of(film));
     let right = vec3<f32>(normal.z, 0.0, -normal.x);
     let sun = camera.sun_direction.xyz;
-    let side = vec3<f32>(vec3<u32>(BOX_X >> corner, BOX_Y >> corner, BOX_Z >> corner) & vec3<u32>(1u));
+    let side = box_corner(corner);
     let before = FEET_M / max(dot(normal, sun), 0.3);
     let across = (side.x * 2.0 - 1.0) * (length(film.right.xyz) + FEET_M);
     let upward = mix(-before * sun.y - 0.1, film.up.y, side.y);
@@ -231,13 +200,6 @@ fn shadow_vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) nu
     out.clip = camera.clip_from_world * vec4<f32>(film.place.xyz + right * across + vec3<f32>(0.0, upward, 0.0) + sun * along, 1.0);
     out.number = number;
     return out;
-}
-
-fn scene_place(pixel: vec2<f32>) -> vec3<f32> {
-    let z = textureLoad(depth, vec2<i32>(pixel), 0);
-    let ndc = (pixel - camera.viewport.xy) * camera.viewport.zw * vec2<f32>(1.0, -1.0) + vec2<f32>(-1.0, 1.0);
-    let place = camera.world_from_clip * vec4<f32>(ndc, max(z, 1e-9), 1.0);
-    return place.xyz / place.w;
 }
 
 // The film's cover around a place on it, in metres from the middle of its lower edge: the mean over a cross of this half width.

@@ -38,6 +38,7 @@ use crate::daylight::{DaylightCamera, StereoPair};
 use crate::impostor::heads;
 use crate::lamps::{Lamp, Lamps, SettleLamps};
 use crate::navigation::Visitor;
+use crate::over_stone::let_depth_be_read;
 use crate::sound::Sounds;
 use crate::stage::Stage;
 use crate::stage::background::Background;
@@ -241,6 +242,7 @@ impl Plugin for FilmPlugin {
             .add_systems(
                 PostUpdate,
                 (
+                    let_depth_be_read,
                     told.of("films", follow_stage),
                     told.of("films", carry_out),
                     told.of("films", go_on),

@@ -5,19 +5,16 @@ use super::uniform::{FILM_BYTES, FilmUniform, SURFACE_VERTEX_BYTES, SurfaceVerte
 use super::{Drawn, FILM_WGSL, FilmHead, FilmsFrame, Passes};
 use crate::daylight::pipelines::{StagePipelines, resolved};
 use crate::impostor::{CAMERA_BYTES, CameraUniform};
+use crate::over_stone::{BOX_CORNERS, CAMERA_WGSL, DrawnView, QUAD_CORNERS, SeenCamera, begin};
 use crate::stage::frame::StageFrame;
 use crate::tonemap::DisplayKey;
-use bevy::camera::{Camera3d, MainPassResolutionOverride, Viewport};
 use bevy::mesh::VertexBufferLayout;
 use bevy::prelude::*;
-use bevy::render::camera::ExtractedCamera;
 use bevy::render::render_resource::binding_types::{
     sampler, storage_buffer_read_only_sized, texture_2d, texture_depth_2d, texture_depth_2d_multisampled, uniform_buffer_sized,
 };
 use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery};
-use bevy::render::sync_world::MainEntity;
-use bevy::render::view::{ExtractedView, Msaa, ViewDepthTexture, ViewTarget};
 use heliodon_film::Frame;
 use std::collections::HashMap;
 use std::num::NonZeroU64;
@@ -61,7 +58,7 @@ impl FilmKey {
             ("STRAIGHT", self.straight),
             ("READY", !self.straight),
         ];
-        format!("{}{}", self.display.wgsl(), resolved(FILM_WGSL, &defined))
+        format!("{}{}", self.display.wgsl(), resolved(&format!("{CAMERA_WGSL}{FILM_WGSL}"), &defined))
     }
 
     /// Names of the shader's stages.
@@ -270,21 +267,6 @@ impl HeadGpu {
     }
 }
 
-/// Corners of the strip around a shadow's box, and of a film's quad.
-const BOX_CORNERS: u32 = 14;
-const QUAD_CORNERS: u32 = 4;
-
-/// What of a camera counts.
-type SeenCamera = (
-    Entity,
-    &'static MainEntity,
-    &'static ExtractedCamera,
-    &'static Camera3d,
-    &'static ExtractedView,
-    &'static Msaa,
-    &'static ViewDepthTexture,
-);
-
 /// Takes the frame's films to the GPU.
 #[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
 pub fn prepare(
@@ -423,36 +405,13 @@ fn queue_pipeline(
     })
 }
 
-/// What drawing needs of a camera.
-type DrawnView =
-    (&'static ExtractedCamera, &'static ViewTarget, &'static ViewDepthTexture, Option<&'static MainPassResolutionOverride>);
-
 /// Draws what the current camera sees of them.
 pub fn draw(view: ViewQuery<DrawnView>, gpu: Res<FilmsGpu>, cache: Res<PipelineCache>, mut context: RenderContext) {
     let entity = view.entity();
-    let (camera, target, depth, resolution) = view.into_inner();
+    let seen = view.into_inner();
     let Some(own) = gpu.cameras.get(&entity) else { return };
     let Some(head) = gpu.heads.get(own.head) else { return };
-    let mut pass = context
-        .command_encoder()
-        .begin_render_pass(&RenderPassDescriptor {
-            label: Some("films"),
-            color_attachments: &[Some(target.get_color_attachment())],
-            depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
-                view: depth.view(),
-                depth_ops: None,
-                stencil_ops: None,
-            }),
-            timestamp_writes: None,
-            occlusion_query_set: None,
-            multiview_mask: None,
-        })
-        .forget_lifetime();
-    if let Some(viewport) = Viewport::from_viewport_and_override(camera.viewport.as_ref(), resolution) {
-        let (at, size) = (viewport.physical_position, viewport.physical_size);
-        let [x, y, width, height] = [at.x, at.y, size.x, size.y].map(|v| v as f32);
-        pass.set_viewport(x, y, width, height, viewport.depth.start, viewport.depth.end);
-    }
+    let mut pass = begin(&mut context, "films", seen);
     pass.set_bind_group(0, &*own.group, &[]);
     pass.set_bind_group(1, &*head.group, &[]);
     // shadows first, for they fall on what has depth: they would darken films that stand before

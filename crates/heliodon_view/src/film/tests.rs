@@ -6,12 +6,11 @@ use super::*;
 use crate::sound::Sounds;
 use crate::stage::StagePlugin;
 use crate::story::StoryPlugin;
+use crate::story::tests::write_bundle_of;
 use crate::time_lapse::exposure::Exposure;
 use bevy::time::TimeUpdateStrategy;
 use heliodon_bundle::site::Site;
-use heliodon_bundle::{BundleMeta, BundleWriter, LightLayout, LitChunk, VertexLight};
 use heliodon_film::{FilmFormat, FilmWriter, Rate, WriteParams};
-use heliodon_sky::lapse::{Lapse, LapseStep};
 use heliodon_sound::{MixerSettings, RATE_HZ};
 use std::path::Path;
 use std::process::Command;
@@ -264,41 +263,6 @@ when_ended("guide", || { stop_film("crowd"); remember("guide", "over"); });
 when_ended("gone", || { remember("gone", "over"); });
 "#;
 
-fn write_bundle(folder: &Path) {
-    let site = Site::parse(SITE, folder.join("site.toml")).unwrap();
-    let layout = LightLayout { sun_steps: 1, coefficients: 4, channels: 1, sun_bounce_functions: 0 };
-    let mut writer = BundleWriter::create(folder.join("bundle"), BundleMeta::from_site(site.file(), layout, 1e-4)).unwrap();
-    let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Z];
-    writer
-        .push_chunk(&LitChunk {
-            part: 0,
-            texture: None,
-            normals: vec![Vec3::Y; 3],
-            uvs: Vec::new(),
-            texel_uvs: Vec::new(),
-            albedo: vec![Vec3::splat(0.5); 3],
-            triangles: vec![[0, 2, 1]],
-            valid: vec![1; 3],
-            light: VertexLight::zeros(layout, 3),
-            positions,
-        })
-        .unwrap();
-    let map = heliodon_image::HdrImage::from_fn(4, 2, |_, _| Vec3::ONE);
-    writer.add_sky_map("sky/0.hdr", &map.to_hdr_bytes()).unwrap();
-    writer.add_living(folder).unwrap();
-    let step = |time: &str| LapseStep {
-        time: time.to_owned(),
-        sun: None,
-        sky: vec![[1.0; 3]; 4],
-        fitted: None,
-        exposure_stops: 0.0,
-        sky_map: "sky/0.hdr".to_owned(),
-        mask_bit: 0,
-        sun_in_map: false,
-    };
-    writer.finish(&Lapse { steps: vec![step("08:00"), step("16:00")], sun_bounce_basis: None }).unwrap();
-}
-
 #[test]
 fn scripts_play_and_stop_films_and_hear_of_their_end() {
     if !ffmpeg() {
@@ -310,7 +274,7 @@ fn scripts_play_and_stop_films_and_hear_of_their_end() {
     std::fs::write(path.join("gone.mp4"), "no film").unwrap();
     greys(&path.join("guide.mp4"), (64, 48), (0..30).map(grey));
     greys(&path.join("crowd.mp4"), (64, 48), (0..30).map(grey));
-    write_bundle(path);
+    write_bundle_of(path, SITE);
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, StagePlugin, StoryPlugin, FilmPlugin))
         .init_resource::<StageFrame>()

@@ -1,23 +1,5 @@
 // Image-based people: a quad for each, on which the views around the eye are blended, each where the eye's ray meets what it shows.
-// heliodon_bundle::impostor::Look is the reference. Prepended: display.wgsl with its constants, and `MULTISAMPLED`, `STEPS`.
-
-struct Camera {
-    clip_from_world: mat4x4<f32>,
-    // xyz: the eye; in parallel projections a point far away towards it.
-    eye: vec4<f32>,
-    // Metres along forward: dot(xyz, place) + w.
-    forward: vec4<f32>,
-    // What is at depth z is (x * z + y) / (z + w) metres along forward; z: pixels that one metre at one metre has.
-    depth: vec4<f32>,
-    sun_direction: vec4<f32>,
-    // rgb: exposed irradiance of the sun at normal incidence / pi.
-    sun_over_pi: vec4<f32>,
-    // Unit direction that shadows come from: the sun's, or from above without one.
-    shadow: vec4<f32>,
-    world_from_clip: mat4x4<f32>,
-    // x, y: where its picture begins, pixels; z, w: 2 / its sides.
-    viewport: vec4<f32>,
-}
+// heliodon_bundle::impostor::Look is the reference. Prepended: display.wgsl with its constants, `STEPS`, `MARK`, over_stone/camera.wgsl.
 
 struct Person {
     // xyz: the model's middle in the world, w: its scale.
@@ -49,13 +31,6 @@ struct Kind {
     views: array<View, 128>,
 }
 
-@group(0) @binding(0) var<uniform> camera: Camera;
-#ifdef ONE_SAMPLE
-@group(0) @binding(1) var depth: texture_depth_2d;
-#endif
-#ifdef MANY_SAMPLES
-@group(0) @binding(1) var depth: texture_depth_multisampled_2d;
-#endif
 @group(1) @binding(0) var<storage, read> people: array<Person>;
 // A person's number, four views in eight bits each, four weights in sixteen.
 @group(1) @binding(1) var<storage, read> order: array<vec4<u32>>;
@@ -138,11 +113,6 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u
 // Where in its window a view shows a place, from 0 to 1 within it.
 fn window_of(view: View, at: vec3<f32>) -> vec2<f32> {
     return vec2<f32>(dot(at, view.right.xyz) - view.right.w, view.up.w - dot(at, view.up.xyz)) * view.window.xy;
-}
-
-fn scene_depth(pixel: vec2<f32>) -> f32 {
-    let z = textureLoad(depth, vec2<i32>(pixel), 0);
-    return (camera.depth.x * z + camera.depth.y) / (z + camera.depth.w);
 }
 
 @fragment
@@ -230,10 +200,6 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
     return vec4<f32>(display(shown, in.clip.xy), min(covered, 1.0) * before * in.worn.x);
 }
 
-// Bits of the fourteen corners of a strip around a box.
-const BOX_X: u32 = 0x287au;
-const BOX_Y: u32 = 0x02afu;
-const BOX_Z: u32 = 0x31e3u;
 // Around feet the sky is darker so far, metres.
 const FEET_M: f32 = 0.4;
 
@@ -266,7 +232,7 @@ fn shadow_vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) nu
     let shadow = people[person].shadow;
     let right = shadow_right();
     let up = cross(camera.shadow.xyz, right);
-    let side = vec3<f32>(vec3<u32>(BOX_X >> corner, BOX_Y >> corner, BOX_Z >> corner) & vec3<u32>(1u));
+    let side = box_corner(corner);
     let across = (side.x * 2.0 - 1.0) * max(kind.reach.y * place.w, FEET_M);
     let upward = (side.y * 2.0 - 1.0) * (shadow.z * place.w + 0.1);
     let along = mix(-shadow.w, kind.reach.x * place.w, side.z);
@@ -283,13 +249,6 @@ fn shadow_vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) nu
     out.light_5 = people[person].light[5];
     out.worn = people[person].worn;
     return out;
-}
-
-fn scene_place(pixel: vec2<f32>) -> vec3<f32> {
-    let z = textureLoad(depth, vec2<i32>(pixel), 0);
-    let ndc = (pixel - camera.viewport.xy) * camera.viewport.zw * vec2<f32>(1.0, -1.0) + vec2<f32>(-1.0, 1.0);
-    let place = camera.world_from_clip * vec4<f32>(ndc, max(z, 1e-9), 1.0);
-    return place.xyz / place.w;
 }
 
 // What somebody leaves of the light of what is behind: the sun's, that has not passed, and some of the sky's at the feet. What is already there is multiplied by it.

@@ -23,12 +23,13 @@ use crate::covering::{Covering, SettleCovers, pulse};
 use crate::daylight::{DaylightCamera, StereoPair};
 use crate::lamps::reaching::reaching;
 use crate::lamps::{Lamp, Lamps, SettleLamps};
+use crate::over_stone::let_depth_be_read;
 use crate::stage::Stage;
 use crate::stage::background::Background;
 use crate::stage::frame::StageFrame;
 use crate::stage::ground::Ground;
 use crate::time_lapse::{Now, SettleMoment};
-use bevy::camera::{Camera, Camera3d};
+use bevy::camera::Camera;
 use bevy::core_pipeline::core_3d::{main_opaque_pass_3d, main_transparent_pass_3d};
 use bevy::core_pipeline::schedule::{Core3d, Core3dSystems};
 use bevy::math::Vec4;
@@ -46,7 +47,6 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 use uniform::{PersonUniform, SeenUniform};
-use wgpu::TextureUsages;
 
 /// WGSL of impostors.
 pub(crate) const IMPOSTOR_WGSL: &str = include_str!("impostor.wgsl");
@@ -235,13 +235,6 @@ impl Plugin for ImpostorPlugin {
                 Core3d,
                 render::draw.in_set(Core3dSystems::MainPass).after(main_opaque_pass_3d).before(main_transparent_pass_3d),
             );
-    }
-}
-
-/// Where somebody goes into the stone is seen by its depth.
-fn let_depth_be_read(mut cameras: Query<&mut Camera3d, Added<DaylightCamera>>) {
-    for mut camera in &mut cameras {
-        camera.depth_texture_usages.0 |= TextureUsages::TEXTURE_BINDING.bits();
     }
 }
 

@@ -5,19 +5,16 @@ use super::{Head, IMPOSTOR_WGSL, ImpostorsFrame, Kind};
 use crate::covering::MARK;
 use crate::daylight::pipelines::{StagePipelines, resolved};
 use crate::daylight::prepare::StageGpu;
+use crate::over_stone::{BOX_CORNERS, CAMERA_WGSL, DrawnView, Grown, QUAD_CORNERS, SeenCamera, begin};
 use crate::stage::frame::StageFrame;
 use crate::tonemap::DisplayKey;
-use bevy::camera::{Camera3d, MainPassResolutionOverride, Viewport};
 use bevy::prelude::*;
-use bevy::render::camera::ExtractedCamera;
 use bevy::render::render_resource::binding_types::{
     sampler, storage_buffer_read_only_sized, texture_2d_array, texture_depth_2d, texture_depth_2d_multisampled,
     uniform_buffer_sized,
 };
 use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery};
-use bevy::render::sync_world::MainEntity;
-use bevy::render::view::{ExtractedView, Msaa, ViewDepthTexture, ViewTarget};
 use heliodon_image::decode_bc7;
 use std::collections::HashMap;
 use std::num::NonZeroU64;
@@ -46,7 +43,7 @@ impl ImpostorKey {
             "{}const STEPS: u32 = {}u;\nconst MARK: vec3<f32> = vec3<f32>({red:?}, {green:?}, {blue:?});\n{}",
             self.display.wgsl(),
             self.steps,
-            resolved(IMPOSTOR_WGSL, &defined)
+            resolved(&format!("{CAMERA_WGSL}{IMPOSTOR_WGSL}"), &defined)
         )
     }
 }
@@ -69,12 +66,6 @@ struct Layouts {
     camera: [BindGroupLayoutDescriptor; 2],
     people: BindGroupLayoutDescriptor,
     kind: BindGroupLayoutDescriptor,
-}
-
-/// A buffer that is made anew where it is too small.
-struct Grown {
-    buffer: Buffer,
-    bytes: u64,
 }
 
 struct HeadGpu {
@@ -125,38 +116,6 @@ impl Default for Layouts {
         }
     }
 }
-
-impl Grown {
-    /// Writes a list into a buffer that holds it.
-    fn write(before: Option<Self>, device: &RenderDevice, queue: &RenderQueue, label: &str, contents: &[u8]) -> Self {
-        let wanted = contents.len() as u64;
-        let buffer = before.filter(|grown| grown.bytes >= wanted).unwrap_or_else(|| {
-            // with room, so that a crowd that grows does not make one in every frame
-            let bytes = wanted.next_power_of_two().max(256);
-            let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
-            let buffer =
-                device.create_buffer(&BufferDescriptor { label: Some(label), size: bytes, usage, mapped_at_creation: false });
-            Self { buffer, bytes }
-        });
-        queue.write_buffer(&buffer.buffer, 0, contents);
-        buffer
-    }
-}
-
-/// Corners of the strip around a shadow's box, and of a person's quad.
-const BOX_CORNERS: u32 = 14;
-const QUAD_CORNERS: u32 = 4;
-
-/// What of a camera counts.
-type SeenCamera = (
-    Entity,
-    &'static MainEntity,
-    &'static ExtractedCamera,
-    &'static Camera3d,
-    &'static ExtractedView,
-    &'static Msaa,
-    &'static ViewDepthTexture,
-);
 
 /// Takes the frame's impostors to the GPU.
 #[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
@@ -336,37 +295,14 @@ fn upload((device, queue): (&RenderDevice, &RenderQueue), layout: &BindGroupLayo
     device.create_bind_group("impostor_kind", layout, &entries)
 }
 
-/// What drawing needs of a camera.
-type DrawnView =
-    (&'static ExtractedCamera, &'static ViewTarget, &'static ViewDepthTexture, Option<&'static MainPassResolutionOverride>);
-
 /// Draws what the current camera sees of them.
 pub fn draw(view: ViewQuery<DrawnView>, gpu: Res<ImpostorsGpu>, cache: Res<PipelineCache>, mut context: RenderContext) {
     let entity = view.entity();
-    let (camera, target, depth, resolution) = view.into_inner();
+    let seen = view.into_inner();
     let Some(own) = gpu.cameras.get(&entity) else { return };
     let [Some(shadows), Some(people)] = own.pipelines.map(|id| cache.get_render_pipeline(id)) else { return };
     let Some(head) = gpu.heads.get(own.head) else { return };
-    let mut pass = context
-        .command_encoder()
-        .begin_render_pass(&RenderPassDescriptor {
-            label: Some("impostors"),
-            color_attachments: &[Some(target.get_color_attachment())],
-            depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
-                view: depth.view(),
-                depth_ops: None,
-                stencil_ops: None,
-            }),
-            timestamp_writes: None,
-            occlusion_query_set: None,
-            multiview_mask: None,
-        })
-        .forget_lifetime();
-    if let Some(viewport) = Viewport::from_viewport_and_override(camera.viewport.as_ref(), resolution) {
-        let (at, size) = (viewport.physical_position, viewport.physical_size);
-        let [x, y, width, height] = [at.x, at.y, size.x, size.y].map(|v| v as f32);
-        pass.set_viewport(x, y, width, height, viewport.depth.start, viewport.depth.end);
-    }
+    let mut pass = begin(&mut context, "impostors", seen);
     pass.set_bind_group(0, &*own.group, &[]);
     pass.set_bind_group(1, &*head.group, &[]);
     for (pipeline, corners) in [(shadows, BOX_CORNERS), (people, QUAD_CORNERS)].into_iter().skip(usize::from(!gpu.shadows)) {

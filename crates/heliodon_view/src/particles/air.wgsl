@@ -1,21 +1,5 @@
 // What is in the air: quads that face the eye, from the farthest on, into a picture of their own: exposed radiance, and the share of what is behind
-// that they take away. compose.wgsl lays it over the picture. Written by particles/quad.rs and render.rs.
-
-// `CameraUniform` of impostor/uniform.rs.
-struct Camera {
-    clip_from_world: mat4x4<f32>,
-    eye: vec4<f32>,
-    // Unit, w: minus its product with the camera's place.
-    forward: vec4<f32>,
-    // (x z + y) / (z + w) of a depth z is metres along forward; z: pixels that one metre at one metre has.
-    depth: vec4<f32>,
-    sun_direction: vec4<f32>,
-    sun_over_pi: vec4<f32>,
-    shadow: vec4<f32>,
-    world_from_clip: mat4x4<f32>,
-    // x, y: where its picture begins, pixels; z, w: 2 / its sides.
-    viewport: vec4<f32>,
-}
+// that they take away. compose.wgsl lays it over the picture. Written by particles/quad.rs and render.rs. Prepended: over_stone/camera.wgsl.
 
 struct Quad {
     // Its middle, w: half its width.
@@ -41,13 +25,6 @@ struct Map {
     size: vec4<u32>,
 }
 
-@group(0) @binding(0) var<uniform> camera: Camera;
-#ifdef ONE_SAMPLE
-@group(0) @binding(1) var depth: texture_depth_2d;
-#endif
-#ifdef MANY_SAMPLES
-@group(0) @binding(1) var depth: texture_depth_multisampled_2d;
-#endif
 // x: pixels of the picture in one of ours.
 @group(0) @binding(2) var<uniform> scale: vec4<f32>;
 @group(1) @binding(0) var<storage, read> quads: array<Quad>;
@@ -144,18 +121,6 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u
     out.sunward = vec3<f32>(dot(sun, right), dot(sun, up), dot(sun, facing));
     out.place = quad.place;
     return out;
-}
-
-fn scene_depth(pixel: vec2<f32>) -> f32 {
-    let z = textureLoad(depth, vec2<i32>(pixel), 0);
-    return (camera.depth.x * z + camera.depth.y) / (z + camera.depth.w);
-}
-
-fn scene_place(pixel: vec2<f32>) -> vec3<f32> {
-    let z = textureLoad(depth, vec2<i32>(pixel), 0);
-    let ndc = (pixel - camera.viewport.xy) * camera.viewport.zw * vec2<f32>(1.0, -1.0) + vec2<f32>(-1.0, 1.0);
-    let place = camera.world_from_clip * vec4<f32>(ndc, max(z, 1e-9), 1.0);
-    return place.xyz / place.w;
 }
 
 // The part of the sun that reaches a place, between the four texels around it.

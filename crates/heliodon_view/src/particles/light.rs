@@ -2,6 +2,7 @@
 
 use super::sun_map::SunMap;
 use crate::lamps::Lamp;
+use crate::lamps::reaching::arrives;
 use glam::Vec3;
 use heliodon_bundle::grid::{AXES, Grid};
 use heliodon_bundle::moment::Moment;
@@ -67,21 +68,16 @@ impl Reached<'_> {
     pub fn sun_at(&self, place: Vec3) -> f32 {
         self.map.map_or(1.0, |(map, _)| map.at(place))
     }
-}
 
-impl Reached<'_> {
     /// Exposed radiance of what scatters all of the lamps' light to all sides, at a place. Nothing shades it: a fire's smoke is near it.
     #[must_use]
     pub fn lamps_at(&self, place: Vec3) -> Vec3 {
         let light = |lamp: &Lamp| {
-            let square = (place - lamp.place).length_squared();
-            let left = square / (lamp.reach_m * lamp.reach_m);
-            // as in lamps.wgsl; a flame is no point
-            let window = (1.0 - left * left).max(0.0);
-            lamp.intensity * (window * window / (square + FLAME_M * FLAME_M))
+            let square = (place - lamp.place).length_squared().max(1e-4);
+            // a flame is no point
+            arrives(lamp, place).map(|(_, irradiance)| irradiance * (square / (square + FLAME_M * FLAME_M)))
         };
-        let open = self.lamps.iter().filter(|lamp| lamp.cone.is_none() && lamp.reach_m > 0.0);
-        open.map(light).sum::<Vec3>() * (0.25 * FRAC_1_PI * self.air.exposure)
+        self.lamps.iter().filter_map(light).sum::<Vec3>() * (0.25 * self.air.exposure)
     }
 }
 

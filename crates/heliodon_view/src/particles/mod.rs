@@ -21,12 +21,13 @@ use crate::daylight::view::frustum_planes;
 use crate::daylight::{DaylightCamera, StereoPair};
 use crate::impostor::{Head, heads};
 use crate::lamps::{Lamp, Lamps, SettleLamps};
+use crate::over_stone::let_depth_be_read;
 use crate::stage::Stage;
 use crate::stage::background::Background;
 use crate::stage::frame::StageFrame;
 use crate::story::Wishes;
 use crate::time_lapse::{Now, SettleMoment};
-use bevy::camera::{Camera, Camera3d};
+use bevy::camera::Camera;
 use bevy::core_pipeline::schedule::{Core3d, Core3dSystems};
 use bevy::prelude::*;
 use bevy::render::extract_resource::ExtractResourcePlugin;
@@ -43,7 +44,6 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 use sun_map::SunMap;
-use wgpu::TextureUsages;
 
 /// Sources that have a map of the sun at most: the nearest.
 const MOST_MAPS: usize = 12;
@@ -173,13 +173,6 @@ impl Plugin for ParticlesPlugin {
                     .after(crate::daylight::prepare::prepare_views),
             )
             .add_systems(Core3d, render::draw.in_set(Core3dSystems::EarlyPostProcess));
-    }
-}
-
-/// Where particles go into the stone is seen by its depth.
-fn let_depth_be_read(mut cameras: Query<&mut Camera3d, Added<DaylightCamera>>) {
-    for mut camera in &mut cameras {
-        camera.depth_texture_usages.0 |= TextureUsages::TEXTURE_BINDING.bits();
     }
 }
 

@@ -9,6 +9,7 @@ use super::sun_map::{OPEN, SunMap};
 use crate::daylight::pipelines::{StagePipelines, resolved};
 use crate::daylight::prepare::StageGpu;
 use crate::impostor::uniform::{CAMERA_BYTES, CameraUniform};
+use crate::over_stone::{CAMERA_WGSL, Grown};
 use crate::stage::frame::StageFrame;
 use crate::tonemap::DisplayKey;
 use bevy::camera::{Camera3d, MainPassResolutionOverride};
@@ -36,7 +37,7 @@ const COARSE: u32 = 3;
 /// The shader that draws quads, for depths with one sample a pixel or with several.
 #[must_use]
 pub fn air_wgsl(samples: u32) -> String {
-    resolved(AIR_WGSL, &[("ONE_SAMPLE", samples == 1), ("MANY_SAMPLES", samples > 1)])
+    resolved(&format!("{CAMERA_WGSL}{AIR_WGSL}"), &[("ONE_SAMPLE", samples == 1), ("MANY_SAMPLES", samples > 1)])
 }
 
 /// The shader that lays them over the picture.
@@ -103,11 +104,6 @@ struct Layouts {
     compose: BindGroupLayoutDescriptor,
 }
 
-struct Grown {
-    buffer: Buffer,
-    bytes: u64,
-}
-
 struct HeadGpu {
     order: Grown,
     group: BindGroup,
@@ -164,22 +160,6 @@ impl Default for Layouts {
                 ),
             ),
         }
-    }
-}
-
-impl Grown {
-    /// Writes a list, or what stands for an empty one, into a buffer that holds it.
-    fn write(before: Option<Self>, gpu: (&RenderDevice, &RenderQueue), label: &str, contents: &[u8]) -> Self {
-        let wanted = contents.len() as u64;
-        let grown = before.filter(|grown| grown.bytes >= wanted).unwrap_or_else(|| {
-            let bytes = wanted.next_power_of_two().max(256);
-            let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
-            let buffer =
-                gpu.0.create_buffer(&BufferDescriptor { label: Some(label), size: bytes, usage, mapped_at_creation: false });
-            Self { buffer, bytes }
-        });
-        gpu.1.write_buffer(&grown.buffer, 0, contents);
-        grown
     }
 }
 
@@ -275,7 +255,7 @@ impl AirGpu {
     fn write(&mut self, frame: &AirFrame, gpu: (&RenderDevice, &RenderQueue), cache: &PipelineCache) {
         let layouts = self.layouts.get_or_insert_with(Layouts::default);
         let [quads, maps, texels] = &mut self.buffers;
-        let written = Grown::write(quads.take(), gpu, "air_quads", bytemuck::cast_slice(&frame.quads));
+        let written = Grown::write(quads.take(), gpu.0, gpu.1, "air_quads", bytemuck::cast_slice(&frame.quads));
         let same = |a: &[Arc<SunMap>], b: &[Arc<SunMap>]| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| Arc::ptr_eq(a, b));
         if maps.is_none() || !same(&self.maps, &frame.maps) {
             let (mut rows, mut depths) = (Vec::new(), Vec::new());
@@ -288,8 +268,8 @@ impl AirGpu {
                 rows.push(MapUniform::zeroed());
                 depths.push(OPEN);
             }
-            *maps = Some(Grown::write(maps.take(), gpu, "air_maps", bytemuck::cast_slice(&rows)));
-            *texels = Some(Grown::write(texels.take(), gpu, "air_texels", bytemuck::cast_slice(&depths)));
+            *maps = Some(Grown::write(maps.take(), gpu.0, gpu.1, "air_maps", bytemuck::cast_slice(&rows)));
+            *texels = Some(Grown::write(texels.take(), gpu.0, gpu.1, "air_texels", bytemuck::cast_slice(&depths)));
             self.maps.clone_from(&frame.maps);
         }
         let layout = cache.get_bind_group_layout(&layouts.quads);
@@ -300,7 +280,7 @@ impl AirGpu {
             .iter()
             .map(|AirHead { order, .. }| {
                 let kept = before.next().map(|head| head.order);
-                let grown = Grown::write(kept, gpu, "air_order", bytemuck::cast_slice(order));
+                let grown = Grown::write(kept, gpu.0, gpu.1, "air_order", bytemuck::cast_slice(order));
                 let entries = BindGroupEntries::sequential((
                     written.buffer.as_entire_binding(),
                     grown.buffer.as_entire_binding(),

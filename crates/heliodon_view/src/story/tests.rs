@@ -108,7 +108,12 @@ impl Visit {
 
 /// Writes the hall, with the scripts and texts that lie in `folder`.
 pub(crate) fn write_bundle(folder: &Path) {
-    let site = Site::parse(SITE, folder.join("site.toml")).unwrap();
+    write_bundle_of(folder, SITE);
+}
+
+/// Writes a site of one triangle, with the files of its story that lie in `folder`.
+pub(crate) fn write_bundle_of(folder: &Path, site: &str) {
+    let site = Site::parse(site, folder.join("site.toml")).unwrap();
     let layout = LightLayout { sun_steps: 1, coefficients: 4, channels: 1, sun_bounce_functions: 0 };
     let mut writer = BundleWriter::create(folder.join("bundle"), BundleMeta::from_site(site.file(), layout, 1e-4)).unwrap();
     let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Z];
