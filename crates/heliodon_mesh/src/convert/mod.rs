@@ -66,7 +66,7 @@ impl Default for ConvertParams {
 pub struct Bounds {
     /// Metres in the scene at rest; with morph targets, for weights that sum to 1. 0 where positions are as they were.
     pub position_m: f64,
-    /// Degrees.
+    /// Degrees, in a mesh's own frame: a node that scales it unevenly widens angles by the ratio of its scales at most.
     pub normal_deg: f64,
     /// Of a texture's side.
     pub uv: f64,

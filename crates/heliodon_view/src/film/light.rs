@@ -3,6 +3,7 @@
 use crate::actors::Actors;
 use crate::lamps::Lamp;
 use crate::lamps::reaching::{arrives, reaching};
+use crate::lamps::uniform::lit;
 use crate::stage::ground::Ground;
 use bevy::math::Vec3;
 use heliodon_bundle::grid::AmbientCube;
@@ -54,7 +55,7 @@ impl LampsAt {
         if self.place == place && self.lamps == lamps && self.chunks == chunks {
             return;
         }
-        *self = Self { place, lamps: lamps.to_vec(), chunks, reaching: reaching(place, lamps, ground) };
+        *self = Self { place, lamps: lamps.to_vec(), chunks, reaching: reaching(place, &lit(lamps), ground).collect() };
     }
 }
 

@@ -22,6 +22,7 @@ use crate::costs::FrameTold;
 use crate::covering::{Covering, SettleCovers, pulse};
 use crate::daylight::{DaylightCamera, StereoPair};
 use crate::lamps::reaching::reaching;
+use crate::lamps::uniform::lit;
 use crate::lamps::{Lamp, Lamps, SettleLamps};
 use crate::over_stone::let_depth_be_read;
 use crate::stage::Stage;
@@ -286,7 +287,7 @@ fn arrange(
     let exposure = stage_frame.exposure_stops.exp2();
     let high = now.has_sun && moment.sun_direction.y > LEAST_RISE;
     let shadow = if high { moment.sun_direction } else { Vec3::Y };
-    let lamps: Vec<Lamp> = lamps.map_or_else(Vec::new, |lamps| lamps.all().copied().collect());
+    let lamps = lamps.map_or_else(Vec::new, |lamps| lit(lamps.all()));
     let light = Light { moment, grid: actors.grid(), exposure, shadow, lamps: &lamps, ground: stage.ground() };
     let (seconds, pulse) = (actors.seconds as f32, pulse(&time));
     let placed: Vec<PersonUniform> = people
@@ -328,8 +329,9 @@ struct Light<'a> {
     exposure: f32,
     /// Where shadows come from.
     shadow: Vec3,
+    /// Those that are lit.
     lamps: &'a [Lamp],
-    /// What hides lamps.
+    /// What hides them.
     ground: &'a Ground,
 }
 

@@ -1,7 +1,6 @@
 //! Which lamps reach a place: for what is lit as a whole and not fragment by fragment.
 
 use super::Lamp;
-use super::uniform::lit;
 use crate::stage::ground::Ground;
 use bevy::math::Vec3;
 use heliodon_math::frame::unit_or;
@@ -10,18 +9,18 @@ use std::f32::consts::FRAC_1_PI;
 /// What lies so near to a lamp or to the place hides neither from the other, metres: a lamp's own body, the ground beneath the feet.
 const OFF_M: f32 = 0.25;
 
-/// Unit directions to the lamps that reach a place, and their irradiance / pi at normal incidence there; the stone is in the way of those whose light has shadows.
-pub(crate) fn reaching(place: Vec3, lamps: &[Lamp], ground: &Ground) -> Vec<(Vec3, Vec3)> {
-    let hidden = |to: Vec3, away_m: f32| {
+/// Unit directions to those of [`lit`](super::uniform::lit) lamps that reach a place, and their irradiance / pi at normal incidence there; the stone is in the way of those whose light has
+/// shadows.
+pub(crate) fn reaching(place: Vec3, lit: &[Lamp], ground: &Ground) -> impl Iterator<Item = (Vec3, Vec3)> {
+    let hidden = move |to: Vec3, away_m: f32| {
         let reach = away_m - 2.0 * OFF_M;
         reach > 0.0 && ground.cast(place + to * OFF_M, to, reach).is_some()
     };
-    let reaching = lit(lamps).into_iter().filter_map(|lamp| {
-        let (to, irradiance) = arrives(&lamp, place)?;
+    lit.iter().filter_map(move |lamp| {
+        let (to, irradiance) = arrives(lamp, place)?;
         let stopped = lamp.shadows && hidden(to, lamp.place.distance(place));
         (!stopped).then_some((to, irradiance))
-    });
-    reaching.collect()
+    })
 }
 
 /// A lamp's direction and irradiance / pi at normal incidence where nothing is in its way, as lamps.wgsl has it.
@@ -58,6 +57,6 @@ mod tests {
         let spot = Lamp { cone, ..lamp };
         assert_eq!(arrives(&spot, Vec3::ZERO).unwrap().1, near);
         assert!(arrives(&spot, Vec3::new(3.0, 0.0, 0.0)).is_none());
-        assert_eq!(reaching(Vec3::ZERO, &[lamp, spot], &Ground::default()).len(), 2);
+        assert_eq!(reaching(Vec3::ZERO, &[lamp, spot], &Ground::default()).count(), 2);
     }
 }
