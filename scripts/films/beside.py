@@ -18,6 +18,8 @@ import subprocess
 import sys
 import tempfile
 
+from pattern import make_pair
+
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 parser.add_argument("heliodon")
 parser.add_argument("bundle", type=pathlib.Path)
@@ -35,21 +37,6 @@ AHEAD_M = 3.0
 HEIGHT_M = 1.8
 
 
-def make(folder):
-    width, height = map(int, args.size.split("x"))
-    oval = f"255*gt(hypot((X-{width / 2})/{0.47 * width},(Y-{height / 2})/{0.5 * height}),1)"
-    shape = f"size={args.size}:rate={args.rate}:duration={SECONDS}"
-    graph = (
-        f"color=black:{shape},format=gray,geq=lum='{oval}'[mask];[mask]split[mask1][mask2];[mask1]negate[cover];"
-        f"testsrc2={shape},format=gbrp[colours];[cover]format=gbrp[cover3];[colours][cover3]blend=all_mode=multiply,format=yuv420p[image];"
-        f"[mask2]format=yuv420p[inverted]"
-    )
-    encoder = ["-c:v", "libx264", "-crf", "14", "-g", "30"]
-    command = ["ffmpeg", "-v", "error", "-nostdin", "-y", "-filter_complex", graph]
-    command += ["-map", "[image]", *encoder, str(folder / "image.mp4"), "-map", "[inverted]", *encoder, str(folder / "mask.mp4")]
-    subprocess.run(command, check=True)
-
-
 def numbers(text):
     return [float(part) for part in text.split(",")]
 
@@ -61,7 +48,7 @@ def with_film(folder):
     if manifest.get("living", {}).get("film"):
         sys.exit("the bundle has films of its own")
     (bundle / "films").mkdir(exist_ok=True)
-    make(bundle / "films")
+    make_pair(bundle / "films" / "image.mp4", bundle / "films" / "mask.mp4", args.size, args.rate, SECONDS)
     for name in ("image.mp4", "mask.mp4"):
         path = f"films/{name}"
         # a copy to be thrown away: nobody compares what it holds

@@ -35,12 +35,14 @@ pub struct ActorMeta {
     pub files: Vec<ActorFile>,
 }
 
-/// Copies an actor's files below `folder`, and answers with the actor as the manifest has it and with what was copied.
-pub(crate) fn copy_actor(folder: &Path, meta: &ActorMeta) -> Result<(Actor, Vec<StoredFile>), WriteError> {
+/// Copies an actor's files below `folder`, and answers with the actor as the manifest has it and with what was copied: nothing where one `before` has the same files.
+pub(crate) fn copy_actor(folder: &Path, meta: &ActorMeta, before: &[ActorMeta]) -> Result<(Actor, Vec<StoredFile>), WriteError> {
     let name = meta.actor.display_name().to_owned();
     let unfit = |what: String| WriteError::Unfit(format!("actor `{name}`: {what}"));
+    let known = before.iter().find(|known| known.files == meta.files);
+    let owner = known.unwrap_or(meta).actor.display_name();
     let mut stored: Vec<StoredFile> = Vec::new();
-    for file in &meta.files {
+    for file in meta.files.iter().filter(|_| known.is_none()) {
         let path = in_bundle(&name, &file.name);
         if !crate::reader::is_plain_path(&path) {
             return Err(unfit(format!("`{}` cannot be a file of a bundle; give it a plain name", file.name)));
@@ -51,8 +53,8 @@ pub(crate) fn copy_actor(folder: &Path, meta: &ActorMeta) -> Result<(Actor, Vec<
         stored.push(copy(&file.source, folder, &path)?);
     }
     let taken = |named: &str| {
-        let path = in_bundle(&name, named);
-        let there = stored.iter().any(|file| file.path == path);
+        let there = meta.files.iter().any(|file| file.name == named);
+        let path = in_bundle(owner, named);
         if there { Ok(path) } else { Err(unfit(format!("`{named}` is not among its files"))) }
     };
     let actor = Actor {

@@ -84,6 +84,8 @@ pub struct BundleWriter {
     low: Vec3,
     high: Vec3,
     textures: Vec<SpooledTexture>,
+    /// Those that were added.
+    actors: Vec<ActorMeta>,
 }
 
 /// A base colour image that waits for the first glTF file that shows it.
@@ -121,7 +123,7 @@ impl BundleWriter {
         let staging = Staging::create(target.as_ref())?;
         let manifest = Manifest::new(&meta);
         let (low, high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        Ok(Self { glb: None, staging, meta, options, manifest, low, high, textures: Vec::new() })
+        Ok(Self { glb: None, staging, meta, options, manifest, low, high, textures: Vec::new(), actors: Vec::new() })
     }
 
     /// What goes into the manifest, to be completed before the end: inputs, measures, parameters. Parts and layout stay.
@@ -291,7 +293,8 @@ impl BundleWriter {
         if self.manifest.actors.iter().any(|known| known.display_name().eq_ignore_ascii_case(name)) {
             return Err(WriteError::Unfit(format!("two actors are called `{name}`")));
         }
-        let (actor, files) = copy_actor(self.staging.folder(), meta)?;
+        let (actor, files) = copy_actor(self.staging.folder(), meta, &self.actors)?;
+        self.actors.push(meta.clone());
         self.manifest.actors.push(actor);
         self.manifest.files.extend(files);
         Ok(())

@@ -56,6 +56,29 @@ fn a_large_grid_is_written_in_pieces() {
 }
 
 #[test]
+fn files_of_two_actors_are_there_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let target = folder.path().join("bundle");
+    fs::write(folder.path().join("walker.glb"), "a model").unwrap();
+    fs::write(folder.path().join("skin.png"), "its skin").unwrap();
+    let mut writer = BundleWriter::create(&target, meta(MONO)).unwrap();
+    common::chunks(MONO, None).iter().for_each(|chunk| writer.push_chunk(chunk).unwrap());
+    for name in ["walker", "runner"] {
+        let mut meta = actor(folder.path());
+        meta.actor.name = Some(name.to_owned());
+        writer.add_actor(&meta).unwrap();
+    }
+    for i in 0..2 {
+        writer.add_sky_map(&format!("sky/{i:04}.hdr"), b"unread").unwrap();
+    }
+    writer.finish(&common::lapse(MONO)).unwrap();
+    let reader = BundleReader::open(&target).unwrap();
+    reader.verify().unwrap();
+    assert_eq!(reader.actors().iter().map(|actor| actor.file.as_str()).collect::<Vec<_>>(), ["actors/walker/walker.glb"; 2]);
+    assert!(!target.join("actors/runner").exists());
+}
+
+#[test]
 fn what_does_not_fit_is_not_written() {
     let folder = tempfile::tempdir().unwrap();
     let mut writer = BundleWriter::create(folder.path().join("bundle"), meta(MONO)).unwrap();

@@ -115,6 +115,8 @@ pub enum Action {
     Light { light: String, brightness: f32, seconds: f32 },
     /// Covers a part or a thing with a material.
     Material { target: String, material: String, seconds: f32 },
+    /// Takes it off again.
+    Bare { target: String, seconds: f32 },
     /// Puts a thing into a hand of the visitor.
     Give { thing: String, hand: Hand },
     /// Takes it out of the visitor's hand and puts it back where it belongs.

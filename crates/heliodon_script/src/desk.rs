@@ -33,6 +33,7 @@ pub(crate) enum Trigger {
     Grab,
     Release,
     Struck,
+    Hit,
     Applied,
     Hour,
     Arrived,

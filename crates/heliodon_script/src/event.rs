@@ -25,6 +25,8 @@ pub enum Event {
     Released { thing: String, hand: Hand, place: [f32; 3] },
     /// A tool has struck a thing or part, so fast (metres a second), there.
     Struck { target: String, tool: String, speed: f32, place: [f32; 3] },
+    /// A thing that nobody holds has hit another or an actor, or the ground or a wall (an empty name), so fast (metres a second), there.
+    Hit { thing: String, on: String, speed: f32, place: [f32; 3] },
     /// A material was brought onto a thing or part by a tool or by hand.
     Applied { target: String, material: String, tool: String },
     /// A movement or walk has come to its end.

@@ -68,7 +68,7 @@ impl World {
         set(&mut self.change().hidden, what, !shown);
     }
 
-    /// What a thing or part is covered with.
+    /// What a thing or part is covered with; "" is nothing.
     pub fn set_material(&mut self, target: &str, material: &str) {
         self.change().materials.insert(target.to_owned(), material.to_owned());
     }

@@ -252,7 +252,7 @@ fn script() -> impl Strategy<Value = String> {
 
 fn event() -> impl Strategy<Value = Event> {
     let name = prop::sample::select(vec!["mallet", "zeus/face", "workshop", "guide", "gold", "", "*"]).prop_map(str::to_owned);
-    (name, 0..9_u8, any::<f32>()).prop_map(|(name, kind, number)| match kind {
+    (name, 0..10_u8, any::<f32>()).prop_map(|(name, kind, number)| match kind {
         0 => Event::Entered { region: name },
         1 => Event::LookedAt { thing: name },
         2 => Event::LookedAway { thing: name },
@@ -260,7 +260,8 @@ fn event() -> impl Strategy<Value = Event> {
         4 => Event::Released { thing: name, hand: Hand::Right, place: [number; 3] },
         5 => Event::Struck { target: name.clone(), tool: name, speed: number, place: [number; 3] },
         6 => Event::Applied { target: name.clone(), material: name.clone(), tool: name },
-        7 => Event::Ended { what: name },
+        7 => Event::Hit { thing: name.clone(), on: name, speed: number, place: [number; 3] },
+        8 => Event::Ended { what: name },
         _ => touched(&name),
     })
 }

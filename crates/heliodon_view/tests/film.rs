@@ -7,11 +7,17 @@ mod common;
 
 use glam::Vec3;
 use heliodon_bundle::site::{Film, Site};
+use heliodon_capture::impostor::{CaptureParams, capture};
 use heliodon_film::{FilmFormat, FilmWriter, Rate, WriteParams};
 use heliodon_image::HdrImage;
+use heliodon_mesh::Mesh;
+use heliodon_mesh::motion::MovingMesh;
+use heliodon_testkit::scenes::cuboid;
 use heliodon_view::Pose;
+use heliodon_view::actors::course::Course;
 use heliodon_view::film::{FilmOptions, Films, Passes};
 use heliodon_view::headless::{RenderOptions, Renderer, Shot, ShotExposure};
+use heliodon_view::impostor::Impostors;
 use heliodon_view::lamps::{Lamp, Lamps};
 use std::process::Command;
 use tempfile::TempDir;
@@ -278,4 +284,29 @@ fn a_part_shows_a_film_in_place_of_its_own_colour() {
     // half of the film is nothing: there the part stays what it is
     let kept = bare.pixels.iter().zip(&with.pixels).zip(&plain.pixels).filter(|((a, b), plain)| a == b && a != plain).count();
     assert!(kept > changed.len() / 2, "{kept} kept");
+}
+
+#[test]
+fn who_stands_before_a_film_hides_it() {
+    if !ffmpeg() {
+        return;
+    }
+    let mut scene = Scene::new(false, 1);
+    let cube = cuboid(Vec3::new(-0.4, 0.0, -0.4), Vec3::new(0.4, 1.8, 0.4), 6);
+    let still = Mesh { positions: cube.positions, normals: cube.normals, triangles: cube.triangles, ..Mesh::default() };
+    let params = CaptureParams { px_per_radian: 300.0, distance_m: 4.0, ..CaptureParams::preview() };
+    let somebody = capture(&MovingMesh::still(still), "somebody", &params, &|_| ()).unwrap();
+    let course = Course::stands(Vec3::new(0.0, 0.8, 10.0), 0.0);
+    scene.renderer.app_mut().world_mut().resource_mut::<Impostors>().add(somebody, vec![course]);
+    let alone = scene.at(0.5);
+    scene.pair("white", 30, |_, _, _| [255, 0]);
+    scene.add("name = \"white\"\nfile = \"white.image.mp4\"\nmask = \"white.mask.mp4\"\nplace = [0.0, 0.0, 8.0]\nheight_m = 4.0\nlit = 0.0");
+    let both = scene.at(0.5);
+    let white = |x: u32| both.pixel(x, SIZE[1] / 2).min_element() > 0.9;
+    let beside: Vec<u32> = (0..SIZE[0]).filter(|&x| white(x)).collect();
+    assert!(beside.len() > 20 && beside.contains(&(SIZE[0] / 2 - 25)) && beside.contains(&(SIZE[0] / 2 + 25)), "{beside:?}");
+    for x in SIZE[0] / 2 - 8..SIZE[0] / 2 + 8 {
+        let (own, seen) = (alone.pixel(x, SIZE[1] / 2), both.pixel(x, SIZE[1] / 2));
+        assert!(seen.abs_diff_eq(own, 0.02) && !white(x), "{x}: {seen}, not {own}");
+    }
 }

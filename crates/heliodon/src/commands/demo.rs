@@ -37,9 +37,9 @@ pub struct Args {
     /// Seed of erosion, stains and rocks
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
-    /// Length of the film
-    #[arg(long, value_name = "S", default_value = "12", value_parser = crate::values::seconds)]
-    film_seconds: f64,
+    /// Length of the film [default: 12, of the workshop, whose pictures take longer, 4]
+    #[arg(long, value_name = "S", value_parser = crate::values::seconds)]
+    film_seconds: Option<f64>,
 }
 
 /// From what a demo's site was made, kept in it, so that the next run need not make it again.
@@ -198,7 +198,8 @@ fn pictures(app: &App, args: &Args, bundle: &Path) -> Result<Vec<PathBuf>> {
         let mut studio = Studio::open(bundle, Look::new(SIZE.width, SIZE.height), None)?;
         let (first, last) = studio.day();
         let path = args.out.join("day.mp4");
-        let frames = ((FPS * args.film_seconds).round() as usize).max(2);
+        let seconds = args.film_seconds.unwrap_or(if args.name == Template::Workshop { 4.0 } else { 12.0 });
+        let frames = ((FPS * seconds).round() as usize).max(2);
         write_film(app, &mut studio, &spread(first, last, frames), SIZE, FPS, &path)?;
         files.push(path);
     }
@@ -226,7 +227,7 @@ mod tests {
             headless: true,
             triangles: Some(triangles),
             seed: 0,
-            film_seconds: 1.0,
+            film_seconds: Some(1.0),
         }
     }
 

@@ -41,6 +41,21 @@ fn beside(ring: &Ring, azimuth_deg: f32) -> ([u32; 2], f32) {
     ([first, first + 1], at - first as f32)
 }
 
+impl Choice {
+    /// How much each view may lose at most: of four that are alike a fifth of each stays.
+    pub const MOST_SPARED: f32 = 0.2;
+
+    /// Fewer views, for who is too far away to tell: each loses `spared` (0 to [`Choice::MOST_SPARED`]) of the whole, those that have no more go, and what is left is a whole again. Weights still
+    /// change continuously, but quicker.
+    #[must_use]
+    pub fn sparing(self, spared: f32) -> Self {
+        let spared = spared.clamp(0.0, Self::MOST_SPARED);
+        let left = self.weights.map(|weight| (weight - spared).max(0.0));
+        let whole: f32 = left.iter().sum();
+        Self { weights: left.map(|weight| weight / whole), ..self }
+    }
+}
+
 impl ImpostorInfo {
     /// The views around the direction from the model's middle to an eye, in the model's space: of the rings above and below it two each.
     /// Weights change continuously with the direction.
@@ -106,6 +121,27 @@ mod tests {
             assert!(choice.weights[0] > 0.999, "{number}: {choice:?}");
             assert_eq!(info.nearest(toward).views[0], number as u32);
         }
+    }
+
+    #[test]
+    fn sparing_leaves_few_views_and_jumps_nowhere() {
+        let info = info();
+        let (mut before, mut after) = (0, 0);
+        let mut last: Option<Choice> = None;
+        for step in 0..=1440 {
+            let choice = info.choose(axes(17.0, step as f32 * 0.25)[2]);
+            assert_eq!(choice.sparing(0.0), choice);
+            let fewer = choice.sparing(1.0);
+            assert!((fewer.weights.iter().sum::<f32>() - 1.0).abs() < 1e-5);
+            assert!(fewer.weights.is_sorted_by(|a, b| a >= b) && fewer.weights[0] >= choice.weights[0]);
+            let shown = |choice: &Choice| choice.weights.iter().filter(|weight| **weight > 0.0).count();
+            (before, after) = (before + shown(&choice), after + shown(&fewer));
+            if let Some(last) = last.replace(fewer).filter(|last| last.views[0] == fewer.views[0]) {
+                // behind an arc its ends meet
+                assert!((last.weights[0] - fewer.weights[0]).abs() < 0.1 || (719..=721).contains(&step), "{step}: {fewer:?}");
+            }
+        }
+        assert!(after * 3 < before * 2, "{after} of {before}");
     }
 
     #[test]

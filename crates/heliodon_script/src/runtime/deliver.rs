@@ -61,6 +61,11 @@ fn heard(event: Event) -> Option<Heard> {
             let fields = fields([("target", text(&target)), ("tool", text(&tool)), ("speed", speed), ("place", place(at))]);
             Some(Heard { trigger: Trigger::Struck, first: target, second: tool, fields })
         }
+        Event::Hit { thing, on, speed, place: at } => {
+            let speed = Dynamic::from(f64::from(speed));
+            let fields = fields([("thing", text(&thing)), ("on", text(&on)), ("speed", speed), ("place", place(at))]);
+            one(Trigger::Hit, thing, fields)
+        }
         Event::Applied { target, material, tool } => {
             let fields = fields([("target", text(&target)), ("material", text(&material)), ("tool", tool.into())]);
             Some(Heard { trigger: Trigger::Applied, first: target, second: material, fields })

@@ -294,6 +294,19 @@ after(1.0, || stop_particles("dust"));"#,
         },
     },
     Word {
+        name: "bare",
+        group: Group::Actions,
+        arguments: &[Argument { name: "target", kind: ArgumentKind::Name(&[Kind::Thing, Kind::Part]) }, SECONDS],
+        required: 1,
+        fields: &[],
+        what: "Takes the material off a thing or part again, in so many seconds (1).",
+        example: r#"bare("zeus/face", 2);"#,
+        run: |call| {
+            let (target, seconds) = (call.text(0), call.single_or(1, 1.0));
+            call.act(Action::Bare { target, seconds })
+        },
+    },
+    Word {
         name: "give",
         group: Group::Actions,
         arguments: &[

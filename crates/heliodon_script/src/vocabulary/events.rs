@@ -138,6 +138,21 @@ when_struck("zeus/face", "chisel", |e| {
         run: |call| listen_for_two(call, Trigger::Struck),
     },
     Word {
+        name: "when_hit",
+        group: Group::Events,
+        arguments: &[pattern("thing", &[Kind::Thing]), HANDLER, GIVEN],
+        required: 2,
+        fields: &[
+            ("thing", "what has hit something"),
+            ("on", "what it has hit, a thing or an actor; \"\" is the ground or a wall"),
+            ("speed", "how fast, metres a second"),
+            ("place", "where"),
+        ],
+        what: "Waits for a thing that was dropped or pushed to hit something, faster than half a metre a second.",
+        example: r#"when_hit("*", |e| if e.speed > 1.5 { play_sound("wood", e.thing); });"#,
+        run: |call| listen(call, Trigger::Hit),
+    },
+    Word {
         name: "when_applied",
         group: Group::Events,
         arguments: &[pattern("target", TARGETS), pattern("material", &[Kind::Material]), HANDLER, GIVEN],

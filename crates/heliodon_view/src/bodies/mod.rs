@@ -23,11 +23,13 @@ use crate::navigation::walk::Fall;
 use crate::stage::Stage;
 use crate::stage::background::Background;
 use crate::stage::ground::Ground;
+use crate::story::Story;
 use avian3d::prelude::Collider;
 use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
 use crowd::Crowd;
 use glam::Affine3A;
+use heliodon_script::event::Event;
 use hull::Hull;
 pub use space::Impact;
 use space::{FASTEST_M_S, Motion, STEP_S, Space};
@@ -37,6 +39,8 @@ use stone::{Bounds, Stone};
 
 /// What a frame counts for at most, seconds: after a longer one bodies fall behind the clock, not through the floor.
 const LONGEST_FRAME_S: f32 = 0.1;
+/// What goes on hitting the same thing is one hit until it has been quiet for so long, seconds.
+const RATTLES_S: f32 = 0.12;
 /// Stone this near a body must be there before it moves, metres; and what it flies in [`AHEAD_S`].
 const NEAR_M: f32 = 0.3;
 /// Seconds of flight for which stone must be there.
@@ -415,7 +419,30 @@ impl Plugin for BodiesPlugin {
     fn build(&self, app: &mut App) {
         let told = FrameTold::in_app(app);
         // After hands and scripts have had their say, and before actors are lit where they are.
-        app.init_resource::<Bodies>().init_resource::<Actors>().add_systems(Update, told.of("bodies", fall).after(HandsSet));
+        app.init_resource::<Bodies>().init_resource::<Actors>().add_systems(
+            Update,
+            (told.of("bodies", fall), told.of("bodies", tell)).chain().after(HandsSet),
+        );
+    }
+}
+
+/// Scripts hear what has hit what, in the next frame: of each two things both, and of what rattles once in [`RATTLES_S`].
+fn tell(time: Res<Time>, bodies: Res<Bodies>, story: Option<ResMut<Story>>, mut heard: Local<BTreeMap<(String, String), f32>>) {
+    heard.retain(|_, left_s| {
+        *left_s -= time.delta_secs();
+        *left_s > 0.0
+    });
+    let Some(mut story) = story.filter(|_| !bodies.impacts.is_empty()) else { return };
+    for impact in &bodies.impacts {
+        let Impact { name, with, speed_m_s, place } = impact;
+        let on = with.as_deref().unwrap_or_default();
+        let back = Some((on, name.as_str())).filter(|(on, _)| bodies.things.contains_key(*on));
+        for (thing, on) in [(name.as_str(), on)].into_iter().chain(back) {
+            if heard.insert((thing.to_owned(), on.to_owned()), RATTLES_S).is_none() {
+                let (thing, on) = (thing.to_owned(), on.to_owned());
+                story.tell(Event::Hit { thing, on, speed: *speed_m_s, place: place.to_array() });
+            }
+        }
     }
 }
 

@@ -81,6 +81,7 @@ struct Dressed {
 #[derive(Clone, Debug)]
 enum Asked {
     Cover { target: String, material: Material, seconds: f32 },
+    Bare { target: String, seconds: f32 },
     Fade { what: String, opacity: f32, seconds: f32 },
     Highlight { what: String, on: bool },
 }
@@ -89,6 +90,11 @@ impl Covering {
     /// Lets a material spread over a part or a thing.
     pub fn cover(&mut self, target: &str, material: Material, seconds: f32) {
         self.asked.push(Asked::Cover { target: target.to_owned(), material, seconds });
+    }
+
+    /// Takes the materials off a part or a thing again.
+    pub fn bare(&mut self, target: &str, seconds: f32) {
+        self.asked.push(Asked::Bare { target: target.to_owned(), seconds });
     }
 
     /// Makes a part, a thing or an actor more or less transparent.
@@ -226,6 +232,7 @@ fn settle(
                     None => covering.tell(format!("there is no material {material}")),
                 }
             }
+            Action::Bare { target, seconds } => covering.bare(&target, seconds),
             Action::Fade { what, opacity, seconds } => covering.fade(&what, opacity, seconds),
             Action::Highlight { what, on } => covering.highlight(&what, on),
             _ => {}
@@ -246,6 +253,11 @@ fn settle(
                 let origin = begins.map(|place| local_from_world.transform_point3(place));
                 if let Some(subject) = covering.dress(&target, knows(&target)) {
                     subject.cover(material, origin, seconds);
+                }
+            }
+            Asked::Bare { target, seconds } => {
+                if let Some(subject) = covering.dress(&target, knows(&target)) {
+                    subject.bare(seconds);
                 }
             }
             Asked::Fade { what, opacity, seconds } => {

@@ -78,7 +78,10 @@ impl Default for Subject {
 impl Subject {
     /// Lets a material spread over it. One that is below it already is there at once.
     pub fn cover(&mut self, material: Material, origin: Option<Vec3>, in_s: f32) {
-        if self.layers.iter().flatten().next_back().is_some_and(|top| top.material.name == material.name) {
+        if let Some(top) = self.layers.iter_mut().flatten().next_back().filter(|top| top.material.name == material.name) {
+            if top.amount.to < 1.0 {
+                top.amount.go(1.0, in_s);
+            }
             return;
         }
         let mut amount = Glide::at(0.0);
@@ -91,6 +94,12 @@ impl Subject {
             // Two are still spreading: the one that came later is what is seen most of from here on.
             [_, Some(upper)] => [Some(upper), Some(layer)],
         };
+    }
+
+    /// Lets its materials go the way that they came.
+    pub fn bare(&mut self, in_s: f32) {
+        self.layers.iter_mut().flatten().for_each(|layer| layer.amount.go(0.0, in_s));
+        self.settle();
     }
 
     /// Makes it more or less transparent.
@@ -111,8 +120,14 @@ impl Subject {
         self.settle();
     }
 
-    /// What is wholly covered is forgotten.
+    /// What is wholly covered is forgotten, and what has gone.
     fn settle(&mut self) {
+        for layer in &mut self.layers {
+            layer.take_if(|layer| layer.amount.to == 0.0 && layer.amount() == 0.0);
+        }
+        if self.layers[0].is_none() {
+            self.layers.swap(0, 1);
+        }
         if self.layers[1].as_ref().is_some_and(|upper| upper.amount() >= 1.0) {
             self.layers[0] = self.layers[1].take();
         }
@@ -208,6 +223,28 @@ mod tests {
         assert_eq!(names, ["ivory", "gold"]);
         subject.pass(9.0);
         assert_eq!(subject.coat().map(|coat| coat.name.as_str()), Some("gold"));
+    }
+
+    #[test]
+    fn what_is_taken_off_goes_as_it_came_and_may_come_again() {
+        let mut subject = Subject::default();
+        subject.cover(material("gold"), None, 1.0);
+        subject.pass(2.0);
+        subject.bare(1.0);
+        subject.pass(0.5);
+        assert_eq!(subject.material(), Some(("gold", 0.5)));
+        // put on again half way
+        subject.cover(material("gold"), None, 1.0);
+        subject.pass(1.0);
+        assert_eq!(subject.material(), Some(("gold", 1.0)));
+        subject.cover(material("ivory"), None, 4.0);
+        subject.pass(1.0);
+        subject.bare(1.0);
+        subject.pass(1.0);
+        assert!(subject.is_bare() && subject.material().is_none());
+        // what was bare stays it
+        subject.bare(1.0);
+        assert!(subject.is_bare());
     }
 
     #[test]

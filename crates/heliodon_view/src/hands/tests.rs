@@ -56,6 +56,7 @@ when_grab("*", |e| subtitle("told", 1, #{ what: `grabbed ${e.thing} ${e.hand}, h
 when_release("*", |e| subtitle("told", 1, #{ what: `released ${e.thing} ${e.hand}, holds ${held(e.hand)}` }));
 when_struck("*", "*", |e| subtitle("told", 1, #{ what: `struck ${e.target} with ${e.tool} at ${e.speed}` }));
 when_applied("*", "*", |e| subtitle("told", 1, #{ what: `${e.material} on ${e.target} by ${e.tool}` }));
+when_hit("leaf", |e| subtitle("told", 1, #{ what: `${e.thing} hit ${e.on}` }));
 when_look("*", 0, |e| subtitle("told", 1, #{ what: `saw ${e.thing}` }));
 "#;
 

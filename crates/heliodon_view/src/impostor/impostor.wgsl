@@ -71,8 +71,8 @@ fn to_world(turn: vec4<f32>, v: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(turn.y * v.x + turn.x * v.z, v.y, turn.y * v.z - turn.x * v.x);
 }
 
-@vertex
-fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u32) -> Fragment {
+// A corner of somebody's quad.
+fn corner_of(corner: u32, number: u32) -> Fragment {
     let seen = order[number];
     let turn = people[seen.x].turn;
     let place = people[seen.x].place;
@@ -108,6 +108,11 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u
     out.light_5 = people[seen.x].light[5];
     out.worn = people[seen.x].worn;
     return out;
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u32) -> Fragment {
+    return corner_of(corner, number);
 }
 
 // Where in its window a view shows a place, from 0 to 1 within it.
@@ -198,6 +203,37 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
     let filled = mix(within, tinted, in.worn.y * (0.1 + 0.25 * in.worn.z));
     let shown = mix(filled, MARK, in.worn.y * 0.85 * rim);
     return vec4<f32>(display(shown, in.clip.xy), min(covered, 1.0) * before * in.worn.x);
+}
+
+struct Solid {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) at: vec3<f32>,
+    // Of `order`, as above; its last is 1 for who is there.
+    @location(1) @interpolate(flat) seen: vec3<u32>,
+    @location(2) @interpolate(flat) frame: vec2<f32>,
+}
+
+// For what is drawn later: the upright plane through somebody's middle, where the nearest view shows them.
+@vertex
+fn solid_vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u32) -> Solid {
+    let in = corner_of(corner, number);
+    var out: Solid;
+    out.clip = camera.clip_from_world * vec4<f32>(in.place.xyz + to_world(in.turn, in.at) * in.place.w, 1.0);
+    out.at = in.at;
+    out.seen = vec3<u32>(in.seen.xy, select(0u, 1u, in.worn.x >= 0.5));
+    out.frame = in.turn.zw;
+    return out;
+}
+
+@fragment
+fn solid_fragment(in: Solid) {
+    let first = in.seen.y & 255u;
+    let uv = window_of(kind.views[first], in.at);
+    let there = in.frame + clamp(uv, vec2<f32>(0.0), vec2<f32>(1.0)) * kind.frame.xy;
+    let covered = textureSampleLevel(texels, texel_sampler, there, 2u * first, bitcast<f32>(in.seen.x)).a;
+    if (in.seen.z == 0u || covered < 0.5 || any(abs(uv - 0.5) > vec2<f32>(0.5))) {
+        discard;
+    }
 }
 
 // Around feet the sky is darker so far, metres.

@@ -7,6 +7,7 @@ use heliodon_bundle::BundleReader;
 use heliodon_bundle::impostor::{Impostor, ImpostorInfo};
 use heliodon_bundle::site::Actor;
 use heliodon_math::random::Pcg32;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// How much slower or faster than another somebody of several walks.
@@ -57,22 +58,23 @@ impl Kind {
 /// Reads them all; what fails is told, and the others are there.
 pub fn run(bundle: &BundleReader) -> Loaded {
     let mut loaded = Loaded::default();
+    let mut known: BTreeMap<&str, Result<usize, String>> = BTreeMap::new();
     for actor in bundle.actors().iter().filter(|actor| actor.is_impostor()) {
-        match read(bundle, actor) {
-            Ok(impostor) => {
-                let kind = loaded.kinds.len();
-                loaded.people.extend(people(&impostor.info, actor, kind));
-                loaded.kinds.push(Arc::new(Kind::new(impostor)));
-            }
+        let kind = known.entry(&actor.file).or_insert_with(|| {
+            loaded.kinds.push(Arc::new(Kind::new(read(bundle, &actor.file)?)));
+            Ok(loaded.kinds.len() - 1)
+        });
+        match kind {
+            Ok(kind) => loaded.people.extend(people(loaded.kinds[*kind].info(), actor, *kind)),
             Err(what) => loaded.failures.push(format!("the actor {} is missing: {what}", actor.display_name())),
         }
     }
     loaded
 }
 
-fn read(bundle: &BundleReader, actor: &Actor) -> Result<Impostor, String> {
-    let bytes = std::fs::read(bundle.folder().join(&actor.file)).map_err(|error| format!("{}: {error}", actor.file))?;
-    Impostor::from_bytes(&bytes, &actor.file).map_err(|error| error.to_string())
+fn read(bundle: &BundleReader, file: &str) -> Result<Impostor, String> {
+    let bytes = std::fs::read(bundle.folder().join(file)).map_err(|error| format!("{file}: {error}"))?;
+    Impostor::from_bytes(&bytes, file).map_err(|error| error.to_string())
 }
 
 /// Everybody that an actor stands for, each on one of its ways, somewhere along it, with a pace and a phase of their own.

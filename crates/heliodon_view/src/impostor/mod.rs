@@ -10,7 +10,7 @@ pub(crate) mod uniform;
 
 pub use load::Kind;
 #[cfg(test)]
-pub(crate) use render::ImpostorKey;
+pub(crate) use render::{Draws, ImpostorKey};
 pub(crate) use render::draw;
 pub(crate) use uniform::CameraUniform;
 pub use uniform::{CAMERA_BYTES, KIND_BYTES, PERSON_BYTES, SEEN_BYTES};
@@ -40,7 +40,7 @@ use bevy::render::{Render, RenderApp, RenderSystems};
 use glam::Affine3A;
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::grid::{AXES, AmbientCube, Grid};
-use heliodon_bundle::impostor::{Choice, Impostor};
+use heliodon_bundle::impostor::{Choice, Impostor, ImpostorInfo};
 use heliodon_bundle::moment::Moment;
 use load::Loaded;
 use rayon::prelude::*;
@@ -442,6 +442,12 @@ pub(crate) fn heads<'a>(
     heads
 }
 
+/// How much of each view is spared so far away, metres of the model's own scale: what is seen smaller than it was captured for shows fewer of them.
+fn spared(info: &ImpostorInfo, away_m: f32) -> f32 {
+    let beyond = (away_m / info.distance_m.max(1e-3) - 1.0).clamp(0.0, 2.0) * 0.5;
+    Choice::MOST_SPARED * beyond * beyond * (3.0 - 2.0 * beyond)
+}
+
 impl Head {
     /// Chooses views of everybody, from the farthest on.
     fn look(&mut self, people: &[Person], placed: &[PersonUniform], kinds: &[Arc<Kind>], views: Views) {
@@ -455,7 +461,7 @@ impl Head {
             let toward = Vec3::new(cos * to_eye.x - sin * to_eye.z, to_eye.y, sin * to_eye.x + cos * to_eye.z);
             let kind = &kinds[person.kind];
             let choice = match views {
-                Views::Blended => kind.info().choose(toward),
+                Views::Blended => kind.info().choose(toward).sparing(spared(kind.info(), to_eye.length() / at.place.w)),
                 Views::Nearest => Choice { views: [kind.nearest(toward).0; 4], weights: [1.0, 0.0, 0.0, 0.0] },
             };
             let next = self.order.len() as u32;
@@ -471,7 +477,7 @@ impl Head {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use heliodon_bundle::impostor::{ImpostorClip, ImpostorInfo, Ring};
+    use heliodon_bundle::impostor::{ImpostorClip, Ring};
     use heliodon_image::ktx2::{Ktx2, TexelFormat};
 
     fn info() -> ImpostorInfo {
@@ -489,6 +495,14 @@ mod tests {
             clips: vec![ImpostorClip { name: "rest".to_owned(), duration_s: 0.0, first: 0, frames: 1 }],
             distance_m: 10.0,
         }
+    }
+
+    #[test]
+    fn views_are_spared_only_beyond_the_distance_that_they_were_made_for() {
+        let info = info();
+        let [near, made_for, beyond, far] = [2.0, 10.0, 20.0, 90.0].map(|away_m| spared(&info, away_m));
+        assert!(near == 0.0 && made_for == 0.0 && beyond > 0.05 && beyond < far, "{beyond} {far}");
+        assert_eq!(far, Choice::MOST_SPARED);
     }
 
     #[test]

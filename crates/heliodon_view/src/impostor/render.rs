@@ -5,7 +5,7 @@ use super::{Head, IMPOSTOR_WGSL, ImpostorsFrame, Kind};
 use crate::covering::MARK;
 use crate::daylight::pipelines::{StagePipelines, resolved};
 use crate::daylight::prepare::StageGpu;
-use crate::over_stone::{BOX_CORNERS, CAMERA_WGSL, DrawnView, Grown, QUAD_CORNERS, SeenCamera, begin};
+use crate::over_stone::{BOX_CORNERS, CAMERA_WGSL, DrawnView, Grown, QUAD_CORNERS, SeenCamera, begin, begin_solid};
 use crate::stage::frame::StageFrame;
 use crate::tonemap::DisplayKey;
 use bevy::prelude::*;
@@ -29,8 +29,19 @@ pub struct ImpostorKey {
     pub samples: u32,
     /// How many times views are looked for by their depths.
     pub steps: u32,
-    /// Whether it draws what people cast rather than people.
-    pub shadows: bool,
+    /// What it draws.
+    pub draws: Draws,
+}
+
+/// What of people is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Draws {
+    /// What they cast.
+    Shadows,
+    /// What they look like.
+    Looks,
+    /// Where they are, for what is drawn later.
+    Solids,
 }
 
 impl ImpostorKey {
@@ -64,6 +75,8 @@ pub struct ImpostorsGpu {
 struct Layouts {
     /// A camera of a target with one sample a pixel, and with several.
     camera: [BindGroupLayoutDescriptor; 2],
+    /// A camera whose depth is written.
+    solid: BindGroupLayoutDescriptor,
     people: BindGroupLayoutDescriptor,
     kind: BindGroupLayoutDescriptor,
 }
@@ -76,10 +89,11 @@ struct HeadGpu {
 
 struct CameraGpu {
     head: usize,
-    /// Of shadows, and of people.
-    pipelines: [CachedRenderPipelineId; 2],
+    /// Of shadows, of people, and of where they are.
+    pipelines: [CachedRenderPipelineId; 3],
     uniform: Buffer,
     group: BindGroup,
+    solid: BindGroup,
 }
 
 impl Default for Layouts {
@@ -98,6 +112,10 @@ impl Default for Layouts {
                     &BindGroupLayoutEntries::sequential(both, (uniform(CAMERA_BYTES), texture_depth_2d_multisampled())),
                 ),
             ],
+            solid: BindGroupLayoutDescriptor::new(
+                "impostor_solid",
+                &BindGroupLayoutEntries::sequential(ShaderStages::VERTEX, (uniform(CAMERA_BYTES),)),
+            ),
             people: BindGroupLayoutDescriptor::new(
                 "impostor_people",
                 &BindGroupLayoutEntries::sequential(ShaderStages::VERTEX, (storage(PERSON_BYTES), storage(SEEN_BYTES))),
@@ -173,8 +191,8 @@ pub fn prepare(
         let at = camera.viewport.as_ref().map_or(UVec2::ZERO, |viewport| viewport.physical_position);
         let samples = msaa.samples();
         let display = DisplayKey { curve: stage.curve, format: view.target_format };
-        let found = [true, false].map(|shadows| {
-            let key = ImpostorKey { display, samples, steps: frame.options.steps.min(3), shadows };
+        let found = [Draws::Shadows, Draws::Looks, Draws::Solids].map(|draws| {
+            let key = ImpostorKey { display, samples, steps: frame.options.steps.min(3), draws };
             *gpu.made.entry(key).or_insert_with(|| queue_pipeline(&mut cache, &mut pipelines, layouts, key))
         });
         let world_from_view = view.world_from_view.to_matrix();
@@ -190,7 +208,9 @@ pub fn prepare(
         let layout = cache.get_bind_group_layout(&layouts.camera[usize::from(samples > 1)]);
         let entries = BindGroupEntries::sequential((buffer.as_entire_binding(), depth.view()));
         let group = device.create_bind_group("impostor_camera", &layout, &entries);
-        gpu.cameras.insert(entity, CameraGpu { head, pipelines: found, uniform: buffer, group });
+        let layout = cache.get_bind_group_layout(&layouts.solid);
+        let solid = device.create_bind_group("impostor_solid", &layout, &BindGroupEntries::single(buffer.as_entire_binding()));
+        gpu.cameras.insert(entity, CameraGpu { head, pipelines: found, uniform: buffer, group, solid });
     }
 }
 
@@ -201,14 +221,26 @@ fn queue_pipeline(
     key: ImpostorKey,
 ) -> CachedRenderPipelineId {
     let shader = pipelines.shader(cache, key.wgsl(), "impostor");
-    let camera = layouts.camera[usize::from(key.samples > 1)].clone();
+    let camera = match key.draws {
+        Draws::Solids => layouts.solid.clone(),
+        _ => layouts.camera[usize::from(key.samples > 1)].clone(),
+    };
     let multiplied =
         BlendComponent { src_factor: BlendFactor::Dst, dst_factor: BlendFactor::Zero, operation: BlendOperation::Add };
-    let (entries, blend) = if key.shadows {
-        (["shadow_vertex", "shadow_fragment"], BlendState { color: multiplied, alpha: multiplied })
-    } else {
-        (["vertex", "fragment"], BlendState::ALPHA_BLENDING)
+    let (entries, blend) = match key.draws {
+        Draws::Shadows => {
+            (["shadow_vertex", "shadow_fragment"], Some(BlendState { color: multiplied, alpha: multiplied }))
+        }
+        Draws::Looks => (["vertex", "fragment"], Some(BlendState::ALPHA_BLENDING)),
+        Draws::Solids => (["solid_vertex", "solid_fragment"], None),
     };
+    let target = |blend| ColorTargetState {
+        format: key.display.format,
+        blend: Some(blend),
+        // what is opaque below stays it
+        write_mask: ColorWrites::COLOR,
+    };
+    let shadows = key.draws == Draws::Shadows;
     cache.queue_render_pipeline(RenderPipelineDescriptor {
         label: Some("impostors".into()),
         layout: vec![camera, layouts.people.clone(), layouts.kind.clone()],
@@ -216,13 +248,13 @@ fn queue_pipeline(
         primitive: PrimitiveState {
             topology: PrimitiveTopology::TriangleStrip,
             // of the shadow's box the far side, which is there also for who stands within
-            cull_mode: key.shadows.then_some(Face::Front),
+            cull_mode: shadows.then_some(Face::Front),
             ..default()
         },
         depth_stencil: Some(DepthStencilState {
             format: bevy::core_pipeline::core_3d::CORE_3D_DEPTH_FORMAT,
-            depth_write_enabled: Some(false),
-            depth_compare: Some(if key.shadows { CompareFunction::LessEqual } else { CompareFunction::GreaterEqual }),
+            depth_write_enabled: Some(key.draws == Draws::Solids),
+            depth_compare: Some(if shadows { CompareFunction::LessEqual } else { CompareFunction::GreaterEqual }),
             stencil: StencilState::default(),
             bias: DepthBiasState::default(),
         }),
@@ -230,12 +262,7 @@ fn queue_pipeline(
         fragment: Some(FragmentState {
             shader,
             entry_point: Some(entries[1].into()),
-            targets: vec![Some(ColorTargetState {
-                format: key.display.format,
-                blend: Some(blend),
-                // what is opaque below stays it
-                write_mask: ColorWrites::COLOR,
-            })],
+            targets: blend.into_iter().map(|blend| Some(target(blend))).collect(),
             ..default()
         }),
         ..default()
@@ -300,17 +327,28 @@ pub fn draw(view: ViewQuery<DrawnView>, gpu: Res<ImpostorsGpu>, cache: Res<Pipel
     let entity = view.entity();
     let seen = view.into_inner();
     let Some(own) = gpu.cameras.get(&entity) else { return };
-    let [Some(shadows), Some(people)] = own.pipelines.map(|id| cache.get_render_pipeline(id)) else { return };
+    let [Some(shadows), Some(people), Some(solids)] = own.pipelines.map(|id| cache.get_render_pipeline(id)) else { return };
     let Some(head) = gpu.heads.get(own.head) else { return };
-    let mut pass = begin(&mut context, "impostors", seen);
-    pass.set_bind_group(0, &*own.group, &[]);
-    pass.set_bind_group(1, &*head.group, &[]);
-    for (pipeline, corners) in [(shadows, BOX_CORNERS), (people, QUAD_CORNERS)].into_iter().skip(usize::from(!gpu.shadows)) {
+    let all = |pass: &mut wgpu::RenderPass, pipeline: &RenderPipeline, corners: u32| {
         pass.set_pipeline(pipeline);
         for (kind, run) in &head.runs {
             let Some(kind) = gpu.kinds.get(*kind) else { continue };
             pass.set_bind_group(2, &**kind, &[]);
             pass.draw(0..corners, run.clone());
         }
+    };
+    let (camera, _, depth, resolution) = seen;
+    {
+        let mut pass = begin(&mut context, "impostors", seen);
+        pass.set_bind_group(0, &*own.group, &[]);
+        pass.set_bind_group(1, &*head.group, &[]);
+        if gpu.shadows {
+            all(&mut pass, shadows, BOX_CORNERS);
+        }
+        all(&mut pass, people, QUAD_CORNERS);
     }
+    let mut pass = begin_solid(&mut context, "impostor_solids", (camera, depth, resolution));
+    pass.set_bind_group(0, &*own.solid, &[]);
+    pass.set_bind_group(1, &*head.group, &[]);
+    all(&mut pass, solids, QUAD_CORNERS);
 }

@@ -86,10 +86,32 @@ pub fn begin<'a>(
         occlusion_query_set: None,
         multiview_mask: None,
     });
+    set_viewport(&mut pass, camera, resolution);
+    pass
+}
+
+/// Begins a pass that writes only where something is, over what a camera has drawn: whatever is drawn later is hidden by it.
+pub fn begin_solid<'a>(
+    context: &'a mut RenderContext,
+    label: &str,
+    (camera, depth, resolution): (&ExtractedCamera, &ViewDepthTexture, Option<&MainPassResolutionOverride>),
+) -> wgpu::RenderPass<'a> {
+    let mut pass = context.command_encoder().begin_render_pass(&RenderPassDescriptor {
+        label: Some(label),
+        color_attachments: &[],
+        depth_stencil_attachment: Some(depth.get_attachment(StoreOp::Store)),
+        timestamp_writes: None,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    });
+    set_viewport(&mut pass, camera, resolution);
+    pass
+}
+
+fn set_viewport(pass: &mut wgpu::RenderPass, camera: &ExtractedCamera, resolution: Option<&MainPassResolutionOverride>) {
     if let Some(viewport) = Viewport::from_viewport_and_override(camera.viewport.as_ref(), resolution) {
         let (at, size) = (viewport.physical_position, viewport.physical_size);
         let [x, y, width, height] = [at.x, at.y, size.x, size.y].map(|v| v as f32);
         pass.set_viewport(x, y, width, height, viewport.depth.start, viewport.depth.end);
     }
-    pass
 }

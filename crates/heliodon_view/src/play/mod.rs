@@ -363,6 +363,7 @@ impl Player {
                 }
                 Action::NoTask => self.task = None,
                 Action::Material { target, material, .. } => drop(self.materials.insert(target, material)),
+                Action::Bare { target, .. } => drop(self.materials.remove(&target)),
                 _ => {}
             }
         }

@@ -284,6 +284,15 @@ impl Play {
         }
     }
 
+    /// Scripts learn what is covered with what.
+    fn wear(&mut self, action: &Action) {
+        match action {
+            Action::Material { target, material, .. } => self.world.set_material(target, material),
+            Action::Bare { target, .. } => self.world.set_material(target, ""),
+            _ => {}
+        }
+    }
+
     /// Writes what is remembered, now and then.
     fn save(&mut self) {
         let Some(path) = self.memory.clone().filter(|_| self.seconds - self.saved_s >= SAVE_EVERY_S) else { return };
@@ -330,7 +339,10 @@ fn step(
             Action::NoTask => board.task = None,
             Action::Hint { text: key, seconds, values } => board.hint(text(key, values), *seconds),
             Action::FadeScreen { darkness, seconds } => board.fade(*darkness, *seconds),
-            other => wishes.sort(other),
+            other => {
+                play.wear(other);
+                wishes.sort(other);
+            }
         }
     }
     story.told = Told { ms: start.elapsed().as_secs_f32() * 1e3, actions: actions.len() };

@@ -43,7 +43,7 @@ impl Wishes {
             Action::PlaySound { .. } | Action::StopSound { .. } => &mut self.sounds,
             Action::PlayFilm { .. } | Action::StopFilm { .. } => &mut self.films,
             Action::StartParticles { .. } | Action::StopParticles { .. } => &mut self.particles,
-            Action::Material { .. } | Action::Fade { .. } | Action::Highlight { .. } => &mut self.looks,
+            Action::Material { .. } | Action::Bare { .. } | Action::Fade { .. } | Action::Highlight { .. } => &mut self.looks,
             Action::Give { .. } | Action::Take { .. } | Action::Drop { .. } => &mut self.hands,
             Action::Guide { .. } | Action::NoGuide => &mut self.guides,
             _ => &mut self.others,

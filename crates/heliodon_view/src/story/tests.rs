@@ -30,6 +30,9 @@ max = [2.0, 3.0, 2.0]
 name = "door"
 place = [0.0, 1.7, 9.0]
 look_at = [0.0, 1.7, 0.0]
+[[material]]
+name = "gold"
+albedo = [0.9, 0.7, 0.3]
 [story]
 scripts = ["story.rhai"]
 texts = "texts.toml"
@@ -170,6 +173,25 @@ fn a_visit_is_told_of_shown_and_remembered() {
     visit.stand(Vec3::new(0.0, 1.7, 1.0));
     visit.frames(2);
     assert_eq!(visit.board().subtitle(), Some("Willkommen, Gast 2"));
+}
+
+#[test]
+fn scripts_know_what_is_covered_and_what_is_bare_again() {
+    const COVERS: &str = r#"
+material("hall", "gold");
+after(0.1, || {
+    if material_of("hall") == "gold" { task("go"); }
+    bare("hall", 0);
+    after(0.1, || if material_of("hall") == "" { no_task(); });
+});
+"#;
+    let mut visit = Visit::new(None);
+    std::fs::write(visit.folder.path().join("story.rhai"), COVERS).unwrap();
+    visit.begin(None);
+    visit.frames(3);
+    assert_eq!(visit.board().task.as_deref(), Some("Go on"));
+    visit.frames(10);
+    assert_eq!(visit.board().task, None);
 }
 
 #[test]

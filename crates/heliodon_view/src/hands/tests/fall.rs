@@ -79,6 +79,7 @@ fn what_is_put_onto_a_table_stays_there_and_is_met_by_what_falls_onto_it() {
     visit.frames(1);
     visit.app.world_mut().resource_mut::<Bodies>().release("leaf", above, Vec3::ZERO, Vec3::ZERO);
     visit.pass(0.02);
+    visit.told();
     let mut met = false;
     for _ in 0..100 {
         visit.frames(1);
@@ -86,6 +87,7 @@ fn what_is_put_onto_a_table_stays_there_and_is_met_by_what_falls_onto_it() {
         met |= impacts.iter().any(|impact| impact.name == "leaf" && impact.with.as_deref() == Some("brush"));
     }
     let (leaf, brush) = (visit.place("leaf").translation, visit.place("brush").translation);
+    assert_eq!(visit.told().first().map(String::as_str), Some("leaf hit brush"));
     assert!(met && (leaf.y - 1.14).abs() < 0.02 && (brush.y - 1.0).abs() < 0.01, "{leaf} on {brush}");
 }
 
