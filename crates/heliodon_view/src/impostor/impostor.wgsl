@@ -86,8 +86,13 @@ fn corner_of(corner: u32, number: u32) -> Fragment {
     // What is nearer to the eye than the middle looks larger.
     let reach = kind.reach * place.w;
     let grown = distance / max(distance - reach.x, 0.1 * distance);
-    let half = vec2<f32>(reach.y, reach.z * upright + reach.y * abs(facing.y)) * grown;
-    let xy = (vec2<f32>(f32(corner & 1u), f32(corner >> 1u)) * 2.0 - 1.0) * half;
+    // Sideways no farther than the nearest view shows, and what turning from it to the eye brings out of the depth.
+    let view = kind.views[seen.y & 255u];
+    let turned = cross(to_model(turn, right), view.right.xyz).y;
+    let aside = vec2<f32>(view.right.w, view.right.w + 1.0 / view.window.x) * place.w + vec2<f32>(-1.0, 1.0) * abs(turned) * reach.y;
+    let wide = clamp(aside, vec2<f32>(-reach.y), vec2<f32>(reach.y)) * grown;
+    let high = (reach.z * upright + reach.y * abs(facing.y)) * grown;
+    let xy = vec2<f32>(select(wide.x, wide.y, (corner & 1u) == 1u), (f32(corner >> 1u) * 2.0 - 1.0) * high);
     let at = right * xy.x + up * xy.y;
     var out: Fragment;
     out.clip = camera.clip_from_world * vec4<f32>(place.xyz + at, 1.0);
@@ -135,6 +140,8 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
     let whole_uv = clamp(window_of(kind.views[first], in.at), vec2<f32>(0.0), vec2<f32>(1.0));
     let any = textureSampleLevel(texels, texel_sampler, turn.zw + whole_uv * kind.frame.xy, 2u * first, kind.frame.w).a;
     let count = select(0u, 4u, any > 0.0);
+    // From far away a step is less than a pixel.
+    let steps = min(STEPS, max(STEPS, 1u + u32(level)) - u32(level));
     for (var k = 0u; k < count; k += 1u) {
         let packed = unpack2x16unorm(select(in.seen.w, in.seen.z, k < 2u));
         let weight = select(packed.y, packed.x, (k & 1u) == 0u);
@@ -148,7 +155,7 @@ fn fragment(in: Fragment) -> @location(0) vec4<f32> {
         let slope = dot(ray, view.toward.xyz);
         let follows = select(0.0, 1.0 / slope, slope < -ASLANT);
         var uv = window_of(view, at);
-        for (var step = 0u; step < STEPS; step += 1u) {
+        for (var step = 0u; step < steps; step += 1u) {
             let inside = all(abs(uv - 0.5) <= vec2<f32>(0.5));
             let there = turn.zw + clamp(uv, vec2<f32>(0.0), vec2<f32>(1.0)) * kind.frame.xy;
             let found = textureSampleLevel(texels, texel_sampler, there, 2u * number + 1u, level).a;
@@ -271,7 +278,7 @@ fn shadow_vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) nu
     let side = box_corner(corner);
     let across = (side.x * 2.0 - 1.0) * max(kind.reach.y * place.w, FEET_M);
     let upward = (side.y * 2.0 - 1.0) * (shadow.z * place.w + 0.1);
-    let along = mix(-shadow.w, kind.reach.x * place.w, side.z);
+    let along = mix(-shadow.w, 0.5 * kind.reach.x * place.w, side.z);
     var out: Shadow;
     out.clip = camera.clip_from_world * vec4<f32>(place.xyz + right * across + up * upward + camera.shadow.xyz * along, 1.0);
     out.turn = people[person].turn;

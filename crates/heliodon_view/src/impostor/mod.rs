@@ -398,8 +398,10 @@ impl Person {
         let (view, toward) = kind.nearest(to_model(light.shadow));
         let upward =
             |toward: Vec3| 0.5 * (high - low) * (1.0 - toward.y * toward.y).max(0.0).sqrt() + info.around_m * toward.y.abs();
-        // to the ground beneath the feet, and a little on
-        let reach = (self.scale * (high - low) + 0.5) / light.shadow.y.max(LEAST_RISE);
+        // along the light from the middle to the ground where the head's shadow falls, and on to ground half a metre lower
+        let rise = light.shadow.y.max(LEAST_RISE);
+        let feet_m = self.scale * (info.center[1] - low);
+        let reach = feet_m * rise + (self.scale * (high - low) * (1.0 - rise * rise) + 0.5) / rise;
         let shadow = Vec4::new(view as f32, upward(toward), upward(light.shadow), reach.min(LONGEST_M));
         PersonUniform {
             shadow,
