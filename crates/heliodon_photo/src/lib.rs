@@ -1,0 +1,5 @@
+//! From photographs: cameras, models of few polygons, their textures, and stone's own colour.
+//!
+//! Photographs whose cameras are known are the witness: shapes of architecture are fitted to what was marked in them ([`model`]).
+
+pub mod camera;
