@@ -3,3 +3,4 @@
 //! Photographs whose cameras are known are the witness: shapes of architecture are fitted to what was marked in them ([`model`]).
 
 pub mod camera;
+pub mod model;

@@ -64,7 +64,11 @@ impl Turned {
 pub(super) fn block(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Result<Fitted, ModelError> {
     let form = if row.kind == Kind::Gable { GABLE } else { BOX };
     if row.points.len() != form.corners.len() {
-        return Err(names.refused(format!("lists {} corners where {} belong; write \"-\" for one that is not marked", row.points.len(), form.corners.len())));
+        return Err(names.refused(format!(
+            "lists {} corners where {} belong; write \"-\" for one that is not marked",
+            row.points.len(),
+            form.corners.len()
+        )));
     }
     let mut corners: Vec<(usize, DVec3)> = Vec::new();
     for (name, &corner) in row.points.iter().zip(form.corners).filter(|(name, _)| *name != "-") {
@@ -100,7 +104,9 @@ pub(super) fn block(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Res
         .ok_or_else(|| names.refused("is not held by what is marked: mark more of its corners".into()))?;
     let numbers = &solution.numbers;
     if numbers[3..6].iter().any(|&half| half <= 0.0) {
-        return Err(names.refused("has its corners in another order than bottom ones counter-clockwise seen from above, then the upper ones".into()));
+        return Err(names.refused(
+            "has its corners in another order than bottom ones counter-clockwise seen from above, then the upper ones".into(),
+        ));
     }
     let mut body = Body::default();
     for &corner in form.corners {

@@ -106,6 +106,8 @@ impl Body {
         let face = self.face(true);
         let middle = levels.iter().map(|level| level.radius_m).sum::<f64>() / levels.len() as f64;
         let sides = rows[0].len();
+        let steep = levels.len() == 2 && !alike(levels);
+        let sector = steep.then_some(|(level, angle): (Level, f64)| on_sector(levels, level, angle));
         let mut low = 0.0;
         for (pair, level) in rows.windows(2).zip(levels.windows(2)) {
             let slant = libm::hypot(level[1].height_m - level[0].height_m, level[1].radius_m - level[0].radius_m);
@@ -114,7 +116,11 @@ impl Body {
                 let next = (i + 1) % sides;
                 let (left, right) = (angle * middle * i as f64, angle * middle * (i + 1) as f64);
                 let corners = [pair[0][i], pair[0][next], pair[1][next], pair[1][i]];
-                let flat = [(left, low), (right, low), (right, high), (left, high)].map(DVec2::from);
+                let mut flat = [(left, low), (right, low), (right, high), (left, high)].map(DVec2::from);
+                if let Some(sector) = sector {
+                    let [from, to] = [i, i + 1].map(|i| angle * i as f64);
+                    flat = [(level[0], from), (level[0], to), (level[1], to), (level[1], from)].map(sector);
+                }
                 for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
                     // at a tip both ends of a side are one vertex
                     if corners[a] != corners[b] && corners[b] != corners[c] && corners[c] != corners[a] {
@@ -169,16 +175,21 @@ impl Body {
         self.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
         self.flat.iter_mut().for_each(|corners| corners.swap(1, 2));
     }
-
-    /// Six times the volume that it encloses.
-    pub fn volume(&self) -> f64 {
-        let corner = |v: u32| self.positions[v as usize] - self.positions[0];
-        self.triangles.iter().map(|t| t.map(corner)).map(|[a, b, c]| a.dot(b.cross(c))).sum()
-    }
 }
 
-/// Radii of one face are within this factor of one another.
-const ALIKE: f64 = 1.6;
+/// Radii of one face that is unrolled as a rectangle are within this factor of one another.
+const ALIKE: f64 = 1.25;
+
+/// Where a place of a cone between two levels lies when that is cut open and laid flat: a sector of a ring about the cone's tip.
+fn on_sector(levels: &[Level], level: Level, angle: f64) -> DVec2 {
+    let (low, high) = (levels[0], levels[levels.len() - 1]);
+    let widens = high.radius_m - low.radius_m;
+    let slant = libm::hypot(high.height_m - low.height_m, widens);
+    let from_tip = level.radius_m * slant / widens.abs();
+    let turn = angle * widens.abs() / slant;
+    // from the tip upwards where it widens, downwards where it narrows, so that the same side is seen
+    DVec2::new(libm::sin(turn), libm::cos(turn) * widens.signum()) * from_tip
+}
 
 fn alike(levels: &[Level]) -> bool {
     let (least, most) = levels.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), l| (a.min(l.radius_m), b.max(l.radius_m)));

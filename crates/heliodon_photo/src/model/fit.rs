@@ -80,11 +80,8 @@ fn cost(residuals: &[[f64; 3]]) -> (f64, Vec<f64>) {
     let mut sum = 0.0;
     let weight = |r: &[f64; 3]| {
         let length = r.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let (cost, weight) = if length <= HUBER {
-            (0.5 * length * length, 1.0)
-        } else {
-            (HUBER * (length - 0.5 * HUBER), HUBER / length)
-        };
+        let (cost, weight) =
+            if length <= HUBER { (0.5 * length * length, 1.0) } else { (HUBER * (length - 0.5 * HUBER), HUBER / length) };
         sum += cost;
         weight
     };

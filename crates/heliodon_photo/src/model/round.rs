@@ -113,7 +113,8 @@ fn sights(row: &ShapeRow, names: &Names) -> Result<Vec<Sight>, ModelError> {
 }
 
 pub(super) fn shaft(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Result<Fitted, ModelError> {
-    let kind = Numbers { upright: row.upright, tapers: row.kind == Kind::Column, swells: row.kind == Kind::Column && row.entasis };
+    let kind =
+        Numbers { upright: row.upright, tapers: row.kind == Kind::Column, swells: row.kind == Kind::Column && row.entasis };
     let [bottom, top, anywhere] = [names.points(&row.bottom)?, names.points(&row.top)?, names.points(&row.points)?];
     if bottom.is_empty() || top.is_empty() {
         return Err(names.refused("needs a point on its lower rim (bottom) and one on its upper rim (top)".into()));
@@ -151,7 +152,10 @@ pub(super) fn shaft(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Res
     })?;
     let shaft = kind.shaft(&solution.numbers);
     if shaft.radii.iter().any(|radius| radius.is_nan() || *radius <= 0.0) {
-        return Err(names.refused(format!("would have radii of {:.3} m and {:.3} m: look at its marks again", shaft.radii[0], shaft.radii[1])));
+        return Err(names.refused(format!(
+            "would have radii of {:.3} m and {:.3} m: look at its marks again",
+            shaft.radii[0], shaft.radii[1]
+        )));
     }
     let height_m = shaft.foot.distance(shaft.head);
     // a swelling is followed by six straight pieces, a taper needs one
@@ -320,7 +324,11 @@ pub(super) fn revolution(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -
     let mut body = Body::default();
     body.turned(at, frame_about(axis), &levels, row.sides.unwrap_or(24), row.watertight);
     let sigma = |number: usize| solution.as_ref().map_or(f64::NAN, |fit| fit.sigmas[number]);
-    let radius = |(index, level): (usize, &Level)| Measure { name: "ring_radius_m", value: level.radius_m, sigma: sigma(3 + leans + 2 * index) };
+    let radius = |(index, level): (usize, &Level)| Measure {
+        name: "ring_radius_m",
+        value: level.radius_m,
+        sigma: sigma(3 + leans + 2 * index),
+    };
     let measures = levels.iter().enumerate().map(radius).collect();
     let mut fitted = names.fitted(body, &witnesses, points, &numbers, measures);
     fitted.notes = notes;

@@ -59,7 +59,14 @@ impl Names<'_> {
     }
 
     /// How far each point is from where the shape has it, in metres and in the photographs that show it.
-    pub fn fitted(&self, body: Body, witnesses: &[Witness], points: &[NamedPoint], numbers: &[f64], measures: Vec<Measure>) -> Fitted {
+    pub fn fitted(
+        &self,
+        body: Body,
+        witnesses: &[Witness],
+        points: &[NamedPoint],
+        numbers: &[f64],
+        measures: Vec<Measure>,
+    ) -> Fitted {
         let mut nearest: BTreeMap<usize, DVec3> = BTreeMap::new();
         let mut edges: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
         for witness in witnesses {
@@ -109,7 +116,8 @@ pub(super) fn measure(name: &'static str, fit: &Fit, number: usize) -> Measure {
 pub(super) fn rotation(about: DVec3) -> DMat3 {
     let angle = about.length();
     let Some(axis) = about.try_normalize() else { return DMat3::IDENTITY };
-    let cross = DMat3::from_cols(DVec3::new(0.0, axis.z, -axis.y), DVec3::new(-axis.z, 0.0, axis.x), DVec3::new(axis.y, -axis.x, 0.0));
+    let cross =
+        DMat3::from_cols(DVec3::new(0.0, axis.z, -axis.y), DVec3::new(-axis.z, 0.0, axis.x), DVec3::new(axis.y, -axis.x, 0.0));
     DMat3::IDENTITY + cross * libm::sin(angle) + cross * cross * (1.0 - libm::cos(angle))
 }
 
