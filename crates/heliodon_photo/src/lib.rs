@@ -1,6 +1,8 @@
 //! From photographs: cameras, models of few polygons, their textures, and stone's own colour.
 //!
-//! Photographs whose cameras are known are the witness: shapes of architecture are fitted to what was marked in them ([`model`]).
+//! Photographs whose cameras are known are the witness: shapes of architecture are fitted to what was marked in them ([`model`]), and textured with what they saw
+//! ([`texture`]).
 
 pub mod camera;
 pub mod model;
+pub mod texture;

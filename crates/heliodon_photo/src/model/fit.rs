@@ -154,7 +154,7 @@ const LOST: f64 = 1.0e-11;
 
 /// x of A x = b, A symmetric and positive definite (Cholesky); none where it is not.
 #[expect(clippy::many_single_char_names, reason = "the letters of linear algebra")]
-pub(super) fn solved(mut a: Vec<f64>, mut b: Vec<f64>) -> Option<Vec<f64>> {
+pub(crate) fn solved(mut a: Vec<f64>, mut b: Vec<f64>) -> Option<Vec<f64>> {
     let n = b.len();
     for j in 0..n {
         let whole = a[j * n + j];

@@ -14,6 +14,7 @@ mod round;
 mod shape;
 pub mod table;
 
+pub(crate) use fit::solved;
 pub use part::Part;
 pub use shape::Measure;
 

@@ -1,0 +1,219 @@
+//! Textures from photographs: each face of a model from those that see it.
+//!
+//! Every texel of the atlas is a place of the surface. It is looked up in each photograph that sees it: rays tell what stands in the way, and pixels near the
+//! outline of something nearer are left out, for a lens mixes both. What photographs say is made equally bright ([`PhotoGain`]), weighed by how finely and
+//! how squarely they see it, and blended; what none saw is filled plainly and marked as guessed ([`Evidence`]).
+//!
+//! Photographs are read one after the other, so that memory holds one of them at a time, and the samples of all.
+
+mod blend;
+mod eye;
+mod fill;
+mod gains;
+mod layers;
+mod layout;
+mod output;
+mod pyramid;
+mod surface;
+
+pub use gains::PhotoGain;
+pub use output::{Evidence, FaceReport, GUESSED, OUTSIDE, SEEN, Textured};
+
+use crate::camera::Camera;
+use crate::model::Part;
+use glam::Vec3;
+use heliodon_image::Picture;
+use heliodon_mesh::Mesh;
+use heliodon_mesh::packing::PackError;
+use heliodon_rays::BuildError;
+use layers::Sample;
+use layout::Layout;
+use rayon::prelude::*;
+use surface::Surface;
+
+/// A photograph with its camera.
+#[derive(Clone, Copy, Debug)]
+pub struct Photograph<'a> {
+    /// What messages call it.
+    pub name: &'a str,
+    /// Who took it.
+    pub camera: Camera,
+    /// Its pixels; of as many as the camera says.
+    pub picture: &'a Picture,
+}
+
+/// How textures are made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TextureParams {
+    /// The largest side of the atlas, texels, 64 to 16,384. Where faces do not fit as finely as photographs show them, all get coarser.
+    pub most_side: u32,
+    /// Texels between charts; more keeps them apart on smaller mip levels.
+    pub margin: u32,
+    /// Texels for a pixel of the photograph that shows a face most finely. 1 keeps what it shows up to a slight blur, 1.5 all of it for twice the memory.
+    pub oversampling: f32,
+    /// Texels for a metre at most; infinite for as many as photographs have.
+    pub most_per_m: f32,
+    /// What is seen under a flatter angle than this to its normal is not used, degrees below 90. Flat angles show little and err much.
+    pub grazing_deg: f32,
+    /// Over so many pixels a photograph's word fades towards its border and towards outlines. More hides borders better and uses less of each.
+    pub feather_px: f32,
+    /// So many pixels next to the outline of something nearer are not used: what a camera, or the model's shape, is off.
+    pub edge_px: f32,
+    /// Texels to each side over which the large patches of light of several photographs are blended.
+    pub band_texels: u32,
+    /// How far off the surface rays start beside what rounding asks for, metres: more where parts do not quite touch.
+    pub offset_m: f32,
+}
+
+impl Default for TextureParams {
+    fn default() -> Self {
+        Self {
+            most_side: 4096,
+            margin: 4,
+            oversampling: 1.2,
+            most_per_m: f32::INFINITY,
+            grazing_deg: 80.0,
+            feather_px: 24.0,
+            edge_px: 2.5,
+            band_texels: 12,
+            offset_m: 0.001,
+        }
+    }
+}
+
+impl TextureParams {
+    /// A small atlas, in seconds.
+    #[must_use]
+    pub fn preview() -> Self {
+        Self { most_side: 1024, oversampling: 0.5, ..Self::default() }
+    }
+
+    /// All that photographs show.
+    #[must_use]
+    pub fn archival() -> Self {
+        Self { most_side: 16_384, oversampling: 1.5, ..Self::default() }
+    }
+
+    /// The cosine of the flattest angle.
+    fn least_cosine(&self) -> f32 {
+        libm::cosf(self.grazing_deg.to_radians())
+    }
+
+    fn check(&self) -> Result<(), TextureError> {
+        let wrong = |setting, promise| Err(TextureError::Setting { setting, promise });
+        let above_0 = |x: f32| x > 0.0 && x.is_finite();
+        if !(64..=16_384).contains(&self.most_side) {
+            return wrong("most_side", "64 to 16,384");
+        }
+        if !above_0(self.oversampling) {
+            return wrong("oversampling", "above 0");
+        }
+        if self.most_per_m.is_nan() || self.most_per_m <= 0.0 {
+            return wrong("most_per_m", "above 0");
+        }
+        if !(self.grazing_deg > 0.0 && self.grazing_deg < 90.0) {
+            return wrong("grazing_deg", "above 0 and below 90");
+        }
+        if !above_0(self.feather_px) {
+            return wrong("feather_px", "above 0");
+        }
+        if !(self.edge_px >= 0.0 && self.edge_px.is_finite()) {
+            return wrong("edge_px", "0 or more");
+        }
+        if !(self.offset_m >= 0.0 && self.offset_m.is_finite()) {
+            return wrong("offset_m", "0 or more");
+        }
+        Ok(())
+    }
+}
+
+/// Why there is no texture.
+#[derive(Debug, thiserror::Error)]
+pub enum TextureError {
+    /// A setting out of range.
+    #[error("{setting} is to be {promise}")]
+    Setting {
+        /// Which.
+        setting: &'static str,
+        /// What it is to be.
+        promise: &'static str,
+    },
+    /// No triangle.
+    #[error("the model has no triangles to be textured")]
+    NoModel,
+    /// No photograph.
+    #[error("there is no photograph with a camera")]
+    NoPhotographs,
+    /// A part whose arrays contradict one another.
+    #[error("part \"{part}\" {why}")]
+    Part {
+        /// Its name.
+        part: String,
+        /// What is wrong.
+        why: String,
+    },
+    /// A picture of another size than its camera's.
+    #[error("photograph \"{photograph}\" has {} x {} pixels and its camera {} x {}: was it scaled after it was calibrated?", .pixels[0], .pixels[1], .camera[0], .camera[1])]
+    Size {
+        /// The photograph.
+        photograph: String,
+        /// What the picture has.
+        pixels: [u32; 2],
+        /// What the camera says.
+        camera: [u32; 2],
+    },
+    /// No face in any photograph.
+    #[error("no photograph sees any of the model: are the cameras solved, and do polygons face them?")]
+    NothingSeen,
+    /// The faces do not fit.
+    #[error("the faces do not fit into the atlas: {0}")]
+    Pack(#[from] PackError),
+    /// Rays cannot be asked.
+    #[error(transparent)]
+    Rays(#[from] BuildError),
+}
+
+/// Textures a model. `occluders` stand in photographs' way too, but get no texture.
+///
+/// # Errors
+/// Settings out of range, a model without triangles or with contradicting arrays, pictures of another size than their cameras, and where no photograph sees
+/// the model.
+pub fn texture(
+    parts: &[Part],
+    occluders: &[&Mesh],
+    photographs: &[Photograph],
+    params: &TextureParams,
+) -> Result<Textured, TextureError> {
+    params.check()?;
+    if photographs.is_empty() {
+        return Err(TextureError::NoPhotographs);
+    }
+    for photograph in photographs {
+        let (pixels, lens) = (photograph.picture.size(), &photograph.camera.intrinsics);
+        let camera = [lens.width, lens.height];
+        if pixels != camera || pixels.contains(&0) {
+            return Err(TextureError::Size { photograph: photograph.name.into(), pixels, camera });
+        }
+    }
+    let surface = Surface::new(parts, occluders)?;
+    let layout = Layout::new(&surface, parts, photographs, params)?;
+    let mut layers: Vec<Vec<Sample>> =
+        photographs.iter().map(|photograph| layers::layer(photograph, &surface, &layout, params)).collect();
+    let names: Vec<&str> = photographs.iter().map(|photograph| photograph.name).collect();
+    let gains = gains::gains(&layers, &names);
+    for (layer, PhotoGain { gain, .. }) in layers.iter_mut().zip(&gains) {
+        layer.iter_mut().for_each(|sample| sample.color /= *gain);
+    }
+    let of_face = |face: usize| {
+        let (begin, end) = (layout.starts[face], layout.starts[face + 1]);
+        let own = |layer: &Vec<Sample>| {
+            let at = |texel: usize| layer.partition_point(|sample| (sample.texel as usize) < texel);
+            (at(begin), at(end))
+        };
+        let own: Vec<&[Sample]> =
+            layers.iter().map(|layer| (layer, own(layer))).map(|(layer, (from, to))| &layer[from..to]).collect();
+        blend::blended(&layout.texels[begin..end], begin, &own, params)
+    };
+    let colors: Vec<Option<Vec3>> = (0..surface.faces.len()).into_par_iter().flat_map_iter(of_face).collect();
+    Ok(output::textured(parts, &surface, &layout, &colors, gains))
+}
