@@ -57,19 +57,16 @@ pub(super) struct Outlines {
     scale: u32,
     width: usize,
     height: usize,
-    /// From the pixels that are right behind something ...
-    behind: Vec<f32>,
-    /// ... and from those right before something, or before nothing.
-    before: Vec<f32>,
+    /// From the pixels on both sides of an outline.
+    away: Vec<f32>,
+    /// For pixels right behind an outline, how far off the camera that is which stands before; infinite for all others.
+    before_m: Vec<f32>,
+    /// What a jump is to be larger than, as a part of the distance.
+    jump: f64,
 }
 
-/// How near to an outline a pixel is.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Nearness {
-    pub px: f32,
-    /// Whether it shows what is behind.
-    pub is_behind: bool,
-}
+/// Next to an outline pixels mix what is on both its sides: the one that it runs through, and with it all that are interpolated from that.
+const MIXED_PX: f32 = 1.5;
 
 impl Outlines {
     pub fn new(camera: &Camera, scene: &TriangleScene, corners: impl Fn(u32) -> Option<[Vec3; 3]> + Sync) -> Self {
@@ -94,7 +91,7 @@ impl Outlines {
                 hits
             })
             .collect();
-        let pixel_rad = f64::from(scale) / lens.focal_px[0].min(lens.focal_px[1]);
+        let least = JUMP + JUMP_PIXELS * f64::from(scale) / lens.focal_px[0].min(lens.focal_px[1]);
         // how far along b's ray a's surface would be
         let beyond = |a: &Hit, b: DVec3| {
             let [p, q, r] = corners(a.triangle)?.map(Vec3::as_dvec3);
@@ -112,45 +109,65 @@ impl Outlines {
                 (true, true) => (),
             }
             let (at_a, at_b) = (f64::from(a.t), f64::from(b.t));
-            let least = at_a.min(at_b) * (JUMP + JUMP_PIXELS * pixel_rad);
+            let least = at_a.min(at_b) * least;
             let of_a = beyond(a, ray_b).map_or(f64::INFINITY, |t| (t - at_b).abs());
             let of_b = beyond(b, ray_a).map_or(f64::INFINITY, |t| (t - at_a).abs());
             if of_a.min(of_b).min((at_a - at_b).abs()) <= least { 0 } else { (at_b - at_a).signum() as i8 }
         };
-        let seeds: Vec<Vec<[bool; 2]>> = (0..height)
+        let seeds: Vec<Vec<(bool, f32)>> = (0..height)
             .into_par_iter()
             .map(|y| {
                 let of_pixel = |x: usize| {
                     let (hit, ray) = (&rows[y][x], ray_of(x, y));
                     let around = [(x > 0).then(|| (x - 1, y)), (x + 1 < width).then_some((x + 1, y))];
                     let over = [(y > 0).then(|| (x, y - 1)), (y + 1 < height).then_some((x, y + 1))];
-                    let mut seeds = [false; 2];
+                    let mut seed = (false, f32::INFINITY);
                     for (nx, ny) in around.into_iter().chain(over).flatten() {
-                        match jump(&rows[ny][nx], ray_of(nx, ny), hit, ray) {
-                            1 => seeds[0] = true,
-                            -1 => seeds[1] = true,
-                            _ => (),
+                        let neighbor = &rows[ny][nx];
+                        let jump = jump(neighbor, ray_of(nx, ny), hit, ray);
+                        seed.0 |= jump != 0;
+                        if jump > 0 {
+                            seed.1 = seed.1.min(neighbor.t);
                         }
                     }
-                    seeds
+                    seed
                 };
                 (0..width).map(of_pixel).collect()
             })
             .collect();
-        let far = |which: usize| {
-            let seeds: Vec<bool> = seeds.iter().flatten().map(|seeds| seeds[which]).collect();
-            let mut distances = distances(&seeds, width, height);
-            distances.iter_mut().for_each(|d| *d *= scale as f32);
-            distances
-        };
-        Self { scale, width, height, behind: far(0), before: far(1) }
+        let (is_seed, before_m): (Vec<bool>, Vec<f32>) = seeds.into_iter().flatten().unzip();
+        let mut away = distances(&is_seed, width, height);
+        away.iter_mut().for_each(|d| *d *= scale as f32);
+        Self { scale, width, height, away, before_m, jump: least }
     }
 
-    pub fn near(&self, pixel: DVec2) -> Nearness {
+    fn cell(&self, pixel: DVec2) -> [usize; 2] {
         let cell = |x: f64, count: usize| ((x / f64::from(self.scale)).max(0.0) as usize).min(count - 1);
-        let at = cell(pixel.y, self.height) * self.width + cell(pixel.x, self.width);
-        let (behind, before) = (self.behind[at], self.before[at]);
-        Nearness { px: behind.min(before), is_behind: behind < before }
+        [cell(pixel.x, self.width), cell(pixel.y, self.height)]
+    }
+
+    /// How many pixels are between a pixel and what an outline spoils, for what is so far off the camera: of what is behind the outline all within
+    /// `edge_px`, of what is before only those that it runs through. Not above 0 where it is spoilt.
+    pub fn clear_px(&self, pixel: DVec2, distance_m: f64, edge_px: f32) -> f32 {
+        let [x, y] = self.cell(pixel);
+        let away = self.away[y * self.width + x];
+        let mixed = MIXED_PX.max(self.scale as f32);
+        if away > edge_px.max(mixed) {
+            return away - edge_px;
+        }
+        let reach = (edge_px / self.scale as f32).ceil() as usize;
+        let rows = y.saturating_sub(reach)..(y + reach + 1).min(self.height);
+        let columns = x.saturating_sub(reach)..(x + reach + 1).min(self.width);
+        let mut is_behind = false;
+        for row in rows {
+            for column in columns.clone() {
+                let before_m = f64::from(self.before_m[row * self.width + column]);
+                let (dx, dy) = (column.abs_diff(x) as f32, row.abs_diff(y) as f32);
+                let is_near = (dx * dx + dy * dy).sqrt() * self.scale as f32 <= edge_px;
+                is_behind |= is_near && distance_m > before_m * (1.0 + self.jump);
+            }
+        }
+        if is_behind { 0.0 } else { away - mixed }
     }
 }
 

@@ -22,9 +22,7 @@ pub(super) struct Sample {
 
 /// Texels that are asked for together.
 const BLOCK: usize = 4096;
-/// The least that remains of a weight by the outline of what a texel is on: better it than nothing.
-const LEAST_BEFORE: f32 = 1.0e-3;
-/// And of that of a pixel whose sensor was at its end.
+/// The least that remains of the weight of a pixel whose sensor was at its end.
 const LEAST_TELLING: f32 = 1.0e-2;
 
 /// 0 at 0 and 1 from 1 on, without corners.
@@ -40,7 +38,7 @@ pub(super) fn layer(photograph: &Photograph, surface: &Surface, layout: &Layout,
     let corners = |t: u32| surface.triangles.get(t as usize).map(|triangle| triangle.corners);
     let outlines = Outlines::new(camera, &surface.scene, corners);
     let offset_m = params.offset_m + surface.scene.start_offset();
-    let least = params.least_cosine();
+    let (centre, least) = (camera.centre(), params.least_cosine());
     let size = DVec2::new(f64::from(camera.intrinsics.width), f64::from(camera.intrinsics.height));
     let per_m_of = |texel: usize| layout.per_m[layout.starts.partition_point(|start| *start <= texel) - 1];
     let block = |(block, texels): (usize, &[super::layout::Texel])| {
@@ -53,13 +51,8 @@ pub(super) fn layer(photograph: &Photograph, surface: &Surface, layout: &Layout,
             let steep = smooth((shown.cosine - least) / 0.1);
             let to_border = shown.pixel.min(size - shown.pixel).min_element() as f32;
             let border = smooth(to_border / params.feather_px);
-            let near = outlines.near(shown.pixel);
-            let clear = near.px - params.edge_px;
-            let outline = match near.is_behind {
-                true if clear <= 0.0 => 0.0,
-                true => smooth(clear / params.feather_px),
-                false => smooth(clear / params.feather_px).max(LEAST_BEFORE),
-            };
+            let distance_m = centre.distance(texel.place.as_dvec3());
+            let outline = smooth(outlines.clear_px(shown.pixel, distance_m, params.edge_px) / params.feather_px);
             let tells = pyramid.tells(shown.pixel);
             let telling = if tells { 1.0 } else { LEAST_TELLING };
             let weight = shown.px_per_m * shown.px_per_m * steep * border * outline * telling;

@@ -20,7 +20,8 @@ pub(super) struct Texel {
 }
 
 pub(super) struct Layout {
-    pub side: u32,
+    /// Columns and rows of the atlas.
+    pub size: [u32; 2],
     /// Texels of all faces, face by face, rows from the top.
     pub texels: Vec<Texel>,
     /// Where each face's texels begin, and where the last one's end.
@@ -67,7 +68,7 @@ impl Layout {
             };
             surface.faces.iter().zip(&wanted).map(chart).collect::<Vec<_>>()
         };
-        let (side, packing) = packed(&charts, params)?;
+        let (size, packing) = packed(&charts, params)?;
         let mut corners = vec![[Vec2::ZERO; 3]; surface.triangles.len()];
         for (index, (face, scale)) in surface.faces.iter().zip(&wanted).enumerate() {
             for &t in &face.triangles {
@@ -75,7 +76,7 @@ impl Layout {
             }
         }
         let of_faces: Vec<Vec<Texel>> =
-            surface.faces.par_iter().map(|face| texels(surface, &face.triangles, &corners, side)).collect();
+            surface.faces.par_iter().map(|face| texels(surface, &face.triangles, &corners, size)).collect();
         let mut starts = vec![0];
         starts.extend(of_faces.iter().scan(0, |sum, texels| {
             *sum += texels.len();
@@ -83,7 +84,7 @@ impl Layout {
         }));
         let per_m = wanted.iter().map(|scale| scale * packing.per_m).collect();
         let texels = of_faces.into_iter().flatten().collect();
-        Ok(Self { side, texels, starts, per_m, corners, utilisation: packing.utilisation })
+        Ok(Self { size, texels, starts, per_m, corners, utilisation: packing.utilisation })
     }
 }
 
@@ -129,23 +130,24 @@ fn probed(surface: &Surface, triangles: &[u32], photographs: &[Photograph], para
         .filter(|px_per_m| px_per_m.is_finite() && *px_per_m > 0.0)
 }
 
-/// The smallest square of a power of two in which faces are as fine as is wanted, or the largest that is allowed, and all faces coarser.
-fn packed(charts: &dyn Fn() -> Vec<FlatChart>, params: &TextureParams) -> Result<(u32, Packing), TextureError> {
+/// The smallest square of a power of two, or half of one, in which faces are as fine as is wanted; or the largest that is allowed, and all faces coarser.
+fn packed(charts: &dyn Fn() -> Vec<FlatChart>, params: &TextureParams) -> Result<([u32; 2], Packing), TextureError> {
     let area = |[a, b, c]: &[Vec2; 3]| f64::from(0.5 * (*b - *a).perp_dot(*c - *a).abs());
     let needed: f64 = charts().iter().flat_map(|chart| &chart.triangles).map(area).sum();
-    let mut side = 64;
-    while side < params.most_side && f64::from(side) * f64::from(side) < 1.1 * needed {
-        side *= 2;
-    }
+    let most = params.most_side;
+    let (mut width, mut height) = (64.min(most), 32.min(most));
     loop {
-        side = side.min(params.most_side);
-        let pack_params = PackParams { width: side, height: side, margin: params.margin, sheets: 1, most_per_m: 1.0 };
-        match pack(charts(), &pack_params) {
-            // a hundredth coarser is not worth four times the memory
-            Ok(packing) if packing.per_m >= 0.99 || side == params.most_side => return Ok((side, packing)),
-            Err(error) if side == params.most_side => return Err(error.into()),
-            _ => side *= 2,
+        let is_last = width == most && height == most;
+        if is_last || f64::from(width) * f64::from(height) >= 1.05 * needed {
+            let pack_params = PackParams { width, height, margin: params.margin, sheets: 1, most_per_m: 1.0 };
+            match pack(charts(), &pack_params) {
+                // a hundredth coarser is not worth twice the memory
+                Ok(packing) if packing.per_m >= 0.99 || is_last => return Ok(([width, height], packing)),
+                Err(error) if is_last => return Err(error.into()),
+                _ => (),
+            }
         }
+        (width, height) = if height < width { (width, width) } else { ((2 * width).min(most), height) };
     }
 }
 
@@ -153,12 +155,12 @@ fn packed(charts: &dyn Fn() -> Vec<FlatChart>, params: &TextureParams) -> Result
 const REACH: f32 = 1.5;
 
 /// A face's texels, each with the place that it shows.
-fn texels(surface: &Surface, triangles: &[u32], corners: &[[Vec2; 3]], side: u32) -> Vec<Texel> {
+fn texels(surface: &Surface, triangles: &[u32], corners: &[[Vec2; 3]], size: [u32; 2]) -> Vec<Texel> {
     let all = triangles.iter().flat_map(|&t| corners[t as usize]);
     let (low, high) = all.fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-    let bound = |x: f32| (x.max(0.0) as u32).min(side);
+    let bound = |x: f32| x.max(0.0) as u32;
     let (x0, y0) = (bound(low.x - REACH), bound(low.y - REACH));
-    let (x1, y1) = (bound((high.x + REACH).ceil()), bound((high.y + REACH).ceil()));
+    let (x1, y1) = (bound((high.x + REACH).ceil()).min(size[0]), bound((high.y + REACH).ceil()).min(size[1]));
     let width = (x1 - x0) as usize;
     let mut nearest = vec![(f32::INFINITY, 0, [0.0; 2]); width * (y1 - y0) as usize];
     for &t in triangles {

@@ -87,7 +87,8 @@ pub(super) fn textured(
     colors: &[Option<Vec3>],
     gains: Vec<PhotoGain>,
 ) -> Textured {
-    let side = layout.side as usize;
+    let [width, height] = layout.size;
+    let (columns, rows) = (width as usize, height as usize);
     let range = |face: usize| layout.starts[face]..layout.starts[face + 1];
     let means = means(parts.len(), &surface.faces, |face| &colors[range(face)]);
     let of_face = |face: usize| {
@@ -111,28 +112,28 @@ pub(super) fn textured(
         own
     };
     let complete: Vec<Option<Vec3>> = (0..surface.faces.len()).into_par_iter().flat_map_iter(of_face).collect();
-    let mut pixels: Vec<Option<Vec3>> = vec![None; side * side];
-    let mut codes = vec![OUTSIDE; side * side];
+    let mut pixels: Vec<Option<Vec3>> = vec![None; columns * rows];
+    let mut codes = vec![OUTSIDE; columns * rows];
     for ((texel, color), seen) in layout.texels.iter().zip(&complete).zip(colors) {
-        let at = usize::from(texel.at[1]) * side + usize::from(texel.at[0]);
+        let at = usize::from(texel.at[1]) * columns + usize::from(texel.at[0]);
         pixels[at] = *color;
         codes[at] = if seen.is_some() { SEEN } else { GUESSED };
     }
     // between charts too, so that coarse mip levels find no foreign colour
-    filled(&mut pixels, side, side);
+    filled(&mut pixels, columns, rows);
     let linear: Vec<Vec3> = pixels.into_iter().map(|pixel| pixel.unwrap_or(Vec3::splat(GREY))).collect();
     let encoded = |color: &Vec3| {
         let [r, g, b] = color.to_array().map(srgb8_from_linear);
         [r, g, b, 255]
     };
-    let image = SrgbImage { width: layout.side, height: layout.side, pixels: linear.par_iter().map(encoded).collect() };
+    let image = SrgbImage { width, height, pixels: linear.par_iter().map(encoded).collect() };
     let atlas = Arc::new(Texture { source: "photographs".into(), image, wrap: [TextureWrap::Clamp; 2] });
     let faces: Vec<FaceReport> =
         (0..surface.faces.len()).map(|face| report(face, surface, layout, &colors[range(face)])).collect();
     let area: f32 = faces.iter().map(|face| face.area_m2).sum();
     let seen = faces.iter().map(|face| face.area_m2 * face.seen).sum::<f32>() / area.max(f32::MIN_POSITIVE);
     let meshes = parts.iter().enumerate().map(|(index, part)| mesh(part, index, surface, layout, &atlas)).collect();
-    let evidence = Evidence { width: layout.side, height: layout.side, codes };
+    let evidence = Evidence { width, height, codes };
     Textured { meshes, atlas, linear, evidence, gains, faces, seen, utilisation: layout.utilisation }
 }
 
@@ -174,9 +175,10 @@ fn mesh(part: &Part, index: usize, surface: &Surface, layout: &Layout, atlas: &A
     let mut mesh = Mesh::default();
     let mut known: HashMap<(u32, [u32; 5]), u32> = HashMap::new();
     let first = surface.starts[index] as usize;
+    let size = Vec2::new(layout.size[0] as f32, layout.size[1] as f32);
     for (t, triangle) in part.mesh.triangles.iter().enumerate() {
         let corner = |k: usize| {
-            let uv: Vec2 = layout.corners[first + t][k] / layout.side as f32;
+            let uv: Vec2 = layout.corners[first + t][k] / size;
             let normal = surface.triangles[first + t].normals[k];
             let bits = [uv.x, uv.y, normal.x, normal.y, normal.z].map(f32::to_bits);
             let position = part.mesh.positions[triangle[k] as usize];
