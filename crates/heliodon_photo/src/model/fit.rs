@@ -153,7 +153,6 @@ pub(super) fn fit(witnesses: &[Witness], points: &[NamedPoint], tolerance_m: f64
 const LOST: f64 = 1.0e-11;
 
 /// x of A x = b, A symmetric and positive definite (Cholesky); none where it is not.
-#[expect(clippy::many_single_char_names, reason = "the letters of linear algebra")]
 pub(crate) fn solved(mut a: Vec<f64>, mut b: Vec<f64>) -> Option<Vec<f64>> {
     let n = b.len();
     for j in 0..n {
