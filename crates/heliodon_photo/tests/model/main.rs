@@ -1,4 +1,5 @@
 //! Shapes fitted to points and edges that were made up from known ones, with noise.
+#![expect(clippy::unwrap_used, reason = "helpers of tests: a test that cannot go on has failed")]
 
 #[path = "../common/mod.rs"]
 mod common;

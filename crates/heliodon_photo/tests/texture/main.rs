@@ -1,4 +1,5 @@
 //! A simulated model is photographed, textured, and compared with what it was.
+#![expect(clippy::unwrap_used, reason = "helpers of tests: a test that cannot go on has failed")]
 
 #[path = "../common/mod.rs"]
 mod common;
