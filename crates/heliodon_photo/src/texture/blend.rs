@@ -4,7 +4,6 @@
 //! Multiresolution Spline with Application to Image Mosaics", ACM Transactions on Graphics 2(4), 1983, with two bands as M. Brown and D. Lowe use for
 //! panoramas, 2007): a wide border alone would blur what two photographs show a pixel apart, a narrow one alone would show as a seam.
 
-use super::TextureParams;
 use super::layers::Sample;
 use super::layout::Texel;
 use glam::Vec3;
@@ -48,7 +47,7 @@ const SHARPNESS: i32 = 6;
 
 /// The colour of each of a face's texels that any photograph sees, all divided by their photograph's gain already. `first` is the number of the first
 /// texel; `layers` have the face's samples only.
-pub(super) fn blended(texels: &[Texel], first: usize, layers: &[&[Sample]], params: &TextureParams) -> Vec<Option<Vec3>> {
+pub(super) fn blended(texels: &[Texel], first: usize, layers: &[&[Sample]], band_texels: usize) -> Vec<Option<Vec3>> {
     let mut result = vec![None; texels.len()];
     if layers.iter().all(|layer| layer.is_empty()) || texels.is_empty() {
         return result;
@@ -57,7 +56,7 @@ pub(super) fn blended(texels: &[Texel], first: usize, layers: &[&[Sample]], para
     let patch = |layer: &&[Sample]| {
         let cells: Vec<usize> = layer.iter().map(|s| grid.cell(&texels[s.texel as usize - first])).collect();
         let colors: Vec<Vec3> = layer.iter().map(|s| s.color).collect();
-        let low = smoothed(&grid, &cells, &colors, params.band_texels as usize);
+        let low = smoothed(&grid, &cells, &colors, band_texels);
         Patch { cells, colors, weights: layer.iter().map(|s| s.weight).collect(), low }
     };
     let mut patches: Vec<Patch> = layers.iter().filter(|layer| !layer.is_empty()).map(patch).collect();

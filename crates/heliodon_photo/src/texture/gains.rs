@@ -76,7 +76,7 @@ fn median(values: &mut [f64]) -> f64 {
 }
 
 /// The factors of all photographs, in their order.
-pub(super) fn gains(layers: &[Vec<Sample>], names: &[&str]) -> Vec<PhotoGain> {
+pub(crate) fn gains(layers: &[Vec<Sample>], names: &[&str]) -> Vec<PhotoGain> {
     let n = layers.len();
     let couples: Vec<[usize; 2]> = (0..n).flat_map(|a| (a + 1..n).map(move |b| [a, b])).collect();
     let pairs: Vec<Pair> = couples.par_iter().filter_map(|&[a, b]| pair(&layers[a], &layers[b], [a, b])).collect();

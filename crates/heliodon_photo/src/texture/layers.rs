@@ -10,9 +10,11 @@ use heliodon_rays::Ray;
 use rayon::prelude::*;
 
 /// A photograph's word on a texel.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Sample {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Which texel.
     pub texel: u32,
+    /// Linear, as the photograph has it.
     pub color: Vec3,
     /// How fine it is, square pixels for a square metre, and how far from borders and outlines: goes to 0 at both.
     pub weight: f32,

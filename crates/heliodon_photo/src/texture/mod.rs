@@ -6,6 +6,7 @@
 //!
 //! Photographs are read one after the other, so that memory holds one of them at a time, and the samples of all.
 
+mod around;
 mod blend;
 mod eye;
 mod fill;
@@ -16,7 +17,10 @@ mod output;
 mod pyramid;
 mod surface;
 
+pub use around::Around;
 pub use gains::PhotoGain;
+pub(crate) use gains::gains as compared;
+pub use layers::Sample;
 pub use output::{Evidence, FaceReport, GUESSED, OUTSIDE, SEEN, Textured};
 
 use crate::camera::Camera;
@@ -26,7 +30,6 @@ use heliodon_image::Picture;
 use heliodon_mesh::Mesh;
 use heliodon_mesh::packing::PackError;
 use heliodon_rays::BuildError;
-use layers::Sample;
 use layout::Layout;
 use rayon::prelude::*;
 use surface::Surface;
@@ -176,44 +179,113 @@ pub enum TextureError {
 /// Textures a model. `occluders` stand in photographs' way too, but get no texture.
 ///
 /// # Errors
-/// Settings out of range, a model without triangles or with contradicting arrays, pictures of another size than their cameras, and where no photograph sees
-/// the model.
+/// As [`Survey::new`].
 pub fn texture(
     parts: &[Part],
     occluders: &[&Mesh],
     photographs: &[Photograph],
     params: &TextureParams,
 ) -> Result<Textured, TextureError> {
-    params.check()?;
-    if photographs.is_empty() {
-        return Err(TextureError::NoPhotographs);
-    }
-    for photograph in photographs {
-        let (pixels, lens) = (photograph.picture.size(), &photograph.camera.intrinsics);
-        let camera = [lens.width, lens.height];
-        if pixels != camera || pixels.contains(&0) {
-            return Err(TextureError::Size { photograph: photograph.name.into(), pixels, camera });
+    let mut survey = Survey::new(parts, occluders, photographs, params)?;
+    let gains = survey.equalize();
+    let colors = survey.blended();
+    Ok(survey.painted(&colors, gains))
+}
+
+/// A model's atlas laid out, with what each photograph says of each of its texels.
+pub struct Survey<'a> {
+    parts: &'a [Part],
+    names: Vec<&'a str>,
+    surface: Surface,
+    layout: Layout,
+    samples: Vec<Vec<Sample>>,
+    band_texels: usize,
+}
+
+impl<'a> Survey<'a> {
+    /// Looks up every texel in every photograph.
+    ///
+    /// # Errors
+    /// Settings out of range, a model without triangles or with contradicting arrays, pictures of another size than their cameras, and where no photograph
+    /// sees the model.
+    pub fn new(
+        parts: &'a [Part],
+        occluders: &[&Mesh],
+        photographs: &[Photograph<'a>],
+        params: &TextureParams,
+    ) -> Result<Self, TextureError> {
+        params.check()?;
+        if photographs.is_empty() {
+            return Err(TextureError::NoPhotographs);
         }
+        for photograph in photographs {
+            let (pixels, lens) = (photograph.picture.size(), &photograph.camera.intrinsics);
+            let camera = [lens.width, lens.height];
+            if pixels != camera || pixels.contains(&0) {
+                return Err(TextureError::Size { photograph: photograph.name.into(), pixels, camera });
+            }
+        }
+        let surface = Surface::new(parts, occluders)?;
+        let layout = Layout::new(&surface, parts, photographs, params)?;
+        let samples = photographs.iter().map(|photograph| layers::layer(photograph, &surface, &layout, params)).collect();
+        let names = photographs.iter().map(|photograph| photograph.name).collect();
+        Ok(Self { parts, names, surface, layout, samples, band_texels: params.band_texels as usize })
     }
-    let surface = Surface::new(parts, occluders)?;
-    let layout = Layout::new(&surface, parts, photographs, params)?;
-    let mut layers: Vec<Vec<Sample>> =
-        photographs.iter().map(|photograph| layers::layer(photograph, &surface, &layout, params)).collect();
-    let names: Vec<&str> = photographs.iter().map(|photograph| photograph.name).collect();
-    let gains = gains::gains(&layers, &names);
-    for (layer, PhotoGain { gain, .. }) in layers.iter_mut().zip(&gains) {
-        layer.iter_mut().for_each(|sample| sample.color /= *gain);
+
+    /// The places that texels show: position in metres, and the unit normal of the surface there.
+    pub fn places(&self) -> impl ExactSizeIterator<Item = (Vec3, Vec3)> {
+        self.layout.texels.iter().map(|texel| (texel.place, self.surface.triangles[texel.triangle as usize].normal))
     }
-    let of_face = |face: usize| {
-        let (begin, end) = (layout.starts[face], layout.starts[face + 1]);
-        let own = |layer: &Vec<Sample>| {
-            let at = |texel: usize| layer.partition_point(|sample| (sample.texel as usize) < texel);
-            (at(begin), at(end))
+
+    /// What each photograph says, in the order of texels.
+    #[must_use]
+    pub fn samples(&self) -> &[Vec<Sample>] {
+        &self.samples
+    }
+
+    /// The photographs' names.
+    #[must_use]
+    pub fn names(&self) -> &[&'a str] {
+        &self.names
+    }
+
+    /// Makes photographs equally bright and white where they show the same, and tells how they differed.
+    pub fn equalize(&mut self) -> Vec<PhotoGain> {
+        let gains = gains::gains(&self.samples, &self.names);
+        for (layer, PhotoGain { gain, .. }) in self.samples.iter_mut().zip(&gains) {
+            layer.iter_mut().for_each(|sample| sample.color /= *gain);
+        }
+        gains
+    }
+
+    /// One colour for each texel that any photograph sees.
+    #[must_use]
+    pub fn blended(&self) -> Vec<Option<Vec3>> {
+        let of_face = |face: usize| {
+            let (begin, end) = (self.layout.starts[face], self.layout.starts[face + 1]);
+            let own = |layer: &'_ Vec<Sample>| {
+                let at = |texel: usize| layer.partition_point(|sample| (sample.texel as usize) < texel);
+                at(begin)..at(end)
+            };
+            let own: Vec<&[Sample]> = self.samples.iter().map(|layer| &layer[own(layer)]).collect();
+            blend::blended(&self.layout.texels[begin..end], begin, &own, self.band_texels)
         };
-        let own: Vec<&[Sample]> =
-            layers.iter().map(|layer| (layer, own(layer))).map(|(layer, (from, to))| &layer[from..to]).collect();
-        blend::blended(&layout.texels[begin..end], begin, &own, params)
-    };
-    let colors: Vec<Option<Vec3>> = (0..surface.faces.len()).into_par_iter().flat_map_iter(of_face).collect();
-    Ok(output::textured(parts, &surface, &layout, &colors, gains))
+        (0..self.surface.faces.len()).into_par_iter().flat_map_iter(of_face).collect()
+    }
+
+    /// The textured model, of a linear colour for each texel; those without are filled plainly.
+    ///
+    /// # Panics
+    /// If there are not as many colours as [`Survey::places`].
+    #[must_use]
+    pub fn painted(&self, colors: &[Option<Vec3>], gains: Vec<PhotoGain>) -> Textured {
+        assert_eq!(colors.len(), self.layout.texels.len(), "one colour for each texel");
+        output::textured(self.parts, &self.surface, &self.layout, colors, gains)
+    }
+
+    /// For each texel others of its face about it: eight at a distance, metres, and eight at half of it, where it has that many.
+    #[must_use]
+    pub fn around(&self, distance_m: f32) -> Around {
+        around::around(&self.layout, distance_m)
+    }
 }

@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod scene;
+mod stone;
 
 use glam::{Vec2, Vec3};
 use heliodon_image::{Picture, SrgbImage, TextureWrap};
