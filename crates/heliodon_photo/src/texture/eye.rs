@@ -1,8 +1,9 @@
 //! What a photograph can see: whether a place is in it, how finely, and how near to the outline of something that stands before something else.
 
+use super::surface::Surface;
 use crate::camera::Camera;
 use glam::{DVec2, DVec3, Vec3};
-use heliodon_rays::{Hit, Ray, TriangleScene};
+use heliodon_rays::{Hit, Ray};
 use rayon::prelude::*;
 
 /// How a photograph shows a place.
@@ -45,8 +46,8 @@ pub(super) fn to_camera(camera: &Camera, place: Vec3, normal: Vec3, offset_m: f3
     Ray { origin, direction: (camera.centre() - origin.as_dvec3()).as_vec3(), t_min: 0.0, t_max: 1.0 }
 }
 
-/// The most pixels of a map of outlines: a photograph of 24 megapixels gets one of a fourth of its width.
-const MOST_PIXELS: f64 = 1.6e6;
+/// The most pixels of a map of outlines: a photograph of 24 megapixels gets one of half its width.
+const MOST_PIXELS: f64 = 6.0e6;
 /// A jump in depth is an outline if it is larger than this part of the depth ...
 const JUMP: f64 = 0.003;
 /// ... and than so many pixels are wide there: a slope is none.
@@ -61,6 +62,8 @@ pub(super) struct Outlines {
     away: Vec<f32>,
     /// For pixels right behind an outline, how far off the camera that is which stands before; infinite for all others.
     before_m: Vec<f32>,
+    /// From where faces meet at an angle.
+    creases: Vec<f32>,
     /// What a jump is to be larger than, as a part of the distance.
     jump: f64,
 }
@@ -69,7 +72,7 @@ pub(super) struct Outlines {
 const MIXED_PX: f32 = 1.5;
 
 impl Outlines {
-    pub fn new(camera: &Camera, scene: &TriangleScene, corners: impl Fn(u32) -> Option<[Vec3; 3]> + Sync) -> Self {
+    pub fn new(camera: &Camera, surface: &Surface) -> Self {
         let lens = &camera.intrinsics;
         let pixels = f64::from(lens.width) * f64::from(lens.height);
         let scale = (pixels / MOST_PIXELS).sqrt().ceil().max(1.0) as u32;
@@ -87,14 +90,14 @@ impl Outlines {
                 };
                 let rays: Vec<Ray> = (0..width).map(ray).collect();
                 let mut hits = vec![Hit::MISS; width];
-                scene.closest(&rays, &mut hits);
+                surface.scene.closest(&rays, &mut hits);
                 hits
             })
             .collect();
         let least = JUMP + JUMP_PIXELS * f64::from(scale) / lens.focal_px[0].min(lens.focal_px[1]);
         // how far along b's ray a's surface would be
         let beyond = |a: &Hit, b: DVec3| {
-            let [p, q, r] = corners(a.triangle)?.map(Vec3::as_dvec3);
+            let [p, q, r] = surface.corners(a.triangle)?.map(Vec3::as_dvec3);
             let normal = (q - p).cross(r - p);
             let t = normal.dot(p - centre) / normal.dot(b);
             (t.is_finite() && t > 0.0).then_some(t)
@@ -114,36 +117,49 @@ impl Outlines {
             let of_b = beyond(b, ray_a).map_or(f64::INFINITY, |t| (t - at_a).abs());
             if of_a.min(of_b).min((at_a - at_b).abs()) <= least { 0 } else { (at_b - at_a).signum() as i8 }
         };
-        let seeds: Vec<Vec<(bool, f32)>> = (0..height)
+        let seeds: Vec<Vec<(bool, bool, f32)>> = (0..height)
             .into_par_iter()
             .map(|y| {
                 let of_pixel = |x: usize| {
                     let (hit, ray) = (&rows[y][x], ray_of(x, y));
                     let around = [(x > 0).then(|| (x - 1, y)), (x + 1 < width).then_some((x + 1, y))];
                     let over = [(y > 0).then(|| (x, y - 1)), (y + 1 < height).then_some((x, y + 1))];
-                    let mut seed = (false, f32::INFINITY);
+                    let mut seed = (false, false, f32::INFINITY);
                     for (nx, ny) in around.into_iter().chain(over).flatten() {
                         let neighbor = &rows[ny][nx];
                         let jump = jump(neighbor, ray_of(nx, ny), hit, ray);
                         seed.0 |= jump != 0;
                         if jump > 0 {
-                            seed.1 = seed.1.min(neighbor.t);
+                            seed.2 = seed.2.min(neighbor.t);
                         }
+                        let both = jump == 0 && hit.is_some() && neighbor.is_some();
+                        seed.1 |= both && surface.is_crease(hit.triangle, neighbor.triangle);
                     }
                     seed
                 };
                 (0..width).map(of_pixel).collect()
             })
             .collect();
-        let (is_seed, before_m): (Vec<bool>, Vec<f32>) = seeds.into_iter().flatten().unzip();
-        let mut away = distances(&is_seed, width, height);
-        away.iter_mut().for_each(|d| *d *= scale as f32);
-        Self { scale, width, height, away, before_m, jump: least }
+        let far = |seeds: &[bool]| {
+            let mut away = distances(seeds, width, height);
+            away.iter_mut().for_each(|d| *d *= scale as f32);
+            away
+        };
+        let away = far(&seeds.iter().flatten().map(|seed| seed.0).collect::<Vec<bool>>());
+        let creases = far(&seeds.iter().flatten().map(|seed| seed.1).collect::<Vec<bool>>());
+        let before_m = seeds.into_iter().flatten().map(|seed| seed.2).collect();
+        Self { scale, width, height, away, before_m, creases, jump: least }
     }
 
     fn cell(&self, pixel: DVec2) -> [usize; 2] {
         let cell = |x: f64, count: usize| ((x / f64::from(self.scale)).max(0.0) as usize).min(count - 1);
         [cell(pixel.x, self.width), cell(pixel.y, self.height)]
+    }
+
+    /// Whether a pixel is so near to where faces meet at an angle that it shows something of both.
+    pub fn is_mixed(&self, pixel: DVec2) -> bool {
+        let [x, y] = self.cell(pixel);
+        self.creases[y * self.width + x] < MIXED_PX.max(self.scale as f32)
     }
 
     /// How many pixels are between a pixel and what an outline spoils, for what is so far off the camera: of what is behind the outline all within

@@ -18,13 +18,13 @@ pub struct Sample {
     pub color: Vec3,
     /// How fine it is, square pixels for a square metre, and how far from borders and outlines: goes to 0 at both.
     pub weight: f32,
-    /// Whether its brightness can be compared with that of others.
+    /// Whether its brightness is that of the place alone, and can be compared with that of others.
     pub tells: bool,
 }
 
 /// Texels that are asked for together.
 const BLOCK: usize = 4096;
-/// The least that remains of the weight of a pixel whose sensor was at its end.
+/// What remains of the weight of a pixel whose sensor was at its end, or that shows two faces: better it than nothing.
 const LEAST_TELLING: f32 = 1.0e-2;
 
 /// 0 at 0 and 1 from 1 on, without corners.
@@ -37,8 +37,7 @@ fn smooth(x: f32) -> f32 {
 pub(super) fn layer(photograph: &Photograph, surface: &Surface, layout: &Layout, params: &TextureParams) -> Vec<Sample> {
     let camera = &photograph.camera;
     let pyramid = Pyramid::new(photograph.picture);
-    let corners = |t: u32| surface.triangles.get(t as usize).map(|triangle| triangle.corners);
-    let outlines = Outlines::new(camera, &surface.scene, corners);
+    let outlines = Outlines::new(camera, surface);
     let offset_m = params.offset_m + surface.scene.start_offset();
     let (centre, least) = (camera.centre(), params.least_cosine());
     let size = DVec2::new(f64::from(camera.intrinsics.width), f64::from(camera.intrinsics.height));
@@ -55,7 +54,7 @@ pub(super) fn layer(photograph: &Photograph, surface: &Surface, layout: &Layout,
             let border = smooth(to_border / params.feather_px);
             let distance_m = centre.distance(texel.place.as_dvec3());
             let outline = smooth(outlines.clear_px(shown.pixel, distance_m, params.edge_px) / params.feather_px);
-            let tells = pyramid.tells(shown.pixel);
+            let tells = pyramid.tells(shown.pixel) && !outlines.is_mixed(shown.pixel);
             let telling = if tells { 1.0 } else { LEAST_TELLING };
             let weight = shown.px_per_m * shown.px_per_m * steep * border * outline * telling;
             if weight > 0.0 {

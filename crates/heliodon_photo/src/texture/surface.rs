@@ -32,8 +32,12 @@ pub(super) struct Face {
 pub(super) struct Surface {
     pub triangles: Vec<Triangle>,
     pub faces: Vec<Face>,
+    /// The face of each triangle.
+    face_of: Vec<u32>,
     /// Where each part's triangles begin.
     pub starts: Vec<u32>,
+    /// Of what stands in the way, whose triangles come after the parts'.
+    others: Vec<[Vec3; 3]>,
     pub scene: TriangleScene,
 }
 
@@ -78,10 +82,32 @@ impl Surface {
                 .map_err(|error| TextureError::Part { part: "what stands in the way".into(), why: error.to_string() })?;
             gather(mesh);
         }
+        let others = indices[triangles.len()..].iter().map(|t| t.map(|v| positions[v as usize])).collect();
+        let mut face_of = vec![0; triangles.len()];
+        for (index, face) in faces.iter().enumerate() {
+            face.triangles.iter().for_each(|&t| face_of[t as usize] = index as u32);
+        }
         let scene = TriangleScene::build(&positions, &indices, &BuildParams::default())?;
-        Ok(Self { triangles, faces, starts, scene })
+        Ok(Self { triangles, faces, face_of, starts, others, scene })
+    }
+
+    /// The corners of a triangle that a ray met.
+    pub fn corners(&self, triangle: u32) -> Option<[Vec3; 3]> {
+        let index = triangle as usize;
+        let own = self.triangles.get(index).map(|triangle| triangle.corners);
+        own.or_else(|| self.others.get(index.checked_sub(self.triangles.len())?).copied())
+    }
+
+    /// Whether light falls otherwise on one triangle than on another: they are of two faces, and these meet at an angle.
+    pub fn is_crease(&self, one: u32, other: u32) -> bool {
+        let [a, b] = [one, other].map(|t| self.face_of.get(t as usize).copied());
+        let normal = |t: u32| self.corners(t).map(|corners| unit_or(area(corners), Vec3::ZERO));
+        a != b && normal(one).zip(normal(other)).is_none_or(|(one, other)| one.dot(other) < SAME_LIGHT)
     }
 }
+
+/// The cosine of the angle from which on two faces are lit differently: fifteen degrees change the sun's light by a quarter.
+const SAME_LIGHT: f32 = 0.966;
 
 /// Twice the triangle's area, along its normal.
 fn area([a, b, c]: [Vec3; 3]) -> Vec3 {
