@@ -5,7 +5,7 @@ use super::fit::{Witness, fit};
 use super::shape::{Fitted, Measure, Names, rotation, turned_about_up};
 use super::table::{Kind, ShapeRow};
 use super::{ModelError, NamedPoint};
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 /// What corners there are, in halves of its size along x, y and z from its middle.
 struct Form {
@@ -99,6 +99,24 @@ pub(super) fn block(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Res
             newell(&ring).try_normalize().map_or(0.0, |normal| normal.dot(p - ring[0]))
         };
         witnesses.push(Witness::On { point, off_m: Box::new(off_m) });
+    }
+    for (edge, marked) in row.edges.iter().enumerate() {
+        let [a, b] = marked.between.unwrap_or_default();
+        if a == b || a.max(b) >= form.corners.len() {
+            return Err(names.refused(format!("has no edge between the corners {a} and {b}")));
+        }
+        let [a, b] = [a, b].map(|corner| sign(form.corners[corner]));
+        let camera = &names.photographs[names.photograph(&marked.photograph)?].1;
+        let (origin, focal_px) = (camera.centre(), camera.intrinsics.focal_px[0]);
+        for pixel in [marked.from, marked.to] {
+            let along = camera.ray(DVec2::from(pixel)).1;
+            // the angle between the ray and the plane through the eye and the edge
+            let off_px = move |numbers: &[f64]| {
+                let [a, b] = [a, b].map(|sign| turned.corner(numbers, sign) - origin);
+                a.cross(b).try_normalize().map_or(0.0, |normal| normal.dot(along) * focal_px)
+            };
+            witnesses.push(Witness::Touches { edge, off_px: Box::new(off_px) });
+        }
     }
     let solution = fit(&witnesses, points, names.tolerance_m, numbers)
         .ok_or_else(|| names.refused("is not held by what is marked: mark more of its corners".into()))?;

@@ -200,7 +200,7 @@ fn check(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Result<(), Mod
         ("rings", !row.rings.is_empty(), &[Revolution]),
         ("along", row.along.is_some(), &[Extrusion]),
         ("axis", row.axis.is_some(), &[Cylinder, Column, Revolution]),
-        ("edges", !row.edges.is_empty(), &[Cylinder, Column]),
+        ("edges", !row.edges.is_empty(), &[Box, Gable, Cylinder, Column]),
         ("depth_m", row.depth_m.is_some(), &[Arch]),
         ("upright", row.upright, &[Box, Gable, Cylinder, Column, Revolution]),
         ("flatten", row.flatten, &[Polygon]),
@@ -216,6 +216,15 @@ fn check(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Result<(), Mod
         if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
             return Err(names.refused(format!("has {setting} = {value}; it is to be above 0")));
         }
+    }
+    let has_corners = matches!(row.kind, Box | Gable);
+    if row.edges.iter().any(|edge| edge.between.is_some() != has_corners) {
+        let why = if has_corners {
+            "has an edge that does not say between which corners"
+        } else {
+            "has an edge between corners, of which it has none"
+        };
+        return Err(names.refused(why.into()));
     }
     let pixels = row.edges.iter().flat_map(|edge| edge.from.into_iter().chain(edge.to));
     if pixels.into_iter().any(|x| !x.is_finite()) {

@@ -80,7 +80,7 @@ pub struct ShapeRow {
     /// Two points near the axis of what is round, to start from; needed where rings have fewer than three points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<[String; 2]>,
-    /// Where the left and right edges of a shaft were marked.
+    /// Where edges were marked: the left and right ones of a shaft, those between two corners of a box or a roof.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub edges: Vec<EdgeRow>,
     /// An arch's depth where no point of its back is marked, metres.
@@ -112,7 +112,7 @@ pub struct ShapeRow {
     pub tolerance_m: Option<f64>,
 }
 
-/// An edge of a round shape as a photograph shows it.
+/// An edge of a shape as a photograph shows it.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct EdgeRow {
@@ -122,6 +122,10 @@ pub struct EdgeRow {
     pub from: [f64; 2],
     /// Another; what is between them is not used where a lens bends it.
     pub to: [f64; 2],
+    /// The corners that a box's or a roof's edge runs between, numbered from 0 as `points` lists them. Not for shafts, whose edges are where they end to the
+    /// eye.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub between: Option<[usize; 2]>,
 }
 
 /// How often a shape stands, and where: either along `step` or around `around`.

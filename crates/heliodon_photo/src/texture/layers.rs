@@ -55,7 +55,8 @@ pub(super) fn layer(photograph: &Photograph, surface: &Surface, layout: &Layout,
             let distance_m = centre.distance(texel.place.as_dvec3());
             let outline = smooth(outlines.clear_px(shown.pixel, distance_m, params.edge_px) / params.feather_px);
             let tells = pyramid.tells(shown.pixel) && !outlines.is_mixed(shown.pixel);
-            let telling = if tells { 1.0 } else { LEAST_TELLING };
+            let telling = if outlines.is_mixed(shown.pixel) { LEAST_TELLING } else { 1.0 };
+            let telling = telling * smooth(pyramid.headroom(shown.pixel)).max(LEAST_TELLING);
             let weight = shown.px_per_m * shown.px_per_m * steep * border * outline * telling;
             if weight > 0.0 {
                 candidates.push((

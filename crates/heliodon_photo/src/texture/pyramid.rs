@@ -18,6 +18,10 @@ pub(super) struct Pyramid<'a> {
 /// Codes of 8 bits beyond which a sensor tells no more.
 const DARKEST: u8 = 1;
 const BRIGHTEST: u8 = 253;
+/// From so far below its end on, in linear light, a sensor's word counts less: others take over without a border.
+const HEADROOM: f32 = 0.25;
+/// Seen over so many pixels, for grain not to decide who counts.
+const OVER_PX: f32 = 6.0;
 
 impl<'a> Pyramid<'a> {
     pub fn new(picture: &'a Picture) -> Self {
@@ -76,6 +80,12 @@ impl<'a> Pyramid<'a> {
         let (fine, part) = (level as usize, level.fract());
         let color = self.bilinear(fine, pixel);
         if part > 0.0 { color.lerp(self.bilinear((fine + 1).min(self.levels.len()), pixel), part) } else { color }
+    }
+
+    /// How far a pixel's surroundings are from the sensor's end, 0 at it and 1 from [`HEADROOM`] on. HDR pictures have none.
+    pub fn headroom(&self, pixel: DVec2) -> f32 {
+        let Picture::Eight(_) = self.picture else { return 1.0 };
+        ((1.0 - self.sample(pixel, OVER_PX).max_element()) / HEADROOM).clamp(0.0, 1.0)
     }
 
     /// Whether the sensor could tell what it saw there: not too dark, not too bright. Of HDR pictures every pixel tells.

@@ -134,6 +134,41 @@ fn a_box_needs_not_all_of_its_corners() {
 }
 
 #[test]
+fn edges_in_a_photograph_tell_a_size_that_no_corner_does() {
+    let mut yard = Yard::new();
+    let sign = |bit: usize| if bit == 1 { 1.0 } else { -1.0 };
+    let corner = |c: [usize; 3]| DVec3::new(sign(c[0]) * 2.0, 1.0 + sign(c[1]), sign(c[2]) * 1.5);
+    // a coarse mark of the top, and the top's edges in two photographs
+    for (name, c) in [("a", [0, 0, 1]), ("b", [1, 0, 1]), ("c", [1, 0, 0]), ("t", [1, 1, 1])] {
+        yard.mark(name, corner(c));
+    }
+    yard.points[3].position += DVec3::new(0.02, 0.15, 0.02);
+    yard.points[3].covariance = DMat3::from_diagonal(DVec3::splat(0.1 * 0.1));
+    let mut edges = Vec::new();
+    for photograph in [1, 2] {
+        let camera = yard.photographs[photograph].1;
+        for (between, ends) in [([4, 5], [[0, 1, 1], [1, 1, 1]]), ([5, 6], [[1, 1, 1], [1, 1, 0]])] {
+            let [a, b] = ends.map(corner);
+            let [from, to] = [0.2, 0.7].map(|part| camera.project(a.lerp(b, part)).unwrap().to_array());
+            edges.push(format!("{{ photograph = \"{photograph}.jpg\", from = {from:?}, to = {to:?}, between = {between:?} }}"));
+        }
+    }
+    let text = |edges: &str| {
+        format!(
+            "[[shape]]\nname = \"block\"\nkind = \"box\"\npoints = [\"a\", \"b\", \"c\", \"-\", \"-\", \"t\", \"-\", \"-\"]\nedges = [{edges}]"
+        )
+    };
+    let with = yard.build(&text(&edges.join(", ")));
+    assert_near(&with, "height_m", 2.0, 0.02);
+    assert_eq!(with.shapes[0].edges.len(), 4);
+    assert!(with.shapes[0].edges.iter().all(|edge| edge.off_px < 3.0), "{:?}", with.shapes[0].edges);
+    let (without, _) = measured(&yard.build(&text("")), "height_m");
+    assert!((without - 2.0).abs() > 0.05, "the edges are what tells: {without}");
+    let unnamed = text(&edges[0].replace(", between = [4, 5]", ""));
+    assert!(build(&rows(&unnamed), &yard.points, &yard.photographs).refused[0].to_string().contains("between which"));
+}
+
+#[test]
 fn a_wrong_mark_is_named_and_hardly_counts() {
     let mut yard = Yard::new();
     let sign = |bit: usize, i: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
