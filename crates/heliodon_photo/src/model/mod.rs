@@ -8,6 +8,7 @@ mod block;
 mod body;
 mod fit;
 mod flat;
+mod imported;
 mod part;
 mod repeat;
 mod round;

@@ -27,6 +27,7 @@ use crate::camera::Camera;
 use crate::model::Part;
 use glam::Vec3;
 use heliodon_image::Picture;
+use heliodon_math::frame::unit_or;
 use heliodon_mesh::Mesh;
 use heliodon_mesh::packing::PackError;
 use heliodon_rays::BuildError;
@@ -192,10 +193,14 @@ pub fn texture(
     Ok(survey.painted(&colors, gains))
 }
 
+/// The angle between a wanted and a photograph's direction at which it counts half, radians.
+const HALF_RAD: f32 = 0.13;
+
 /// A model's atlas laid out, with what each photograph says of each of its texels.
 pub struct Survey<'a> {
     parts: &'a [Part],
     names: Vec<&'a str>,
+    eyes: Vec<Vec3>,
     surface: Surface,
     layout: Layout,
     samples: Vec<Vec<Sample>>,
@@ -229,7 +234,8 @@ impl<'a> Survey<'a> {
         let layout = Layout::new(&surface, parts, photographs, params)?;
         let samples = photographs.iter().map(|photograph| layers::layer(photograph, &surface, &layout, params)).collect();
         let names = photographs.iter().map(|photograph| photograph.name).collect();
-        Ok(Self { parts, names, surface, layout, samples, band_texels: params.band_texels as usize })
+        let eyes = photographs.iter().map(|photograph| photograph.camera.centre().as_vec3()).collect();
+        Ok(Self { parts, names, eyes, surface, layout, samples, band_texels: params.band_texels as usize })
     }
 
     /// The places that texels show: position in metres, and the unit normal of the surface there.
@@ -261,13 +267,36 @@ impl<'a> Survey<'a> {
     /// One colour for each texel that any photograph sees.
     #[must_use]
     pub fn blended(&self) -> Vec<Option<Vec3>> {
+        self.blend(&self.samples)
+    }
+
+    /// One colour for each texel as it is seen from a place, metres: from photographs that were taken in about that direction, as far as they see it. What
+    /// stands out from a model of few polygons, or shines, then looks right from there; an atlas for each of a few places makes a texture that depends on
+    /// the view (P. Debevec, C. Taylor, J. Malik, "Modeling and Rendering Architecture from Photographs", SIGGRAPH 1996, section 3).
+    #[must_use]
+    pub fn blended_from(&self, eye: Vec3) -> Vec<Option<Vec3>> {
+        let turned = |(photograph, own): (usize, &Vec<Sample>)| {
+            let from = |sample: &Sample| {
+                let place = self.layout.texels[sample.texel as usize].place;
+                let [wanted, is] = [eye, self.eyes[photograph]].map(|eye| unit_or(eye - place, Vec3::ZERO));
+                // the square of the angle, nearly: a photograph counts half as much a twelfth of a right angle away
+                let square = 2.0 * (1.0 - wanted.dot(is)).max(0.0) / (HALF_RAD * HALF_RAD);
+                Sample { weight: sample.weight / (1.0 + square * square * square), ..*sample }
+            };
+            own.par_iter().map(from).collect::<Vec<Sample>>()
+        };
+        let turned: Vec<Vec<Sample>> = self.samples.iter().enumerate().map(turned).collect();
+        self.blend(&turned)
+    }
+
+    fn blend(&self, samples: &[Vec<Sample>]) -> Vec<Option<Vec3>> {
         let of_face = |face: usize| {
             let (begin, end) = (self.layout.starts[face], self.layout.starts[face + 1]);
             let own = |layer: &'_ Vec<Sample>| {
                 let at = |texel: usize| layer.partition_point(|sample| (sample.texel as usize) < texel);
                 at(begin)..at(end)
             };
-            let own: Vec<&[Sample]> = self.samples.iter().map(|layer| &layer[own(layer)]).collect();
+            let own: Vec<&[Sample]> = samples.iter().map(|layer| &layer[own(layer)]).collect();
             blend::blended(&self.layout.texels[begin..end], begin, &own, self.band_texels)
         };
         (0..self.surface.faces.len()).into_par_iter().flat_map_iter(of_face).collect()

@@ -12,7 +12,7 @@ use heliodon_math::random::Pcg32;
 use heliodon_mesh::Mesh;
 use heliodon_photo::camera::Camera;
 use heliodon_photo::model::Part;
-use heliodon_photo::texture::{GUESSED, OUTSIDE, Photograph, SEEN, TextureError, TextureParams, Textured, texture};
+use heliodon_photo::texture::{GUESSED, OUTSIDE, Photograph, SEEN, Survey, TextureError, TextureParams, Textured, texture};
 use scene::{MAGENTA, World, albedo, cameras, encoded, look, model, new_view, panel, psnr_db, textured_color, true_gains};
 use std::sync::LazyLock;
 
@@ -196,6 +196,81 @@ fn what_no_photograph_saw_is_marked_and_plain() {
         let guessed = color(textured, uv);
         assert!((guessed - Vec3::new(0.55, 0.45, 0.33)).abs().max_element() < 0.35, "{part}: {guessed}");
     }
+}
+
+#[test]
+fn who_walked_by_is_outvoted() {
+    // the panel is not told: a few photographs show it, most do not
+    let bench = &*BENCH;
+    let params = TextureParams { most_side: 1024, ..TextureParams::default() };
+    let textured = texture(&bench.parts, &[], &bench.photographs(), &params).unwrap();
+    let front = probes(&textured).into_iter().filter(|(place, ..)| place.z > 0.39 && place.z < 0.41 && place.y > 0.1);
+    let pink = |(place, uv, _): &(Vec3, Vec2, usize)| {
+        let truth = albedo(*place) * bench.mean_gain;
+        (color(&textured, *uv) - truth).dot(MAGENTA - truth) / (MAGENTA - truth).length_squared()
+    };
+    let mut all: Vec<f32> = front.map(|probe| pink(&probe)).collect();
+    all.sort_by(f32::total_cmp);
+    let [most, worst] = [0.95, 0.99].map(|part| all[((all.len() - 1) as f32 * part) as usize]);
+    println!("of a panel nobody told of: {most:.3} at 95 %, {worst:.3} at 99 %");
+    assert!(most < 0.1, "{most} {worst}");
+}
+
+#[test]
+fn a_camera_half_a_pixel_off_does_little_harm() {
+    let bench = &*BENCH;
+    let mut photographs = bench.photographs();
+    for (i, photograph) in photographs.iter_mut().enumerate() {
+        let off = [0.5, -0.5][i % 2] / photograph.camera.intrinsics.focal_px[0];
+        let turn = glam::DQuat::from_scaled_axis(glam::DVec3::new(off, -off, 0.5 * off));
+        photograph.camera.pose.rotation = turn * photograph.camera.pose.rotation;
+        photograph.camera.pose.translation = turn * photograph.camera.pose.translation;
+    }
+    let params = TextureParams { most_side: 2048, ..TextureParams::default() };
+    let textured = texture(&bench.parts, &[&bench.panel], &photographs, &params).unwrap();
+    look("atlas-half-a-pixel-off.png", &textured.atlas.image);
+    let seen = probes(&textured).into_iter().filter(|p| code(&textured, p.1) == SEEN);
+    let db = psnr_db(seen.map(|(place, uv, _)| (color(&textured, uv), albedo(place) * bench.mean_gain)));
+    println!("half a pixel off: {db:.1} dB");
+    assert!(db >= 28.0, "{db:.1} dB");
+}
+
+#[test]
+fn from_a_photographs_own_place_its_word_counts() {
+    let bench = &*BENCH;
+    let photographs = bench.photographs();
+    // not made equally bright, so that each photograph's own brightness tells whose word it is
+    let survey = Survey::new(&bench.parts, &[&bench.panel], &photographs, &TextureParams::preview()).unwrap();
+    let places: Vec<(Vec3, Vec3)> = survey.places().collect();
+    let gains = true_gains();
+    for photograph in [0, 5] {
+        let eye = bench.cameras[photograph].centre().as_vec3();
+        let colors = survey.blended_from(eye);
+        let own = survey.samples()[photograph].iter().filter(|sample| sample.tells && sample.weight > 0.0);
+        let off = own.filter_map(|sample| {
+            let truth = albedo(places[sample.texel as usize].0) * gains[photograph];
+            colors[sample.texel as usize].map(|found| ((found - truth) / truth).abs().max_element())
+        });
+        let mut off: Vec<f32> = off.collect();
+        off.sort_by(f32::total_cmp);
+        let median = off[off.len() / 2];
+        assert!(median < 0.06, "{photograph}: {median}");
+    }
+}
+
+#[test]
+fn a_mesh_from_elsewhere_is_textured_too() {
+    let bench = &*BENCH;
+    let parts: Vec<Part> = bench.parts.iter().map(|part| Part::from_mesh(&part.name, &part.mesh).unwrap()).collect();
+    assert_eq!(parts[0].smooth.len(), 6);
+    assert!(parts[0].watertight && parts[1].watertight && !parts[2].watertight);
+    assert!(parts[1].smooth.len() < 16, "a column of 24 sides and two ends: {}", parts[1].smooth.len());
+    let params = TextureParams { most_side: 2048, ..TextureParams::default() };
+    let textured = texture(&parts, &[&bench.panel], &bench.photographs(), &params).unwrap();
+    let seen = probes(&textured).into_iter().filter(|p| code(&textured, p.1) == SEEN);
+    let db = psnr_db(seen.map(|(place, uv, _)| (color(&textured, uv), albedo(place) * bench.mean_gain)));
+    println!("a mesh from elsewhere: {db:.1} dB");
+    assert!(db >= 30.0, "{db:.1} dB");
 }
 
 #[test]
