@@ -3,7 +3,7 @@
 use super::surface::Surface;
 use crate::camera::Camera;
 use glam::{DVec2, DVec3, Vec3};
-use heliodon_rays::{Hit, Ray};
+use heliodon_rays::{Hit, NO_HIT, Ray};
 use rayon::prelude::*;
 
 /// How a photograph shows a place.
@@ -53,6 +53,19 @@ const JUMP: f64 = 0.003;
 /// ... and than so many pixels are wide there: a slope is none.
 const JUMP_PIXELS: f64 = 4.0;
 
+/// What a pixel's ray met.
+struct Met {
+    along: Vec3,
+    triangle: u32,
+    t: f32,
+}
+
+impl Met {
+    fn is_some(&self) -> bool {
+        self.triangle != NO_HIT
+    }
+}
+
 /// How far each pixel is from outlines, in pixels of the photograph.
 pub(super) struct Outlines {
     scale: u32,
@@ -78,32 +91,30 @@ impl Outlines {
         let scale = (pixels / MOST_PIXELS).sqrt().ceil().max(1.0) as u32;
         let (width, height) = (lens.width.div_ceil(scale) as usize, lens.height.div_ceil(scale) as usize);
         let centre = camera.centre();
-        let ray_of = |x: usize, y: usize| camera.ray((DVec2::new(x as f64, y as f64) + 0.5) * f64::from(scale)).1;
-        let rows: Vec<Vec<Hit>> = (0..height)
+        let rows: Vec<Vec<Met>> = (0..height)
             .into_par_iter()
             .map(|y| {
-                let ray = |x: usize| Ray {
-                    origin: centre.as_vec3(),
-                    direction: ray_of(x, y).as_vec3(),
-                    t_min: 0.0,
-                    t_max: f32::INFINITY,
+                let ray = |x: usize| {
+                    let (origin, direction) = camera.ray((DVec2::new(x as f64, y as f64) + 0.5) * f64::from(scale));
+                    Ray { origin: origin.as_vec3(), direction: direction.as_vec3(), t_min: 0.0, t_max: f32::INFINITY }
                 };
                 let rays: Vec<Ray> = (0..width).map(ray).collect();
                 let mut hits = vec![Hit::MISS; width];
                 surface.scene.closest(&rays, &mut hits);
-                hits
+                let met = |(ray, hit): (&Ray, &Hit)| Met { along: ray.direction, triangle: hit.triangle, t: hit.t };
+                rays.iter().zip(&hits).map(met).collect()
             })
             .collect();
         let least = JUMP + JUMP_PIXELS * f64::from(scale) / lens.focal_px[0].min(lens.focal_px[1]);
         // how far along b's ray a's surface would be
-        let beyond = |a: &Hit, b: DVec3| {
+        let beyond = |a: &Met, b: &Met| {
             let [p, q, r] = surface.corners(a.triangle)?.map(Vec3::as_dvec3);
             let normal = (q - p).cross(r - p);
-            let t = normal.dot(p - centre) / normal.dot(b);
+            let t = normal.dot(p - centre) / normal.dot(b.along.as_dvec3());
             (t.is_finite() && t > 0.0).then_some(t)
         };
         // whether b is behind (1) or before (-1) a, or goes on from it (0)
-        let jump = |a: &Hit, ray_a: DVec3, b: &Hit, ray_b: DVec3| -> i8 {
+        let jump = |a: &Met, b: &Met| -> i8 {
             match (a.is_some(), b.is_some()) {
                 (false, false) => return 0,
                 (true, false) => return 1,
@@ -113,21 +124,21 @@ impl Outlines {
             }
             let (at_a, at_b) = (f64::from(a.t), f64::from(b.t));
             let least = at_a.min(at_b) * least;
-            let of_a = beyond(a, ray_b).map_or(f64::INFINITY, |t| (t - at_b).abs());
-            let of_b = beyond(b, ray_a).map_or(f64::INFINITY, |t| (t - at_a).abs());
+            let of_a = beyond(a, b).map_or(f64::INFINITY, |t| (t - at_b).abs());
+            let of_b = beyond(b, a).map_or(f64::INFINITY, |t| (t - at_a).abs());
             if of_a.min(of_b).min((at_a - at_b).abs()) <= least { 0 } else { (at_b - at_a).signum() as i8 }
         };
         let seeds: Vec<Vec<(bool, bool, f32)>> = (0..height)
             .into_par_iter()
             .map(|y| {
                 let of_pixel = |x: usize| {
-                    let (hit, ray) = (&rows[y][x], ray_of(x, y));
+                    let hit = &rows[y][x];
                     let around = [(x > 0).then(|| (x - 1, y)), (x + 1 < width).then_some((x + 1, y))];
                     let over = [(y > 0).then(|| (x, y - 1)), (y + 1 < height).then_some((x, y + 1))];
                     let mut seed = (false, false, f32::INFINITY);
                     for (nx, ny) in around.into_iter().chain(over).flatten() {
                         let neighbor = &rows[ny][nx];
-                        let jump = jump(neighbor, ray_of(nx, ny), hit, ray);
+                        let jump = jump(neighbor, hit);
                         seed.0 |= jump != 0;
                         if jump > 0 {
                             seed.2 = seed.2.min(neighbor.t);

@@ -179,12 +179,12 @@ pub fn psnr_db(pairs: impl Iterator<Item = (Vec3, Vec3)>) -> f64 {
 }
 
 pub fn cameras() -> Vec<Camera> {
-    around(8, 6.0, 1.8, DVec3::new(0.0, 0.9, 0.0), [720, 540], 620.0)
+    around(8, 6.0, 1.8, DVec3::new(0.0, 0.9, 0.0), [540, 405], 465.0)
 }
 
 /// A camera that took none of the photographs.
 pub fn new_view() -> Camera {
-    look_at(DVec3::new(3.1, 2.9, 4.4), DVec3::new(0.0, 0.8, 0.0), 720, 540, 640.0)
+    look_at(DVec3::new(3.1, 2.9, 4.4), DVec3::new(0.0, 0.8, 0.0), 540, 405, 480.0)
 }
 
 /// Exposure and white balance of each photograph.
