@@ -47,7 +47,8 @@ impl Body {
         self.flat.push(flat);
     }
 
-    /// A polygon over vertices, counter-clockwise from outside, as a face of its own. Whether it could be triangulated: it has an area.
+    /// A polygon over vertices, counter-clockwise from outside, as a face of its own. Whether it could be triangulated: it has an area, and
+    /// its sides do not cross.
     pub fn polygon(&mut self, ring: &[u32]) -> bool {
         let places: Vec<DVec3> = ring.iter().map(|&v| self.positions[v as usize]).collect();
         let Some(normal) = newell(&places).try_normalize() else { return false };
@@ -58,7 +59,13 @@ impl Body {
         let up = normal.cross(right);
         let flat: Vec<DVec2> = places.iter().map(|p| *p - places[0]).map(|p| DVec2::new(p.dot(right), p.dot(up))).collect();
         let triangles = triangulated(&flat);
-        if triangles.is_empty() {
+        let area =
+            |ring: &[DVec2]| (1..ring.len() - 1).map(|i| (ring[i] - ring[0]).perp_dot(ring[i + 1] - ring[0])).sum::<f64>();
+        let areas: Vec<f64> = triangles.iter().map(|t| area(&t.map(|c| flat[c]))).collect();
+        let covered: f64 = areas.iter().sum();
+        let least = areas.iter().fold(0.0, |least: f64, area| least.min(*area));
+        // where sides cross, triangles cover more than the polygon has, leave some of it, or turn over
+        if (covered - area(&flat)).abs() > CROSSED * covered || least < -CROSSED * covered || covered <= 0.0 {
             return false;
         }
         let face = self.face(false);
@@ -176,6 +183,9 @@ impl Body {
         self.flat.iter_mut().for_each(|corners| corners.swap(1, 2));
     }
 }
+
+/// Triangles are off a polygon's area by less than this part, a hundred thousand times what rounding does, where its sides do not cross.
+const CROSSED: f64 = 1.0e-6;
 
 /// Radii of one face that is unrolled as a rectangle are within this factor of one another.
 const ALIKE: f64 = 1.25;

@@ -4,7 +4,8 @@
 //! outline of something nearer are left out, for a lens mixes both. What photographs say is made equally bright ([`PhotoGain`]), weighed by how finely and
 //! how squarely they see it, and blended; what none saw is filled plainly and marked as guessed ([`Evidence`]).
 //!
-//! Photographs are read one after the other, so that memory holds one of them at a time, and the samples of all.
+//! Photographs are looked at one after the other: beside the pictures that are given, memory holds the coarser levels of one of them (4 bytes a pixel), and 24
+//! bytes for each texel and photograph that sees it.
 
 mod around;
 mod blend;

@@ -426,6 +426,9 @@ fn what_is_missing_is_said_and_the_rest_is_kept() {
     for (name, x) in [("a", 0.0), ("b", 1.0), ("c", 2.0)] {
         yard.mark(name, DVec3::new(x, x * x, 0.0));
     }
+    for (name, x, y) in [("x", 0.0, 0.0), ("y", 1.0, 0.1), ("z", 1.1, 1.0), ("w", 0.0, 1.2)] {
+        yard.mark(name, DVec3::new(x, y, 0.0));
+    }
     yard.points.push(NamedPoint { name: "lost".into(), position: DVec3::NAN, covariance: DMat3::IDENTITY, seen_in: vec![] });
     let text = r#"
         [[shape]]
@@ -465,6 +468,10 @@ fn what_is_missing_is_said_and_the_rest_is_kept() {
         kind = "box"
         points = ["a", "b", "c", "-", "-", "-", "-", "-"]
         [[shape]]
+        name = "crossed"
+        kind = "polygon"
+        points = ["x", "z", "y", "w"]
+        [[shape]]
         name = "8"
         kind = "polygon"
         points = ["a", "b", "c"]
@@ -473,7 +480,17 @@ fn what_is_missing_is_said_and_the_rest_is_kept() {
     let model = build(&rows(text), &yard.points, &yard.photographs);
     assert_eq!(model.parts.len(), 1);
     let told: Vec<String> = model.refused.iter().map(ToString::to_string).collect();
-    let words = ["nowhere", "needs three", "not finite", "needs one of these", "none.jpg", "entasis", "height", "step, span"];
+    let words = [
+        "nowhere",
+        "needs three",
+        "not finite",
+        "needs one of these",
+        "none.jpg",
+        "entasis",
+        "height",
+        "sides cross",
+        "step, span",
+    ];
     assert_eq!(told.len(), words.len());
     for (told, word) in told.iter().zip(words) {
         assert!(told.contains(word), "{told} does not say {word}");
