@@ -16,7 +16,7 @@ use std::path::Path;
 const LENS: Intrinsics = Intrinsics {
     width: 1600,
     height: 1200,
-    focal_px: [1668.793_830_1; 2],
+    focal_px: [1_668.793_830_1; 2],
     centre_px: [827.298_962_7, 602.768_243_6],
     radial: [-0.150_638_589_7, 0.197_757_460_1, 0.0],
     tangential: [0.0; 2],
@@ -30,8 +30,11 @@ const POSES: [[f64; 7]; 4] = [
 /// About how many metres the reconstruction's unit is, which has none of its own.
 const UNIT_M: f64 = 12.0;
 
-/// Where four corners of the walls are: photograph and pixel.
-const MARKS: [(&str, &[(usize, [f64; 2])]); 4] = [
+/// A photograph, and a pixel of it.
+type Mark = (usize, [f64; 2]);
+
+/// Where four corners of the walls are.
+const MARKS: [(&str, &[Mark]); 4] = [
     ("near top", &[(0, [1274.2, 189.5]), (1, [1066.0, 173.0]), (2, [848.8, 227.1]), (3, [775.2, 180.3])]),
     ("left top", &[(0, [308.7, 573.4]), (1, [113.3, 568.4]), (2, [166.4, 585.4]), (3, [223.7, 522.9])]),
     ("right top", &[(1, [1523.9, 492.7]), (2, [1451.3, 476.4]), (3, [1460.4, 405.0])]),
@@ -55,7 +58,7 @@ fn cameras() -> Vec<Camera> {
 }
 
 /// Where rays come nearest to one another.
-fn back_projected(cameras: &[Camera], marks: &[(usize, [f64; 2])]) -> DVec3 {
+fn back_projected(cameras: &[Camera], marks: &[Mark]) -> DVec3 {
     let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
     for (camera, pixel) in marks {
         let (origin, d) = cameras[*camera].ray(DVec2::from(*pixel));
@@ -67,7 +70,7 @@ fn back_projected(cameras: &[Camera], marks: &[(usize, [f64; 2])]) -> DVec3 {
 }
 
 fn modelled(cameras: &[Camera], names: &[String]) -> Model {
-    let point = |(name, marks): &(&str, &[(usize, [f64; 2])])| NamedPoint {
+    let point = |(name, marks): &(&str, &[Mark])| NamedPoint {
         name: (*name).into(),
         position: back_projected(cameras, marks),
         covariance: DMat3::from_diagonal(DVec3::splat(0.02 * 0.02)),
@@ -123,7 +126,6 @@ fn foretold(textured: &Textured, camera: &Camera, picture: &Picture) -> Vec<(Vec
 }
 
 #[test]
-#[expect(clippy::print_stdout, reason = "a test that skips says so, and what it measured")]
 fn a_castle_from_four_marks() {
     let folder = Path::new("../../../shared/data/photosets/kapture_maupertuis/images");
     let names: Vec<String> = (1..=4).map(|i| format!("MaupertuisTest_0{i}.jpg")).collect();
