@@ -57,7 +57,7 @@ fn picture(mesh: &Mesh, charts: &[Chart], packing: &Packing, size: u32) -> SrgbI
         let hash = (index as u32 + 1).wrapping_mul(0x9E37_79B9);
         let color = [(hash >> 24) as u8 | 64, (hash >> 16) as u8 | 64, (hash >> 8) as u8 | 64, 255];
         for &t in &chart.triangles {
-            let [a, b, c] = mesh.corners(t as usize).map(|p: Vec3| packing.texel(index, charts, p));
+            let [a, b, c] = mesh.corners(t as usize).map(|p: Vec3| packing.texel(index, chart.coordinates(p)));
             let (low, high) = (a.min(b).min(c).floor().max(Vec2::ZERO), a.max(b).max(c).ceil().min(Vec2::splat(size as f32)));
             for y in low.y as u32..high.y as u32 {
                 for x in low.x as u32..high.x as u32 {

@@ -1,7 +1,6 @@
 //! Light in texels, for what is modelled with few polygons: charts, packing, lights, the texel solve and weathering.
 
 pub mod charts;
-mod cover;
 pub mod lights;
 pub mod packing;
 pub mod refine;

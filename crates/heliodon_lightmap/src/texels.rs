@@ -3,9 +3,9 @@
 //! A texel stands for the place at its middle; one whose middle lies beside all triangles is still asked for by filtering, and stands for the place of its
 //! chart that is nearest to it. So nothing is ever taken from what no surface has.
 
-use crate::cover::cover;
 use crate::unwrap::Unwrapped;
 use glam::{Vec2, Vec3};
+use heliodon_mesh::packing::cover;
 use rayon::prelude::*;
 
 /// A texel and its place.

@@ -70,7 +70,7 @@ pub fn unwrap(
     for (index, chart) in charts.iter().enumerate() {
         for &t in &chart.triangles {
             let vertex = |v: u32| {
-                let texel = || packing.texel(index, &charts, positions[v as usize]) / size;
+                let texel = || packing.texel(index, chart.coordinates(positions[v as usize])) / size;
                 split.vertex(v, index as u32, texel)
             };
             of_charts[t as usize] = triangles[t as usize].map(vertex);

@@ -12,6 +12,7 @@ mod measure;
 mod mesh;
 pub mod motion;
 pub mod normals;
+pub mod packing;
 pub mod part;
 pub mod place;
 pub mod temple;

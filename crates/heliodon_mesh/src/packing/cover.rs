@@ -3,7 +3,7 @@
 use glam::Vec2;
 
 /// Tells of each row the texels whose middles are nearer than `reach`, along both axes, to the triangle; filtering takes those into account that are nearer than one texel.
-pub(crate) fn cover(triangle: &[Vec2; 3], reach: f32, height: usize, mut span: impl FnMut(usize, usize, usize)) {
+pub fn cover(triangle: &[Vec2; 3], reach: f32, height: usize, mut span: impl FnMut(usize, usize, usize)) {
     let (low, high) = triangle.iter().fold((triangle[0].y, triangle[0].y), |(low, high), p| (low.min(p.y), high.max(p.y)));
     // middles y + 1/2 above low - reach and below high + reach
     let begin = (low - reach - 0.5).floor() + 1.0;

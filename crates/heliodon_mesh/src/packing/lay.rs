@@ -5,8 +5,7 @@ use super::inner::Inner;
 use super::mask::Mask;
 use super::sheet::Sheet;
 use super::{PackParams, Placement};
-use crate::charts::Chart;
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 use std::cmp::Reverse;
 
 /// A chart's triangles in its own coordinates.
@@ -25,8 +24,7 @@ pub(super) struct Turned {
 }
 
 impl Shape {
-    pub fn new(chart: &Chart, corners: &impl Fn(u32) -> [Vec3; 3]) -> Self {
-        let triangles: Vec<[Vec2; 3]> = chart.triangles.iter().map(|&t| corners(t).map(|p| chart.coordinates(p))).collect();
+    pub fn new(triangles: Vec<[Vec2; 3]>) -> Self {
         let area = triangles.iter().map(|[a, b, c]| f64::from(0.5 * (b - a).perp_dot(c - a).abs())).sum();
         let (low, high) =
             triangles.iter().flatten().fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));

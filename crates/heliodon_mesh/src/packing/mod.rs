@@ -5,6 +5,7 @@
 //! how charts fill their rectangles, then two between the largest that fits and the least that does not.
 
 mod bitmap;
+mod cover;
 mod inner;
 mod lay;
 mod mask;
@@ -13,8 +14,9 @@ mod rooms;
 mod scale;
 mod sheet;
 
-use crate::charts::Chart;
-use glam::{Vec2, Vec3};
+pub use cover::cover;
+
+use glam::Vec2;
 use lay::Shape;
 use rayon::prelude::*;
 use scale::largest;
@@ -119,11 +121,14 @@ pub struct Packing {
 }
 
 impl Packing {
-    /// Where a place of a chart lies in its texture, texels from the first one's corner.
+    /// Where a place of a chart, given in the chart's own coordinates, lies in its texture, texels from the first one's corner.
+    ///
+    /// # Panics
+    /// Where there is no such chart.
     #[must_use]
-    pub fn texel(&self, chart: usize, charts: &[Chart], place: Vec3) -> Vec2 {
+    pub fn texel(&self, chart: usize, coordinates: Vec2) -> Vec2 {
         let placement = &self.placements[chart];
-        turned(charts[chart].coordinates(place) * self.per_m, placement.quarters) + placement.offset
+        turned(coordinates * self.per_m, placement.quarters) + placement.offset
     }
 }
 
@@ -136,11 +141,20 @@ fn turned(p: Vec2, quarters: u8) -> Vec2 {
     }
 }
 
-/// Packs charts whose triangles are given by `corners`.
+/// A chart as the packer sees it: laid flat already, by whatever means.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FlatChart {
+    /// What names the chart in an error: its first triangle in the mesh.
+    pub first_triangle: u32,
+    /// The corners of its triangles, in metres times the density that is wanted there.
+    pub triangles: Vec<[Vec2; 3]>,
+}
+
+/// Packs charts.
 ///
 /// # Errors
 /// Sizes that are no textures', settings out of range, triangles that are not finite, and more charts than there is room for.
-pub fn pack(charts: &[Chart], corners: impl Fn(u32) -> [Vec3; 3] + Sync, params: &PackParams) -> Result<Packing, PackError> {
+pub fn pack(charts: Vec<FlatChart>, params: &PackParams) -> Result<Packing, PackError> {
     let PackParams { width, height, margin, .. } = *params;
     let sides = 1..=LARGEST;
     if !sides.contains(&width) || !sides.contains(&height) {
@@ -162,9 +176,10 @@ pub fn pack(charts: &[Chart], corners: impl Fn(u32) -> [Vec3; 3] + Sync, params:
     if charts.len() as u64 > room(width) * room(height) * u64::from(sheets) {
         return Err(too_small);
     }
-    let shapes: Vec<Shape> = charts.par_iter().map(|chart| Shape::new(chart, &corners)).collect();
+    let (names, shapes): (Vec<u32>, Vec<Shape>) =
+        charts.into_par_iter().map(|chart| (chart.first_triangle, Shape::new(chart.triangles))).unzip();
     if let Some(chart) = shapes.iter().position(|shape| !shape.is_finite()) {
-        return Err(PackError::NotFinite { triangle: charts[chart].triangles.first().copied().unwrap_or(0) });
+        return Err(PackError::NotFinite { triangle: names[chart] });
     }
     let area: f64 = shapes.iter().map(|shape| shape.area).sum();
     let (per_m, placements) = largest(&shapes, params).ok_or(too_small)?;

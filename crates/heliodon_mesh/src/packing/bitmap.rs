@@ -1,6 +1,6 @@
 //! Rows of bits, a texel each.
 
-use crate::cover::cover;
+use super::cover;
 use glam::Vec2;
 
 /// A picture of bits.
