@@ -1,0 +1,10 @@
+//! From photographs to what stands in for a monument that nobody scanned.
+//!
+//! | module | what it does |
+//! | --- | --- |
+//! | [`camera`] | where a photograph's pixels look: pinhole, distortion, pose |
+//!
+//! Functions outside `project`, `exif` and `formats` take slices and parameter structs and return artefact structs; they open no file and print
+//! nothing. They use all of rayon's threads, and the number of threads changes no bit of their results.
+
+pub mod camera;
