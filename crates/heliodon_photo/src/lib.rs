@@ -3,8 +3,10 @@
 //! | module | what it does |
 //! | --- | --- |
 //! | [`camera`] | where a photograph's pixels look: pinhole, distortion, pose |
+//! | [`solve`] | cameras and points from marks, parallel edges and what is known of a place |
 //!
 //! Functions outside `project`, `exif` and `formats` take slices and parameter structs and return artefact structs; they open no file and print
 //! nothing. They use all of rayon's threads, and the number of threads changes no bit of their results.
 
 pub mod camera;
+pub mod solve;
