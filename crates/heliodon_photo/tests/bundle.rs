@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use heliodon_photo::camera::{Intrinsics, Pose};
 use heliodon_photo::solve::bundle::{
-    Free, Lens, Loss, Network, Observation, Params, Point, View, adjust, covariances, rotation_from_vector,
+    Free, Inverse, Lens, Loss, Network, Observation, Params, Point, View, adjust, rotation_from_vector,
 };
 use heliodon_photo::solve::random::Random;
 
@@ -91,7 +91,7 @@ fn covariances_say_how_far_solutions_scatter() {
         ratios.push((p(a) - p(b)).length() / (p(3) - p(11)).length());
         focal.push(network.lenses[0].intrinsics.focal_px[0]);
         if seed == 0 {
-            said = covariances(&network, &[]).unwrap().lenses[0][0];
+            said = Inverse::of(&network).unwrap().covariances(&[]).lenses[0][0];
         }
     }
     let spread = |v: &[f64]| {

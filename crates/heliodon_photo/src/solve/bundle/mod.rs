@@ -11,7 +11,7 @@ mod edge;
 mod jacobian;
 mod normal;
 
-pub use covariance::{Covariances, covariances};
+pub use covariance::{Covariances, DatumSlope, GAUGE, Inverse};
 pub use edge::Segment;
 
 use crate::camera::{Camera, Intrinsics, Pose};

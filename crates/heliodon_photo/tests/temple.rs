@@ -1,0 +1,176 @@
+//! Twelve simulated photographs of a temple: marks with noise, one in ten wrong.
+
+use glam::{DVec2, DVec3};
+use heliodon_photo::camera::{Camera, Intrinsics, Pose};
+use heliodon_photo::solve::bundle::Free;
+use heliodon_photo::solve::random::Random;
+use heliodon_photo::solve::{
+    Direction, Distance, Focal, LensGroup, Mark, MarkResult, Params, Photo, PointResult, Problem, Reference, Solution, solve,
+};
+
+struct Temple {
+    problem: Problem,
+    cameras: Vec<Camera>,
+    points: Vec<DVec3>,
+    wrong: Vec<bool>,
+}
+
+const SIZE_M: f64 = 30.0;
+
+/// Corners of steps, columns and gables of a temple 30 m long; a camera sees what lies on the two sides turned to it.
+fn temple(noise_px: f64, wrong_share: f64, focal: Focal, seed: u64) -> Temple {
+    let mut random = Random::new(seed);
+    let (half_x, half_z) = (7.0, 15.0);
+    let mut points: Vec<(String, DVec3, DVec3)> = Vec::new();
+    for side in 0..4 {
+        let (normal, along, reach, count) = match side {
+            0 => (DVec3::X, DVec3::Z, half_z, 7),
+            1 => (DVec3::NEG_X, DVec3::Z, half_z, 7),
+            2 => (DVec3::Z, DVec3::X, half_x, 4),
+            _ => (DVec3::NEG_Z, DVec3::X, half_x, 4),
+        };
+        let depth = if side < 2 { half_x } else { half_z };
+        for i in 0..count {
+            let s = reach * (2.0 * i as f64 / (count - 1) as f64 - 1.0) * 0.98;
+            for (level, height) in [("foot", 0.0), ("top", 8.0), ("eave", 10.5)] {
+                if level == "eave" && i % 3 != 0 {
+                    continue;
+                }
+                let out = if level == "foot" { 0.0 } else { -0.4 };
+                points.push((
+                    format!("side-{side}-column-{i}-{level}"),
+                    normal * (depth + out) + along * s + DVec3::Y * height,
+                    normal,
+                ));
+            }
+        }
+        if side >= 2 {
+            points.push((format!("side-{side}-gable"), normal * depth + DVec3::Y * 13.0, normal));
+        }
+    }
+    let lens = Intrinsics { radial: [-0.08, 0.0, 0.0], ..Intrinsics::pinhole(3000, 2000, 2700.0) };
+    let mut cameras = Vec::new();
+    let (mut marks, mut wrong) = (Vec::new(), Vec::new());
+    for photo in 0..12 {
+        let angle = std::f64::consts::TAU * (photo as f64 + 0.3) / 12.0;
+        let distance = 32.0 + 6.0 * random.unit();
+        let eye = DVec3::new(distance * angle.sin(), 1.7 + 9.0 * random.unit(), distance * angle.cos());
+        let target = DVec3::new(random.unit() * 2.0, 4.5, random.unit() * 2.0);
+        let camera = Camera { intrinsics: lens, pose: Pose::look_at(eye, target).unwrap() };
+        for (index, (_, position, normal)) in points.iter().enumerate() {
+            let to_eye = (eye - *position).normalize_or_zero();
+            if normal.dot(to_eye) < 0.1 {
+                continue;
+            }
+            let Some(pixel) = camera.project(*position) else { continue };
+            if pixel.x < 0.0 || pixel.y < 0.0 || pixel.x > 3000.0 || pixel.y > 2000.0 {
+                continue;
+            }
+            let mut pixel = pixel + DVec2::new(random.normal(), random.normal()) * noise_px;
+            let is_wrong = random.unit() < wrong_share;
+            if is_wrong {
+                let turn = std::f64::consts::TAU * random.unit();
+                pixel += DVec2::new(turn.cos(), turn.sin()) * (20.0 + 180.0 * random.unit());
+            }
+            marks.push(Mark { photo, point: index, pixel });
+            wrong.push(is_wrong);
+        }
+        cameras.push(camera);
+    }
+    let find = |name: &str| points.iter().position(|p| p.0 == name).unwrap();
+    let [a, b] = [find("side-0-column-0-foot"), find("side-0-column-6-foot")];
+    let group = LensGroup {
+        name: "camera".to_owned(),
+        intrinsics: Intrinsics::pinhole(3000, 2000, 1.0),
+        focal,
+        free: Free { radial: 1, ..Free::default() },
+    };
+    let problem = Problem {
+        lenses: vec![group],
+        photos: (0..12).map(|i| Photo { name: format!("photo-{i:02}.jpg"), lens: 0, pose: None }).collect(),
+        points: (points.iter())
+            .map(|p| Reference { name: p.0.clone(), known_m: None, ground: p.0.ends_with("foot") })
+            .collect(),
+        marks,
+        distances: vec![Distance { between: [a, b], metres: (points[a].1 - points[b].1).length() }],
+        // from the -Z end to the +Z end: south
+        directions: vec![Direction { between: [a, b], world: DVec3::Z }],
+        ..Problem::default()
+    };
+    Temple { problem, cameras, points: points.into_iter().map(|p| p.1).collect(), wrong }
+}
+
+/// What is left after the solution's own alignment has been laid upon the truth by all cameras' centres: worst turn in degrees, worst place in
+/// parts of the scene.
+fn errors(temple: &Temple, solution: &Solution) -> (f64, f64, f64) {
+    let pairs: Vec<(DVec3, DVec3)> =
+        (0..temple.points.len()).filter_map(|p| Some((solution.position_m(p)?, temple.points[p]))).collect();
+    let similarity = heliodon_photo::solve::fit_similarity(&pairs).unwrap();
+    let mut turn = 0.0f64;
+    let mut place = 0.0f64;
+    for (photo, truth) in temple.cameras.iter().enumerate() {
+        let found = solution.camera(photo).unwrap();
+        let pose = similarity.pose(&found.pose);
+        let between = pose.rotation * truth.pose.rotation.conjugate();
+        turn = turn.max(2.0 * DVec3::new(between.x, between.y, between.z).length().min(1.0).asin().to_degrees());
+        place = place.max((pose.centre() - truth.centre()).length() / SIZE_M);
+    }
+    let point = pairs.iter().map(|(m, w)| (similarity.point(*m) - *w).length() / SIZE_M).fold(0.0, f64::max);
+    (turn, place, point)
+}
+
+fn check(temple: &Temple, label: &str) {
+    let start = std::time::Instant::now();
+    let solution = solve(&temple.problem, &Params::default());
+    let seconds = start.elapsed().as_secs_f64();
+    assert_eq!(solution.solved_photos(), 12, "{:?}", solution.notes);
+    let found: Vec<bool> = solution.marks.iter().map(|m| matches!(m, MarkResult::Wrong(_))).collect();
+    let missed = (0..found.len()).filter(|i| temple.wrong[*i] && matches!(solution.marks[*i], MarkResult::Used(_))).count();
+    let blamed = (0..found.len()).filter(|i| !temple.wrong[*i] && found[*i]).count();
+    let unsolved: Vec<&PointResult> = solution.points.iter().filter(|p| matches!(p, PointResult::Unsolved(_))).collect();
+    let focal = solution.lenses[0].intrinsics.focal_px[0] / 2700.0 - 1.0;
+    let (turn, place, point) = errors(temple, &solution);
+    let (count, sum) = solution.marks.iter().fold((0, 0.0), |(n, s), m| match m {
+        MarkResult::Used(off) => (n + 1, s + off.length_squared()),
+        _ => (n, s),
+    });
+    let rms = (sum / (2 * count) as f64).sqrt();
+    println!(
+        "{label}: {} marks, {} wrong, missed {missed}, blamed {blamed}, points unsolved {}; focal {:.3} %, turn {turn:.4} deg, \
+         place {:.3} %, points {:.3} %, rms {rms:.3} px a coordinate, sigma {:.3} px, {seconds:.2} s",
+        temple.wrong.len(),
+        temple.wrong.iter().filter(|w| **w).count(),
+        unsolved.len(),
+        100.0 * focal,
+        100.0 * place,
+        100.0 * point,
+        solution.sigma_px,
+    );
+    assert_eq!((missed, blamed), (0, 0));
+    assert!(unsolved.len() <= 1, "{unsolved:?}");
+    assert!(focal.abs() < 0.003 && turn < 0.05 && place < 0.002);
+    assert!((rms - 0.5).abs() < 0.06);
+}
+
+#[test]
+fn wrong_marks_are_found_and_cameras_are_right() {
+    for seed in 1..=4 {
+        let focal = if seed % 2 == 0 { Focal::Free } else { Focal::Guess(2600.0) };
+        check(&temple(0.5, 0.1, focal, seed), &format!("seed {seed}, {focal:?}"));
+    }
+}
+
+#[test]
+fn scale_north_and_level_are_the_worlds() {
+    let temple = temple(0.5, 0.0, Focal::Guess(2650.0), 21);
+    let solution = solve(&temple.problem, &Params::default());
+    let ends = temple.problem.distances[0].between.map(|p| solution.position_m(p).unwrap());
+    assert!(((ends[1] - ends[0]) - DVec3::Z * temple.problem.distances[0].metres).length() < 0.02);
+    let find = |name: &str| temple.problem.points.iter().position(|p| p.name == name).unwrap();
+    let [foot, top] = ["side-1-column-3-foot", "side-1-column-3-top"].map(|n| solution.position_m(find(n)).unwrap());
+    assert!((top.y - foot.y - 8.0).abs() < 0.02 && foot.y.abs() < 0.02, "{foot} {top}");
+    for check in &solution.alignment.checks {
+        assert!(check.off.abs() < 0.05, "{check:?}");
+    }
+    assert_eq!(solution.alignment.scale_from.as_deref(), Some("one distance"));
+}
