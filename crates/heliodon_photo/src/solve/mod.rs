@@ -267,6 +267,11 @@ fn unsolved_point(state: &State<'_>, point: usize) -> String {
         .filter(|p| state.poses[*p].is_some())
         .map(|p| problem.photos[p].name.as_str())
         .collect();
+    if state.ambiguous[point] {
+        return format!(
+            "its {all} marks agree in more than one way, at least one is wrong: look at them, or mark it once more"
+        );
+    }
     match (all, seen.len()) {
         (0, _) => "it is marked nowhere".to_owned(),
         (1, _) => "it is marked in one photograph only; a second is needed".to_owned(),

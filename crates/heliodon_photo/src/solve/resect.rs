@@ -1,5 +1,6 @@
 //! A camera's pose from known points in its photograph.
 
+use super::bundle::{self, Free, Lens, Loss, Network, Observation, Params, Point, View};
 use super::polynomial::real_roots;
 use super::random::Random;
 use super::two_view::enough_rounds;
@@ -102,9 +103,34 @@ pub(super) fn robustly(
             }
         }
     }
-    let (cost, camera) = best?;
+    let (mut cost, mut camera) = best?;
+    // Three noisy points place a camera worse than all that agree.
+    for _ in 0..3 {
+        let agreeing: Vec<usize> = (0..n).filter(|i| error(&camera, *i) < 4.0 * limit).collect();
+        let moved = refined(&camera, world, pixels, &agreeing, reach_px);
+        let moved_cost: f64 = (0..n).map(|i| error(&moved, i).min(limit)).sum();
+        if !(moved_cost < cost) {
+            break;
+        }
+        (cost, camera) = (moved_cost, moved);
+    }
     let agrees = (0..n).map(|i| error(&camera, i) < limit).collect();
     Some(Resection { camera, agrees, cost })
+}
+
+/// The pose of least error over some points, the lens held.
+fn refined(camera: &Camera, world: &[DVec3], pixels: &[DVec2], chosen: &[usize], reach_px: f64) -> Camera {
+    let mut network = Network {
+        lenses: vec![Lens::new(camera.intrinsics, Free::default())],
+        views: vec![View { pose: camera.pose, lens: 0, fixed: false }],
+        points: chosen.iter().map(|i| Point { position: world[*i], fixed: true, known: None }).collect(),
+        observations: (chosen.iter().enumerate())
+            .map(|(point, i)| Observation { view: 0, point, pixel: pixels[*i], weight: 1.0 })
+            .collect(),
+        ..Network::default()
+    };
+    bundle::adjust(&mut network, &Params { max_steps: 20, loss: Loss::Cauchy(0.5 * reach_px), ..Params::default() });
+    network.camera(0)
 }
 
 #[cfg(test)]

@@ -27,6 +27,8 @@ pub(super) struct State<'a> {
     pub(super) used: Vec<bool>,
     /// World from the frame of the edges, once known.
     pub(super) frame: Option<DQuat>,
+    /// Points whose marks agree in more than one way.
+    pub(super) ambiguous: Vec<bool>,
     /// Marks of every point.
     pub(super) marks_of: Vec<Vec<usize>>,
 }
@@ -61,6 +63,7 @@ impl<'a> State<'a> {
             points: vec![None; problem.points.len()],
             used: vec![false; problem.marks.len()],
             frame: None,
+            ambiguous: vec![false; problem.points.len()],
             marks_of,
         }
     }

@@ -16,8 +16,6 @@ pub(super) struct Pair {
     pub(super) agrees: Vec<bool>,
     /// The median angle under which the agreeing points see both cameras.
     pub(super) parallax_rad: f64,
-    /// The cost that drawn candidates are compared by: least wins.
-    pub(super) cost: f64,
     /// The part of the agreeing points that one plane, or a turn on the spot, explains as well.
     pub(super) planar: f64,
     /// The part that a turn on the spot alone explains.
@@ -90,11 +88,9 @@ fn chosen_pose(essential: &DMat3, first: &[DVec3], second: &[DVec3], limit: f64)
     let mut best: Option<Pair> = None;
     for pose in poses(essential) {
         let mut angles = Vec::new();
-        let mut cost = 0.0;
         let agrees: Vec<bool> = (0..n)
             .map(|i| {
                 let off = off_plane_squared(essential, first[i], second[i]);
-                cost += off.min(limit);
                 let before = of_pair(&pose, first[i], second[i])
                     .is_some_and(|p| p.dot(first[i]) > 0.0 && pose.to_camera(p).dot(second[i]) > 0.0);
                 let good = off < limit && before;
@@ -106,7 +102,7 @@ fn chosen_pose(essential: &DMat3, first: &[DVec3], second: &[DVec3], limit: f64)
             .collect();
         angles.sort_by(f64::total_cmp);
         let parallax_rad = angles.get(angles.len() / 2).copied().unwrap_or(0.0);
-        let pair = Pair { second_from_first: pose, agrees, parallax_rad, cost, planar: 0.0, turned: 0.0 };
+        let pair = Pair { second_from_first: pose, agrees, parallax_rad, planar: 0.0, turned: 0.0 };
         if best.as_ref().is_none_or(|b| pair.count() > b.count()) {
             best = Some(pair);
         }

@@ -6,14 +6,23 @@
 
 use super::bundle::{Inverse, Loss};
 use super::problem::MarkResult;
+use super::resect;
 use super::state::State;
-use glam::{DMat2, DVec2};
+use super::triangulate::{self, Found, Gate};
+use crate::camera::Camera;
+use glam::{DMat2, DVec2, DVec3};
+
+/// How often photographs and points are sought anew with the final reach.
+const MOST_REVISIONS: usize = 3;
 
 /// How often marks are taken out and solved again.
 const MOST_ROUNDS: usize = 60;
 
 /// Redundancy below which a mark cannot be judged: the solution follows it nearly all the way.
 const LEAST_REDUNDANCY: f64 = 0.02;
+
+/// Photographs with more marks come from a matcher, whose wrong ones are many and single ones do not decide.
+const MOST_REVISED: usize = 2000;
 
 /// The residuals' own standard deviation, robust against those that are wrong.
 pub(super) fn spread_px(residuals: &[(DVec2, DMat2)]) -> Option<f64> {
@@ -50,6 +59,7 @@ pub(super) fn cleaned(state: &mut State<'_>) -> Judged {
     // A mark that came back once and was thrown out again stays out: otherwise two could take turns.
     let mut thrown = vec![0u8; problem.marks.len()];
     let mut loss = Loss::Cauchy(3.0);
+    let mut revisions = 0;
     for _ in 0..MOST_ROUNDS {
         let hold = state.poses.iter().flatten().count() < 3;
         state.adjust(hold, loss, 100);
@@ -103,15 +113,100 @@ pub(super) fn cleaned(state: &mut State<'_>) -> Judged {
             }
         }
         drop_lonely(state);
-        if !changed && loss == Loss::Squared {
-            break;
+        if changed {
+            continue;
         }
-        if !changed {
+        if revisions < MOST_REVISIONS && revise(state, state.params.wrong_from * sigma_px) {
+            revisions += 1;
+            loss = Loss::Cauchy(3.0);
+            thrown.fill(0);
+        } else if loss == Loss::Squared {
+            break;
+        } else {
             loss = Loss::Squared;
         }
     }
+    drop_ambiguous(state, state.params.wrong_from * sigma_px);
     let marks = (0..problem.marks.len()).map(|m| result(state, m)).collect();
     Judged { marks, sigma_px }
+}
+
+/// Seeks every photograph and every point anew from the others, now that lenses are known and the reach is narrow. A photograph that was first
+/// placed by a wrong mark would otherwise throw out its right ones one by one. True where anything is better now.
+fn revise(state: &mut State<'_>, reach_px: f64) -> bool {
+    let problem = state.problem;
+    let mut better = false;
+    let mut of_photo: Vec<Vec<usize>> = vec![Vec::new(); problem.photos.len()];
+    for (m, mark) in problem.marks.iter().enumerate().filter(|(_, mark)| mark.pixel.is_finite()) {
+        of_photo[mark.photo].push(m);
+    }
+    for (photo, marks) in of_photo.iter().enumerate() {
+        let Some(camera) = state.camera(photo) else { continue };
+        if marks.iter().all(|m| state.used[*m]) || marks.len() > MOST_REVISED {
+            continue;
+        }
+        // Points as the other photographs see them: those that this one shares with few have followed it.
+        let apart: Vec<(usize, DVec3)> = marks
+            .iter()
+            .filter_map(|&m| sought(state, problem.marks[m].point, reach_px, Some(photo)).map(|(_, f)| (m, f.position)))
+            .collect();
+        let now = apart.iter().filter(|(m, at)| {
+            let off = camera.project(*at).map_or(f64::INFINITY, |p| (p - problem.marks[*m].pixel).length());
+            off < reach_px
+        });
+        let now = now.count();
+        let (world, pixels): (Vec<DVec3>, Vec<DVec2>) = apart.iter().map(|(m, at)| (*at, problem.marks[*m].pixel)).unzip();
+        let seed = state.params.seed ^ 0x7265_7669_7365 ^ photo as u64;
+        let found = resect::robustly(&camera.intrinsics, &world, &pixels, reach_px, state.params.rounds, seed);
+        let Some(found) = found.filter(|f| f.count() > now) else { continue };
+        marks.iter().for_each(|m| state.used[*m] = false);
+        state.poses[photo] = Some(found.camera.pose);
+        for ((m, at), agrees) in apart.iter().zip(found.agrees) {
+            state.used[*m] = agrees;
+            if agrees {
+                state.points[problem.marks[*m].point] = Some(*at);
+            }
+        }
+        better = true;
+    }
+    for point in 0..state.points.len() {
+        let now = state.marks_of[point].iter().filter(|m| state.used[**m]).count();
+        let Some((seen, found)) = sought(state, point, reach_px, None) else { continue };
+        if found.agrees.iter().filter(|a| **a).count() > now {
+            state.points[point] = Some(found.position);
+            for (m, agrees) in seen.iter().zip(found.agrees) {
+                state.used[*m] = agrees;
+            }
+            better = true;
+        }
+    }
+    better
+}
+
+fn sought(state: &State<'_>, point: usize, reach_px: f64, without: Option<usize>) -> Option<(Vec<usize>, Found)> {
+    let marks = &state.problem.marks;
+    let (seen, cameras): (Vec<usize>, Vec<Camera>) =
+        (state.marks_of[point].iter().filter(|m| Some(marks[**m].photo) != without))
+            .filter_map(|&m| state.camera(marks[m].photo).map(|c| (m, c)))
+            .unzip();
+    let pixels: Vec<DVec2> = seen.iter().map(|m| marks[*m].pixel).collect();
+    let gate = Gate { reach_px, min_parallax_rad: 0.5 * state.params.min_parallax_rad };
+    triangulate::robustly(&cameras, &pixels, gate).map(|found| (seen, found))
+}
+
+/// Points whose marks agree in two ways cannot be told from points made of wrong marks.
+fn drop_ambiguous(state: &mut State<'_>, reach_px: f64) {
+    for point in 0..state.points.len() {
+        let used = state.marks_of[point].iter().filter(|m| state.used[**m]).count();
+        if state.points[point].is_none() || used == state.marks_of[point].len() || used > 4 {
+            continue;
+        }
+        if sought(state, point, reach_px, None).is_none_or(|(_, found)| found.ambiguous) {
+            state.points[point] = None;
+            state.ambiguous[point] = true;
+            state.marks_of[point].iter().for_each(|m| state.used[*m] = false);
+        }
+    }
 }
 
 /// A point that one mark is left of has no depth.
