@@ -39,15 +39,18 @@ fn temple(noise_px: f64, wrong_share: f64, focal: Focal, seed: u64) -> Temple {
             let at = normal * depth + along * s;
             points.push((format!("side-{side}-column-{i}-foot"), at, normals.clone()));
             points.push((format!("side-{side}-column-{i}-top"), at - normal * 0.4 + DVec3::Y * 8.0, normals.clone()));
-            if corner || i % 3 == 0 {
-                points.push((format!("side-{side}-eave-{i}"), at + normal * 0.3 + DVec3::Y * 10.5, normals));
-            }
+            points.push((format!("side-{side}-column-{i}-joint"), at - normal * 0.2 + DVec3::Y * 3.0, normals.clone()));
+            points.push((format!("side-{side}-eave-{i}"), at + normal * 0.3 + DVec3::Y * 10.5, normals));
         }
         if side >= 2 {
             points.push((format!("side-{side}-gable"), normal * depth + DVec3::Y * 13.0, vec![normal, along, -along]));
         }
     }
-    let lens = Intrinsics { radial: [-0.08, 0.0, 0.0], ..Intrinsics::pinhole(3000, 2000, 2700.0) };
+    for i in 0..6 {
+        let at = DVec3::new(0.0, 13.0, half_z * (i as f64 / 2.5 - 1.0) * 0.9);
+        points.push((format!("ridge-{i}"), at, vec![DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Z]));
+    }
+    let lens = Intrinsics { radial: [-0.08, 0.0, 0.0], ..Intrinsics::pinhole(4000, 3000, 3600.0) };
     let mut cameras = Vec::new();
     let (mut marks, mut wrong) = (Vec::new(), Vec::new());
     for photo in 0..12 {
@@ -58,11 +61,11 @@ fn temple(noise_px: f64, wrong_share: f64, focal: Focal, seed: u64) -> Temple {
         let camera = Camera { intrinsics: lens, pose: Pose::look_at(eye, target).unwrap() };
         for (index, (_, position, normals)) in points.iter().enumerate() {
             let to_eye = (eye - *position).normalize_or_zero();
-            if normals.iter().all(|n| n.dot(to_eye) < 0.1) {
+            if normals.iter().all(|n| n.dot(to_eye) < 0.05) {
                 continue;
             }
             let Some(pixel) = camera.project(*position) else { continue };
-            if pixel.x < 0.0 || pixel.y < 0.0 || pixel.x > 3000.0 || pixel.y > 2000.0 {
+            if pixel.x < 0.0 || pixel.y < 0.0 || pixel.x > 4000.0 || pixel.y > 3000.0 {
                 continue;
             }
             let mut pixel = pixel + DVec2::new(random.normal(), random.normal()) * noise_px;
@@ -80,7 +83,7 @@ fn temple(noise_px: f64, wrong_share: f64, focal: Focal, seed: u64) -> Temple {
     let [a, b] = [find("side-0-column-0-foot"), find("side-0-column-7-foot")];
     let group = LensGroup {
         name: "camera".to_owned(),
-        intrinsics: Intrinsics::pinhole(3000, 2000, 1.0),
+        intrinsics: Intrinsics::pinhole(4000, 3000, 1.0),
         focal,
         free: Free { radial: 1, ..Free::default() },
     };
@@ -122,12 +125,13 @@ fn check(temple: &Temple, label: &str) {
     let start = std::time::Instant::now();
     let solution = solve(&temple.problem, &Params::default());
     let seconds = start.elapsed().as_secs_f64();
-    assert_eq!(solution.solved_photos(), 12, "{:?} {:#?} sigma {}", solution.notes, solution.photos, solution.sigma_px);
+    assert_eq!(solution.solved_photos(), 12, "{:?}", solution.notes);
     let found: Vec<bool> = solution.marks.iter().map(|m| matches!(m, MarkResult::Wrong(_))).collect();
     let missed = (0..found.len()).filter(|i| temple.wrong[*i] && matches!(solution.marks[*i], MarkResult::Used(_))).count();
     let blamed = (0..found.len()).filter(|i| !temple.wrong[*i] && found[*i]).count();
-    let unsolved: Vec<&PointResult> = solution.points.iter().filter(|p| matches!(p, PointResult::Unsolved(_))).collect();
-    let focal = solution.lenses[0].intrinsics.focal_px[0] / 2700.0 - 1.0;
+    let is_unsolved = |p: &usize| matches!(solution.points[*p], PointResult::Unsolved(_));
+    let unsolved: Vec<usize> = (0..temple.points.len()).filter(is_unsolved).collect();
+    let focal = solution.lenses[0].intrinsics.focal_px[0] / 3600.0 - 1.0;
     let (turn, place, point) = errors(temple, &solution);
     let (count, sum) = solution.marks.iter().fold((0, 0.0), |(n, s), m| match m {
         MarkResult::Used(off) => (n + 1, s + off.length_squared()),
@@ -146,31 +150,29 @@ fn check(temple: &Temple, label: &str) {
         100.0 * point,
         solution.sigma_px,
     );
-    for (i, mark) in temple.problem.marks.iter().enumerate() {
-        if temple.wrong[i] != found[i] {
-            let all: Vec<_> = (0..found.len()).filter(|k| temple.problem.marks[*k].point == mark.point).collect();
-            let told: Vec<_> = all.iter().map(|k| (temple.wrong[*k], solution.marks[*k])).collect();
-            println!("  {} in {}: {told:?}", temple.problem.points[mark.point].name, temple.problem.photos[mark.photo].name);
-        }
-    }
-    println!("  {unsolved:?}");
     assert_eq!((missed, blamed), (0, 0));
-    assert!(unsolved.len() <= 1, "{unsolved:?}");
+    // Of a point whose marks are half wrong nothing can be told, and that is said.
+    for point in unsolved {
+        let marks = (0..found.len()).filter(|m| temple.problem.marks[*m].point == point);
+        let (all, wrong) = marks.fold((0, 0), |(n, w), m| (n + 1, w + usize::from(temple.wrong[m])));
+        assert!(2 * wrong >= all - 1, "{:?}: {wrong} of {all} marks are wrong", solution.points[point]);
+    }
     assert!(focal.abs() < 0.003 && turn < 0.05 && place < 0.002);
-    assert!((rms - 0.5).abs() < 0.06);
+    // Residuals are smaller than the noise by what the solution follows of it; sigma has that taken out.
+    assert!(rms < 0.5 && (solution.sigma_px - 0.5).abs() < 0.06);
 }
 
 #[test]
 fn wrong_marks_are_found_and_cameras_are_right() {
-    for seed in 1..=4 {
-        let focal = if seed % 2 == 0 { Focal::Free } else { Focal::Guess(2600.0) };
+    for seed in 1..=6 {
+        let focal = if seed % 2 == 0 { Focal::Free } else { Focal::Guess(3450.0) };
         check(&temple(0.5, 0.1, focal, seed), &format!("seed {seed}, {focal:?}"));
     }
 }
 
 #[test]
 fn scale_north_and_level_are_the_worlds() {
-    let temple = temple(0.5, 0.0, Focal::Guess(2650.0), 21);
+    let temple = temple(0.5, 0.0, Focal::Guess(3500.0), 21);
     let solution = solve(&temple.problem, &Params::default());
     let ends = temple.problem.distances[0].between.map(|p| solution.position_m(p).unwrap());
     assert!(((ends[1] - ends[0]) - DVec3::Z * temple.problem.distances[0].metres).length() < 0.02);

@@ -28,8 +28,8 @@ pub(super) fn of_pair(second_from_first: &Pose, first: DVec3, second: DVec3) -> 
 pub(super) struct Found {
     pub(super) position: DVec3,
     pub(super) agrees: Vec<bool>,
-    /// Whether as many marks agree on another point.
-    pub(super) ambiguous: bool,
+    /// Which marks agree on the point of each pair that was tried, where two or more do.
+    pub(super) sets: Vec<Vec<bool>>,
 }
 
 /// What a point must have.
@@ -52,8 +52,7 @@ pub(super) fn robustly(cameras: &[Camera], pixels: &[DVec2], gate: Gate) -> Opti
         None => f64::INFINITY,
     };
     let mut best: Option<(f64, DVec3)> = None;
-    // every point that two or more agree on, with which they are
-    let mut others: Vec<(usize, Vec<bool>)> = Vec::new();
+    let mut sets: Vec<Vec<bool>> = Vec::new();
     let all = rays.len() * rays.len().saturating_sub(1) / 2;
     let stride = all.div_ceil(MOST_PAIRS).max(1);
     let pairs = (0..rays.len()).flat_map(|i| (i + 1..rays.len()).map(move |j| (i, j)));
@@ -63,9 +62,8 @@ pub(super) fn robustly(cameras: &[Camera], pixels: &[DVec2], gate: Gate) -> Opti
         }
         let Some(point) = nearest_to_rays(&[rays[i], rays[j]]) else { continue };
         let agrees: Vec<bool> = (0..rays.len()).map(|k| error(point, k) < reach).collect();
-        let count = agrees.iter().filter(|a| **a).count();
-        if count >= 2 {
-            others.push((count, agrees));
+        if agrees.iter().filter(|a| **a).count() >= 2 {
+            sets.push(agrees);
         }
         let cost: f64 = (0..rays.len()).map(|k| error(point, k).min(reach)).sum();
         if best.is_none_or(|(least, _)| cost < least) {
@@ -86,11 +84,7 @@ pub(super) fn robustly(cameras: &[Camera], pixels: &[DVec2], gate: Gate) -> Opti
     let wide = (0..rays.len())
         .flat_map(|i| (i + 1..rays.len()).map(move |j| (i, j)))
         .any(|(i, j)| agrees[i] && agrees[j] && angle(rays[i].1, rays[j].1) >= gate.min_parallax_rad);
-    let count = agrees.iter().filter(|a| **a).count();
-    // Another point is no rival where all who agree on it agree on this one too.
-    let rival = |(size, other): &(usize, Vec<bool>)| *size >= count && other.iter().zip(&agrees).any(|(o, a)| *o && !*a);
-    let ambiguous = others.iter().any(rival);
-    wide.then_some(Found { position, agrees, ambiguous })
+    wide.then_some(Found { position, agrees, sets })
 }
 
 /// The angle between unit vectors, exact for small ones.
@@ -149,7 +143,7 @@ mod tests {
         let found = robustly(&cameras, &pixels, gate).unwrap();
         assert!((found.position - truth).length() < 1e-8);
         assert_eq!(found.agrees, [true, true, false, true, true]);
-        assert!(!found.ambiguous);
+        assert!(found.sets.iter().filter(|s| s[2]).all(|s| s.iter().filter(|a| **a).count() < 4));
         // Two photographs from one place say nothing of a depth.
         assert!(robustly(&[cameras[0], cameras[0]], &[pixels[0], pixels[0]], gate).is_none());
     }

@@ -106,8 +106,8 @@ pub(super) fn cleaned(state: &mut State<'_>) -> Judged {
             let Some(picture) = extract.network.camera(view).project(extract.network.points[point].position) else { continue };
             let Some(h) = inverse.picture(view, point) else { continue };
             let covariance = DMat2::IDENTITY + h * (1.0 / (declared * declared));
-            // Half way to the limit, so that what comes in does not go out in the next round.
-            if judged(picture - mark.pixel, covariance).is_some_and(|v| v < 0.5 * limit) {
+            // Short of the limit, so that what comes in does not go out in the next round.
+            if judged(picture - mark.pixel, covariance).is_some_and(|v| v < 0.85 * limit) {
                 state.used[m] = true;
                 changed = true;
             }
@@ -124,6 +124,7 @@ pub(super) fn cleaned(state: &mut State<'_>) -> Judged {
             break;
         } else {
             loss = Loss::Squared;
+            thrown.fill(0);
         }
     }
     drop_ambiguous(state, state.params.wrong_from * sigma_px);
@@ -201,7 +202,14 @@ fn drop_ambiguous(state: &mut State<'_>, reach_px: f64) {
         if state.points[point].is_none() || used == state.marks_of[point].len() || used > 4 {
             continue;
         }
-        if sought(state, point, reach_px, None).is_none_or(|(_, found)| found.ambiguous) {
+        // A rival is as large and has a mark that is left out now.
+        let rivals = |(seen, found): (Vec<usize>, Found)| {
+            found.sets.iter().any(|set| {
+                let left_out = set.iter().zip(&seen).any(|(agrees, m)| *agrees && !state.used[*m]);
+                left_out && set.iter().filter(|a| **a).count() >= used
+            })
+        };
+        if sought(state, point, reach_px, None).is_none_or(rivals) {
             state.points[point] = None;
             state.ambiguous[point] = true;
             state.marks_of[point].iter().for_each(|m| state.used[*m] = false);
