@@ -121,13 +121,15 @@ pub(super) fn cleaned(state: &mut State<'_>) -> Judged {
             loss = Loss::Cauchy(3.0);
             thrown.fill(0);
         } else if loss == Loss::Squared {
-            break;
+            // What goes had pulled at its photographs.
+            if !drop_ambiguous(state, state.params.wrong_from * sigma_px) {
+                break;
+            }
         } else {
             loss = Loss::Squared;
             thrown.fill(0);
         }
     }
-    drop_ambiguous(state, state.params.wrong_from * sigma_px);
     let marks = (0..problem.marks.len()).map(|m| result(state, m)).collect();
     Judged { marks, sigma_px }
 }
@@ -195,8 +197,9 @@ fn sought(state: &State<'_>, point: usize, reach_px: f64, without: Option<usize>
     triangulate::robustly(&cameras, &pixels, gate).map(|found| (seen, found))
 }
 
-/// Points whose marks agree in two ways cannot be told from points made of wrong marks.
-fn drop_ambiguous(state: &mut State<'_>, reach_px: f64) {
+/// Points whose marks agree in two ways cannot be told from points made of wrong marks. True where there are any.
+fn drop_ambiguous(state: &mut State<'_>, reach_px: f64) -> bool {
+    let mut dropped = false;
     for point in 0..state.points.len() {
         let used = state.marks_of[point].iter().filter(|m| state.used[**m]).count();
         if state.points[point].is_none() || used == state.marks_of[point].len() || used > 4 {
@@ -213,8 +216,10 @@ fn drop_ambiguous(state: &mut State<'_>, reach_px: f64) {
             state.points[point] = None;
             state.ambiguous[point] = true;
             state.marks_of[point].iter().for_each(|m| state.used[*m] = false);
+            dropped = true;
         }
     }
+    dropped
 }
 
 /// A point that one mark is left of has no depth.

@@ -24,6 +24,9 @@ pub const LENS_UNKNOWNS: usize = 8;
 /// What a mark costs, in squared standard deviations, that its camera cannot see at all (behind it).
 const UNSEEN_COST: f64 = 1e6;
 
+/// The damping at which a small step means convergence.
+const CONVERGED_DAMPING: f64 = 1e-8;
+
 /// Which parts of a lens are solved for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Free {
@@ -301,14 +304,16 @@ pub fn adjust(network: &mut Network, params: &Params) -> Outcome {
             let small = gained <= params.relative_decrease * cost;
             cost = trial_cost;
             equations = None;
-            damping = (damping * (1.0 - cubed(2.0 * ratio - 1.0)).max(1.0 / 3.0)).max(1e-12);
+            damping = (damping * (1.0 - cubed(2.0 * ratio - 1.0)).max(0.1)).max(1e-12);
             growth = 2.0;
-            if small {
+            // Under strong damping weak directions (a turn that a shift nearly makes good) move too little to show: first it must fall.
+            if small && damping <= CONVERGED_DAMPING {
                 converged = true;
                 break;
             }
         } else {
-            if step.predicted <= params.relative_decrease * cost {
+            let exact = cost <= f64::EPSILON * network.observations.len() as f64;
+            if exact || damping <= CONVERGED_DAMPING && step.predicted <= params.relative_decrease * cost {
                 converged = true;
                 break;
             }
