@@ -2,6 +2,9 @@
 //!
 //! | module | what it does |
 //! | --- | --- |
+//! | [`project`] | `photos.toml`: photographs, marks, edges, what is known of the place |
+//! | [`exif`] | size and focal length from a photograph's file |
+//! | [`formats`] | cameras from COLMAP, Bundler, OpenMVG, kapture and plain matrices; `cameras.json` |
 //! | [`camera`] | where a photograph's pixels look: pinhole, distortion, pose |
 //! | [`solve`] | cameras and points from marks, parallel edges and what is known of a place |
 //!
@@ -9,4 +12,7 @@
 //! nothing. They use all of rayon's threads, and the number of threads changes no bit of their results.
 
 pub mod camera;
+pub mod exif;
+pub mod formats;
+pub mod project;
 pub mod solve;
