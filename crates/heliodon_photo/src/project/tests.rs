@@ -66,7 +66,7 @@ fn what_is_wrong_is_said_with_its_place() {
         ("name = \"ixus\"", "nome = \"ixus\"", 6, "unknown field"),
         ("\"b.jpg\" = [799.25", "\"c.jpg\" = [799.25", 23, "no [[photo]] of that name"),
         ("toward = \"north\"", "toward = \"nord\"", 41, "nord"),
-        ("metres = 12.5", "metres = 0", 35, "above 0"),
+        ("metres = 12.5", "metres = 0", 34, "above 0"),
         ("lens = \"ixus\"\n", "lens = \"other\"\n", 11, "no [[lens]] called other"),
         ("file = \"images/b.jpg\"", "file = \"a.jpg\"", 15, "two photographs"),
     ] {
