@@ -6,13 +6,17 @@
 //! | [`exif`] | size and focal length from a photograph's file |
 //! | [`formats`] | cameras from COLMAP, Bundler, OpenMVG, kapture and plain matrices; `cameras.json` |
 //! | [`camera`] | where a photograph's pixels look: pinhole, distortion, pose |
+//! | [`matching`] | COLMAP, where it is installed, run and read |
+//! | [`report`] | a solution in words |
 //! | [`solve`] | cameras and points from marks, parallel edges and what is known of a place |
 //!
-//! Functions outside `project`, `exif` and `formats` take slices and parameter structs and return artefact structs; they open no file and print
+//! Functions outside `project`, `exif`, `formats` and `matching` take slices and parameter structs and return artefact structs; they open no file and print
 //! nothing. They use all of rayon's threads, and the number of threads changes no bit of their results.
 
 pub mod camera;
 pub mod exif;
 pub mod formats;
+pub mod matching;
 pub mod project;
+pub mod report;
 pub mod solve;

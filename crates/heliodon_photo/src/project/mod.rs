@@ -2,9 +2,11 @@
 //!
 //! One mark a line and everything in a fixed order, so that a project under version control shows which mark was moved.
 
+mod load;
 mod source;
 mod types;
 
+pub use load::{LoadError, Loaded};
 pub use source::ProjectError;
 pub use types::*;
 

@@ -108,6 +108,12 @@ type Said<'s> = Option<(&'s mut Alignment, &'s mut Vec<String>)>;
 
 fn similarity(state: &State<'_>, points: &[Option<DVec3>], mut said: Said<'_>) -> Similarity {
     let problem = state.problem;
+    if state.held.iter().any(|h| *h) && nothing_known(problem) {
+        if let Some((_, notes)) = &mut said {
+            notes.push("place, turn and scale of the whole are those of the cameras taken over".to_owned());
+        }
+        return Similarity { scale: 1.0, rotation: DQuat::IDENTITY, translation: DVec3::ZERO };
+    }
     let known: Vec<(DVec3, DVec3)> = problem.points.iter().zip(points).filter_map(|(r, p)| Some(((*p)?, r.known_m?))).collect();
     if known.len() >= 3 && is_spread(&known) {
         if let Some(found) = fit_similarity(&known) {
@@ -127,6 +133,11 @@ fn similarity(state: &State<'_>, points: &[Option<DVec3>], mut said: Said<'_>) -
     let turned = |p: DVec3| scale * (rotation * p);
     let translation = translation(problem, points, &known, &turned, &mut said);
     Similarity { scale, rotation, translation }
+}
+
+fn nothing_known(problem: &Problem) -> bool {
+    let points = problem.points.iter().all(|p| p.known_m.is_none() && !p.ground);
+    points && problem.distances.is_empty() && problem.directions.is_empty() && problem.edges.is_empty()
 }
 
 fn scale(problem: &Problem, points: &[Option<DVec3>], known: &[(DVec3, DVec3)], said: &mut Said<'_>) -> f64 {

@@ -68,6 +68,7 @@ fn begin(state: &mut State<'_>, notes: &mut Vec<String>) -> Option<String> {
     let problem = state.problem;
     for (photo, given) in problem.photos.iter().enumerate() {
         state.poses[photo] = given.pose;
+        state.held[photo] = given.pose.is_some();
         state.met[given.lens] |= given.pose.is_some();
     }
     resect_known(state);
@@ -86,6 +87,7 @@ fn begin(state: &mut State<'_>, notes: &mut Vec<String>) -> Option<String> {
     }
     let kept = state.clone();
     state.poses.fill(None);
+    state.held.fill(false);
     let (starts, refusals) = incremental::starts(state);
     match incremental::best_of(state, &starts) {
         Some(best) => {

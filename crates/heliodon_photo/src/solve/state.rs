@@ -27,6 +27,8 @@ pub(super) struct State<'a> {
     pub(super) used: Vec<bool>,
     /// World from the frame of the edges, once known.
     pub(super) frame: Option<DQuat>,
+    /// Photographs whose pose was taken over and is kept.
+    pub(super) held: Vec<bool>,
     /// Points whose marks agree in more than one way.
     pub(super) ambiguous: Vec<bool>,
     /// Marks of every point.
@@ -63,6 +65,7 @@ impl<'a> State<'a> {
             points: vec![None; problem.points.len()],
             used: vec![false; problem.marks.len()],
             frame: None,
+            held: vec![false; problem.photos.len()],
             ambiguous: vec![false; problem.points.len()],
             marks_of,
         }
@@ -114,7 +117,7 @@ impl<'a> State<'a> {
             if let Some(pose) = *pose {
                 view_of[photo] = Some(views.len());
                 views.push(photo);
-                network.views.push(View { pose, lens: self.problem.photos[photo].lens, fixed: false });
+                network.views.push(View { pose, lens: self.problem.photos[photo].lens, fixed: self.held[photo] });
             }
         }
         let (mut points, mut marks) = (Vec::new(), Vec::new());
