@@ -15,6 +15,7 @@ mod resect;
 mod state;
 mod triangulate;
 mod two_view;
+pub mod vanishing;
 mod wrong;
 
 pub use align::{Similarity, fit_similarity};
@@ -25,6 +26,7 @@ use bundle::{Inverse, LENS_UNKNOWNS};
 use glam::{DMat3, DVec2, DVec3};
 use nalgebra::SMatrix;
 use state::State;
+use vanishing::FromEdges;
 
 /// Solves for all cameras and points that the marks tell. Never fails: what is missing stands in the photographs' and points' reasons and in
 /// the notes.
@@ -33,7 +35,9 @@ pub fn solve(problem: &Problem, params: &Params) -> Solution {
     let mut notes = Vec::new();
     let problem = &cleared(problem, &mut notes);
     let mut state = State::new(problem, *params);
-    let refusal = begin(&mut state, &mut notes);
+    let turned = vanishing::calibrate_all(&mut state, &mut notes);
+    let refusal = begin(&mut state, &turned, &mut notes);
+    state.frame = vanishing::frame(&state, &turned);
     let judged = wrong::cleaned(&mut state);
     finish(state, judged, refusal, notes)
 }
@@ -64,7 +68,7 @@ fn cleared(problem: &Problem, notes: &mut Vec<String>) -> Problem {
 }
 
 /// Finds a start and grows from it; the reason where there is none.
-fn begin(state: &mut State<'_>, notes: &mut Vec<String>) -> Option<String> {
+fn begin(state: &mut State<'_>, turned: &[Option<FromEdges>], notes: &mut Vec<String>) -> Option<String> {
     let problem = state.problem;
     for (photo, given) in problem.photos.iter().enumerate() {
         state.poses[photo] = given.pose;
@@ -82,9 +86,6 @@ fn begin(state: &mut State<'_>, notes: &mut Vec<String>) -> Option<String> {
             return None;
         }
     }
-    if state.poses.iter().flatten().count() > 0 && problem.photos.len() == 1 {
-        return None;
-    }
     let kept = state.clone();
     state.poses.fill(None);
     state.held.fill(false);
@@ -95,8 +96,16 @@ fn begin(state: &mut State<'_>, notes: &mut Vec<String>) -> Option<String> {
             None
         }
         None => {
-            let why = incremental::no_start(problem, &refusals);
             *state = kept;
+            if vanishing::place(state, turned, notes) {
+                incremental::settle(state, 100);
+                incremental::grow(state);
+                return None;
+            }
+            if state.poses.iter().any(Option::is_some) {
+                return None;
+            }
+            let why = incremental::no_start(problem, &refusals);
             notes.push(why.clone());
             Some(why)
         }
@@ -124,6 +133,7 @@ fn resect_known(state: &mut State<'_>) {
 
 fn finish(mut state: State<'_>, judged: wrong::Judged, refusal: Option<String>, mut notes: Vec<String>) -> Solution {
     let problem = state.problem;
+    notes.extend(judged.notes);
     let aligned = align::align(&state);
     align::carry(&mut state, &aligned.similarity);
     let given = problem.photos.iter().any(|p| p.pose.is_some());

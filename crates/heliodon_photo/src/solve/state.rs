@@ -29,6 +29,10 @@ pub(super) struct State<'a> {
     pub(super) frame: Option<DQuat>,
     /// Photographs whose pose was taken over and is kept.
     pub(super) held: Vec<bool>,
+    /// Whether poses are already in the world's space, by coordinates of points.
+    pub(super) placed: bool,
+    /// Which edges count.
+    pub(super) edges_used: Vec<bool>,
     /// Points whose marks agree in more than one way.
     pub(super) ambiguous: Vec<bool>,
     /// Marks of every point.
@@ -66,6 +70,8 @@ impl<'a> State<'a> {
             used: vec![false; problem.marks.len()],
             frame: None,
             held: vec![false; problem.photos.len()],
+            placed: false,
+            edges_used: vec![true; problem.edges.len()],
             ambiguous: vec![false; problem.points.len()],
             marks_of,
         }
@@ -146,7 +152,7 @@ impl<'a> State<'a> {
             network.points.push(Point { position, fixed: false, known: None });
         }
         if self.frame.is_some() {
-            for edge in &self.problem.edges {
+            for (edge, _) in self.problem.edges.iter().zip(&self.edges_used).filter(|(_, used)| **used) {
                 if let Some(view) = view_of[edge.photo] {
                     let axis = DVec3::AXES[edge.axis];
                     network.segments.push(Segment { view, axis, ends: edge.ends, weight: 1.0 / self.params.mark_sigma_px });

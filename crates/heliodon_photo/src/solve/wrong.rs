@@ -4,13 +4,16 @@
 //! is smaller the more the solution follows that mark, so that a wrong mark in a weak place is found although it hardly shows. The worst goes,
 //! the rest is solved again, and what fits then comes back.
 
-use super::bundle::{Inverse, Loss};
+use super::bundle::{Inverse, Loss, Segment, off_line};
 use super::problem::MarkResult;
 use super::resect;
 use super::state::State;
 use super::triangulate::{self, Found, Gate};
 use crate::camera::Camera;
 use glam::{DMat2, DVec2, DVec3};
+
+/// How many standard deviations of a mark an edge's end may lie off its line: stone is less straight than a mark is sharp.
+const WRONG_EDGE: f64 = 20.0;
 
 /// How often photographs and points are sought anew with the final reach.
 const MOST_REVISIONS: usize = 3;
@@ -50,6 +53,8 @@ fn judged(residual: DVec2, covariance: DMat2) -> Option<f64> {
 pub(super) struct Judged {
     pub(super) marks: Vec<MarkResult>,
     pub(super) sigma_px: f64,
+    /// Edges that were left out, in words.
+    pub(super) notes: Vec<String>,
 }
 
 /// Adjusts, takes wrong marks out and lets right ones in until neither is left.
@@ -60,6 +65,7 @@ pub(super) fn cleaned(state: &mut State<'_>) -> Judged {
     let mut thrown = vec![0u8; problem.marks.len()];
     let mut loss = Loss::Cauchy(3.0);
     let mut revisions = 0;
+    let mut notes = Vec::new();
     for _ in 0..MOST_ROUNDS {
         let hold = state.poses.iter().flatten().count() < 3;
         state.adjust(hold, loss, 100);
@@ -116,6 +122,11 @@ pub(super) fn cleaned(state: &mut State<'_>) -> Judged {
         if changed {
             continue;
         }
+        let before = notes.len();
+        drop_edges(state, &mut notes);
+        if notes.len() > before {
+            continue;
+        }
         if revisions < MOST_REVISIONS && revise(state, state.params.wrong_from * sigma_px) {
             revisions += 1;
             loss = Loss::Cauchy(3.0);
@@ -131,7 +142,7 @@ pub(super) fn cleaned(state: &mut State<'_>) -> Judged {
         }
     }
     let marks = (0..problem.marks.len()).map(|m| result(state, m)).collect();
-    Judged { marks, sigma_px }
+    Judged { marks, sigma_px, notes }
 }
 
 /// Seeks every photograph and every point anew from the others, now that lenses are known and the reach is narrow. A photograph that was first
@@ -220,6 +231,24 @@ fn drop_ambiguous(state: &mut State<'_>, reach_px: f64) -> bool {
         }
     }
     dropped
+}
+
+/// Takes edges out that miss their vanishing point by far: drawn along another axis, or not straight.
+fn drop_edges(state: &mut State<'_>, notes: &mut Vec<String>) {
+    let Some(frame) = state.frame else { return };
+    for (index, edge) in state.problem.edges.iter().enumerate() {
+        let Some(camera) = state.camera(edge.photo).filter(|_| state.edges_used[index]) else { continue };
+        let segment = Segment { view: 0, axis: DVec3::AXES[edge.axis], ends: edge.ends, weight: 1.0 };
+        let off = off_line(&camera.intrinsics, &segment, camera.pose.rotation * (frame * segment.axis)).abs();
+        if off > WRONG_EDGE * state.params.mark_sigma_px {
+            state.edges_used[index] = false;
+            let (axis, photo) = (["x", "y", "z"][edge.axis], &state.problem.photos[edge.photo].name);
+            let [x, y] = edge.ends[0].to_array();
+            notes.push(format!(
+                "an edge along {axis} in {photo}, from ({x:.0}, {y:.0}), misses its direction by {off:.0} px and was left out"
+            ));
+        }
+    }
 }
 
 /// A point that one mark is left of has no depth.

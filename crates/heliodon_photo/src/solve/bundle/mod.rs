@@ -13,6 +13,7 @@ mod normal;
 
 pub use covariance::{Covariances, DatumSlope, GAUGE, Inverse};
 pub use edge::Segment;
+pub(crate) use edge::off_line;
 
 use crate::camera::{Camera, Intrinsics, Pose};
 use glam::{DQuat, DVec2, DVec3};
