@@ -13,6 +13,9 @@
 //! Functions outside `project`, `exif`, `formats` and `matching` take slices and parameter structs and return artefact structs; they open no file and print
 //! nothing. They use all of rayon's threads, and the number of threads changes no bit of their results.
 
+#![expect(clippy::neg_cmp_op_on_partial_ord, reason = "`!(x > 0.0)` is meant: it refuses what is not a number too")]
+#![expect(clippy::needless_range_loop, reason = "indices of rows and columns are how matrices are written")]
+
 pub mod camera;
 pub mod exif;
 pub mod formats;

@@ -114,6 +114,16 @@ fn similarity(state: &State<'_>, points: &[Option<DVec3>], mut said: Said<'_>) -
         }
         return Similarity { scale: 1.0, rotation: DQuat::IDENTITY, translation: DVec3::ZERO };
     }
+    if state.placed {
+        if let Some((alignment, _)) = &mut said {
+            let from = Some("coordinates of points and parallel edges".to_owned());
+            alignment.scale_from = from.clone();
+            alignment.level_from = from.clone();
+            alignment.north_from = from.clone();
+            alignment.origin_from = from;
+        }
+        return Similarity { scale: 1.0, rotation: DQuat::IDENTITY, translation: DVec3::ZERO };
+    }
     let known: Vec<(DVec3, DVec3)> = problem.points.iter().zip(points).filter_map(|(r, p)| Some(((*p)?, r.known_m?))).collect();
     if known.len() >= 3 && is_spread(&known) {
         if let Some(found) = fit_similarity(&known) {
@@ -362,6 +372,10 @@ fn checks(problem: &Problem, points: &[Option<DVec3>], similarity: &Similarity) 
 
 /// Carries a state over into the world.
 pub(super) fn carry(state: &mut State<'_>, similarity: &Similarity) {
+    // What is already in place keeps its last digit.
+    if *similarity == (Similarity { scale: 1.0, rotation: DQuat::IDENTITY, translation: DVec3::ZERO }) {
+        return;
+    }
     for point in state.points.iter_mut().flatten() {
         *point = similarity.point(*point);
     }

@@ -42,7 +42,7 @@ pub(super) struct Refusals {
 pub(super) fn starts(state: &State<'_>) -> (Vec<Start>, Refusals) {
     let problem = state.problem;
     let mut by_photo: Vec<Vec<(usize, DVec2)>> = vec![Vec::new(); problem.photos.len()];
-    for mark in &problem.marks {
+    for mark in problem.marks.iter().filter(|m| m.pixel.is_finite()) {
         by_photo[mark.photo].push((mark.point, mark.pixel));
     }
     by_photo.iter_mut().for_each(|m| m.sort_by_key(|(point, _)| *point));
@@ -204,7 +204,7 @@ pub(super) fn add(state: &mut State<'_>, photo: usize) -> bool {
         .problem
         .marks
         .iter()
-        .filter(|m| m.photo == photo)
+        .filter(|m| m.photo == photo && m.pixel.is_finite())
         .filter_map(|m| state.points[m.point].map(|p| (p, m.pixel)))
         .unzip();
     resect_from(state, photo, &world, &pixels)

@@ -33,13 +33,16 @@ use vanishing::FromEdges;
 #[must_use]
 pub fn solve(problem: &Problem, params: &Params) -> Solution {
     let mut notes = Vec::new();
+    let given = problem.marks.len();
     let problem = &cleared(problem, &mut notes);
     let mut state = State::new(problem, *params);
     let turned = vanishing::calibrate_all(&mut state, &mut notes);
     let refusal = begin(&mut state, &turned, &mut notes);
     state.frame = vanishing::frame(&state, &turned);
     let judged = wrong::cleaned(&mut state);
-    finish(state, judged, refusal, notes)
+    let mut solution = finish(state, judged, refusal, notes);
+    solution.marks.resize(given, MarkResult::Idle);
+    solution
 }
 
 /// The problem without marks and edges that mean nothing: outside any photograph, not numbers, given twice.
@@ -52,7 +55,7 @@ fn cleared(problem: &Problem, notes: &mut Vec<String>) -> Problem {
         let whole = m.photo < photos && m.point < points && m.pixel.is_finite() && problem.photos[m.photo].lens < lenses;
         if !whole || !seen.insert((m.photo, m.point)) {
             // Marks keep their numbers, which results are told by.
-            m.pixel = DVec2::NAN;
+            *m = Mark { photo: 0, point: 0, pixel: DVec2::NAN };
         }
     });
     let bad = problem.marks.iter().filter(|m| m.pixel.is_nan()).count();
@@ -61,7 +64,12 @@ fn cleared(problem: &Problem, notes: &mut Vec<String>) -> Problem {
             "{bad} of {before} marks were not looked at: given twice, or without a photograph, a point or a place"
         ));
     }
-    problem.edges.retain(|e| e.photo < photos && e.axis < 3 && e.ends.iter().all(|p| p.is_finite()));
+    if photos == 0 || points == 0 || lenses == 0 {
+        problem.marks.clear();
+    }
+    problem.edges.retain(|e| {
+        e.photo < photos && problem.photos[e.photo].lens < lenses && e.axis < 3 && e.ends.iter().all(|p| p.is_finite())
+    });
     problem.distances.retain(|d| d.between.iter().all(|p| *p < points) && d.metres > 0.0 && d.metres.is_finite());
     problem.directions.retain(|d| d.between.iter().all(|p| *p < points) && d.world.is_finite());
     problem

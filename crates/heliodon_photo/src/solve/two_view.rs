@@ -183,7 +183,7 @@ fn turn_explains(first: &[DVec3], second: &[DVec3], limit: f64, seed: u64) -> us
     if n < 2 {
         return n;
     }
-    let mut random = Random::new(seed ^ 0x74_7572_6e);
+    let mut random = Random::new(seed ^ 0x7475_726e);
     let count = |r: &DMat3| (0..n).filter(|i| angle(*r * first[*i], second[*i]) < limit.sqrt()).count();
     let mut most = 0;
     let mut best = None;
