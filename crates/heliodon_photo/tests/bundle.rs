@@ -1,5 +1,7 @@
 //! Bundle adjustment against truth that was made up.
 
+#![cfg(test)]
+
 use glam::{DVec2, DVec3};
 use heliodon_photo::camera::{Intrinsics, Pose};
 use heliodon_photo::solve::bundle::{

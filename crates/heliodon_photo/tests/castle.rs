@@ -1,5 +1,7 @@
 //! Real photographs: the castle of Maupertuis, solved from its matches and EXIF alone, against OpenMVG's own cameras.
 
+#![cfg(test)]
+
 use glam::DVec3;
 use heliodon_photo::camera::Intrinsics;
 use heliodon_photo::exif::PhotoFacts;

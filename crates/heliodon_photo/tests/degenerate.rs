@@ -1,5 +1,7 @@
 //! What cannot be solved is said, what can is kept.
 
+#![cfg(test)]
+
 use glam::{DVec2, DVec3};
 use heliodon_photo::camera::{Camera, Intrinsics, Pose};
 use heliodon_photo::solve::bundle::Free;

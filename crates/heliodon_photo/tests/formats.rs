@@ -1,5 +1,7 @@
 //! Cameras of other programs, made up and real.
 
+#![cfg(test)]
+
 use glam::{DQuat, DVec2, DVec3};
 use heliodon_photo::camera::{Camera, Intrinsics, Pose};
 use heliodon_photo::exif::PhotoFacts;

@@ -1,5 +1,7 @@
 //! Twelve simulated photographs of a temple: marks with noise, one in ten wrong.
 
+#![cfg(test)]
+
 use glam::{DVec2, DVec3};
 use heliodon_photo::camera::{Camera, Intrinsics, Pose};
 use heliodon_photo::solve::bundle::Free;

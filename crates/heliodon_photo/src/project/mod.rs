@@ -220,10 +220,10 @@ fn lens_group(name: String, entry: Option<&LensEntry>, size: [u32; 2], facts: &P
 
 fn check(file: &ProjectFile, source: &Source<'_>) -> Result<(), ProjectError> {
     let number = |i: usize| i.to_string();
-    if let Some(sigma) = file.project.mark_sigma_px {
-        if !(sigma > 0.0 && sigma.is_finite()) {
-            return Err(source.error_at(&["project", "mark_sigma_px"], "mark_sigma_px is above 0"));
-        }
+    if let Some(sigma) = file.project.mark_sigma_px
+        && !(sigma > 0.0 && sigma.is_finite())
+    {
+        return Err(source.error_at(&["project", "mark_sigma_px"], "mark_sigma_px is above 0"));
     }
     let mut photos = BTreeMap::new();
     for (i, photo) in file.photo.iter().enumerate() {
@@ -238,10 +238,10 @@ fn check(file: &ProjectFile, source: &Source<'_>) -> Result<(), ProjectError> {
         if photo.size_px.is_some_and(|s| s.contains(&0)) {
             return Err(source.error_at(&["photo", &at, "size_px"], "width and height are above 0"));
         }
-        if let Some(lens) = &photo.lens {
-            if file.lens.iter().all(|l| l.name != *lens) {
-                return Err(source.error_at(&["photo", &at, "lens"], format!("there is no [[lens]] called {lens}")));
-            }
+        if let Some(lens) = &photo.lens
+            && file.lens.iter().all(|l| l.name != *lens)
+        {
+            return Err(source.error_at(&["photo", &at, "lens"], format!("there is no [[lens]] called {lens}")));
         }
     }
     for (i, lens) in file.lens.iter().enumerate() {

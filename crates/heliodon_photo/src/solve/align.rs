@@ -125,18 +125,19 @@ fn similarity(state: &State<'_>, points: &[Option<DVec3>], mut said: Said<'_>) -
         return Similarity { scale: 1.0, rotation: DQuat::IDENTITY, translation: DVec3::ZERO };
     }
     let known: Vec<(DVec3, DVec3)> = problem.points.iter().zip(points).filter_map(|(r, p)| Some(((*p)?, r.known_m?))).collect();
-    if known.len() >= 3 && is_spread(&known) {
-        if let Some(found) = fit_similarity(&known) {
-            if let Some((alignment, notes)) = &mut said {
-                let from = format!("the coordinates of {} points", known.len());
-                alignment.scale_from = Some(from.clone());
-                alignment.level_from = Some(from.clone());
-                alignment.north_from = Some(from.clone());
-                alignment.origin_from = Some(from);
-                notes.extend(mirrored(&known, &found));
-            }
-            return found;
+    if known.len() >= 3
+        && is_spread(&known)
+        && let Some(found) = fit_similarity(&known)
+    {
+        if let Some((alignment, notes)) = &mut said {
+            let from = format!("the coordinates of {} points", known.len());
+            alignment.scale_from = Some(from.clone());
+            alignment.level_from = Some(from.clone());
+            alignment.north_from = Some(from.clone());
+            alignment.origin_from = Some(from);
+            notes.extend(mirrored(&known, &found));
         }
+        return found;
     }
     let scale = scale(problem, points, &known, &mut said);
     let rotation = rotation(state, points, &mut said);

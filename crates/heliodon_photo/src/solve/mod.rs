@@ -172,13 +172,13 @@ fn finish(mut state: State<'_>, judged: wrong::Judged, refusal: Option<String>, 
             };
             let view = extract.views.iter().position(|v| *v == photo).filter(|_| sums[photo].0 > 0);
             let of = covariances.as_ref().zip(view);
-            PhotoResult::Solved(SolvedPhoto {
+            PhotoResult::Solved(Box::new(SolvedPhoto {
                 camera,
                 marks: sums[photo].0,
                 rms_px: rms(sums[photo]),
                 centre_covariance_m2: of.map(|(c, v)| c.centres[v] * (ratio * ratio)),
                 rotation_sigma_rad: of.map(|(c, v)| ratio * largest_sigma(&c.views[v].fixed_view::<3, 3>(0, 0).into_owned())),
-            })
+            }))
         })
         .collect();
     let points = (0..problem.points.len())

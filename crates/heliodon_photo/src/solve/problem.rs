@@ -135,7 +135,7 @@ impl Default for Params {
 #[derive(Clone, Debug, PartialEq)]
 pub enum PhotoResult {
     /// Its camera is known.
-    Solved(SolvedPhoto),
+    Solved(Box<SolvedPhoto>),
     /// Why it is not.
     Unsolved(String),
 }

@@ -78,13 +78,11 @@ pub fn calibrate(lens: &Intrinsics, focal: Focal, edges: &[Edge], sigma_px: f64)
         axes.push(DVec3::AXES[*axis]);
         directions.push(along * sense(&intrinsics, edges, *axis, along));
     }
-    if let [a, b, c] = directions[..] {
-        if a.cross(b).dot(c) < 0.0 {
-            return Err(
-                "the edges' axes are mirrored: those of one axis are drawn from their greater to their lesser coordinate"
-                    .to_owned(),
-            );
-        }
+    if let [a, b, c] = directions[..]
+        && a.cross(b).dot(c) < 0.0
+    {
+        return Err("the edges' axes are mirrored: those of one axis are drawn from their greater to their lesser coordinate"
+            .to_owned());
     }
     let matrix = turn(&axes, &directions).ok_or("the edges' axes do not stand at right angles")?;
     let solved = refined(&intrinsics, focal, edges, DQuat::from_mat3(&matrix).normalize(), sigma_px);
@@ -247,10 +245,10 @@ pub(super) fn coordinates(problem: &Problem) -> Vec<Option<DVec3>> {
             problem.distances.iter().find(same).map(|d| (a, b, direction.world * d.metres))
         })
         .collect();
-    if known.iter().all(Option::is_none) {
-        if let Some((a, ..)) = steps.first() {
-            known[*a] = Some(DVec3::ZERO);
-        }
+    if known.iter().all(Option::is_none)
+        && let Some((a, ..)) = steps.first()
+    {
+        known[*a] = Some(DVec3::ZERO);
     }
     for _ in 0..steps.len() {
         for (a, b, step) in &steps {

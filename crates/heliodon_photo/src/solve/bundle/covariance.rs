@@ -160,7 +160,7 @@ impl<'a> Inverse<'a> {
                 let gauge = point_gauge(network.points[point].position);
                 // V^-1 W^T, 3 rows by the coupled unknowns
                 let coupled: Vec<(usize, DVec3)> = equations
-                    .couplings(&structure, point)
+                    .couplings(structure, point)
                     .flat_map(|(offset, size, c)| (0..size).map(move |i| (offset + i, c[i])))
                     .map(|(at, c)| (at, inverses[point] * c))
                     .collect();
