@@ -15,6 +15,9 @@ use glam::{DMat2, DVec2, DVec3};
 /// How many standard deviations of a mark an edge's end may lie off its line: stone is less straight than a mark is sharp.
 const WRONG_EDGE: f64 = 20.0;
 
+/// How many reaches a mark must be off before the point that it speaks for is another one.
+const FAR_OFF: f64 = 4.0;
+
 /// How often photographs and points are sought anew with the final reach.
 const MOST_REVISIONS: usize = 3;
 
@@ -216,10 +219,14 @@ fn drop_ambiguous(state: &mut State<'_>, reach_px: f64) -> bool {
         if state.points[point].is_none() || used == state.marks_of[point].len() || used > 4 {
             continue;
         }
-        // A rival is as large and has a mark that is left out now.
+        // A rival is as large and has a mark that is far off now: of marks that differ little any choice is nearly right.
+        let far_off = |m: usize| match result(state, m) {
+            MarkResult::Wrong(off) => off.length() > FAR_OFF * reach_px,
+            _ => false,
+        };
         let rivals = |(seen, found): (Vec<usize>, Found)| {
             found.sets.iter().any(|set| {
-                let left_out = set.iter().zip(&seen).any(|(agrees, m)| *agrees && !state.used[*m]);
+                let left_out = set.iter().zip(&seen).any(|(agrees, m)| *agrees && far_off(*m));
                 left_out && set.iter().filter(|a| **a).count() >= used
             })
         };
