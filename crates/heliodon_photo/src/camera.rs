@@ -8,6 +8,9 @@ use glam::{DMat2, DMat3, DQuat, DVec2, DVec3};
 /// Newton steps that undistort a pixel; from the distorted point as a start, lenses of real cameras need three to five.
 const MAX_NEWTON_STEPS: usize = 40;
 
+/// Halvings that bring any pixel into the range of a lens whose parameters are finite.
+const MAX_HALVINGS: usize = 600;
+
 /// How far undistorted coordinates may still move, in units of the focal length, when Newton's method counts as settled: a millionth of a
 /// pixel at a focal length of 10,000 pixels.
 const SETTLED: f64 = 1e-10;
@@ -153,7 +156,10 @@ impl Intrinsics {
         }
         let mut point = target;
         // A start outside the range could settle on the polynomial's other branch.
-        while !self.is_one_to_one(point.length_squared()) {
+        for _ in 0..MAX_HALVINGS {
+            if self.is_one_to_one(point.length_squared()) {
+                break;
+            }
             point *= 0.5;
         }
         let mut error = self.distort(point) - target;
@@ -171,7 +177,8 @@ impl Intrinsics {
                     break (next, next_error);
                 }
                 step *= 0.5;
-                if step.length_squared() < SETTLED * SETTLED {
+                // Also ends what is not a number.
+                if !(step.length_squared() >= SETTLED * SETTLED) {
                     break (point, error);
                 }
             };
@@ -312,6 +319,10 @@ mod tests {
 
     #[test]
     fn what_is_not_a_number_is_nowhere() {
+        for bad in [f64::NAN, f64::INFINITY, 1e300] {
+            let lens = Intrinsics { radial: [bad, -bad, bad], ..wide() };
+            assert_eq!(lens.unproject(DVec2::new(100.0, 200.0)).filter(|p| !p.is_finite()), None);
+        }
         let lens = wide();
         assert_eq!(lens.project(DVec3::new(f64::NAN, 0.0, 1.0)), None);
         assert_eq!(lens.project(DVec3::new(0.0, 0.0, f64::NAN)), None);

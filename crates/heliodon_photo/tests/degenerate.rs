@@ -233,3 +233,27 @@ fn the_number_of_threads_changes_no_bit() {
     assert!(one.contains("Wrong"));
     assert_eq!(one, run(3));
 }
+
+#[test]
+fn nonsense_is_no_panic_and_no_endless_work() {
+    let mut random = Random::new(1);
+    for (width, scale) in [(2000, 1e300), (2000, 1e-300), (0, 1000.0), (2000, 2000.0), (u32::MAX, 1e9)] {
+        for focal in [Focal::Free, Focal::Known(f64::NAN), Focal::Guess(-5.0), Focal::Known(1e-12), Focal::Known(1700.0)] {
+            let (mut problem, _) = scene(&ring(3), &cloud(12, false), focal);
+            problem.lenses[0].intrinsics.width = width;
+            problem.lenses[0].free = Free { radial: 3, centre: true, tangential: true, ..Free::default() };
+            for mark in &mut problem.marks {
+                mark.pixel = DVec2::new(random.unit(), random.unit()) * scale;
+            }
+            problem.edges =
+                (0..6).map(|i| Edge { photo: i % 3, axis: i % 2, ends: [DVec2::splat(scale), DVec2::ZERO] }).collect();
+            let solution = solve(&problem, &Params { rounds: 50, ..Params::default() });
+            assert_eq!(solution.marks.len(), problem.marks.len());
+            for result in &solution.points {
+                if let PointResult::Solved(point) = result {
+                    assert!(point.position_m.is_finite(), "{point:?}");
+                }
+            }
+        }
+    }
+}
