@@ -117,19 +117,25 @@ pub fn run(program: &OsStr, folder: &Path, photos: &[String], stage: &mut dyn Fn
             Err(error) => Err(fault(format!(": {error}"))),
         }
     };
+    // With a GPU first. Without one, or without a display for OpenGL, COLMAP fails; which option says so depends on its version.
+    let mut attempts = |name: &str, arguments: &[(&str, &OsStr)], options: [&str; 2]| {
+        let first = step(name, arguments);
+        if !matches!(first, Err(MatchError::Step { .. })) {
+            return first;
+        }
+        for option in options {
+            if step(name, &[arguments, &[(option, OsStr::new("0"))]].concat()).is_ok() {
+                return Ok(());
+            }
+        }
+        first
+    };
     let (database, images) = (database.as_os_str(), folder.as_os_str());
-    let one = OsStr::new("0");
-    step(
-        "feature_extractor",
-        &[
-            ("--database_path", database),
-            ("--image_path", images),
-            ("--image_list_path", list.as_os_str()),
-            ("--ImageReader.camera_model", OsStr::new("RADIAL")),
-            ("--SiftExtraction.use_gpu", one),
-        ],
-    )?;
-    step("exhaustive_matcher", &[("--database_path", database), ("--SiftMatching.use_gpu", one)])?;
+    let model = ("--ImageReader.camera_model", OsStr::new("RADIAL"));
+    let files = [("--database_path", database), ("--image_path", images), ("--image_list_path", list.as_os_str()), model];
+    attempts("feature_extractor", &files, ["--SiftExtraction.use_gpu", "--FeatureExtraction.use_gpu"])?;
+    let options = ["--SiftMatching.use_gpu", "--FeatureMatching.use_gpu"];
+    attempts("exhaustive_matcher", &[("--database_path", database)], options)?;
     step("mapper", &[("--database_path", database), ("--image_path", images), ("--output_path", sparse.as_os_str())])?;
     largest_model(&sparse)
 }
@@ -154,6 +160,37 @@ fn largest_model(sparse: &Path) -> Result<Matched, MatchError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A program that stands in for COLMAP: fails on a GPU as an old version without one does, and maps two photographs.
+    #[cfg(unix)]
+    #[test]
+    fn what_colmap_writes_is_read_back() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let photos = ["a.jpg".to_owned(), "b.jpg".to_owned(), "c.jpg".to_owned()];
+        for photo in &photos {
+            std::fs::write(folder.path().join(photo), b"").unwrap();
+        }
+        let program = folder.path().join("stand-in");
+        let script = r#"#!/bin/sh
+case "$1 $*" in
+  mapper*)
+    for argument in "$@"; do out="$argument"; done
+    mkdir -p "$out/0" "$out/1"
+    printf '1 PINHOLE 640 480 500 500 320 240\n' | tee "$out/0/cameras.txt" > "$out/1/cameras.txt"
+    printf '1 1 0 0 0 0 0 0 1 a.jpg\n\n' > "$out/0/images.txt"
+    printf '1 1 0 0 0 0 0 0 1 b.jpg\n\n2 1 0 0 0 1 0 0 1 c.jpg\n\n' > "$out/1/images.txt" ;;
+  *SiftExtraction.use_gpu\ 0*|*SiftMatching.use_gpu\ 0*) ;;
+  *) echo "cannot make an OpenGL context"; exit 1 ;;
+esac
+"#;
+        std::fs::write(&program, script).unwrap();
+        std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+        let mut stages = Vec::new();
+        let matched = run(program.as_os_str(), folder.path(), &photos, &mut |s| stages.push(s.to_owned())).unwrap();
+        assert_eq!((matched.model.as_str(), matched.models, matched.cameras.cameras.len()), ("colmap/sparse/1", 2, 2));
+        assert_eq!(stages.last().map(String::as_str), Some("colmap mapper"));
+    }
 
     #[test]
     fn a_missing_colmap_is_said_with_how_to_install_it() {
