@@ -257,3 +257,14 @@ fn nonsense_is_no_panic_and_no_endless_work() {
         }
     }
 }
+
+#[test]
+fn a_wrong_exif_does_not_stop_the_solution() {
+    for guess in [700.0, 1300.0, 3400.0] {
+        let (problem, _) = scene(&ring(5), &cloud(30, false), Focal::Guess(guess));
+        let solution = solve(&problem, &Params::default());
+        assert_eq!(solution.solved_photos(), 5, "{guess}: {:?}", solution.notes);
+        let focal = solution.lenses[0].intrinsics.focal_px[0];
+        assert!((focal / 1700.0 - 1.0).abs() < 0.01, "{guess}: {focal}");
+    }
+}

@@ -79,7 +79,7 @@ fn try_pair(state: &State<'_>, by_photo: &[Vec<(usize, DVec2)>], photos: [usize;
     let unknown = groups.map(|g| state.problem.lenses[g].focal == Focal::Free && !state.met[g]);
     let options = groups.map(|g| {
         let lens = &state.lenses[g];
-        if state.met[g] { vec![lens.focal_px[0]] } else { focal_candidates(&problem.lenses[g].focal, lens) }
+        if state.met[g] { vec![lens.focal_px[0]] } else { focal_candidates(&problem.lenses[g].focal, lens, state.doubts_exif) }
     });
     // Of two unknown lenses, the same guess for both: all combinations would be many, and the adjustment tells them apart.
     let tries = options[0].len().max(options[1].len());
@@ -136,13 +136,9 @@ pub(super) fn best_of<'a>(state: &State<'a>, starts: &[Start]) -> Option<State<'
     }
     firsts.extend(starts.iter().filter(|s| firsts.iter().all(|f| !std::ptr::eq(*f, *s))).take(2).collect::<Vec<_>>());
     let ends: Vec<State<'a>> = firsts.par_iter().filter_map(|start| follow(state.clone(), start)).collect();
-    let rank = |s: &State<'_>| {
-        let photos = s.poses.iter().flatten().count();
-        (photos, s.used_count())
-    };
     let mut best: Option<State<'a>> = None;
     for end in ends {
-        if best.as_ref().is_none_or(|b| rank(&end) > rank(b)) {
+        if best.as_ref().is_none_or(|b| end.rank() > b.rank()) {
             best = Some(end);
         }
     }
@@ -216,7 +212,7 @@ pub(super) fn resect_from(state: &mut State<'_>, photo: usize, world: &[DVec3], 
     let candidates = if state.met[lens] {
         vec![state.lenses[lens].focal_px[0]]
     } else {
-        focal_candidates(&state.problem.lenses[lens].focal, &state.lenses[lens])
+        focal_candidates(&state.problem.lenses[lens].focal, &state.lenses[lens], state.doubts_exif)
     };
     let reach = state.reach_px(lens) * if state.met[lens] { 1.5 } else { 3.0 };
     let seed = state.params.seed ^ (photo as u64).wrapping_mul(0x9e37_79b9);

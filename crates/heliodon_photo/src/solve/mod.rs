@@ -98,7 +98,17 @@ fn begin(state: &mut State<'_>, turned: &[Option<FromEdges>], notes: &mut Vec<St
     state.poses.fill(None);
     state.held.fill(false);
     let (starts, refusals) = incremental::starts(state);
-    match incremental::best_of(state, &starts) {
+    let mut best = incremental::best_of(state, &starts);
+    let guessed = problem.lenses.iter().any(|l| matches!(l.focal, Focal::Guess(_)));
+    if guessed && best.as_ref().is_none_or(|b| b.poses.iter().any(Option::is_none)) {
+        let doubting = State { doubts_exif: true, ..state.clone() };
+        let (starts, _) = incremental::starts(&doubting);
+        let other = incremental::best_of(&doubting, &starts);
+        if other.as_ref().map(State::rank) > best.as_ref().map(State::rank) {
+            best = other;
+        }
+    }
+    match best {
         Some(best) => {
             *state = best;
             None

@@ -29,6 +29,8 @@ pub(super) struct State<'a> {
     pub(super) frame: Option<DQuat>,
     /// Photographs whose pose was taken over and is kept.
     pub(super) held: Vec<bool>,
+    /// Whether EXIF's focal lengths are doubted: photographs may have been cropped, or zoomed by computation.
+    pub(super) doubts_exif: bool,
     /// Whether poses are already in the world's space, by coordinates of points.
     pub(super) placed: bool,
     /// Which edges count.
@@ -70,6 +72,7 @@ impl<'a> State<'a> {
             used: vec![false; problem.marks.len()],
             frame: None,
             held: vec![false; problem.photos.len()],
+            doubts_exif: false,
             placed: false,
             edges_used: vec![true; problem.edges.len()],
             ambiguous: vec![false; problem.points.len()],
@@ -198,8 +201,9 @@ impl<'a> State<'a> {
         (0..self.poses.len()).filter(|p| self.poses[*p].is_none()).map(|p| (p, counts[p])).collect()
     }
 
-    pub(super) fn used_count(&self) -> usize {
-        self.used.iter().filter(|u| **u).count()
+    /// How much is solved: photographs, then marks that agree.
+    pub(super) fn rank(&self) -> (usize, usize) {
+        (self.poses.iter().flatten().count(), self.used.iter().filter(|u| **u).count())
     }
 }
 
@@ -231,13 +235,14 @@ pub(super) fn prepared_lens(group: &super::problem::LensGroup, now: Intrinsics, 
     lens
 }
 
-/// Focal lengths to try, in pixels: from a wide angle of 100 degrees to a long lens of 10.
-pub(super) fn focal_candidates(focal: &Focal, lens: &Intrinsics) -> Vec<f64> {
+/// Focal lengths to try, in pixels: from a wide angle of 100 degrees to a long lens of 10, EXIF's first.
+pub(super) fn focal_candidates(focal: &Focal, lens: &Intrinsics, doubts_exif: bool) -> Vec<f64> {
+    let size = f64::from(lens.width.max(lens.height));
+    let all = || [1.1, 0.9, 1.35, 0.75, 1.65, 0.6, 2.0, 2.5, 0.45, 3.2, 4.2, 5.6].iter().map(|r| r * size);
     match *focal {
-        Focal::Known(px) | Focal::Guess(px) => vec![px],
-        Focal::Free => {
-            let size = f64::from(lens.width.max(lens.height));
-            [1.1, 0.9, 1.35, 0.75, 1.65, 0.6, 2.0, 2.5, 0.45, 3.2, 4.2, 5.6].iter().map(|r| r * size).collect()
-        }
+        Focal::Known(px) => vec![px],
+        Focal::Guess(px) if doubts_exif => std::iter::once(px).chain(all()).collect(),
+        Focal::Guess(px) => vec![px],
+        Focal::Free => all().collect(),
     }
 }
