@@ -83,6 +83,8 @@ pub enum Command {
     Script(commands::script::Args),
     /// Turns a film before a blue or green screen into an image and its mask
     Key(commands::key::Args),
+    /// Cameras from photographs: marks solved, or matched by COLMAP
+    Photo(commands::photo::Args),
     /// Makes a sound (a fire, a chisel, wind, a crowd), or tells what is in a sound file
     Sound(commands::sound::Args),
     /// Tells what is in a mesh, an image, a site or a bundle

@@ -77,6 +77,7 @@ fn run(args: Args) -> Result<()> {
         Command::Detail(args) => commands::detail::run(&app, &args),
         Command::Script(args) => commands::script::run(&app, &args),
         Command::Key(args) => commands::key::run(&app, &args),
+        Command::Photo(args) => commands::photo::run(&app, &args),
         Command::Sound(args) => commands::sound::run(&app, &args),
         Command::Inspect(args) => commands::inspect::run(&app, &args),
         Command::Bench(args) => commands::bench::run(&app, &args),

@@ -17,6 +17,7 @@ pub mod key;
 pub mod lightmap;
 pub mod merge;
 pub mod new;
+pub mod photo;
 #[cfg(feature = "viewer")]
 pub mod play;
 pub mod prepare;

@@ -1,0 +1,132 @@
+//! `heliodon photo`: cameras, models, textures and albedo from photographs.
+
+use crate::App;
+use crate::failure::wrong_arguments;
+use anyhow::{Context, Result};
+use heliodon_bake::report::Reporter;
+use heliodon_photo::formats::cameras_file::{CAMERAS_FILE_NAME, CamerasFile};
+use heliodon_photo::matching;
+use heliodon_photo::project::{CameraFormat, Project};
+use heliodon_photo::report;
+use heliodon_photo::solve;
+use serde::Serialize;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+/// Works on a project of photographs: a folder with photos.toml.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  heliodon photo solve castle\n  heliodon photo solve castle/photos.toml --json\n  heliodon photo match castle --colmap /opt/colmap/bin/colmap"
+)]
+pub struct Args {
+    /// What to do
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Verb {
+    /// Solves for cameras and points from marks, parallel edges and what is known of the place; writes cameras.json beside the project
+    Solve(SolveArgs),
+    /// Matches photographs by COLMAP, where it is installed, and takes its cameras over into the project
+    Match(MatchArgs),
+}
+
+#[derive(Debug, clap::Args)]
+struct SolveArgs {
+    /// The project's folder or its photos.toml
+    #[arg(value_name = "PROJECT")]
+    project: PathBuf,
+    /// Where to write the cameras [default: cameras.json beside the project]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+#[derive(Debug, clap::Args)]
+struct MatchArgs {
+    /// The project's folder or its photos.toml
+    #[arg(value_name = "PROJECT")]
+    project: PathBuf,
+    /// The program
+    #[arg(long, value_name = "PROGRAM", default_value = "colmap")]
+    colmap: OsString,
+}
+
+/// Runs it.
+pub fn run(app: &App, args: &Args) -> Result<()> {
+    match &args.verb {
+        Verb::Solve(args) => run_solve(app, args),
+        Verb::Match(args) => run_match(app, args),
+    }
+}
+
+fn run_solve(app: &App, args: &SolveArgs) -> Result<()> {
+    let project = Project::read(&args.project)?;
+    let loaded = project.load()?;
+    if loaded.problem.photos.is_empty() {
+        wrong_arguments!("{} has no photographs: add [[photo]] with file = \"...\"", args.project.display());
+    }
+    app.progress.stage("solving for cameras", 0);
+    let solution = solve::solve(&loaded.problem, &project.params());
+    let mut file = CamerasFile::new(&loaded.problem, &solution);
+    file.notes.extend(loaded.notes);
+    let path = args.output.clone().unwrap_or_else(|| project.folder().join(CAMERAS_FILE_NAME));
+    let text = file.text().map_err(anyhow::Error::msg)?;
+    write_whole(&path, &text)?;
+    app.output.result(&file, |file| format!("{}written: {}\n", report::describe(file), path.display()))
+}
+
+/// Writes beside and renames into place, so that a crash leaves the old file or the new one.
+fn write_whole(path: &Path, text: &str) -> Result<()> {
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".new");
+    let beside = PathBuf::from(beside);
+    std::fs::write(&beside, text).with_context(|| format!("cannot write {}", beside.display()))?;
+    std::fs::rename(&beside, path).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// What `heliodon photo match` has to say.
+#[derive(Serialize)]
+struct MatchReport {
+    photos: usize,
+    matched: usize,
+    points: usize,
+    rms_px: Option<f64>,
+    model: String,
+    models: usize,
+    missing: Vec<String>,
+}
+
+fn run_match(app: &App, args: &MatchArgs) -> Result<()> {
+    let mut project = Project::read(&args.project)?;
+    let photos: Vec<String> = project.file.photo.iter().map(|photo| photo.file.clone()).collect();
+    let matched = matching::run(&args.colmap, project.folder(), &photos, &mut |stage| app.progress.stage(stage, 0))?;
+    project.take_over(&matched.model, CameraFormat::Colmap);
+    project.save()?;
+    let found = |photo: &&String| matched.cameras.cameras.iter().any(|camera| camera.name == **photo);
+    let report = MatchReport {
+        photos: photos.len(),
+        matched: photos.iter().filter(found).count(),
+        points: matched.cameras.points.len(),
+        rms_px: matched.cameras.rms_px(),
+        model: matched.model.clone(),
+        models: matched.models,
+        missing: photos.iter().filter(|photo| !found(photo)).cloned().collect(),
+    };
+    app.output.result(&report, describe_match)
+}
+
+fn describe_match(report: &MatchReport) -> String {
+    let rms = report.rms_px.map(|rms| format!(", {rms:.2} px rms")).unwrap_or_default();
+    let mut text = format!(
+        "{} of {} photographs matched, {} points{rms}; taken over from {}\n",
+        report.matched, report.photos, report.points, report.model
+    );
+    if report.models > 1 {
+        text += &format!("COLMAP made {} separate models; the largest was taken\n", report.models);
+    }
+    for photo in &report.missing {
+        text += &format!("  {photo}: not matched\n");
+    }
+    text
+}

@@ -1,0 +1,85 @@
+use super::*;
+
+const TEXT: &str = r#"
+[project]
+name = "Castle"
+
+[[lens]]
+name = "ixus"
+focal = 1668.8
+
+[[photo]]
+file = "images/a.jpg"
+lens = "ixus"
+size_px = [1600, 1200]
+
+[[photo]]
+file = "images/b.jpg"
+size_px = [1600, 1200]
+
+[[point]]
+name = "tower"
+known_m = [1.0, 2.0, 3.0]
+[point.marks]
+"a.jpg" = [812.5, 33]
+"b.jpg" = [799.25, 41.5]
+
+[[point]]
+name = "door"
+ground = true
+
+[[edge]]
+axis = "y"
+photo = "a.jpg"
+segments = [[[10.0, 900.0], [12.0, 100.0]]]
+
+[[distance]]
+between = ["tower", "door"]
+metres = 12.5
+
+[[direction]]
+from = "door"
+to = "tower"
+toward = "north"
+"#;
+
+#[test]
+fn a_project_becomes_a_problem_and_is_written_back_the_same() {
+    let project = Project::parse(TEXT, "photos.toml").unwrap();
+    let problem = project.problem(&[], &[]).unwrap();
+    assert_eq!((problem.photos.len(), problem.lenses.len(), problem.marks.len()), (2, 2, 2));
+    assert_eq!(problem.lenses[0].focal, Focal::Known(1668.8));
+    assert_eq!(problem.lenses[1].focal, Focal::Free);
+    assert_eq!(problem.points[0].known_m, Some(DVec3::new(1.0, 2.0, 3.0)));
+    assert_eq!(problem.directions[0].world, DVec3::NEG_Z);
+    assert_eq!((problem.edges[0].axis, problem.edges[0].photo), (1, 0));
+    let text = project.text().unwrap();
+    let again = Project::parse(&text, "photos.toml").unwrap();
+    assert_eq!(again.text().unwrap(), text);
+    assert!(text.contains("\n\"a.jpg\" = [812.5, 33.0]\n"), "{text}");
+}
+
+#[test]
+fn what_is_wrong_is_said_with_its_place() {
+    for (from, to, place, words) in [
+        ("focal = 1668.8", "focal = -1", 7, "above 0"),
+        ("name = \"ixus\"", "nome = \"ixus\"", 6, "unknown field"),
+        ("\"b.jpg\" = [799.25", "\"c.jpg\" = [799.25", 23, "no [[photo]] of that name"),
+        ("toward = \"north\"", "toward = \"nord\"", 41, "nord"),
+        ("metres = 12.5", "metres = 0", 34, "above 0"),
+        ("lens = \"ixus\"\n", "lens = \"other\"\n", 11, "no [[lens]] called other"),
+        ("file = \"images/b.jpg\"", "file = \"a.jpg\"", 15, "two photographs"),
+    ] {
+        let text = TEXT.replacen(from, to, 1);
+        let error = Project::parse(&text, "photos.toml").unwrap_err();
+        assert!(error.message.contains(words), "{error}");
+        assert_eq!(error.place.map(|p| p.0), Some(place), "{error}");
+    }
+}
+
+#[test]
+fn a_photograph_of_unknown_size_is_named() {
+    let text = TEXT.replacen("size_px = [1600, 1200]\n", "", 1);
+    let error = Project::parse(&text, "photos.toml").unwrap().problem(&[], &[]).unwrap_err();
+    assert!(error.message.contains("a.jpg"), "{error}");
+}

@@ -1,0 +1,289 @@
+//! What stands in `photos.toml`.
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::collections::BTreeMap;
+
+/// A project's file.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProjectFile {
+    /// What it is about.
+    #[serde(default)]
+    pub project: ProjectInfo,
+    /// Cameras taken over from other programs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cameras: Vec<CamerasEntry>,
+    /// Lenses that photographs share.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lens: Vec<LensEntry>,
+    /// Photographs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub photo: Vec<PhotoEntry>,
+    /// Reference points.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub point: Vec<PointEntry>,
+    /// Parallel edges.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub edge: Vec<EdgeEntry>,
+    /// Known distances.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub distance: Vec<DistanceEntry>,
+    /// Known directions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub direction: Vec<DirectionEntry>,
+}
+
+/// The project itself.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProjectInfo {
+    /// For people.
+    #[serde(default)]
+    pub name: String,
+    /// The standard deviation of a mark's coordinate; half a pixel where it is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mark_sigma_px: Option<f64>,
+    /// Of all random draws.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+}
+
+/// Which program wrote cameras.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CameraFormat {
+    /// A folder with cameras, images and points3D, text or binary.
+    Colmap,
+    /// `bundle.out`; its photographs in the order of the project's.
+    Bundler,
+    /// `sfm_data.json`.
+    Openmvg,
+    /// A folder with `sensors/`.
+    Kapture,
+    /// Lines of a name and twelve numbers of P, or K, R, t in 21 (Middlebury).
+    Projection,
+}
+
+/// Cameras taken over.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CamerasEntry {
+    /// The file or folder, from the project's own folder.
+    pub file: String,
+    /// Who wrote it.
+    pub format: CameraFormat,
+}
+
+/// What is known of a focal length.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum FocalEntry {
+    /// In pixels.
+    Known(f64),
+    /// As the photographs' EXIF says, a start that marks correct; free where there is none.
+    #[default]
+    Exif,
+    /// Nothing.
+    Free,
+}
+
+impl Serialize for FocalEntry {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Known(px) => serializer.serialize_f64(*px),
+            Self::Exif => serializer.serialize_str("exif"),
+            Self::Free => serializer.serialize_str("free"),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for FocalEntry {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl serde::de::Visitor<'_> for Visitor {
+            type Value = FocalEntry;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("a focal length in pixels, \"exif\" or \"free\"")
+            }
+
+            fn visit_f64<E: serde::de::Error>(self, px: f64) -> Result<FocalEntry, E> {
+                if px > 0.0 && px.is_finite() { Ok(FocalEntry::Known(px)) } else { Err(E::custom("a focal length is above 0")) }
+            }
+
+            fn visit_i64<E: serde::de::Error>(self, px: i64) -> Result<FocalEntry, E> {
+                self.visit_f64(px as f64)
+            }
+
+            fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<FocalEntry, E> {
+                match word {
+                    "exif" => Ok(FocalEntry::Exif),
+                    "free" => Ok(FocalEntry::Free),
+                    _ => Err(E::custom("write a focal length in pixels, \"exif\" or \"free\"")),
+                }
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+/// How much of a lens's distortion is solved for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DistortionEntry {
+    /// None.
+    None,
+    /// k1: enough for most lenses.
+    #[default]
+    #[serde(rename = "radial-1")]
+    Radial1,
+    /// k1 and k2.
+    #[serde(rename = "radial-2")]
+    Radial2,
+    /// k1 to k3, p1, p2 and the centre: wants many marks near the margins.
+    Full,
+}
+
+/// A lens at one setting.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LensEntry {
+    /// What photographs call it by.
+    pub name: String,
+    /// Its focal length.
+    #[serde(default)]
+    pub focal: FocalEntry,
+    /// What of its distortion is solved for.
+    #[serde(default)]
+    pub distortion: DistortionEntry,
+    /// Where its axis meets the photograph; the middle where it is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub centre_px: Option<[f64; 2]>,
+    /// k1, k2, k3 to start from, held where they are not solved for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radial: Option<[f64; 3]>,
+    /// p1, p2 to start from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tangential: Option<[f64; 2]>,
+}
+
+/// A photograph.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PhotoEntry {
+    /// The file, from the project's own folder; marks call the photograph by its last part.
+    pub file: String,
+    /// The lens; without one, photographs whose EXIF and size agree share theirs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lens: Option<String>,
+    /// Width and height, where the file is not at hand.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size_px: Option<[u32; 2]>,
+}
+
+impl PhotoEntry {
+    /// What marks call it by: the file's name without its folders.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        self.file.rsplit(['/', '\\']).next().unwrap_or(&self.file)
+    }
+}
+
+/// A reference point.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointEntry {
+    /// Its name.
+    pub name: String,
+    /// Its coordinates in the world, where they are known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub known_m: Option<[f64; 3]>,
+    /// Whether it lies on level ground of height 0.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub ground: bool,
+    /// Where it was marked, by the photographs' names.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub marks: BTreeMap<String, [f64; 2]>,
+}
+
+fn is_false(value: &bool) -> bool {
+    !*value
+}
+
+/// An axis of the building.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AxisEntry {
+    /// East, or along the building.
+    X,
+    /// Up.
+    Y,
+    /// South, or across.
+    Z,
+}
+
+/// Edges along one axis in one photograph.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EdgeEntry {
+    /// Which axis they run along.
+    pub axis: AxisEntry,
+    /// The photograph's name.
+    pub photo: String,
+    /// Both ends of each, from the axis's lesser to its greater coordinate: uprights from foot to top.
+    pub segments: Vec<[[f64; 2]; 2]>,
+}
+
+/// A known distance.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DistanceEntry {
+    /// Two points.
+    pub between: [String; 2],
+    /// How far apart.
+    pub metres: f64,
+}
+
+/// A known direction.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DirectionEntry {
+    /// The point where it begins.
+    pub from: String,
+    /// The point where it ends.
+    pub to: String,
+    /// Where it leads.
+    pub toward: Toward,
+}
+
+/// A direction of the world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Toward {
+    /// -Z.
+    North,
+    /// +Z.
+    South,
+    /// +X.
+    East,
+    /// -X.
+    West,
+    /// +Y.
+    Up,
+    /// -Y.
+    Down,
+}
+
+impl Toward {
+    /// The unit vector.
+    #[must_use]
+    pub fn unit(self) -> glam::DVec3 {
+        match self {
+            Self::North => glam::DVec3::NEG_Z,
+            Self::South => glam::DVec3::Z,
+            Self::East => glam::DVec3::X,
+            Self::West => glam::DVec3::NEG_X,
+            Self::Up => glam::DVec3::Y,
+            Self::Down => glam::DVec3::NEG_Y,
+        }
+    }
+}
