@@ -164,7 +164,7 @@ FEATURES = {
 
 
 def heliodon(*command):
-    subprocess.run([args.heliodon, "--quiet", *map(str, command)], check=True)
+    subprocess.run([args.heliodon, "--quiet", *map(str, command)], check=True, stdout=subprocess.DEVNULL)
 
 
 def box(path, width, height):

@@ -1,5 +1,7 @@
 //! `heliodon photo`: cameras, models, textures and albedo from photographs.
 
+mod made;
+
 use crate::App;
 use crate::failure::wrong_arguments;
 use anyhow::{Context, Result};
@@ -16,7 +18,7 @@ use std::path::{Path, PathBuf};
 /// Works on a project of photographs: a folder with photos.toml.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  heliodon photo solve castle\n  heliodon photo solve castle/photos.toml --json\n  heliodon photo match castle --colmap /opt/colmap/bin/colmap"
+    after_help = "Examples:\n  heliodon photo solve castle\n  heliodon photo solve castle/photos.toml --json\n  heliodon photo match castle --colmap /opt/colmap/bin/colmap\n  heliodon photo model castle\n  heliodon photo texture castle -o castle/made --side 8192"
 )]
 pub struct Args {
     /// What to do
@@ -30,6 +32,10 @@ enum Verb {
     Solve(SolveArgs),
     /// Matches photographs by COLMAP, where it is installed, and takes its cameras over into the project
     Match(MatchArgs),
+    /// Fits the project's shapes to its points and edges, and writes each part as an OBJ
+    Model(made::ModelArgs),
+    /// The same, textured from the photographs: OBJs with texture coordinates, atlas.png, and evidence.png of what was seen
+    Texture(made::TextureArgs),
 }
 
 #[derive(Debug, clap::Args)]
@@ -57,6 +63,8 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     match &args.verb {
         Verb::Solve(args) => run_solve(app, args),
         Verb::Match(args) => run_match(app, args),
+        Verb::Model(args) => made::run_model(app, args),
+        Verb::Texture(args) => made::run_texture(app, args),
     }
 }
 

@@ -5,10 +5,12 @@
 mod load;
 mod source;
 mod types;
+mod witness;
 
 pub use load::{LoadError, Loaded};
 pub use source::ProjectError;
 pub use types::*;
+pub use witness::Witnesses;
 
 use crate::camera::Intrinsics;
 use crate::exif::PhotoFacts;

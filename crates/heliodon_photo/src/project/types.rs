@@ -1,5 +1,6 @@
 //! What stands in `photos.toml`.
 
+use crate::model::table::ShapeRow;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
 
@@ -31,6 +32,9 @@ pub struct ProjectFile {
     /// Known directions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub direction: Vec<DirectionEntry>,
+    /// What the model is made of.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shape: Vec<ShapeRow>,
 }
 
 /// The project itself.
