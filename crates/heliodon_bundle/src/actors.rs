@@ -36,7 +36,11 @@ pub struct ActorMeta {
 }
 
 /// Copies an actor's files below `folder`, and answers with the actor as the manifest has it and with what was copied: nothing where one `before` has the same files.
-pub(crate) fn copy_actor(folder: &Path, meta: &ActorMeta, before: &[ActorMeta]) -> Result<(Actor, Vec<StoredFile>), WriteError> {
+pub(crate) fn copy_actor(
+    folder: &Path,
+    meta: &ActorMeta,
+    before: &[ActorMeta],
+) -> Result<(Actor, Vec<StoredFile>), WriteError> {
     let name = meta.actor.display_name().to_owned();
     let unfit = |what: String| WriteError::Unfit(format!("actor `{name}`: {what}"));
     let known = before.iter().find(|known| known.files == meta.files);

@@ -77,12 +77,16 @@ fn marks_become_cameras_a_model_and_its_texture() {
     let told = done(&[&"photo", &"solve", &folder]).out;
     assert!(told.contains("5 of 5 photographs and 14 of 14 points"), "{told}");
     let model = json(&[&"photo", &"model", &folder]);
-    assert_eq!((model["parts"][0]["file"].as_str(), model["parts"][0]["triangles"].as_u64()), (Some("The-walls.obj"), Some(12)));
+    assert_eq!(
+        (model["parts"][0]["file"].as_str(), model["parts"][0]["triangles"].as_u64()),
+        (Some("The-walls.obj"), Some(12))
+    );
     assert_eq!(model["parts"][0]["open_edges"].as_u64(), Some(0));
     assert!(model["shapes"][0]["rms_m"].as_f64().unwrap() < 0.002, "{model}");
     assert!(model["refused"][0].as_str().unwrap().contains("nowhere"), "{model}");
     let obj = fs::read_to_string(folder.join("made/The-walls.obj")).unwrap();
-    let highest = obj.lines().filter_map(|line| line.strip_prefix("v ")?.split(' ').nth(1)?.parse::<f64>().ok()).fold(0.0, f64::max);
+    let highest =
+        obj.lines().filter_map(|line| line.strip_prefix("v ")?.split(' ').nth(1)?.parse::<f64>().ok()).fold(0.0, f64::max);
     assert!((highest - 2.0).abs() < 0.005, "{highest}");
     let textured = json(&[&"photo", &"texture", &folder, &"--side", &"512", &"-o", &folder.join("textured")]);
     let seen = textured["texture"]["seen"].as_f64().unwrap();

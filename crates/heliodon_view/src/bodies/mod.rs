@@ -419,10 +419,9 @@ impl Plugin for BodiesPlugin {
     fn build(&self, app: &mut App) {
         let told = FrameTold::in_app(app);
         // After hands and scripts have had their say, and before actors are lit where they are.
-        app.init_resource::<Bodies>().init_resource::<Actors>().add_systems(
-            Update,
-            (told.of("bodies", fall), told.of("bodies", tell)).chain().after(HandsSet),
-        );
+        app.init_resource::<Bodies>()
+            .init_resource::<Actors>()
+            .add_systems(Update, (told.of("bodies", fall), told.of("bodies", tell)).chain().after(HandsSet));
     }
 }
 

@@ -9,9 +9,9 @@ mod render;
 pub(crate) mod uniform;
 
 pub use load::Kind;
+pub(crate) use render::draw;
 #[cfg(test)]
 pub(crate) use render::{Draws, ImpostorKey};
-pub(crate) use render::draw;
 pub(crate) use uniform::CameraUniform;
 pub use uniform::{CAMERA_BYTES, KIND_BYTES, PERSON_BYTES, SEEN_BYTES};
 

@@ -228,9 +228,7 @@ fn queue_pipeline(
     let multiplied =
         BlendComponent { src_factor: BlendFactor::Dst, dst_factor: BlendFactor::Zero, operation: BlendOperation::Add };
     let (entries, blend) = match key.draws {
-        Draws::Shadows => {
-            (["shadow_vertex", "shadow_fragment"], Some(BlendState { color: multiplied, alpha: multiplied }))
-        }
+        Draws::Shadows => (["shadow_vertex", "shadow_fragment"], Some(BlendState { color: multiplied, alpha: multiplied })),
         Draws::Looks => (["vertex", "fragment"], Some(BlendState::ALPHA_BLENDING)),
         Draws::Solids => (["solid_vertex", "solid_fragment"], None),
     };

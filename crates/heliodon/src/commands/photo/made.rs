@@ -208,5 +208,6 @@ fn describe(report: &MadeReport) -> String {
         }
         texture.warnings.iter().for_each(|warning| text += &format!("  {warning}\n"));
     }
-    text + &format!("written to {}\n", report.folder.display())
+    text += &format!("written to {}\n", report.folder.display());
+    text
 }
