@@ -32,16 +32,16 @@ parser.add_argument("--keep", type=pathlib.Path, help="leave site, bundle and fi
 args = parser.parse_args()
 
 STORY = """
-state.near = 0;
-on("enter", "porch", |e| { hint("welcome", 20); task("look"); guide("to-the-porch"); });
-on("look", "stele", |e| { highlight("stele", true); });
-fn count() { state.near += 1; after(0.2, || count()); }
-count();
+state.seconds = 0;
+when_enter("porch", || { hint("welcome", 20); task("look"); guide("to-the-porch"); });
+when_look("stele", 0, || highlight("stele", true));
+every(0.2, || { state.seconds += 0.2; });
 """
 TEXTS = """
-[welcome]
+languages = ["en"]
+[texts.welcome]
 en = "The procession passes between the columns"
-[look]
+[texts.look]
 en = "Go up the steps"
 """
 FRONT = (-50.0, -6.0)  # x, z before the west porch
