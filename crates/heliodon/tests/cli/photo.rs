@@ -34,8 +34,8 @@ const POINTS: [(&str, [f64; 3]); 14] = [
 fn camera(number: usize) -> Camera {
     let angle = 0.5 * number as f64 - 1.0;
     let eye = DVec3::new(9.0 * angle.sin(), 2.0 + 0.6 * number as f64, 9.0 * angle.cos());
-    let ahead = (DVec3::new(0.0, 1.0, 0.0) - eye).normalize();
-    let right = ahead.cross(DVec3::Y).normalize();
+    let ahead = (DVec3::new(0.0, 1.0, 0.0) - eye).try_normalize().unwrap();
+    let right = ahead.cross(DVec3::Y).try_normalize().unwrap();
     let rotation = DQuat::from_mat3(&DMat3::from_cols(right, ahead.cross(right), ahead).transpose());
     let mut intrinsics = Intrinsics::pinhole(WIDTH, HEIGHT, FOCAL_PX);
     intrinsics.centre_px = [200.0, 150.0];
