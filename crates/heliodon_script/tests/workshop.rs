@@ -32,7 +32,7 @@ fn visit(memory: Memory) -> Stage {
         .with(Kind::Animation, ["idle", "walk", "point", "hammer", "cheer"])
         .with(Kind::Material, ["ivory", "gold", "glass"])
         .with(Kind::Particles, ["dust", "fire", "smoke", "sparks", "chips", "steam"])
-        .with(Kind::Sound, ["blow", "bell", "wind", "laid", "poured", "dipped", "cheering", "carving"])
+        .with(Kind::Sound, ["blow", "bell", "wind", "laid", "poured", "dipped", "cheering", "carving", "knock"])
         .with(Kind::Path, ways)
         .with(Kind::Path, masters)
         .with(Kind::View, ["before-the-statue"])
