@@ -4,7 +4,8 @@ mod made;
 
 use crate::App;
 use crate::failure::wrong_arguments;
-use anyhow::{Context, Result};
+use crate::files::write_whole;
+use anyhow::Result;
 use heliodon_bake::report::Reporter;
 use heliodon_photo::formats::cameras_file::{CAMERAS_FILE_NAME, CamerasFile};
 use heliodon_photo::matching;
@@ -13,7 +14,8 @@ use heliodon_photo::report;
 use heliodon_photo::solve;
 use serde::Serialize;
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::io::Write;
+use std::path::PathBuf;
 
 /// Works on a project of photographs: a folder with photos.toml.
 #[derive(Debug, clap::Args)]
@@ -80,17 +82,8 @@ fn run_solve(app: &App, args: &SolveArgs) -> Result<()> {
     file.notes.extend(loaded.notes);
     let path = args.output.clone().unwrap_or_else(|| project.folder().join(CAMERAS_FILE_NAME));
     let text = file.text().map_err(anyhow::Error::msg)?;
-    write_whole(&path, &text)?;
+    write_whole(&path, |file| file.write_all(text.as_bytes()))?;
     app.output.result(&file, |file| format!("{}written: {}\n", report::describe(file), path.display()))
-}
-
-/// Writes beside and renames into place, so that a crash leaves the old file or the new one.
-fn write_whole(path: &Path, text: &str) -> Result<()> {
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".new");
-    let beside = PathBuf::from(beside);
-    std::fs::write(&beside, text).with_context(|| format!("cannot write {}", beside.display()))?;
-    std::fs::rename(&beside, path).with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// What `heliodon photo match` has to say.

@@ -9,20 +9,18 @@ use super::sun_map::{OPEN, SunMap};
 use crate::daylight::pipelines::{StagePipelines, resolved};
 use crate::daylight::prepare::StageGpu;
 use crate::impostor::uniform::{CAMERA_BYTES, CameraUniform};
-use crate::over_stone::{CAMERA_WGSL, Grown};
+use crate::over_stone::{CAMERA_WGSL, Grown, SeenCamera};
 use crate::stage::frame::StageFrame;
 use crate::tonemap::DisplayKey;
-use bevy::camera::{Camera3d, MainPassResolutionOverride};
+use bevy::camera::MainPassResolutionOverride;
 use bevy::prelude::*;
-use bevy::render::camera::ExtractedCamera;
 use bevy::render::extract_resource::ExtractResource;
 use bevy::render::render_resource::binding_types::{
     sampler, storage_buffer_read_only_sized, texture_2d, texture_depth_2d, texture_depth_2d_multisampled, uniform_buffer_sized,
 };
 use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery};
-use bevy::render::sync_world::MainEntity;
-use bevy::render::view::{ExtractedView, Msaa, ViewDepthTexture, ViewTarget};
+use bevy::render::view::{ViewDepthTexture, ViewTarget};
 use bytemuck::{Pod, Zeroable};
 use std::collections::HashMap;
 use std::num::NonZeroU64;
@@ -163,19 +161,9 @@ impl Default for Layouts {
     }
 }
 
-/// What of a camera counts.
-type SeenCamera = (
-    Entity,
-    &'static MainEntity,
-    &'static ExtractedCamera,
-    &'static Camera3d,
-    &'static ExtractedView,
-    &'static Msaa,
-    &'static ViewDepthTexture,
-    &'static ViewTarget,
-    Option<&'static MainPassResolutionOverride>,
-    Has<crate::daylight::ExactAtRest>,
-);
+/// What of a camera counts beside what all look at that is laid over the stone.
+type AirCamera =
+    (SeenCamera, &'static ViewTarget, Option<&'static MainPassResolutionOverride>, Has<crate::daylight::ExactAtRest>);
 
 /// Takes the frame's air to the GPU.
 pub fn prepare(
@@ -185,7 +173,7 @@ pub fn prepare(
     mut pipelines: ResMut<StagePipelines>,
     mut cache: ResMut<PipelineCache>,
     (device, queue): (Res<RenderDevice>, Res<RenderQueue>),
-    cameras: Query<SeenCamera>,
+    cameras: Query<AirCamera>,
 ) {
     let gpu = &mut *gpu;
     gpu.cameras.values_mut().for_each(|camera| camera.drawn = None);
@@ -195,7 +183,7 @@ pub fn prepare(
     let both = (&*device, &*queue);
     gpu.write(&frame, both, &cache);
     gpu.cameras.retain(|entity, _| cameras.contains(*entity));
-    for (entity, main, camera, camera_3d, view, msaa, depth, target, smaller, exact) in &cameras {
+    for ((entity, main, camera, camera_3d, view, msaa, depth), target, smaller, exact) in &cameras {
         let Some(head) = frame.heads.iter().position(|head| head.cameras.contains(&main.id())) else { continue };
         // Bevy gives depth its usages a frame after they are asked for.
         let readable = TextureUsages::from(camera_3d.depth_texture_usages).contains(TextureUsages::TEXTURE_BINDING)
