@@ -19,6 +19,7 @@ use heliodon_view::film::{FilmOptions, Films, Passes};
 use heliodon_view::headless::{RenderOptions, Renderer, Shot, ShotExposure};
 use heliodon_view::impostor::Impostors;
 use heliodon_view::lamps::{Lamp, Lamps};
+use heliodon_view::particles::Particles;
 use std::process::Command;
 use tempfile::TempDir;
 
@@ -309,4 +310,28 @@ fn who_stands_before_a_film_hides_it() {
         let (own, seen) = (alone.pixel(x, SIZE[1] / 2), both.pixel(x, SIZE[1] / 2));
         assert!(seen.abs_diff_eq(own, 0.02) && !white(x), "{x}: {seen}, not {own}");
     }
+}
+
+#[test]
+fn a_film_hides_the_smoke_behind_it_where_it_is_and_nowhere_else() {
+    if !ffmpeg() {
+        return;
+    }
+    let mut scene = Scene::new(false, 1);
+    // the left half of it is there
+    scene.pair("half", 30, |_, x, _| if x < SIDE / 2 { [128, 0] } else { [0, 255] });
+    scene.add("name = \"half\"\nfile = \"half.image.mp4\"\nmask = \"half.mask.mp4\"\nplace = [0.0, 0.0, 10.0]\nheight_m = 3.4\nlit = 0.0");
+    let alone = scene.at(4.0);
+    let text = "[site]\nname = \"a\"\n[[part]]\nfile = \"a.obj\"\n[sky]\nprobes = \"*.hdr\"\nmapping = \"lat-long\"\n\
+                [[particles]]\nname = \"smoke\"\nkind = \"smoke\"\nplace = [0.0, 0.5, 7.0]\nextent = [2.0, 0.5, 0.2]\ndensity = 3.0\n";
+    let smoke = Site::parse(text, "site.toml").unwrap().file().particles[0].clone();
+    scene.renderer.app_mut().world_mut().resource_mut::<Particles>().add(&smoke);
+    let both = scene.at(4.0);
+    // between the middle's soft edge and the film's own
+    let changed = |columns: std::ops::Range<u32>| {
+        let places = columns.flat_map(|x| (20..SIZE[1] - 20).map(move |y| (x, y)));
+        places.filter(|&(x, y)| !alone.pixel(x, y).abs_diff_eq(both.pixel(x, y), 0.01)).count()
+    };
+    let (hidden, seen) = (changed(SIZE[0] / 2 - 25..SIZE[0] / 2 - 3), changed(SIZE[0] / 2 + 3..SIZE[0] / 2 + 25));
+    assert!(hidden == 0 && seen > 200, "{hidden} {seen}");
 }

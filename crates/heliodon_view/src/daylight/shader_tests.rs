@@ -149,7 +149,7 @@ fn the_shader_that_lights_an_eye_at_rest_is_valid() {
 
 #[test]
 fn the_shaders_of_the_air_are_valid_for_every_target() {
-    use crate::impostor::CAMERA_BYTES;
+    use crate::over_stone::CAMERA_BYTES;
     use crate::particles::quad::QUAD_BYTES;
     use crate::particles::render::{MAP_BYTES, air_wgsl, compose_wgsl};
     for samples in [1, 4] {
@@ -161,14 +161,18 @@ fn the_shaders_of_the_air_are_valid_for_every_target() {
     }
     for curve in [ToneCurve::Clamp, ToneCurve::Filmic, ToneCurve::Linear] {
         for format in [TextureFormat::Rgba8UnormSrgb, TextureFormat::Rgba8Unorm, TextureFormat::Rgba16Float] {
-            compile(&compose_wgsl(DisplayKey { curve, format }));
+            for samples in [1, 4] {
+                let module = compile(&compose_wgsl(DisplayKey { curve, format }, samples));
+                assert!(bound_groups(&module) <= 4, "no more than portable devices have");
+            }
         }
     }
 }
 
 #[test]
 fn the_shaders_of_impostors_are_valid_for_every_target() {
-    use crate::impostor::{CAMERA_BYTES, Draws, ImpostorKey, KIND_BYTES, PERSON_BYTES};
+    use crate::impostor::{Draws, ImpostorKey, KIND_BYTES, PERSON_BYTES};
+    use crate::over_stone::CAMERA_BYTES;
     for (samples, steps, draws) in [(1, 0, Draws::Looks), (1, 3, Draws::Shadows), (4, 2, Draws::Solids)] {
         for (curve, format) in
             [(ToneCurve::Clamp, TextureFormat::Bgra8UnormSrgb), (ToneCurve::Linear, TextureFormat::Rgba16Float)]
@@ -185,7 +189,7 @@ fn the_shaders_of_impostors_are_valid_for_every_target() {
 #[test]
 fn the_shaders_of_films_are_valid_for_every_target() {
     use crate::film::{FILM_BYTES, FilmKey, Step};
-    use crate::impostor::CAMERA_BYTES;
+    use crate::over_stone::CAMERA_BYTES;
     for (samples, surface, straight) in [(1, false, false), (4, true, false), (4, false, true)] {
         for (curve, format) in
             [(ToneCurve::Clamp, TextureFormat::Bgra8UnormSrgb), (ToneCurve::Linear, TextureFormat::Rgba16Float)]

@@ -45,11 +45,19 @@ struct Fragment {
     @location(3) @interpolate(flat) shape: vec4<f32>,
 }
 
+fn side_of_corner(corner: u32) -> vec2<f32> {
+    return vec2<f32>(f32(corner & 1u), f32(corner >> 1u));
+}
+
+fn place_on(film: Film, side: vec2<f32>) -> vec3<f32> {
+    return film.place.xyz + film.right.xyz * (side.x * 2.0 - 1.0) + film.up.xyz * side.y;
+}
+
 @vertex
 fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u32) -> Fragment {
     let film = films[number];
-    let side = vec2<f32>(f32(corner & 1u), f32(corner >> 1u));
-    let world = film.place.xyz + film.right.xyz * (side.x * 2.0 - 1.0) + film.up.xyz * side.y;
+    let side = side_of_corner(corner);
+    let world = place_on(film, side);
     let to_eye = camera.eye.xyz - world;
     let nearer = world + to_eye * (min(SOFT_M * 0.5, 0.5 * length(to_eye)) / max(length(to_eye), 1e-4));
     var out: Fragment;
@@ -161,6 +169,27 @@ fn surface_fragment(in: Fragment) -> @location(0) vec4<f32> {
 @fragment
 fn surface_mask_fragment(in: Fragment) -> @location(0) vec4<f32> {
     return vec4<f32>(1.0 - shown(in, 1.0).a);
+}
+
+struct Solid {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) uv: vec2<f32>,
+    @location(1) @interpolate(flat) kind: f32,
+}
+
+// For what is drawn later: where a film that stands covers what is behind it.
+@vertex
+fn solid_vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u32) -> Solid {
+    let film = films[number];
+    let side = side_of_corner(corner);
+    return Solid(camera.clip_from_world * vec4<f32>(place_on(film, side), 1.0), vec2<f32>(side.x, 1.0 - side.y), film.right.w);
+}
+
+@fragment
+fn solid_fragment(in: Solid) {
+    if (in.kind != OPAQUE && textureSampleLevel(texels, texel_sampler, in.uv, 0.0).a < 0.5) {
+        discard;
+    }
 }
 
 // Around what stands on the ground the sky is darker so far, metres.

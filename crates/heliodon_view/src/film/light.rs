@@ -2,8 +2,7 @@
 
 use crate::actors::Actors;
 use crate::lamps::Lamp;
-use crate::lamps::reaching::{arrives, reaching};
-use crate::lamps::uniform::lit;
+use crate::lamps::reaching::{Reach, arrives};
 use crate::stage::ground::Ground;
 use bevy::math::Vec3;
 use heliodon_bundle::grid::AmbientCube;
@@ -23,6 +22,10 @@ pub struct Light<'a> {
     pub has_sun: bool,
     /// Where shadows come from: the sun's direction, or from above.
     pub shadow: Vec3,
+    /// Those that are lit.
+    pub lamps: &'a [Lamp],
+    /// What hides them.
+    pub ground: &'a Ground,
 }
 
 /// What reaches a place.
@@ -33,37 +36,17 @@ pub struct Reached {
     lamps: Vec<(Vec3, Vec3)>,
 }
 
-/// Which lamps reach a place; rays are cast anew only where lamps, place or stone are others than before.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct LampsAt {
-    place: Vec3,
-    lamps: Vec<Lamp>,
-    chunks: usize,
-    reaching: Vec<(Vec3, Vec3)>,
-}
-
 impl Reached {
     fn by_lamps(&self, normal: Vec3) -> Vec3 {
         self.lamps.iter().map(|(to, irradiance)| *irradiance * normal.dot(*to).max(0.0)).sum()
     }
 }
 
-impl LampsAt {
-    /// Looks which lamps reach a place.
-    pub fn look(&mut self, place: Vec3, lamps: &[Lamp], ground: &Ground) {
-        let chunks = ground.chunks().len();
-        if self.place == place && self.lamps == lamps && self.chunks == chunks {
-            return;
-        }
-        *self = Self { place, lamps: lamps.to_vec(), chunks, reaching: reaching(place, &lit(lamps), ground).collect() };
-    }
-}
-
 impl Light<'_> {
-    /// What reaches a place, by the lamps that do.
+    /// What reaches a place.
     #[must_use]
-    pub fn at(&self, place: Vec3, lamps: &LampsAt) -> Reached {
-        Reached { around: self.actors.light_at(self.moment, place), lamps: lamps.reaching.clone() }
+    pub fn at(&self, place: Vec3, reach: &mut Reach) -> Reached {
+        Reached { around: self.actors.light_at(self.moment, place), lamps: reach.of(place, self.lamps, self.ground).collect() }
     }
 
     /// The exposed light (irradiance / pi) on an upright half cylinder that faces somewhere: the mean over what is seen of it.
@@ -106,24 +89,4 @@ impl Light<'_> {
 pub fn unhindered(lamps: &[Lamp], place: Vec3, normal: Vec3) -> Vec3 {
     let lamps = lamps.iter().filter_map(|lamp| arrives(lamp, place));
     lamps.map(|(to, irradiance)| irradiance * normal.dot(to).max(0.0)).sum()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn lamp() -> Lamp {
-        Lamp { place: Vec3::new(0.0, 2.0, 0.0), intensity: Vec3::splat(8.0), cone: None, reach_m: 100.0, shadows: true }
-    }
-
-    #[test]
-    fn lamps_are_looked_for_again_where_something_is_another() {
-        let (mut at, ground) = (LampsAt::default(), Ground::default());
-        at.look(Vec3::ZERO, &[lamp()], &ground);
-        assert_eq!(at.reaching.len(), 1);
-        at.look(Vec3::ZERO, &[], &ground);
-        assert!(at.reaching.is_empty());
-        at.look(Vec3::X, &[lamp(), lamp()], &ground);
-        assert_eq!(at.reaching.len(), 2);
-    }
 }

@@ -36,6 +36,8 @@ use crate::actors::Actors;
 use crate::costs::FrameTold;
 use crate::daylight::{DaylightCamera, StereoPair};
 use crate::impostor::heads;
+use crate::lamps::reaching::Reach;
+use crate::lamps::uniform::lit as lit_lamps;
 use crate::lamps::{Lamp, Lamps, SettleLamps};
 use crate::navigation::Visitor;
 use crate::over_stone::let_depth_be_read;
@@ -58,7 +60,7 @@ use heliodon_film::Frame;
 use heliodon_math::frame::unit_or;
 use heliodon_script::action::Action;
 use heliodon_script::event::Event;
-use light::{LampsAt, Light, Reached, unhindered};
+use light::{Light, Reached, unhindered};
 use load::{Loaded, Pixels};
 use screen::{Passing, Screen};
 use std::collections::HashSet;
@@ -414,11 +416,19 @@ fn arrange(
         return;
     }
     let start = Instant::now();
-    let all_lamps: Vec<Lamp> = lamps.as_ref().map_or_else(Vec::new, |lamps| lamps.all().copied().collect());
+    let lit_now = lamps.as_ref().map_or_else(Vec::new, |lamps| lit_lamps(lamps.all()));
     // fires flicker, and what is on a part is lit vertex by vertex
     let lamps = lamps.as_ref().map_or(&[][..], |lamps| &lamps.lamps);
     let shadow = if now.has_sun && moment.sun_direction.y > LEAST_RISE { moment.sun_direction } else { Vec3::Y };
-    let light = Light { shadow, actors: &actors, moment, exposure: stage_frame.exposure_stops.exp2(), has_sun: now.has_sun };
+    let light = Light {
+        shadow,
+        actors: &actors,
+        moment,
+        exposure: stage_frame.exposure_stops.exp2(),
+        has_sun: now.has_sun,
+        lamps: &lit_now,
+        ground: stage.ground(),
+    };
     let Films { screens, lit, .. } = &mut *films;
     lit.resize_with(screens.len(), Lit::default);
     let mut pictures: Vec<Picture> = Vec::new();
@@ -430,8 +440,7 @@ fn arrange(
         let height_m = screen.opened.settings.height_m as f32;
         let reached = std::array::from_fn(|end| {
             let place = screen.place() + Vec3::Y * (HEIGHTS[end] * height_m);
-            lit.ends[end].look(place, &all_lamps, stage.ground());
-            light.at(place, &lit.ends[end])
+            light.at(place, &mut lit.ends[end])
         });
         placed.push(Placed::new(slot, screen, shown, reached));
         pictures.push(Picture { slot, frame: Arc::clone(shown), surface });
@@ -470,7 +479,7 @@ fn arrange(
 #[derive(Debug, Default)]
 struct Lit {
     /// At its feet and its head.
-    ends: [LampsAt; 2],
+    ends: [Reach; 2],
     surface: Option<LitSurface>,
 }
 

@@ -2,17 +2,16 @@
 
 use super::surface::Surface;
 use super::uniform::{FILM_BYTES, FilmUniform, SURFACE_VERTEX_BYTES, SurfaceVertex};
-use super::{Drawn, FILM_WGSL, FilmHead, FilmsFrame, Passes};
+use super::{Drawn, FILM_WGSL, FilmsFrame, Passes};
 use crate::daylight::pipelines::{StagePipelines, resolved};
-use crate::impostor::{CAMERA_BYTES, CameraUniform};
-use crate::over_stone::{BOX_CORNERS, CAMERA_WGSL, DrawnView, QUAD_CORNERS, SeenCamera, begin};
+use crate::over_stone::{
+    BOX_CORNERS, BoundCamera, CAMERA_WGSL, CameraLayouts, DrawnView, Grown, QUAD_CORNERS, Seen, SeenCamera, begin, begin_solid,
+};
 use crate::stage::frame::StageFrame;
 use crate::tonemap::DisplayKey;
 use bevy::mesh::VertexBufferLayout;
 use bevy::prelude::*;
-use bevy::render::render_resource::binding_types::{
-    sampler, storage_buffer_read_only_sized, texture_2d, texture_depth_2d, texture_depth_2d_multisampled, uniform_buffer_sized,
-};
+use bevy::render::render_resource::binding_types::{sampler, storage_buffer_read_only_sized, texture_2d};
 use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery};
 use heliodon_film::Frame;
@@ -46,6 +45,8 @@ pub enum Step {
     Add,
     /// Leaves of it what light is left in the film's shadow.
     Shadow,
+    /// Tells what is drawn later where the film is.
+    Solid,
 }
 
 impl FilmKey {
@@ -65,6 +66,7 @@ impl FilmKey {
     fn entries(self) -> [&'static str; 2] {
         match (self.surface, self.step) {
             (_, Step::Shadow) => ["shadow_vertex", "shadow_fragment"],
+            (_, Step::Solid) => ["solid_vertex", "solid_fragment"],
             (false, Step::Mask) => ["vertex", "mask_fragment"],
             (false, _) => ["vertex", "fragment"],
             (true, Step::Mask) => ["surface_vertex", "surface_mask_fragment"],
@@ -72,14 +74,16 @@ impl FilmKey {
         }
     }
 
-    fn blend(self) -> BlendState {
+    /// None where no colour is written.
+    fn blend(self) -> Option<BlendState> {
         let (src_factor, dst_factor) = match self.step {
             Step::Over => (BlendFactor::One, BlendFactor::OneMinusSrcAlpha),
             Step::Mask | Step::Shadow => (BlendFactor::Dst, BlendFactor::Zero),
             Step::Add => (BlendFactor::One, BlendFactor::One),
+            Step::Solid => return None,
         };
         let one = BlendComponent { src_factor, dst_factor, operation: BlendOperation::Add };
-        BlendState { color: one, alpha: one }
+        Some(BlendState { color: one, alpha: one })
     }
 }
 
@@ -96,8 +100,7 @@ pub struct FilmsGpu {
 }
 
 struct Layouts {
-    /// A camera of a target with one sample a pixel, and with several.
-    camera: [BindGroupLayoutDescriptor; 2],
+    camera: CameraLayouts,
     films: BindGroupLayoutDescriptor,
     picture: BindGroupLayoutDescriptor,
 }
@@ -122,8 +125,7 @@ struct SurfaceGpu {
 }
 
 struct HeadGpu {
-    buffer: Buffer,
-    bytes: u64,
+    films: Grown,
     group: BindGroup,
     order: Vec<Drawn>,
 }
@@ -131,29 +133,19 @@ struct HeadGpu {
 struct CameraGpu {
     head: usize,
     shadows: CachedRenderPipelineId,
+    solids: CachedRenderPipelineId,
     /// Of quads and of parts, each of ready and of straight colours, in the order of their passes.
     pipelines: [[Vec<CachedRenderPipelineId>; 2]; 2],
-    uniform: Buffer,
-    group: BindGroup,
+    bound: BoundCamera,
 }
 
 impl Default for Layouts {
     fn default() -> Self {
         let both = ShaderStages::VERTEX_FRAGMENT;
-        let camera = uniform_buffer_sized(false, NonZeroU64::new(CAMERA_BYTES as u64));
         let films = storage_buffer_read_only_sized(false, NonZeroU64::new(FILM_BYTES as u64));
         let texels = texture_2d(TextureSampleType::Float { filterable: true });
         Self {
-            camera: [
-                BindGroupLayoutDescriptor::new(
-                    "film_camera",
-                    &BindGroupLayoutEntries::sequential(both, (camera, texture_depth_2d())),
-                ),
-                BindGroupLayoutDescriptor::new(
-                    "film_camera",
-                    &BindGroupLayoutEntries::sequential(both, (camera, texture_depth_2d_multisampled())),
-                ),
-            ],
+            camera: CameraLayouts::default(),
             films: BindGroupLayoutDescriptor::new("films", &BindGroupLayoutEntries::single(both, films)),
             picture: BindGroupLayoutDescriptor::new(
                 "film_picture",
@@ -236,37 +228,6 @@ impl SurfaceGpu {
     }
 }
 
-impl HeadGpu {
-    /// What a head sees, in a buffer that is made anew where it is too small.
-    fn write(
-        before: Option<Self>,
-        (device, queue): (&RenderDevice, &RenderQueue),
-        layout: &BindGroupLayout,
-        head: &FilmHead,
-    ) -> Self {
-        let contents: &[u8] = bytemuck::cast_slice::<FilmUniform, u8>(&head.films);
-        let wanted = contents.len() as u64;
-        let kept = before.filter(|kept| kept.bytes >= wanted);
-        let (buffer, bytes, group) = kept.map_or_else(
-            || {
-                let bytes = wanted.next_power_of_two().max(FILM_BYTES as u64);
-                let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
-                let buffer = device.create_buffer(&BufferDescriptor {
-                    label: Some("films"),
-                    size: bytes,
-                    usage,
-                    mapped_at_creation: false,
-                });
-                let group = device.create_bind_group("films", layout, &BindGroupEntries::single(buffer.as_entire_binding()));
-                (buffer, bytes, group)
-            },
-            |kept| (kept.buffer, kept.bytes, kept.group),
-        );
-        queue.write_buffer(&buffer, 0, contents);
-        Self { buffer, bytes, group, order: head.order.clone() }
-    }
-}
-
 /// Takes the frame's films to the GPU.
 #[expect(clippy::too_many_arguments, reason = "a system's arguments are its resources")]
 pub fn prepare(
@@ -304,17 +265,21 @@ pub fn prepare(
     }
     let layout = cache.get_bind_group_layout(&layouts.films);
     let mut before = std::mem::take(&mut gpu.heads).into_iter();
-    gpu.heads = frame.heads.iter().map(|head| HeadGpu::write(before.next(), (&device, &queue), &layout, head)).collect();
+    gpu.heads = frame
+        .heads
+        .iter()
+        .map(|head| {
+            let kept = before.next().map(|head| head.films);
+            let films = Grown::write(kept, &device, &queue, "films", bytemuck::cast_slice::<FilmUniform, u8>(&head.films));
+            let group = device.create_bind_group("films", &layout, &BindGroupEntries::single(films.buffer.as_entire_binding()));
+            HeadGpu { films, group, order: head.order.clone() }
+        })
+        .collect();
     let mut before = std::mem::take(&mut gpu.cameras);
-    for (entity, main, camera, camera_3d, view, msaa, depth) in &cameras {
-        let Some(head) = frame.heads.iter().position(|head| head.cameras.contains(&main.id())) else { continue };
-        // Bevy gives depth its usages a frame after they are asked for.
-        let readable = TextureUsages::from(camera_3d.depth_texture_usages).contains(TextureUsages::TEXTURE_BINDING)
-            && depth.texture.usage().contains(TextureUsages::TEXTURE_BINDING);
-        let Some(size) = camera.physical_viewport_size.filter(|_| readable) else { continue };
-        let at = camera.viewport.as_ref().map_or(UVec2::ZERO, |viewport| viewport.physical_position);
-        let samples = msaa.samples();
-        let display = DisplayKey { curve: stage.curve, format: view.target_format };
+    for camera in &cameras {
+        let Some(seen) = Seen::new(camera, stage.curve) else { continue };
+        let ((entity, main), samples, display) = (seen.entities, seen.samples, seen.display);
+        let Some(head) = frame.heads.iter().position(|head| head.cameras.contains(&main)) else { continue };
         let steps: &[Step] = match frame.passes {
             Passes::Single => &[Step::Over],
             Passes::Two => &[Step::Mask, Step::Add],
@@ -323,23 +288,13 @@ pub fn prepare(
             let key = FilmKey { display, samples, surface, straight, step };
             *gpu.made.entry(key).or_insert_with(|| queue_pipeline(&mut cache, &mut pipelines, layouts, key))
         };
-        let shadows = pipeline(false, false, Step::Shadow);
+        let [shadows, solids] = [Step::Shadow, Step::Solid].map(|step| pipeline(false, false, step));
         let found = [false, true]
             .map(|surface| [false, true].map(|straight| steps.iter().map(|&step| pipeline(surface, straight, step)).collect()));
-        let world_from_view = view.world_from_view.to_matrix();
-        let clip_from_world = view.clip_from_world.unwrap_or_else(|| view.clip_from_view * world_from_view.inverse());
-        let uniform = CameraUniform::new(world_from_view, view.clip_from_view, clip_from_world, (at.as_vec2(), size.as_vec2()));
-        let uniform = uniform.under(frame.shadow, Vec3::ZERO, frame.shadow);
-        let buffer = before.remove(&entity).map(|camera| camera.uniform).unwrap_or_else(|| {
-            let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
-            let size = CAMERA_BYTES as u64;
-            device.create_buffer(&BufferDescriptor { label: Some("film_camera"), size, usage, mapped_at_creation: false })
-        });
-        queue.write_buffer(&buffer, 0, bytemuck::bytes_of(&uniform));
-        let layout = cache.get_bind_group_layout(&layouts.camera[usize::from(samples > 1)]);
-        let entries = BindGroupEntries::sequential((buffer.as_entire_binding(), depth.view()));
-        let group = device.create_bind_group("film_camera", &layout, &entries);
-        gpu.cameras.insert(entity, CameraGpu { head, shadows, pipelines: found, uniform: buffer, group });
+        let uniform = seen.uniform.under(frame.shadow, Vec3::ZERO, frame.shadow);
+        let before = before.remove(&entity).map(|camera| camera.bound);
+        let bound = BoundCamera::write(before, (&device, &queue), &cache, &layouts.camera, (&seen, &uniform));
+        gpu.cameras.insert(entity, CameraGpu { head, shadows, solids, pipelines: found, bound });
     }
 }
 
@@ -350,7 +305,8 @@ fn queue_pipeline(
     key: FilmKey,
 ) -> CachedRenderPipelineId {
     let shader = pipelines.shader(cache, key.wgsl(), "film");
-    let camera = layouts.camera[usize::from(key.samples > 1)].clone();
+    let solid = key.step == Step::Solid;
+    let camera = if solid { layouts.camera.solid.clone() } else { layouts.camera.over[usize::from(key.samples > 1)].clone() };
     let [vertex, fragment] = key.entries();
     let shadow = key.step == Step::Shadow;
     let vertices = VertexBufferLayout {
@@ -361,6 +317,12 @@ fn queue_pipeline(
             VertexAttribute { format: VertexFormat::Float32x2, offset: 12, shader_location: 1 },
             VertexAttribute { format: VertexFormat::Float32x3, offset: 20, shader_location: 2 },
         ],
+    };
+    let target = |blend| ColorTargetState {
+        format: key.display.format,
+        blend: Some(blend),
+        // what is opaque below stays it
+        write_mask: ColorWrites::COLOR,
     };
     cache.queue_render_pipeline(RenderPipelineDescriptor {
         label: Some("films".into()),
@@ -384,7 +346,7 @@ fn queue_pipeline(
         },
         depth_stencil: Some(DepthStencilState {
             format: bevy::core_pipeline::core_3d::CORE_3D_DEPTH_FORMAT,
-            depth_write_enabled: Some(false),
+            depth_write_enabled: Some(solid),
             depth_compare: Some(if shadow { CompareFunction::LessEqual } else { CompareFunction::GreaterEqual }),
             stencil: StencilState::default(),
             bias: DepthBiasState::default(),
@@ -393,12 +355,7 @@ fn queue_pipeline(
         fragment: Some(FragmentState {
             shader,
             entry_point: Some(fragment.into()),
-            targets: vec![Some(ColorTargetState {
-                format: key.display.format,
-                blend: Some(key.blend()),
-                // what is opaque below stays it
-                write_mask: ColorWrites::COLOR,
-            })],
+            targets: key.blend().into_iter().map(|blend| Some(target(blend))).collect(),
             ..default()
         }),
         ..default()
@@ -411,31 +368,42 @@ pub fn draw(view: ViewQuery<DrawnView>, gpu: Res<FilmsGpu>, cache: Res<PipelineC
     let seen = view.into_inner();
     let Some(own) = gpu.cameras.get(&entity) else { return };
     let Some(head) = gpu.heads.get(own.head) else { return };
-    let mut pass = begin(&mut context, "films", seen);
-    pass.set_bind_group(0, &*own.group, &[]);
-    pass.set_bind_group(1, &*head.group, &[]);
     // shadows first, for they fall on what has depth: they would darken films that stand before
-    for (drawn, number) in head.order.iter().zip(0..).filter(|(drawn, _)| drawn.casts) {
-        let pipeline = cache.get_render_pipeline(own.shadows);
-        let (Some(picture), Some(pipeline)) = (gpu.pictures.get(&drawn.slot), pipeline) else { continue };
+    let on_quads = |pass: &mut wgpu::RenderPass, pipeline, corners: u32, is_in: fn(&Drawn) -> bool| {
+        let Some(pipeline) = cache.get_render_pipeline(pipeline) else { return };
         pass.set_pipeline(pipeline);
-        pass.set_bind_group(2, &*picture.groups[picture.shown], &[]);
-        pass.draw(0..BOX_CORNERS, number..number + 1);
-    }
-    for (drawn, number) in head.order.iter().zip(0..) {
-        let Some(picture) = gpu.pictures.get(&drawn.slot) else { continue };
-        pass.set_bind_group(2, &*picture.groups[picture.shown], &[]);
-        for &pipeline in &own.pipelines[usize::from(drawn.on_part)][usize::from(drawn.straight)] {
-            let Some(pipeline) = cache.get_render_pipeline(pipeline) else { continue };
-            pass.set_pipeline(pipeline);
-            match gpu.surfaces.get(&drawn.slot).filter(|_| drawn.on_part) {
-                Some(surface) => {
-                    pass.set_vertex_buffer(0, *surface.vertices.slice(..));
-                    pass.set_index_buffer(*surface.indices.slice(..), IndexFormat::Uint32);
-                    pass.draw_indexed(0..surface.count, 0, number..number + 1);
+        for (drawn, number) in head.order.iter().zip(0..).filter(|(drawn, _)| is_in(drawn)) {
+            let Some(picture) = gpu.pictures.get(&drawn.slot) else { continue };
+            pass.set_bind_group(2, &*picture.groups[picture.shown], &[]);
+            pass.draw(0..corners, number..number + 1);
+        }
+    };
+    let (camera, _, depth, resolution) = seen;
+    {
+        let mut pass = begin(&mut context, "films", seen);
+        pass.set_bind_group(0, &*own.bound.over, &[]);
+        pass.set_bind_group(1, &*head.group, &[]);
+        on_quads(&mut pass, own.shadows, BOX_CORNERS, |drawn| drawn.casts);
+        for (drawn, number) in head.order.iter().zip(0..) {
+            let Some(picture) = gpu.pictures.get(&drawn.slot) else { continue };
+            pass.set_bind_group(2, &*picture.groups[picture.shown], &[]);
+            for &pipeline in &own.pipelines[usize::from(drawn.on_part)][usize::from(drawn.straight)] {
+                let Some(pipeline) = cache.get_render_pipeline(pipeline) else { continue };
+                pass.set_pipeline(pipeline);
+                match gpu.surfaces.get(&drawn.slot).filter(|_| drawn.on_part) {
+                    Some(surface) => {
+                        pass.set_vertex_buffer(0, *surface.vertices.slice(..));
+                        pass.set_index_buffer(*surface.indices.slice(..), IndexFormat::Uint32);
+                        pass.draw_indexed(0..surface.count, 0, number..number + 1);
+                    }
+                    None => pass.draw(0..QUAD_CORNERS, number..number + 1),
                 }
-                None => pass.draw(0..QUAD_CORNERS, number..number + 1),
             }
         }
     }
+    let mut pass = begin_solid(&mut context, "film_solids", (camera, depth, resolution));
+    pass.set_bind_group(0, &*own.bound.solid, &[]);
+    pass.set_bind_group(1, &*head.group, &[]);
+    // a part's own depth is there already
+    on_quads(&mut pass, own.solids, QUAD_CORNERS, |drawn| !drawn.on_part);
 }

@@ -2,6 +2,7 @@
 
 use super::Person;
 use crate::actors::course::Course;
+use crate::lamps::reaching::Reach;
 use bevy::math::{DVec3, Vec3};
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::impostor::{Impostor, ImpostorInfo};
@@ -106,6 +107,7 @@ pub fn people(info: &ImpostorInfo, actor: &Actor, kind: usize) -> Vec<Person> {
                 speed: actor.speed as f32 * pace,
                 phase_s,
                 scale: actor.scale as f32,
+                reach: Reach::default(),
             })
         })
         .collect()

@@ -12,8 +12,7 @@ pub use load::Kind;
 pub(crate) use render::draw;
 #[cfg(test)]
 pub(crate) use render::{Draws, ImpostorKey};
-pub(crate) use uniform::CameraUniform;
-pub use uniform::{CAMERA_BYTES, KIND_BYTES, PERSON_BYTES, SEEN_BYTES};
+pub use uniform::{KIND_BYTES, PERSON_BYTES, SEEN_BYTES};
 
 use crate::actors::course::Course;
 use crate::actors::direction::{self, Direction, Performed};
@@ -21,7 +20,7 @@ use crate::actors::{Actors, light_at};
 use crate::costs::FrameTold;
 use crate::covering::{Covering, SettleCovers, pulse};
 use crate::daylight::{DaylightCamera, StereoPair};
-use crate::lamps::reaching::reaching;
+use crate::lamps::reaching::Reach;
 use crate::lamps::uniform::lit;
 use crate::lamps::{Lamp, Lamps, SettleLamps};
 use crate::over_stone::let_depth_be_read;
@@ -121,6 +120,7 @@ pub struct Person {
     speed: f32,
     phase_s: f32,
     scale: f32,
+    reach: Reach,
 }
 
 impl Impostors {
@@ -291,7 +291,7 @@ fn arrange(
     let light = Light { moment, grid: actors.grid(), exposure, shadow, lamps: &lamps, ground: stage.ground() };
     let (seconds, pulse) = (actors.seconds as f32, pulse(&time));
     let placed: Vec<PersonUniform> = people
-        .par_iter()
+        .par_iter_mut()
         .with_min_len(32)
         .map(|person| {
             let direction = if actors.directions.is_empty() { None } else { actors.directions.get(&*person.name) };
@@ -342,9 +342,9 @@ impl Light<'_> {
     }
 
     /// What lamps add on surfaces that face +X -X +Y -Y +Z -Z: somebody is small beside how far lamps are.
-    fn of_lamps(&self, place: Vec3) -> [Vec3; 6] {
+    fn of_lamps(&self, place: Vec3, reach: &mut Reach) -> [Vec3; 6] {
         let mut sides = [Vec3::ZERO; 6];
-        for (to, irradiance) in reaching(place, self.lamps, self.ground) {
+        for (to, irradiance) in reach.of(place, self.lamps, self.ground) {
             for (side, axis) in sides.iter_mut().zip(AXES) {
                 *side += irradiance * axis.dot(to).max(0.0);
             }
@@ -356,7 +356,17 @@ impl Light<'_> {
 impl Person {
     /// Somebody as the impostor was made, on a course.
     fn alone(kind: usize, course: Course) -> Self {
-        Self { name: "".into(), kind, clip: 0, course, ahead_s: 0.0, speed: 1.0, phase_s: 0.0, scale: 1.0 }
+        Self {
+            name: "".into(),
+            kind,
+            clip: 0,
+            course,
+            ahead_s: 0.0,
+            speed: 1.0,
+            phase_s: 0.0,
+            scale: 1.0,
+            reach: Reach::default(),
+        }
     }
 
     /// Where it is at a time.
@@ -366,7 +376,7 @@ impl Person {
     }
 
     /// Where it is at a time, and in what light.
-    fn at(&self, seconds: f32, direction: Option<&Direction>, kind: &Kind, light: &Light) -> PersonUniform {
+    fn at(&mut self, seconds: f32, direction: Option<&Direction>, kind: &Kind, light: &Light) -> PersonUniform {
         let info = kind.info();
         let stands = self.stands(seconds, direction);
         // of no size, they cover nothing
@@ -390,7 +400,7 @@ impl Person {
         let corner = info.frame_corner(if part < 0.5 { frame } else { next });
         let suns = [feet, around.sun_visible, head, 0.0, 0.0, 0.0];
         let mut sides = [Vec4::ZERO; 6];
-        let of_lamps = light.of_lamps(middle);
+        let of_lamps = light.of_lamps(middle, &mut self.reach);
         for (((side, lit), of_lamps), sun) in sides.iter_mut().zip(around.sky_and_bounce).zip(of_lamps).zip(suns) {
             *side = ((lit + of_lamps) * light.exposure).extend(sun);
         }

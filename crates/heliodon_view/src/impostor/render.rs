@@ -1,17 +1,18 @@
 //! Impostors on the GPU: a texture and a uniform for each kind, two buffers for all people and for what a head sees of them, and one pass a camera.
 
-use super::uniform::{CAMERA_BYTES, CameraUniform, KIND_BYTES, KindUniform, PERSON_BYTES, SEEN_BYTES};
+use super::uniform::{KIND_BYTES, KindUniform, PERSON_BYTES, SEEN_BYTES};
 use super::{Head, IMPOSTOR_WGSL, ImpostorsFrame, Kind};
 use crate::covering::MARK;
 use crate::daylight::pipelines::{StagePipelines, resolved};
 use crate::daylight::prepare::StageGpu;
-use crate::over_stone::{BOX_CORNERS, CAMERA_WGSL, DrawnView, Grown, QUAD_CORNERS, SeenCamera, begin, begin_solid};
+use crate::over_stone::{
+    BOX_CORNERS, BoundCamera, CAMERA_WGSL, CameraLayouts, DrawnView, Grown, QUAD_CORNERS, Seen, SeenCamera, begin, begin_solid,
+};
 use crate::stage::frame::StageFrame;
 use crate::tonemap::DisplayKey;
 use bevy::prelude::*;
 use bevy::render::render_resource::binding_types::{
-    sampler, storage_buffer_read_only_sized, texture_2d_array, texture_depth_2d, texture_depth_2d_multisampled,
-    uniform_buffer_sized,
+    sampler, storage_buffer_read_only_sized, texture_2d_array, uniform_buffer_sized,
 };
 use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery};
@@ -73,10 +74,7 @@ pub struct ImpostorsGpu {
 }
 
 struct Layouts {
-    /// A camera of a target with one sample a pixel, and with several.
-    camera: [BindGroupLayoutDescriptor; 2],
-    /// A camera whose depth is written.
-    solid: BindGroupLayoutDescriptor,
+    camera: CameraLayouts,
     people: BindGroupLayoutDescriptor,
     kind: BindGroupLayoutDescriptor,
 }
@@ -91,9 +89,7 @@ struct CameraGpu {
     head: usize,
     /// Of shadows, of people, and of where they are.
     pipelines: [CachedRenderPipelineId; 3],
-    uniform: Buffer,
-    group: BindGroup,
-    solid: BindGroup,
+    bound: BoundCamera,
 }
 
 impl Default for Layouts {
@@ -102,20 +98,7 @@ impl Default for Layouts {
         let storage = |bytes: usize| storage_buffer_read_only_sized(false, NonZeroU64::new(bytes as u64));
         let both = ShaderStages::VERTEX_FRAGMENT;
         Self {
-            camera: [
-                BindGroupLayoutDescriptor::new(
-                    "impostor_camera",
-                    &BindGroupLayoutEntries::sequential(both, (uniform(CAMERA_BYTES), texture_depth_2d())),
-                ),
-                BindGroupLayoutDescriptor::new(
-                    "impostor_camera",
-                    &BindGroupLayoutEntries::sequential(both, (uniform(CAMERA_BYTES), texture_depth_2d_multisampled())),
-                ),
-            ],
-            solid: BindGroupLayoutDescriptor::new(
-                "impostor_solid",
-                &BindGroupLayoutEntries::sequential(ShaderStages::VERTEX, (uniform(CAMERA_BYTES),)),
-            ),
+            camera: CameraLayouts::default(),
             people: BindGroupLayoutDescriptor::new(
                 "impostor_people",
                 &BindGroupLayoutEntries::sequential(ShaderStages::VERTEX, (storage(PERSON_BYTES), storage(SEEN_BYTES))),
@@ -182,35 +165,18 @@ pub fn prepare(
     gpu.people = Some(people);
     gpu.shadows = frame.options.shadows;
     let mut before = std::mem::take(&mut gpu.cameras);
-    for (entity, main, camera, camera_3d, view, msaa, depth) in &cameras {
-        let Some(head) = frame.heads.iter().position(|head| head.cameras.contains(&main.id())) else { continue };
-        // Bevy gives depth its usages a frame after they are asked for.
-        let readable = TextureUsages::from(camera_3d.depth_texture_usages).contains(TextureUsages::TEXTURE_BINDING)
-            && depth.texture.usage().contains(TextureUsages::TEXTURE_BINDING);
-        let Some(size) = camera.physical_viewport_size.filter(|_| readable) else { continue };
-        let at = camera.viewport.as_ref().map_or(UVec2::ZERO, |viewport| viewport.physical_position);
-        let samples = msaa.samples();
-        let display = DisplayKey { curve: stage.curve, format: view.target_format };
+    for camera in &cameras {
+        let Some(seen) = Seen::new(camera, stage.curve) else { continue };
+        let (entity, main) = seen.entities;
+        let Some(head) = frame.heads.iter().position(|head| head.cameras.contains(&main)) else { continue };
         let found = [Draws::Shadows, Draws::Looks, Draws::Solids].map(|draws| {
-            let key = ImpostorKey { display, samples, steps: frame.options.steps.min(3), draws };
+            let key = ImpostorKey { display: seen.display, samples: seen.samples, steps: frame.options.steps.min(3), draws };
             *gpu.made.entry(key).or_insert_with(|| queue_pipeline(&mut cache, &mut pipelines, layouts, key))
         });
-        let world_from_view = view.world_from_view.to_matrix();
-        let clip_from_world = view.clip_from_world.unwrap_or_else(|| view.clip_from_view * world_from_view.inverse());
-        let uniform = CameraUniform::new(world_from_view, view.clip_from_view, clip_from_world, (at.as_vec2(), size.as_vec2()));
-        let uniform = uniform.under(frame.sun.0, frame.sun.1, frame.shadow);
-        let buffer = before.remove(&entity).map(|camera| camera.uniform).unwrap_or_else(|| {
-            let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
-            let size = CAMERA_BYTES as u64;
-            device.create_buffer(&BufferDescriptor { label: Some("impostor_camera"), size, usage, mapped_at_creation: false })
-        });
-        queue.write_buffer(&buffer, 0, bytemuck::bytes_of(&uniform));
-        let layout = cache.get_bind_group_layout(&layouts.camera[usize::from(samples > 1)]);
-        let entries = BindGroupEntries::sequential((buffer.as_entire_binding(), depth.view()));
-        let group = device.create_bind_group("impostor_camera", &layout, &entries);
-        let layout = cache.get_bind_group_layout(&layouts.solid);
-        let solid = device.create_bind_group("impostor_solid", &layout, &BindGroupEntries::single(buffer.as_entire_binding()));
-        gpu.cameras.insert(entity, CameraGpu { head, pipelines: found, uniform: buffer, group, solid });
+        let uniform = seen.uniform.under(frame.sun.0, frame.sun.1, frame.shadow);
+        let before = before.remove(&entity).map(|camera| camera.bound);
+        let bound = BoundCamera::write(before, (&device, &queue), &cache, &layouts.camera, (&seen, &uniform));
+        gpu.cameras.insert(entity, CameraGpu { head, pipelines: found, bound });
     }
 }
 
@@ -222,8 +188,8 @@ fn queue_pipeline(
 ) -> CachedRenderPipelineId {
     let shader = pipelines.shader(cache, key.wgsl(), "impostor");
     let camera = match key.draws {
-        Draws::Solids => layouts.solid.clone(),
-        _ => layouts.camera[usize::from(key.samples > 1)].clone(),
+        Draws::Solids => layouts.camera.solid.clone(),
+        _ => layouts.camera.over[usize::from(key.samples > 1)].clone(),
     };
     let multiplied =
         BlendComponent { src_factor: BlendFactor::Dst, dst_factor: BlendFactor::Zero, operation: BlendOperation::Add };
@@ -338,7 +304,7 @@ pub fn draw(view: ViewQuery<DrawnView>, gpu: Res<ImpostorsGpu>, cache: Res<Pipel
     let (camera, _, depth, resolution) = seen;
     {
         let mut pass = begin(&mut context, "impostors", seen);
-        pass.set_bind_group(0, &*own.group, &[]);
+        pass.set_bind_group(0, &*own.bound.over, &[]);
         pass.set_bind_group(1, &*head.group, &[]);
         if gpu.shadows {
             all(&mut pass, shadows, BOX_CORNERS);
@@ -346,7 +312,7 @@ pub fn draw(view: ViewQuery<DrawnView>, gpu: Res<ImpostorsGpu>, cache: Res<Pipel
         all(&mut pass, people, QUAD_CORNERS);
     }
     let mut pass = begin_solid(&mut context, "impostor_solids", (camera, depth, resolution));
-    pass.set_bind_group(0, &*own.solid, &[]);
+    pass.set_bind_group(0, &*own.bound.solid, &[]);
     pass.set_bind_group(1, &*head.group, &[]);
     all(&mut pass, solids, QUAD_CORNERS);
 }

@@ -1,26 +1,8 @@
 //! What impostor.wgsl reads, as the processor writes it.
 
-use bevy::math::{Mat4, Vec2, Vec3, Vec4};
+use bevy::math::Vec4;
 use bytemuck::{Pod, Zeroable};
 use heliodon_bundle::impostor::{Choice, ImpostorInfo, MAX_VIEWS};
-
-/// `Camera` of impostor.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct CameraUniform {
-    pub clip_from_world: Mat4,
-    pub eye: Vec4,
-    pub forward: Vec4,
-    pub depth: Vec4,
-    pub sun_direction: Vec4,
-    pub sun_over_pi: Vec4,
-    pub shadow: Vec4,
-    pub world_from_clip: Mat4,
-    pub viewport: Vec4,
-}
-
-/// Size of `Camera` in impostor.wgsl, which a test compares with what the shader's compiler says.
-pub const CAMERA_BYTES: usize = size_of::<CameraUniform>();
 
 /// `Person` of impostor.wgsl.
 #[repr(C)]
@@ -69,48 +51,6 @@ pub struct KindUniform {
 /// Size of `Kind`.
 pub const KIND_BYTES: usize = size_of::<KindUniform>();
 
-/// Distance at which the eye of a parallel projection is taken to be, metres: rays of somebody two metres wide then differ by less than a thousandth.
-const FAR_M: f32 = 4000.0;
-
-impl CameraUniform {
-    /// A camera with its projection, of a picture that begins at a pixel and has so many.
-    #[must_use]
-    pub fn new(world_from_view: Mat4, clip_from_view: Mat4, clip_from_world: Mat4, (corner, size): (Vec2, Vec2)) -> Self {
-        let forward = -world_from_view.z_axis.truncate();
-        let at = world_from_view.w_axis.truncate();
-        let parallel = clip_from_view.w_axis.w == 1.0;
-        let eye = if parallel { at - forward * FAR_M } else { at };
-        // With w = d and z_clip = -a d + b, z is b / d - a, so that d is b / (z + a); in parallel projections z is -a d + b itself.
-        let (a, b) = (clip_from_view.z_axis.z, clip_from_view.w_axis.z);
-        let pixels = clip_from_view.y_axis.y * 0.5 * size.y;
-        let depth = if parallel {
-            // (z - b) / -a, as (x z + y) / (z + w) with w large
-            let large = 1e7;
-            Vec4::new(-large / a, b * large / a, pixels * FAR_M, large)
-        } else {
-            Vec4::new(0.0, b, pixels, a)
-        };
-        Self {
-            clip_from_world,
-            eye: eye.extend(1.0),
-            forward: forward.extend(-forward.dot(at)),
-            depth,
-            sun_direction: Vec4::ZERO,
-            sun_over_pi: Vec4::ZERO,
-            shadow: Vec4::Y,
-            world_from_clip: clip_from_world.inverse(),
-            viewport: Vec4::new(corner.x, corner.y, 2.0 / size.x.max(1.0), 2.0 / size.y.max(1.0)),
-        }
-    }
-
-    /// Under a sun of this exposed irradiance at normal incidence, and shadows from a direction.
-    #[must_use]
-    pub fn under(self, sun_direction: Vec3, sun_irradiance: Vec3, shadow: Vec3) -> Self {
-        let sun_over_pi = (sun_irradiance * std::f32::consts::FRAC_1_PI).extend(0.0);
-        Self { sun_direction: sun_direction.extend(0.0), sun_over_pi, shadow: shadow.extend(0.0), ..self }
-    }
-}
-
 impl SeenUniform {
     /// A person in the views that were chosen.
     #[must_use]
@@ -149,30 +89,6 @@ impl KindUniform {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn depths_are_metres_along_forward() {
-        let world_from_view = Mat4::from_translation(Vec3::new(1.0, 2.0, 3.0)) * Mat4::from_rotation_y(0.7);
-        let projections = [
-            Mat4::perspective_infinite_reverse_rh(1.0, 1.3, 0.1),
-            Mat4::perspective_rh(1.0, 1.3, 80.0, 0.1),
-            Mat4::orthographic_rh(-4.0, 4.0, -3.0, 3.0, 80.0, 0.1),
-        ];
-        for clip_from_view in projections {
-            let clip_from_world = clip_from_view * world_from_view.inverse();
-            let camera =
-                CameraUniform::new(world_from_view, clip_from_view, clip_from_world, (Vec2::ZERO, Vec2::new(1024.0, 768.0)));
-            for metres in [0.5, 3.0, 40.0] {
-                let place = world_from_view.transform_point3(Vec3::new(0.3, -0.2, -metres));
-                let clip = clip_from_world * place.extend(1.0);
-                let z = clip.z / clip.w;
-                let found = (camera.depth.x * z + camera.depth.y) / (z + camera.depth.w);
-                assert!((found - metres).abs() < 2e-3 * metres, "{clip_from_view}: {found} for {metres}");
-                let own = camera.forward.truncate().dot(place) + camera.forward.w;
-                assert!((own - metres).abs() < 1e-4 * metres.max(1.0));
-            }
-        }
-    }
 
     #[test]
     fn choices_are_packed_without_loss_that_shows() {

@@ -2,25 +2,52 @@
 
 use super::Lamp;
 use crate::stage::ground::Ground;
-use bevy::math::Vec3;
+use bevy::math::{IVec3, Vec3};
 use heliodon_math::frame::unit_or;
 use std::f32::consts::FRAC_1_PI;
 
 /// What lies so near to a lamp or to the place hides neither from the other, metres: a lamp's own body, the ground beneath the feet.
 const OFF_M: f32 = 0.25;
 
-/// Unit directions to those of [`lit`](super::uniform::lit) lamps that reach a place, and their irradiance / pi at normal incidence there; the stone is in the way of those whose light has
-/// shadows.
-pub(crate) fn reaching(place: Vec3, lit: &[Lamp], ground: &Ground) -> impl Iterator<Item = (Vec3, Vec3)> {
-    let hidden = move |to: Vec3, away_m: f32| {
-        let reach = away_m - 2.0 * OFF_M;
-        reach > 0.0 && ground.cast(place + to * OFF_M, to, reach).is_some()
-    };
-    lit.iter().filter_map(move |lamp| {
-        let (to, irradiance) = arrives(lamp, place)?;
-        let stopped = lamp.shadows && hidden(to, lamp.place.distance(place));
-        (!stopped).then_some((to, irradiance))
-    })
+/// Side of the cells of space that rays are cast from, metres: who moves within one is hidden from the same lamps.
+const CELL_M: f32 = 0.1;
+
+/// Which lamps reach a place. Rays are cast from the middle of the cell that the place lies in, so that what is found does not depend on where it was before, and only where cell, lamp or
+/// stone are others than they were.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Reach {
+    cell: IVec3,
+    chunks: usize,
+    /// Of each lamp that it was asked of: its place, and whether stone hides it.
+    known: Vec<(Vec3, bool)>,
+}
+
+impl Reach {
+    /// Unit directions to those of [`lit`](super::uniform::lit) lamps that reach a place, and their irradiance / pi at normal incidence there; the stone is in the way of those whose light
+    /// has shadows.
+    pub(crate) fn of(&mut self, place: Vec3, lit: &[Lamp], ground: &Ground) -> impl Iterator<Item = (Vec3, Vec3)> {
+        let (cell, chunks) = ((place / CELL_M).floor().as_ivec3(), ground.chunks().len());
+        if (self.cell, self.chunks) != (cell, chunks) {
+            *self = Self { cell, chunks, known: std::mem::take(&mut self.known) };
+            self.known.clear();
+        }
+        let from = (cell.as_vec3() + 0.5) * CELL_M;
+        // beyond all of them, a lamp that is nowhere: asked anew
+        self.known.resize(lit.len(), (Vec3::NAN, false));
+        lit.iter().zip(&mut self.known).filter_map(move |(lamp, known)| {
+            let (to, irradiance) = arrives(lamp, place)?;
+            if lamp.shadows && known.0 != lamp.place {
+                *known = (lamp.place, is_hidden(from, lamp.place, ground));
+            }
+            (!lamp.shadows || !known.1).then_some((to, irradiance))
+        })
+    }
+}
+
+fn is_hidden(from: Vec3, lamp: Vec3, ground: &Ground) -> bool {
+    let reach = from.distance(lamp) - 2.0 * OFF_M;
+    let to = unit_or(lamp - from, Vec3::Y);
+    reach > 0.0 && ground.cast(from + to * OFF_M, to, reach).is_some()
 }
 
 /// A lamp's direction and irradiance / pi at normal incidence where nothing is in its way, as lamps.wgsl has it.
@@ -43,6 +70,7 @@ pub(crate) fn arrives(lamp: &Lamp, place: Vec3) -> Option<(Vec3, Vec3)> {
 mod tests {
     use super::*;
     use crate::lamps::Cone;
+    use crate::stage::ground::tests::floor;
     use std::f32::consts::FRAC_PI_4;
 
     #[test]
@@ -57,6 +85,28 @@ mod tests {
         let spot = Lamp { cone, ..lamp };
         assert_eq!(arrives(&spot, Vec3::ZERO).unwrap().1, near);
         assert!(arrives(&spot, Vec3::new(3.0, 0.0, 0.0)).is_none());
-        assert_eq!(reaching(Vec3::ZERO, &[lamp, spot], &Ground::default()).count(), 2);
+        assert_eq!(Reach::default().of(Vec3::ZERO, &[lamp, spot], &Ground::default()).count(), 2);
+    }
+
+    #[test]
+    fn rays_are_cast_again_where_place_lamp_or_stone_is_another() {
+        let lamp =
+            Lamp { place: Vec3::new(0.2, 3.0, 0.0), intensity: Vec3::splat(8.0), cone: None, reach_m: 100.0, shadows: true };
+        let (open, mut roofed, mut reach) = (Ground::default(), Ground::default(), Reach::default());
+        roofed.push(floor(2.0));
+        let place = Vec3::new(0.03, 1.0, 0.03);
+        assert_eq!(reach.of(place, &[lamp], &open).count(), 1);
+        assert_eq!(reach.of(place, &[lamp], &roofed).count(), 0, "the stone is another");
+        assert_eq!(reach.of(place, &[], &roofed).count(), 0);
+        let below = Lamp { place: Vec3::new(0.2, 1.9, 0.0), ..lamp };
+        assert_eq!(reach.of(place, &[below, lamp], &roofed).count(), 1, "the lamp is another");
+        assert_eq!(reach.of(place + Vec3::Y * 2.0, &[below, lamp], &roofed).count(), 1, "the place is another");
+        let bright = Lamp { intensity: Vec3::ONE, shadows: false, ..lamp };
+        assert_eq!(reach.of(place, &[bright], &roofed).count(), 1, "nothing hides what casts no shadows");
+        // what a lamp gives is its own at every time, what is known is only what hides it
+        let first: Vec<_> = reach.of(place, &[below], &roofed).collect();
+        let dimmed = Lamp { intensity: below.intensity * 0.5, ..below };
+        let second: Vec<_> = reach.of(place, &[dimmed], &roofed).collect();
+        assert_eq!((first[0].0, first[0].1 * 0.5), second[0]);
     }
 }

@@ -1,4 +1,4 @@
-// A camera and what it has drawn so far. `CameraUniform` of impostor/uniform.rs writes it.
+// A camera and what it has drawn so far. `CameraUniform` of camera.rs writes it.
 
 struct Camera {
     clip_from_world: mat4x4<f32>,

@@ -1,5 +1,9 @@
 //! What impostors, films and the air share: quads that are laid over what has been drawn, and go softly into it by its depth.
 
+mod camera;
+
+pub use camera::{BoundCamera, CAMERA_BYTES, CameraLayouts, Seen};
+
 use crate::daylight::DaylightCamera;
 use bevy::camera::{Camera3d, MainPassResolutionOverride, Viewport};
 use bevy::prelude::*;

@@ -163,64 +163,92 @@ fn turbulence(p: vec2<f32>) -> f32 {
     return 0.57 * noise(p) + 0.29 * noise(p * 2.03 + 17.1) + 0.14 * noise(p * 4.1 + 5.7);
 }
 
+// A disc that is laid on the ground.
+fn mark(in: Fragment, pixel: vec2<f32>) -> vec4<f32> {
+    let off = (scene_place(pixel) - in.place.xyz) / in.place.w;
+    let flat_r = length(off.xz);
+    let above = clamp(1.0 - abs(off.y) / MARK_HEIGHT, 0.0, 1.0);
+    // a bright rim and a soft middle
+    let rim = (1.0 - smoothstep(0.86, 1.0, flat_r)) * smoothstep(0.55, 0.86, flat_r);
+    let laid = (0.30 * (1.0 - smoothstep(0.2, 1.0, flat_r)) + 0.85 * rim) * above;
+    return vec4<f32>(in.glow.rgb * laid, in.glow.a * laid);
+}
+
+// A tongue: round below, pointed above, torn by the air that streams past it, the more the higher and the older.
+fn flame(in: Fragment, r: f32, before: f32) -> vec4<f32> {
+    let seed = in.what.y * 61.0;
+    let age = in.what.z;
+    let lick = 0.5 + 0.5 * in.at.y;
+    let flow = vec2<f32>(in.at.x * 1.3 + seed, in.at.y * 1.2 - 2.6 * age + seed * 1.7);
+    let bent = turbulence(flow) - 0.5;
+    let torn = turbulence(flow * 2.3 + 9.2) - 0.5;
+    let wide = max(1.75 * sqrt(lick) * (1.0 - lick), 0.02);
+    let inside = 1.0 - abs(in.at.x + 1.3 * bent * lick * (0.5 + age)) / wide;
+    let rim = 1.0 - smoothstep(0.7, 1.0, r);
+    // what has just begun to burn is clear
+    let foot = smoothstep(0.0, 0.5 - 0.3 * age, lick);
+    let heat = foot * rim * smoothstep(0.0, 0.75, inside + torn * (0.9 + 1.4 * age) - 0.35 * age);
+    let hot = heat * (1.0 - 0.65 * age);
+    let color = vec3<f32>(1.0, 0.12 + 0.42 * hot, 0.004 + 0.13 * hot * hot * hot) * (0.35 + 0.8 * hot);
+    return vec4<f32>(in.glow.rgb * color * (0.6 * heat * before), in.glow.a * heat * before);
+}
+
+fn smoke(in: Fragment, r: f32, before: f32) -> vec4<f32> {
+    let seed = in.what.y * 61.0;
+    let torn = turbulence(in.at * 1.7 + vec2<f32>(seed, seed * 1.7 + in.what.z * 1.5));
+    let profile = (1.0 - r * r);
+    let cover = clamp(profile * (0.35 + 1.3 * torn) - 0.22 * (1.0 - profile), 0.0, 1.0);
+    let whole = in.glow.a * cover * before;
+    // lit as a ball is, softly: light goes through it and around
+    let ball = vec3<f32>(in.at, sqrt(profile));
+    let facing = clamp(0.5 + 0.5 * dot(ball, in.sunward) + 0.5 * (torn - 0.5), 0.0, 1.0);
+    let light = in.glow.rgb * (0.8 + 0.4 * torn) + in.sun.rgb * (0.25 + 1.1 * facing);
+    return vec4<f32>(light * whole, whole);
+}
+
+fn haze(in: Fragment, r: f32, before: f32) -> vec4<f32> {
+    var lit = 1.0;
+    if (in.what.w >= 0.0) {
+        lit = sun_at(i32(in.what.w), in.world);
+    }
+    let soft = 1.0 - r * r;
+    return vec4<f32>(in.sun.rgb * (lit * soft * soft * before), 0.0);
+}
+
+fn mote(in: Fragment, r: f32, before: f32) -> vec4<f32> {
+    let soft = 1.0 - r * r;
+    let spot = soft * soft;
+    return vec4<f32>((in.glow.rgb + in.sun.rgb) * (spot * before), in.glow.a * spot * before);
+}
+
+fn turns(is_so: bool) -> u32 {
+    return select(0u, 1u, is_so);
+}
+
+// A driver that draws on the processor walks every branch for every pixel, but leaves out a loop that none of some pixels goes through: each shape is one turn of one.
 @fragment
 fn fragment(in: Fragment) -> @location(0) vec4<f32> {
     let pixel = in.clip.xy * scale.x;
     let shape = u32(in.what.x);
-    let age = in.what.z;
     let r = length(in.at);
-    if (shape == MARK) {
-        let off = (scene_place(pixel) - in.place.xyz) / in.place.w;
-        let flat_r = length(off.xz);
-        let above = clamp(1.0 - abs(off.y) / MARK_HEIGHT, 0.0, 1.0);
-        // a bright rim and a soft middle
-        let rim = (1.0 - smoothstep(0.86, 1.0, flat_r)) * smoothstep(0.55, 0.86, flat_r);
-        let laid = (0.30 * (1.0 - smoothstep(0.2, 1.0, flat_r)) + 0.85 * rim) * above;
-        return vec4<f32>(in.glow.rgb * laid, in.glow.a * laid);
-    }
     let own = dot(camera.forward.xyz, in.world) + camera.forward.w;
-    let behind = scene_depth(pixel) - own;
-    let before = clamp(behind / in.sun.w * 0.5 + 0.5, 0.0, 1.0);
-    if (r >= 1.0 || before <= 0.0) {
-        discard;
+    let before = clamp((scene_depth(pixel) - own) / in.sun.w * 0.5 + 0.5, 0.0, 1.0);
+    let is_seen = r < 1.0 && before > 0.0;
+    var shown = vec4<f32>(0.0);
+    for (var k = 0u; k < turns(shape == MARK); k += 1u) {
+        shown = mark(in, pixel);
     }
-    let seed = in.what.y * 61.0;
-    if (shape == FLAME) {
-        // a tongue: round below, pointed above, torn by the air that streams past it, the more the higher and the older
-        let lick = 0.5 + 0.5 * in.at.y;
-        let flow = vec2<f32>(in.at.x * 1.3 + seed, in.at.y * 1.2 - 2.6 * age + seed * 1.7);
-        let bent = turbulence(flow) - 0.5;
-        let torn = turbulence(flow * 2.3 + 9.2) - 0.5;
-        let wide = max(1.75 * sqrt(lick) * (1.0 - lick), 0.02);
-        let inside = 1.0 - abs(in.at.x + 1.3 * bent * lick * (0.5 + age)) / wide;
-        let rim = 1.0 - smoothstep(0.7, 1.0, r);
-        // what has just begun to burn is clear
-        let foot = smoothstep(0.0, 0.5 - 0.3 * age, lick);
-        let heat = foot * rim * smoothstep(0.0, 0.75, inside + torn * (0.9 + 1.4 * age) - 0.35 * age);
-        let hot = heat * (1.0 - 0.65 * age);
-        let color = vec3<f32>(1.0, 0.12 + 0.42 * hot, 0.004 + 0.13 * hot * hot * hot) * (0.35 + 0.8 * hot);
-        return vec4<f32>(in.glow.rgb * color * (0.6 * heat * before), in.glow.a * heat * before);
+    for (var k = 0u; k < turns(shape == FLAME && is_seen); k += 1u) {
+        shown = flame(in, r, before);
     }
-    if (shape == SMOKE) {
-        let torn = turbulence(in.at * 1.7 + vec2<f32>(seed, seed * 1.7 + age * 1.5));
-        let profile = (1.0 - r * r);
-        let cover = clamp(profile * (0.35 + 1.3 * torn) - 0.22 * (1.0 - profile), 0.0, 1.0);
-        let whole = in.glow.a * cover * before;
-        // lit as a ball is, softly: light goes through it and around
-        let ball = vec3<f32>(in.at, sqrt(profile));
-        let facing = clamp(0.5 + 0.5 * dot(ball, in.sunward) + 0.5 * (torn - 0.5), 0.0, 1.0);
-        let light = in.glow.rgb * (0.8 + 0.4 * torn) + in.sun.rgb * (0.25 + 1.1 * facing);
-        return vec4<f32>(light * whole, whole);
+    for (var k = 0u; k < turns(shape == SMOKE && is_seen); k += 1u) {
+        shown = smoke(in, r, before);
     }
-    let soft = 1.0 - r * r;
-    if (shape == HAZE) {
-        var lit = 1.0;
-        if (in.what.w >= 0.0) {
-            lit = sun_at(i32(in.what.w), in.world);
-        }
-        return vec4<f32>(in.sun.rgb * (lit * soft * soft * before), 0.0);
+    for (var k = 0u; k < turns(shape == HAZE && is_seen); k += 1u) {
+        shown = haze(in, r, before);
     }
-    let spot = soft * soft;
-    let shown = (in.glow.rgb + in.sun.rgb) * (spot * before);
-    return vec4<f32>(shown, in.glow.a * spot * before);
+    for (var k = 0u; k < turns(shape == MOTE && is_seen); k += 1u) {
+        shown = mote(in, r, before);
+    }
+    return shown;
 }

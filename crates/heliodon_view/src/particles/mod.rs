@@ -288,19 +288,30 @@ fn arrange(
     boxes.extend(made.iter().filter_map(|quads| quad::bounds(quads)));
     made.into_iter().for_each(|mut more| quads.append(&mut more));
     particles.told = ParticlesTold { sources: seen.len(), particles: quads.len(), maps: maps.len(), ms: 0.0 };
-    let heads = heads.iter().map(|head| AirHead { cameras: head.cameras.clone(), order: from_afar(head.place, &quads) });
+    let heads = heads.iter().map(|head| {
+        let (haze, order) = from_afar(head.place, &quads);
+        AirHead { cameras: head.cameras.clone(), order, haze }
+    });
     let (heads, fine) = (Arc::new(heads.collect()), particles.options.wait);
     *frame =
         AirFrame { quads: Arc::new(quads), boxes: Arc::new(boxes), heads, maps, sun_direction: moment.sun_direction, fine };
     particles.told.ms = start.elapsed().as_secs_f32() * 1e3;
 }
 
-/// Numbers of quads from the farthest on.
-fn from_afar(eye: Vec3, quads: &[Quad]) -> Vec<u32> {
-    let mut far: Vec<(f32, u32)> =
-        quads.iter().zip(0..).map(|(quad, number)| (quad.middle().distance_squared(eye), number)).collect();
+/// Numbers of quads: first of those of haze, which is light that is added and has no order, and how many they are; then of the others from the farthest on.
+fn from_afar(eye: Vec3, quads: &[Quad]) -> (u32, Vec<u32>) {
+    let (mut haze, mut far): (Vec<u32>, Vec<(f32, u32)>) = (Vec::new(), Vec::new());
+    for (quad, number) in quads.iter().zip(0..) {
+        if quad.is_haze() {
+            haze.push(number);
+        } else {
+            far.push((quad.middle().distance_squared(eye), number));
+        }
+    }
     far.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    far.into_iter().map(|(_, number)| number).collect()
+    let count = haze.len() as u32;
+    haze.extend(far.into_iter().map(|(_, number)| number));
+    (count, haze)
 }
 
 /// A source that a camera may see.
@@ -455,7 +466,10 @@ mod tests {
     #[test]
     fn the_farthest_come_first() {
         let quads = [1.0, 5.0, 3.0].map(|z| Quad::new(quad::Shape::Mote, Vec3::Z * z, 0.1, 0.0));
-        assert_eq!(from_afar(Vec3::ZERO, &quads), [1, 2, 0]);
+        assert_eq!(from_afar(Vec3::ZERO, &quads), (0, vec![1, 2, 0]));
+        // haze has no order and comes first
+        let hazy = [quads[0], Quad::new(quad::Shape::Haze, Vec3::X, 0.1, 0.0), quads[1]];
+        assert_eq!(from_afar(Vec3::ZERO, &hazy), (1, vec![1, 2, 0]));
     }
 
     #[test]

@@ -50,6 +50,12 @@ impl Quad {
         }
     }
 
+    /// Whether it is of the air that the sun is seen in: nothing but light, and nowhere sharp.
+    #[must_use]
+    pub fn is_haze(&self) -> bool {
+        self.what.x == f32::from(Shape::Haze as u8)
+    }
+
     /// It gives off this exposed radiance, and takes away this share of what is behind it.
     #[must_use]
     pub fn glowing(self, radiance: Vec3, opacity: f32) -> Self {

@@ -1,15 +1,15 @@
-//! What is in the air on the GPU: a buffer of quads for all, their order for each head, and two passes a camera.
+//! What is in the air on the GPU: a buffer of quads for all, their order for each head, and three passes a camera.
 //!
-//! The stone's shaders write what the display shows, so quads cannot be blended with it as light. They are drawn into a picture of their own, as light, and one pass lays that over the
+//! The stone's shaders write what the display shows, so quads cannot be blended with it as light. They are drawn into pictures of their own, as light, and one pass lays those over the
 //! camera's picture where there is any, taking display values back to light and again to display values. It is as exact as eight bits are, for any tone curve, and
-//! leaves out what no quad may touch.
+//! leaves out what no quad may touch. Haze is nowhere sharp but where it meets the stone: it has a coarse picture, out of which that pass takes for every pixel what was seen before a like depth
+//! (J. Kopf et al., "Joint Bilateral Upsampling", SIGGRAPH 2007).
 
 use super::quad::{QUAD_BYTES, Quad};
 use super::sun_map::{OPEN, SunMap};
 use crate::daylight::pipelines::{StagePipelines, resolved};
 use crate::daylight::prepare::StageGpu;
-use crate::impostor::uniform::{CAMERA_BYTES, CameraUniform};
-use crate::over_stone::{CAMERA_WGSL, Grown, SeenCamera};
+use crate::over_stone::{CAMERA_BYTES, CAMERA_WGSL, Grown, Seen, SeenCamera};
 use crate::stage::frame::StageFrame;
 use crate::tonemap::DisplayKey;
 use bevy::camera::MainPassResolutionOverride;
@@ -20,10 +20,11 @@ use bevy::render::render_resource::binding_types::{
 };
 use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery};
-use bevy::render::view::{ViewDepthTexture, ViewTarget};
+use bevy::render::view::ViewTarget;
 use bytemuck::{Pod, Zeroable};
 use std::collections::HashMap;
 use std::num::NonZeroU64;
+use std::ops::Range;
 use std::sync::Arc;
 
 const AIR_WGSL: &str = include_str!("air.wgsl");
@@ -31,6 +32,8 @@ const COMPOSE_WGSL: &str = include_str!("compose.wgsl");
 
 /// Pixels of the picture in one of the air's along each side, where a processor draws and the eye moves.
 const COARSE: u32 = 3;
+/// The same of the haze's, where a processor draws and where a GPU does.
+const HAZE_COARSE: [u32; 2] = [3, 2];
 
 /// The shader that draws quads, for depths with one sample a pixel or with several.
 #[must_use]
@@ -38,10 +41,11 @@ pub fn air_wgsl(samples: u32) -> String {
     resolved(&format!("{CAMERA_WGSL}{AIR_WGSL}"), &[("ONE_SAMPLE", samples == 1), ("MANY_SAMPLES", samples > 1)])
 }
 
-/// The shader that lays them over the picture.
+/// The shader that lays them over the picture, for depths with one sample a pixel or with several.
 #[must_use]
-pub fn compose_wgsl(display: DisplayKey) -> String {
-    format!("{}{COMPOSE_WGSL}", display.wgsl())
+pub fn compose_wgsl(display: DisplayKey, samples: u32) -> String {
+    let defined = [("ONE_SAMPLE", samples == 1), ("MANY_SAMPLES", samples > 1)];
+    format!("{}{}", display.wgsl(), resolved(&format!("{CAMERA_WGSL}{COMPOSE_WGSL}"), &defined))
 }
 
 /// What the render world is told of a frame's air.
@@ -66,8 +70,10 @@ pub struct AirFrame {
 pub struct AirHead {
     /// Its eyes.
     pub cameras: Vec<Entity>,
-    /// Numbers of quads from the farthest on.
+    /// Numbers of quads: those of haze, then others from the farthest on.
     pub order: Vec<u32>,
+    /// How many are of haze.
+    pub haze: u32,
 }
 
 /// `Map` of air.wgsl.
@@ -91,7 +97,7 @@ pub struct AirGpu {
     heads: Vec<HeadGpu>,
     cameras: HashMap<Entity, CameraGpu>,
     quads: HashMap<u32, CachedRenderPipelineId>,
-    compose: HashMap<DisplayKey, CachedRenderPipelineId>,
+    compose: HashMap<(DisplayKey, u32), CachedRenderPipelineId>,
     sampler: Option<Sampler>,
 }
 
@@ -105,17 +111,27 @@ struct Layouts {
 struct HeadGpu {
     order: Grown,
     group: BindGroup,
-    count: u32,
+    /// Of the order, what is of haze and what is not: see [`Layer`].
+    ranges: [Range<u32>; 2],
 }
 
 struct CameraGpu {
-    uniforms: [Buffer; 2],
-    /// The air's picture, and the camera's as it was.
-    air: Texture,
+    uniform: Buffer,
+    /// The haze's picture, and that of all else.
+    layers: [Layer; 2],
+    /// The camera's picture as it was.
     before: Texture,
-    group: BindGroup,
     compose: BindGroup,
     drawn: Option<Drawn>,
+}
+
+/// A picture of some of the air.
+struct Layer {
+    light: Texture,
+    /// Of the shader's `scale`.
+    scale: Buffer,
+    /// The camera and its depth.
+    group: BindGroup,
 }
 
 /// What is drawn of a camera in this frame.
@@ -123,11 +139,11 @@ struct CameraGpu {
 struct Drawn {
     head: usize,
     pipelines: [CachedRenderPipelineId; 2],
-    /// The part of the main texture that quads may touch, its corner and size, and of the air's picture.
+    /// The part of the main texture that quads may touch, its corner and size, and of each layer's picture.
     part: (UVec2, UVec2),
-    air_part: (UVec2, UVec2),
-    /// The viewport in the air's picture.
-    viewport: (Vec2, Vec2),
+    layer_parts: [(UVec2, UVec2); 2],
+    /// The viewport in each layer's picture.
+    viewports: [(Vec2, Vec2); 2],
 }
 
 impl Default for Layouts {
@@ -151,6 +167,7 @@ impl Default for Layouts {
                     ShaderStages::FRAGMENT,
                     (
                         texture_2d(TextureSampleType::Float { filterable: false }),
+                        texture_2d(TextureSampleType::Float { filterable: true }),
                         texture_2d(TextureSampleType::Float { filterable: true }),
                         sampler(SamplerBindingType::Filtering),
                         uniform(16),
@@ -183,57 +200,56 @@ pub fn prepare(
     let both = (&*device, &*queue);
     gpu.write(&frame, both, &cache);
     gpu.cameras.retain(|entity, _| cameras.contains(*entity));
-    for ((entity, main, camera, camera_3d, view, msaa, depth), target, smaller, exact) in &cameras {
-        let Some(head) = frame.heads.iter().position(|head| head.cameras.contains(&main.id())) else { continue };
-        // Bevy gives depth its usages a frame after they are asked for.
-        let readable = TextureUsages::from(camera_3d.depth_texture_usages).contains(TextureUsages::TEXTURE_BINDING)
-            && depth.texture.usage().contains(TextureUsages::TEXTURE_BINDING)
-            && target.main_texture().usage().contains(TextureUsages::COPY_SRC);
-        let Some(size) = camera.physical_viewport_size.filter(|_| readable && smaller.is_none()) else { continue };
-        let corner = camera.viewport.as_ref().map_or(UVec2::ZERO, |viewport| viewport.physical_position);
-        let samples = msaa.samples();
-        let display = DisplayKey { curve: stage.curve, format: view.target_format };
-        let world_from_view = view.world_from_view.to_matrix();
-        let clip_from_world = view.clip_from_world.unwrap_or_else(|| view.clip_from_view * world_from_view.inverse());
-        let Some(part) = touched(&frame.boxes, clip_from_world, corner, size) else { continue };
-        let scale = if stone.software && !exact && !frame.fine { COARSE } else { 1 };
+    for (camera, target, smaller, exact) in &cameras {
+        let copied = target.main_texture().usage().contains(TextureUsages::COPY_SRC) && smaller.is_none();
+        let Some(seen) = Seen::new(camera, stage.curve).filter(|_| copied) else { continue };
+        let ((entity, main), samples, display) = (seen.entities, seen.samples, seen.display);
+        let Some(head) = frame.heads.iter().position(|head| head.cameras.contains(&main)) else { continue };
+        let Some(part) = touched(&frame.boxes, seen.clip_from_world, seen.corner, seen.size) else { continue };
+        let of_rest = if stone.software && !exact && !frame.fine { COARSE } else { 1 };
+        let scales = [HAZE_COARSE[usize::from(!stone.software)], of_rest];
         let layouts = gpu.layouts.get_or_insert_with(Layouts::default);
         let found = [
             *gpu.quads.entry(samples).or_insert_with(|| queue_quads(&mut cache, &mut pipelines, layouts, samples)),
-            *gpu.compose.entry(display).or_insert_with(|| queue_compose(&mut cache, &mut pipelines, layouts, display)),
+            *gpu.compose
+                .entry((display, samples))
+                .or_insert_with(|| queue_compose(&mut cache, &mut pipelines, layouts, (display, samples))),
         ];
-        let uniform =
-            CameraUniform::new(world_from_view, view.clip_from_view, clip_from_world, (corner.as_vec2(), size.as_vec2()))
-                .under(frame.sun_direction, Vec3::ZERO, Vec3::Y);
+        let uniform = seen.uniform.under(frame.sun_direction, Vec3::ZERO, Vec3::Y);
         let whole = target.main_texture().size();
-        let air_size = UVec2::new(whole.width.div_ceil(scale), whole.height.div_ceil(scale));
+        let sizes = scales.map(|scale| UVec2::new(whole.width.div_ceil(scale), whole.height.div_ceil(scale)));
         let fits = |camera: &CameraGpu| {
             camera.before.size() == whole
                 && camera.before.format() == target.main_texture().format()
-                && UVec2::new(camera.air.width(), camera.air.height()) == air_size
+                && camera.layers.iter().zip(sizes).all(|(layer, size)| layer.size() == size)
         };
         let sampler = gpu.sampler.get_or_insert_with(|| {
             let (mag_filter, min_filter) = (FilterMode::Linear, FilterMode::Linear);
             device.create_sampler(&SamplerDescriptor { label: Some("air"), mag_filter, min_filter, ..default() })
         });
-        let kept = gpu.cameras.remove(&entity).filter(fits);
-        let is_new = kept.is_none();
-        let mut own = match kept {
-            Some(own) => own,
-            None => CameraGpu::new(&device, &cache, layouts, (target, depth), (air_size, samples), sampler),
+        let bind = |camera: &Buffer, scale: &Buffer| depth_group(&device, &cache, layouts, &seen, [camera, scale]);
+        let mut own = match gpu.cameras.remove(&entity).filter(fits) {
+            Some(mut own) => {
+                // the depth may be another frame's texture
+                own.layers.iter_mut().for_each(|layer| layer.group = bind(&own.uniform, &layer.scale));
+                own
+            }
+            None => CameraGpu::new((&device, &cache), layouts, target.main_texture(), sizes, sampler, bind),
         };
-        if !is_new {
-            // the depth may be another frame's texture
-            own.group = own.depth_group(&device, &cache, layouts, depth, samples);
+        queue.write_buffer(&own.uniform, 0, bytemuck::bytes_of(&uniform));
+        for (layer, scale) in own.layers.iter().zip(scales) {
+            let [width, height] = layer.size().as_vec2().to_array();
+            let scale = Vec4::new(scale as f32, 1.0 / width, 1.0 / height, 0.0);
+            queue.write_buffer(&layer.scale, 0, bytemuck::bytes_of(&scale));
         }
-        queue.write_buffer(&own.uniforms[0], 0, bytemuck::bytes_of(&uniform));
-        let [width, height] = air_size.as_vec2().to_array();
-        let scales = Vec4::new(scale as f32, 1.0 / width, 1.0 / height, 0.0);
-        queue.write_buffer(&own.uniforms[1], 0, bytemuck::bytes_of(&scales));
-        // and a pixel more, for between them is interpolated
-        let (low, high) = (part.0.saturating_sub(UVec2::splat(scale)) / scale, ((part.0 + part.1) / scale + 2).min(air_size));
-        let viewport = (corner.as_vec2() / scale as f32, size.as_vec2() / scale as f32);
-        own.drawn = Some(Drawn { head, pipelines: found, part, air_part: (low, high - low), viewport });
+        let layer_parts = std::array::from_fn(|k| {
+            // and a pixel more, for between them is interpolated
+            let (scale, most) = (scales[k], sizes[k]);
+            let (low, high) = (part.0.saturating_sub(UVec2::splat(scale)) / scale, ((part.0 + part.1) / scale + 2).min(most));
+            (low, high - low)
+        });
+        let viewports = scales.map(|scale| (seen.corner.as_vec2() / scale as f32, seen.size.as_vec2() / scale as f32));
+        own.drawn = Some(Drawn { head, pipelines: found, part, layer_parts, viewports });
         gpu.cameras.insert(entity, own);
     }
 }
@@ -266,7 +282,7 @@ impl AirGpu {
         self.heads = frame
             .heads
             .iter()
-            .map(|AirHead { order, .. }| {
+            .map(|AirHead { order, haze, .. }| {
                 let kept = before.next().map(|head| head.order);
                 let grown = Grown::write(kept, gpu.0, gpu.1, "air_order", bytemuck::cast_slice(order));
                 let entries = BindGroupEntries::sequential((
@@ -276,27 +292,32 @@ impl AirGpu {
                     texels.buffer.as_entire_binding(),
                 ));
                 let group = gpu.0.create_bind_group("air_quads", &layout, &entries);
-                HeadGpu { order: grown, group, count: order.len() as u32 }
+                HeadGpu { order: grown, group, ranges: [0..*haze, *haze..order.len() as u32] }
             })
             .collect();
         *quads = Some(written);
     }
 }
 
+impl Layer {
+    fn size(&self) -> UVec2 {
+        UVec2::new(self.light.width(), self.light.height())
+    }
+}
+
 impl CameraGpu {
     fn new(
-        device: &RenderDevice,
-        cache: &PipelineCache,
+        (device, cache): (&RenderDevice, &PipelineCache),
         layouts: &Layouts,
-        (target, depth): (&ViewTarget, &ViewDepthTexture),
-        (air_size, samples): (UVec2, u32),
+        main: &Texture,
+        sizes: [UVec2; 2],
         sampler: &Sampler,
+        bind: impl Fn(&Buffer, &Buffer) -> BindGroup,
     ) -> Self {
         let uniform = |label, bytes: usize| {
             let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
             device.create_buffer(&BufferDescriptor { label: Some(label), size: bytes as u64, usage, mapped_at_creation: false })
         };
-        let uniforms = [uniform("air_camera", CAMERA_BYTES), uniform("air_scale", 16)];
         let texture = |label, size: Extent3d, format, usage| {
             device.create_texture(&TextureDescriptor {
                 label: Some(label),
@@ -309,41 +330,35 @@ impl CameraGpu {
                 view_formats: &[],
             })
         };
-        let main = target.main_texture();
-        let of_air = Extent3d { width: air_size.x, height: air_size.y, depth_or_array_layers: 1 };
-        let air = texture("air", of_air, TextureFormat::Rgba16Float, TextureUsages::RENDER_ATTACHMENT);
+        let camera = uniform("air_camera", CAMERA_BYTES);
+        let layers = sizes.map(|size| {
+            let size = Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 };
+            let scale = uniform("air_scale", 16);
+            let light = texture("air", size, TextureFormat::Rgba16Float, TextureUsages::RENDER_ATTACHMENT);
+            Layer { group: bind(&camera, &scale), light, scale }
+        });
         let before = texture("before_air", main.size(), main.format(), TextureUsages::COPY_DST);
         let layout = cache.get_bind_group_layout(&layouts.compose);
-        let [of_before, of_air] = [&before, &air].map(|texture| texture.create_view(&TextureViewDescriptor::default()));
-        let entries = BindGroupEntries::sequential((&of_before, &of_air, sampler, uniforms[1].as_entire_binding()));
+        let [haze, rest] = &layers;
+        let [of_before, of_rest, of_haze] =
+            [&before, &rest.light, &haze.light].map(|texture| texture.create_view(&TextureViewDescriptor::default()));
+        let scale = haze.scale.as_entire_binding();
+        let entries = BindGroupEntries::sequential((&of_before, &of_rest, &of_haze, sampler, scale));
         let compose = device.create_bind_group("air_compose", &layout, &entries);
-        let group = depth_group(device, cache, layouts, depth, samples, &uniforms);
-        Self { uniforms, air, before, group, compose, drawn: None }
-    }
-
-    fn depth_group(
-        &self,
-        device: &RenderDevice,
-        cache: &PipelineCache,
-        layouts: &Layouts,
-        depth: &ViewDepthTexture,
-        samples: u32,
-    ) -> BindGroup {
-        depth_group(device, cache, layouts, depth, samples, &self.uniforms)
+        Self { uniform: camera, layers, before, compose, drawn: None }
     }
 }
 
+/// A camera, its depth, and a layer's scale.
 fn depth_group(
     device: &RenderDevice,
     cache: &PipelineCache,
     layouts: &Layouts,
-    depth: &ViewDepthTexture,
-    samples: u32,
-    uniforms: &[Buffer; 2],
+    seen: &Seen<'_>,
+    [camera, scale]: [&Buffer; 2],
 ) -> BindGroup {
-    let layout = cache.get_bind_group_layout(&layouts.camera[usize::from(samples > 1)]);
-    let [camera, scale] = uniforms;
-    let entries = BindGroupEntries::sequential((camera.as_entire_binding(), depth.view(), scale.as_entire_binding()));
+    let layout = cache.get_bind_group_layout(&layouts.camera[usize::from(seen.samples > 1)]);
+    let entries = BindGroupEntries::sequential((camera.as_entire_binding(), seen.depth.view(), scale.as_entire_binding()));
     device.create_bind_group("air_camera", &layout, &entries)
 }
 
@@ -407,12 +422,12 @@ fn queue_compose(
     cache: &mut PipelineCache,
     pipelines: &mut StagePipelines,
     layouts: &Layouts,
-    display: DisplayKey,
+    (display, samples): (DisplayKey, u32),
 ) -> CachedRenderPipelineId {
-    let shader = pipelines.shader(cache, compose_wgsl(display), "air_compose");
+    let shader = pipelines.shader(cache, compose_wgsl(display, samples), "air_compose");
     cache.queue_render_pipeline(RenderPipelineDescriptor {
         label: Some("air_compose".into()),
-        layout: vec![layouts.compose.clone()],
+        layout: vec![layouts.camera[usize::from(samples > 1)].clone(), layouts.compose.clone()],
         vertex: VertexState { shader: shader.clone(), entry_point: Some("vertex".into()), ..default() },
         fragment: Some(FragmentState {
             shader,
@@ -429,12 +444,12 @@ pub fn draw(view: ViewQuery<&ViewTarget>, gpu: Res<AirGpu>, cache: Res<PipelineC
     let entity = view.entity();
     let target = view.into_inner();
     let Some(own) = gpu.cameras.get(&entity) else { return };
-    let Some(Drawn { head, pipelines, part, air_part, viewport }) = own.drawn else { return };
+    let Some(Drawn { head, pipelines, part, layer_parts, viewports }) = own.drawn else { return };
     let [Some(quads), Some(compose)] = pipelines.map(|id| cache.get_render_pipeline(id)) else { return };
     let Some(head) = gpu.heads.get(head) else { return };
-    let view = own.air.create_view(&TextureViewDescriptor::default());
     let encoder = context.command_encoder();
-    {
+    for (((layer, range), (at, size)), viewport) in own.layers.iter().zip(&head.ranges).zip(layer_parts).zip(viewports) {
+        let view = layer.light.create_view(&TextureViewDescriptor::default());
         let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
             label: Some("air"),
             color_attachments: &[Some(RenderPassColorAttachment {
@@ -446,12 +461,11 @@ pub fn draw(view: ViewQuery<&ViewTarget>, gpu: Res<AirGpu>, cache: Res<PipelineC
             ..default()
         });
         pass.set_viewport(viewport.0.x, viewport.0.y, viewport.1.x, viewport.1.y, 0.0, 1.0);
-        let (at, size) = air_part;
         pass.set_scissor_rect(at.x, at.y, size.x, size.y);
         pass.set_pipeline(quads);
-        pass.set_bind_group(0, &*own.group, &[]);
+        pass.set_bind_group(0, &*layer.group, &[]);
         pass.set_bind_group(1, &*head.group, &[]);
-        pass.draw(0..4, 0..head.count);
+        pass.draw(0..4, range.clone());
     }
     let (at, size) = part;
     let origin = Origin3d { x: at.x, y: at.y, z: 0 };
@@ -473,7 +487,9 @@ pub fn draw(view: ViewQuery<&ViewTarget>, gpu: Res<AirGpu>, cache: Res<PipelineC
     });
     pass.set_scissor_rect(at.x, at.y, size.x, size.y);
     pass.set_pipeline(compose);
-    pass.set_bind_group(0, &*own.compose, &[]);
+    let [_, rest] = &own.layers;
+    pass.set_bind_group(0, &*rest.group, &[]);
+    pass.set_bind_group(1, &*own.compose, &[]);
     pass.draw(0..3, 0..1);
 }
 

@@ -1,9 +1,9 @@
-//! Rays against the stage's triangles, a few a frame: for feet and shoulders.
+//! Rays against the stage's triangles, a few hundred a frame: for feet and shoulders, and for lamps.
 //!
-//! The clusters that culling keeps anyway are the hierarchy: a ray tests every chunk's box, then the clusters' spheres of those
-//! that it meets, then some hundred triangles. That needs no memory beyond the clusters, where a ray hierarchy over 700,000
-//! triangles would take some 40 MB, and microseconds are all that a few rays a frame may cost.
+//! The clusters that culling keeps anyway, in a tree of boxes, are the hierarchy: a ray tests every chunk's box, then some twenty clusters' boxes, then some hundred triangles. A hierarchy
+//! over 700,000 triangles would take some 40 MB; this one takes one.
 
+use super::cluster_tree::ClusterTree;
 use crate::daylight::chunk::KeptChunk;
 use glam::Vec3;
 use heliodon_math::frame::unit_or;
@@ -24,11 +24,14 @@ pub struct Touch {
 #[derive(Clone, Debug, Default)]
 pub struct Ground {
     chunks: Vec<Arc<KeptChunk>>,
+    /// Of each chunk.
+    trees: Vec<Arc<ClusterTree>>,
 }
 
 impl Ground {
     /// Adds a chunk.
     pub fn push(&mut self, chunk: Arc<KeptChunk>) {
+        self.trees.push(Arc::new(ClusterTree::new(&chunk.clusters)));
         self.chunks.push(chunk);
     }
 
@@ -47,70 +50,77 @@ impl Ground {
     /// The nearest triangle within `reach` from `origin` in the unit direction `direction`, from either side.
     #[must_use]
     pub fn cast(&self, origin: Vec3, direction: Vec3, reach: f32) -> Option<Touch> {
-        let mut nearest: Option<Touch> = None;
-        let mut reach = reach;
-        for (number, chunk) in self.chunks.iter().enumerate() {
-            if !meets_box(origin, direction, reach, chunk.bounds) {
-                continue;
-            }
-            for cluster in &chunk.clusters {
-                let to_center = cluster.center - origin;
-                let along = to_center.dot(direction);
-                let off = to_center.length_squared() - along * along;
-                if off > cluster.radius * cluster.radius || along < -cluster.radius || along > reach + cluster.radius {
-                    continue;
+        let mut nearest = Nearest { reach, touch: None };
+        self.search(
+            &mut nearest,
+            |nearest, bounds| enters_box(origin, direction, nearest.reach, bounds),
+            |nearest, chunk, corners| {
+                if let Some((distance, normal)) = meets_triangle(origin, direction, nearest.reach, corners) {
+                    nearest.reach = distance;
+                    nearest.touch = Some(Touch { distance, normal, chunk });
                 }
-                let range = cluster.indices.start as usize..cluster.indices.end as usize;
-                for triangle in chunk.indices[range].chunks_exact(3) {
-                    let corners = [0, 1, 2].map(|k| chunk.positions[usize::from(triangle[k])]);
-                    if let Some((distance, normal)) = meets_triangle(origin, direction, reach, corners) {
-                        reach = distance;
-                        nearest = Some(Touch { distance, normal, chunk: number });
-                    }
-                }
-            }
-        }
-        nearest
+            },
+        );
+        nearest.touch
     }
 
     /// The place of the stone nearest to `place`, within `reach`; the normal points to `place`.
     #[must_use]
     pub fn nearest(&self, place: Vec3, reach: f32) -> Option<Touch> {
-        let mut nearest: Option<Touch> = None;
-        let mut reach = reach;
-        for (number, chunk) in self.chunks.iter().enumerate() {
-            let (low, high) = chunk.bounds;
-            if place.distance(place.clamp(low, high)) > reach {
-                continue;
-            }
-            for cluster in &chunk.clusters {
-                if place.distance(cluster.center) > reach + cluster.radius {
-                    continue;
+        let mut nearest = Nearest { reach, touch: None };
+        self.search(
+            &mut nearest,
+            |nearest, (low, high)| Some(place.distance(place.clamp(low, high))).filter(|far| *far <= nearest.reach),
+            |nearest, chunk, corners| {
+                let at = nearest_of_triangle(place, corners);
+                let distance = place.distance(at);
+                if distance < nearest.reach {
+                    nearest.reach = distance;
+                    nearest.touch = Some(Touch { distance, normal: facing(corners, at - place), chunk });
                 }
-                let range = cluster.indices.start as usize..cluster.indices.end as usize;
-                for triangle in chunk.indices[range].chunks_exact(3) {
-                    let corners = [0, 1, 2].map(|k| chunk.positions[usize::from(triangle[k])]);
-                    let distance = place.distance(nearest_of_triangle(place, corners));
-                    if distance < reach {
-                        reach = distance;
-                        let normal = facing(corners, nearest_of_triangle(place, corners) - place);
-                        nearest = Some(Touch { distance, normal, chunk: number });
-                    }
+            },
+        );
+        nearest.touch
+    }
+
+    /// Shows the triangles of boxes that count, with their chunks' numbers: see [`ClusterTree::search`].
+    fn search(
+        &self,
+        nearest: &mut Nearest,
+        far: impl Fn(&Nearest, (Vec3, Vec3)) -> Option<f32>,
+        mut met: impl FnMut(&mut Nearest, usize, [Vec3; 3]),
+    ) {
+        for (number, (chunk, tree)) in self.chunks.iter().zip(&self.trees).enumerate() {
+            tree.search(nearest, &far, |nearest, cluster| {
+                let range = &chunk.clusters[cluster].indices;
+                for triangle in chunk.indices[range.start as usize..range.end as usize].chunks_exact(3) {
+                    met(nearest, number, [0, 1, 2].map(|k| chunk.positions[usize::from(triangle[k])]));
                 }
-            }
+            });
         }
-        nearest
     }
 }
 
-/// Whether a ray meets a box within `reach`.
-pub(crate) fn meets_box(origin: Vec3, direction: Vec3, reach: f32, (low, high): (Vec3, Vec3)) -> bool {
+/// What a search has found so far.
+struct Nearest {
+    /// Nothing farther counts.
+    reach: f32,
+    touch: Option<Touch>,
+}
+
+/// How far away a ray enters a box, none within it; nothing where it passes by or is farther than `reach`.
+fn enters_box(origin: Vec3, direction: Vec3, reach: f32, (low, high): (Vec3, Vec3)) -> Option<f32> {
     let inverse = direction.recip();
     let (a, b) = ((low - origin) * inverse, (high - origin) * inverse);
     // A ray in a face of the box gives NaN, which min and max pass over.
     let near = a.min(b).max_element().max(0.0);
     let far = a.max(b).min_element().min(reach);
-    near <= far || [near, far].iter().any(|t| t.is_nan())
+    (near <= far || [near, far].iter().any(|t| t.is_nan())).then_some(near)
+}
+
+/// Whether a ray meets a box within `reach`.
+pub(crate) fn meets_box(origin: Vec3, direction: Vec3, reach: f32, bounds: (Vec3, Vec3)) -> bool {
+    enters_box(origin, direction, reach, bounds).is_some()
 }
 
 /// How far away a ray meets a triangle from either side, and the unit normal on the ray's side.
@@ -177,11 +187,13 @@ pub(crate) fn nearest_of_triangle(place: Vec3, [a, b, c]: [Vec3; 3]) -> Vec3 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::daylight::cluster::cluster;
+    use heliodon_math::random::Pcg32;
 
-    fn floor(height: f32) -> Arc<KeptChunk> {
+    /// Forty metres of ground at a height.
+    pub(crate) fn floor(height: f32) -> Arc<KeptChunk> {
         let n = 40;
         let at = |i: i32, j: i32| Vec3::new(i as f32 - 20.0, height, j as f32 - 20.0);
         let positions: Vec<Vec3> = (0..=n).flat_map(|j| (0..=n).map(move |i| at(i, j))).collect();
@@ -224,6 +236,41 @@ mod tests {
         assert!((touch.distance - 0.5).abs() < 1e-5 && touch.chunk == 0);
         assert_eq!(ground.nearest(Vec3::new(3.3, 0.5, -7.7), 0.4), None);
         assert_eq!(ground.cast(Vec3::new(3.3, 2.5, -7.7), Vec3::NEG_Y, 10.0).map(|touch| touch.chunk), Some(1));
+    }
+
+    #[test]
+    fn what_is_found_is_what_every_triangle_tells() {
+        let mut random = Pcg32::new(7, 1);
+        let mut between = |low: f32, high: f32| random.range_f32(low, high);
+        let mut ground = Ground::default();
+        for height in [-3.0, 0.5, 2.0] {
+            let mut chunk = Arc::unwrap_or_clone(floor(height));
+            chunk.positions.iter_mut().for_each(|place| place.y += 0.2 * libm::sinf(3.0 * place.x) * libm::cosf(2.0 * place.z));
+            for cluster in &mut chunk.clusters {
+                cluster.half.y += 0.2;
+            }
+            ground.push(Arc::new(chunk));
+        }
+        let corners: Vec<[Vec3; 3]> = ground
+            .chunks()
+            .iter()
+            .flat_map(|chunk| {
+                chunk.indices.chunks_exact(3).map(|triangle| [0, 1, 2].map(|k| chunk.positions[usize::from(triangle[k])]))
+            })
+            .collect();
+        for _ in 0..300 {
+            let [origin, toward] =
+                [12.0, 1.0].map(|far: f32| Vec3::new(between(-far, far), between(-far, far), between(-far, far)));
+            let direction = unit_or(toward, Vec3::X);
+            let wanted = corners
+                .iter()
+                .filter_map(|corners| meets_triangle(origin, direction, 9.0, *corners))
+                .map(|met| met.0)
+                .reduce(f32::min);
+            assert_eq!(ground.cast(origin, direction, 9.0).map(|touch| touch.distance), wanted, "{origin} {direction}");
+            let wanted = corners.iter().map(|corners| origin.distance(nearest_of_triangle(origin, *corners))).reduce(f32::min);
+            assert_eq!(ground.nearest(origin, 4.0).map(|touch| touch.distance), wanted.filter(|far| *far < 4.0), "{origin}");
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The stage: a bundle, loaded while it can already be seen.
 
 pub(crate) mod background;
+mod cluster_tree;
 pub mod feed;
 pub mod frame;
 pub mod ground;
