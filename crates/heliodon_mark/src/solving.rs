@@ -174,7 +174,8 @@ impl Solver {
         thread::spawn(move || {
             while let Ok(job) = jobs.recv() {
                 let result = catch_unwind(AssertUnwindSafe(|| solved(&job.project, &job.text)));
-                let result = result.unwrap_or_else(|_| Err("the solver broke off: undo the last marks, and report this project".to_owned()));
+                let result = result
+                    .unwrap_or_else(|_| Err("the solver broke off: undo the last marks, and report this project".to_owned()));
                 if tell.send(result).is_err() {
                     return;
                 }

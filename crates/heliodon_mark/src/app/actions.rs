@@ -88,7 +88,8 @@ impl MarkApp {
 
     /// Goes to another point of the list.
     pub(super) fn step_point(&mut self, steps: i32) {
-        let names: Vec<String> = self.listed_points().into_iter().map(|i| self.document.project().file.point[i].name.clone()).collect();
+        let names: Vec<String> =
+            self.listed_points().into_iter().map(|i| self.document.project().file.point[i].name.clone()).collect();
         if names.is_empty() {
             return;
         }

@@ -43,9 +43,15 @@ pub(super) struct ShapeDraft {
 fn lists(kind: Kind) -> &'static [(&'static str, &'static str)] {
     match kind {
         Kind::Polygon => &[("points", "corners, in order")],
-        Kind::Box => &[("points", "four bottom corners counter-clockwise from above, then those above them; - for one not marked")],
-        Kind::Gable => &[("points", "four eaves counter-clockwise from above, the first two along the ridge, then the ridge's ends")],
-        Kind::Cylinder | Kind::Column => &[("bottom", "on the lower rim"), ("top", "on the upper rim"), ("points", "anywhere on it")],
+        Kind::Box => {
+            &[("points", "four bottom corners counter-clockwise from above, then those above them; - for one not marked")]
+        }
+        Kind::Gable => {
+            &[("points", "four eaves counter-clockwise from above, the first two along the ridge, then the ridge's ends")]
+        }
+        Kind::Cylinder | Kind::Column => {
+            &[("bottom", "on the lower rim"), ("top", "on the upper rim"), ("points", "anywhere on it")]
+        }
         Kind::Arch => &[("inner", "inner edge from springing to springing"), ("outer", "outer edge"), ("back", "on its back")],
         Kind::Revolution => &[("rings", "rings from the bottom up, with a ; between them")],
         Kind::Extrusion => &[("points", "corners, in order"), ("along", "two points: from, to")],
@@ -155,7 +161,9 @@ impl MarkApp {
                 let metres = found.map(|entry| entry.metres.to_string()).unwrap_or_default();
                 self.dialog = Dialog::Distance { between, metres };
             }
-            Err(chosen) => self.say(format!("a distance lies between two points: choose them with X ({} are chosen)", chosen.len())),
+            Err(chosen) => {
+                self.say(format!("a distance lies between two points: choose them with X ({} are chosen)", chosen.len()))
+            }
         }
     }
 

@@ -190,7 +190,10 @@ impl MarkApp {
             Key::G => self.toggle_ground(),
             Key::K => {
                 self.shown.snap = !self.shown.snap;
-                self.say(if self.shown.snap { "marks snap to corners and edges" } else { "marks stay where they are set" }.to_owned());
+                self.say(
+                    if self.shown.snap { "marks snap to corners and edges" } else { "marks stay where they are set" }
+                        .to_owned(),
+                );
             }
             Key::L => self.shown.lines = !self.shown.lines,
             Key::M => self.shown.model = !self.shown.model,
@@ -235,7 +238,11 @@ impl MarkApp {
         let at = RESIDUALS.iter().position(|times| *times == self.shown.residuals).unwrap_or(0);
         self.shown.residuals = RESIDUALS[(at + 1) % RESIDUALS.len()];
         let times = self.shown.residuals;
-        self.say(if times > 0.0 { format!("residuals are drawn {times} times as long as they are") } else { "residuals are not drawn".to_owned() });
+        self.say(if times > 0.0 {
+            format!("residuals are drawn {times} times as long as they are")
+        } else {
+            "residuals are not drawn".to_owned()
+        });
     }
 
     pub(super) fn toggle_solving(&mut self) {

@@ -38,7 +38,8 @@ pub(super) fn model_lines(outcome: &Outcome, camera: &Camera) -> Vec<Drawn> {
 impl MarkApp {
     /// Where the active point has to lie in a photograph, by its marks in the others: each mark's name and its line.
     pub(super) fn lines_in(&self, photo: &str) -> Vec<(String, Vec<Vec<DVec2>>)> {
-        let (Some(outcome), Some(point)) = (&self.outcome, self.drag.as_ref().map(|drag| &drag.point).or(self.active_point.as_ref()))
+        let (Some(outcome), Some(point)) =
+            (&self.outcome, self.drag.as_ref().map(|drag| &drag.point).or(self.active_point.as_ref()))
         else {
             return Vec::new();
         };

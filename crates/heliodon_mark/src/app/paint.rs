@@ -17,7 +17,8 @@ const MODEL: Color32 = Color32::from_rgb(130, 240, 130);
 const MODEL_INNER: Color32 = Color32::from_rgba_premultiplied(58, 108, 58, 115);
 const PREDICTED: Color32 = Color32::from_rgb(240, 130, 255);
 const BORDER: Color32 = Color32::from_rgba_premultiplied(0, 0, 0, 170);
-const AXES: [Color32; 3] = [Color32::from_rgb(255, 130, 170), Color32::from_rgb(190, 240, 70), Color32::from_rgb(110, 150, 255)];
+const AXES: [Color32; 3] =
+    [Color32::from_rgb(255, 130, 170), Color32::from_rgb(190, 240, 70), Color32::from_rgb(110, 150, 255)];
 
 /// A mark's arms begin and end so far from it, points.
 const ARM: [f32; 2] = [3.0, 9.0];
@@ -68,7 +69,15 @@ impl Names {
 }
 
 impl MarkApp {
-    pub(super) fn paint_over(&mut self, ui: &Ui, painter: &Painter, pane: usize, photo: &str, view: &View, pointer: Option<Pos2>) {
+    pub(super) fn paint_over(
+        &mut self,
+        ui: &Ui,
+        painter: &Painter,
+        pane: usize,
+        photo: &str,
+        view: &View,
+        pointer: Option<Pos2>,
+    ) {
         let to_window = |pixels: &[DVec2]| -> Vec<Pos2> { pixels.iter().map(|p| view.to_window(*p)).collect() };
         if let Some(outcome) = self.outcome.as_ref().filter(|_| self.shown.model)
             && let Some(camera) = outcome.camera(photo)
@@ -134,7 +143,13 @@ impl MarkApp {
                 Some(wrong) => format!("{name}: off by {:.1} px", wrong.off.length()),
                 None => name.to_owned(),
             };
-            let colour = if wrong.is_some() { WRONG } else if is_active { ACTIVE } else { MARK };
+            let colour = if wrong.is_some() {
+                WRONG
+            } else if is_active {
+                ACTIVE
+            } else {
+                MARK
+            };
             if self.shown.names || is_active || wrong.is_some() {
                 names.put(painter, at, &words, colour, is_active || wrong.is_some());
             }
@@ -150,7 +165,13 @@ impl MarkApp {
                 let tip = view.to_window(pixel + residual.off * self.shown.residuals);
                 arrow(painter, at, tip, if is_wrong { WRONG } else { Color32::WHITE });
             }
-            let colour = if is_wrong { WRONG } else if is_active { ACTIVE } else { MARK };
+            let colour = if is_wrong {
+                WRONG
+            } else if is_active {
+                ACTIVE
+            } else {
+                MARK
+            };
             cross(painter, at, if is_active { 2.0 } else { 1.4 }, colour);
             if self.selected.iter().any(|chosen| chosen == name) {
                 painter.circle_stroke(at, 12.0, Stroke::new(3.5, BORDER));
@@ -258,7 +279,13 @@ impl MarkApp {
             None => (String::new(), Color32::from_gray(230)),
         };
         let font = FontId::proportional(13.0);
-        let right = painter.text(strip.right_center() - Vec2::new(8.0, 0.0), Align2::RIGHT_CENTER, zoom, font.clone(), Color32::from_gray(190));
+        let right = painter.text(
+            strip.right_center() - Vec2::new(8.0, 0.0),
+            Align2::RIGHT_CENTER,
+            zoom,
+            font.clone(),
+            Color32::from_gray(190),
+        );
         let room = strip.with_max_x(right.left() - 8.0);
         let words = format!("{photo}   {marks} marks{solved}");
         painter.with_clip_rect(room.intersect(painter.clip_rect())).text(

@@ -40,7 +40,11 @@ impl MarkApp {
                 ui.separator();
                 for count in [1, 2, 4] {
                     let words = format!("{count}");
-                    if ui.selectable_label(self.pane_count == count, words).on_hover_text(format!("So many side by side ({count})")).clicked() {
+                    if ui
+                        .selectable_label(self.pane_count == count, words)
+                        .on_hover_text(format!("So many side by side ({count})"))
+                        .clicked()
+                    {
                         self.set_panes(count);
                     }
                 }
@@ -84,7 +88,10 @@ impl MarkApp {
                 let is_fault = self.solve_fault.is_some();
                 ui.label(RichText::new("Next:").strong());
                 let next = self.next_step();
-                ui.add(egui::Label::new(RichText::new(next).color(if is_fault { FAULT } else { Color32::from_gray(225) })).truncate());
+                ui.add(
+                    egui::Label::new(RichText::new(next).color(if is_fault { FAULT } else { Color32::from_gray(225) }))
+                        .truncate(),
+                );
             });
             ui.horizontal(|ui| {
                 if let Some(message) = &self.message {
@@ -102,7 +109,8 @@ impl MarkApp {
             ui.add_space(4.0);
             ui.strong("Photographs");
             ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-                let names: Vec<String> = self.document.project().file.photo.iter().map(|photo| photo.name().to_owned()).collect();
+                let names: Vec<String> =
+                    self.document.project().file.photo.iter().map(|photo| photo.name().to_owned()).collect();
                 for (index, name) in names.iter().enumerate() {
                     self.small_photo(ui, index, name);
                 }
@@ -117,7 +125,8 @@ impl MarkApp {
             let texture = small_texture(ui.ctx(), name, level);
             self.small.insert(name.to_owned(), texture);
         }
-        let height = self.small.get(name).map_or(0.7, |texture| texture.size_vec2().y / texture.size_vec2().x).min(1.6) * SMALL_WIDTH;
+        let height =
+            self.small.get(name).map_or(0.7, |texture| texture.size_vec2().y / texture.size_vec2().x).min(1.6) * SMALL_WIDTH;
         let (rect, response) = ui.allocate_exact_size(Vec2::new(SMALL_WIDTH, height + 34.0), Sense::click());
         if ui.is_rect_visible(rect) {
             let in_pane = (0..self.pane_count).find(|pane| self.panes[*pane].photo == index);

@@ -111,7 +111,10 @@ impl MarkApp {
             let button = PointerButton::Primary;
             (pointer.button_pressed(button), pointer.button_released(button), pointer.press_origin(), pointer.interact_pos())
         });
-        if is_pressed && !space && response.contains_pointer() && self.dialog == super::Dialog::None
+        if is_pressed
+            && !space
+            && response.contains_pointer()
+            && self.dialog == super::Dialog::None
             && let Some(at) = origin.or(now)
         {
             // What is typed in a field stays there.

@@ -304,14 +304,16 @@ fn appended_in_layout(array: &mut Array, new: &mut Value) {
     let has_comma = array.trailing_comma();
     let trailing = words(Some(array.trailing()));
     let Some(last) = array.iter_mut().last() else { return };
+    // A comment before the last one is its own.
     let prefix = words(last.decor().prefix());
+    let prefix = prefix.rfind('\n').map_or("", |end| &prefix[end..]);
     let tail = if has_comma { trailing } else { words(last.decor().suffix()) };
     let (comment, rest) = match tail.find('\n') {
         Some(end) if tail[..end].contains('#') => tail.split_at(end),
         _ => ("", tail.as_str()),
     };
     // The first of a line stands at its bracket, others behind a comma.
-    let prefix = if prefix.is_empty() { " " } else { prefix.as_str() };
+    let prefix = if prefix.is_empty() { " " } else { prefix };
     new.decor_mut().set_prefix(format!("{comment}{prefix}"));
     if has_comma {
         array.set_trailing(rest);
