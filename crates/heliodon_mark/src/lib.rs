@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`document`] | the project's file: edited, undone, saved; no window in it |
 //! | [`solving`] | cameras, points and the model, on a thread of their own |
+//! | [`wires`] | the model as lines, hidden ones told from others |
 //! | [`pictures`] | photographs decoded, halved and cut into tiles; what a pane shows of them |
 //! | [`app`] | the window: panes, lists, keys, dialogs; runs in any egui context |
 
@@ -13,10 +14,11 @@ pub mod app;
 pub mod document;
 pub mod pictures;
 pub mod solving;
+pub mod wires;
 
 use app::MarkApp;
 use document::{Document, DocumentError};
-use eframe::egui::{self, Context, RawInput, Ui, ViewportBuilder};
+use eframe::egui::{Context, RawInput, Ui, ViewportBuilder};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -57,7 +59,7 @@ pub fn run(project: &Path) -> Result<(), MarkError> {
         options,
         Box::new(|creation| {
             let ctx = creation.egui_ctx.clone();
-            ctx.set_theme(egui::Theme::Dark);
+            app::dress(&ctx);
             Ok(Box::new(Windowed(MarkApp::new(document, Arc::new(move || ctx.request_repaint())))))
         }),
     );

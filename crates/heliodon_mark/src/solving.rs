@@ -1,12 +1,13 @@
 //! Cameras, points and the model, solved on a thread of their own while marks go on being set.
 
+use crate::wires::{Drawn, Wires};
 use glam::{DVec2, DVec3};
 use heliodon_photo::camera::Camera;
 use heliodon_photo::formats::cameras_file::CamerasFile;
-use heliodon_photo::model::{self, Part};
+use heliodon_photo::model;
 use heliodon_photo::project::Project;
 use heliodon_photo::solve::{self, MarkResult, PhotoResult, PointResult};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -21,15 +22,6 @@ pub struct Residual {
     pub is_wrong: bool,
 }
 
-/// A line of the model.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wire {
-    /// Both ends, metres.
-    pub ends: [DVec3; 2],
-    /// Whether a face that is smooth goes on beyond it.
-    pub is_inner: bool,
-}
-
 /// What was solved, told by names: points and photographs may come and go in the meantime.
 #[derive(Clone, Debug)]
 pub struct Outcome {
@@ -41,10 +33,12 @@ pub struct Outcome {
     pub points: BTreeMap<String, PointResult>,
     /// Of marks, by photograph and point.
     pub residuals: BTreeMap<(String, String), Residual>,
-    /// The model's lines.
-    pub wires: Vec<Wire>,
-    /// What is wrong with marks and shapes, the worst first.
-    pub wrong: Vec<String>,
+    /// The model's lines in each photograph.
+    pub lines: BTreeMap<String, Vec<Drawn>>,
+    /// Marks that were found wrong, the worst first: photograph, point.
+    pub wrong_marks: Vec<(String, String)>,
+    /// What is wrong with shapes.
+    pub wrong_shapes: Vec<String>,
     /// What else is to be said.
     pub notes: Vec<String>,
     /// All of it, as `cameras.json` has it.
@@ -106,51 +100,45 @@ pub fn solved(project: &Project, text: &str) -> Result<Outcome, String> {
         let name = (problem.photos[mark.photo].name.clone(), problem.points[mark.point].name.clone());
         residuals.insert(name, residual);
     }
-    let mut wrong = file.wrong_marks.clone();
+    let off = |name: &(String, String)| residuals.get(name).map_or(0.0, |residual: &Residual| residual.off.length());
+    let mut wrong_marks: Vec<(String, String)> =
+        residuals.iter().filter(|(_, residual)| residual.is_wrong).map(|(name, _)| name.clone()).collect();
+    wrong_marks.sort_by(|a, b| off(b).total_cmp(&off(a)));
     // Shapes are tried from the first mark on; what they lack is to be told once there are points to lack.
-    if witnesses.points.len() > 2 {
-        wrong.extend(model.refused.iter().map(ToString::to_string));
-    }
-    wrong.extend(model.shapes.iter().flat_map(|shape| shape.notes.iter().map(|note| format!("{}: {note}", shape.shape))));
+    let refused = model.refused.iter().filter(|_| witnesses.points.len() > 2).map(ToString::to_string);
+    let noted = model.shapes.iter().flat_map(|shape| shape.notes.iter().map(|note| format!("{}: {note}", shape.shape)));
+    let wrong_shapes = refused.chain(noted).collect();
+    let checks = file.checks.iter().map(|check| format!("{} is missed by {:.4} {}", check.what, check.off, check.unit));
+    let wires = Wires::new(&model.parts);
+    let lines = witnesses.photographs.iter().map(|(name, camera)| (name.clone(), wires.seen_by(camera))).collect();
     Ok(Outcome {
         text: text.to_owned(),
         photos: problem.photos.iter().map(|photo| photo.name.clone()).zip(solution.photos).collect(),
         points: problem.points.iter().map(|point| point.name.clone()).zip(solution.points).collect(),
         residuals,
-        wires: model.parts.iter().flat_map(wires).collect(),
-        wrong,
-        notes: file.notes.clone(),
+        lines,
+        wrong_marks,
+        wrong_shapes,
+        notes: checks.chain(folded(&file.notes)).collect(),
         file,
     })
 }
 
-/// Edges at which a part's faces end, and those within faces that are smooth. Diagonals of flat faces are no lines.
-fn wires(part: &Part) -> Vec<Wire> {
-    let place = |vertex: u32| part.mesh.positions[vertex as usize];
-    let key = |vertex: u32| place(vertex).to_array().map(f32::to_bits);
-    let mut edges: BTreeMap<[[u32; 3]; 2], Edge> = BTreeMap::new();
-    for (triangle, face) in part.mesh.triangles.iter().zip(&part.face) {
-        for [a, b] in [[0, 1], [1, 2], [2, 0]].map(|ends: [usize; 2]| ends.map(|i| triangle[i])) {
-            let mut ends = [key(a), key(b)];
-            ends.sort_unstable();
-            let edge = edges.entry(ends).or_insert(Edge { vertices: [a, b], triangles: 0, faces: BTreeSet::new() });
-            edge.triangles += 1;
-            edge.faces.insert(*face);
+/// Notes that say the same of several photographs, said once.
+fn folded(notes: &[String]) -> Vec<String> {
+    let mut told: Vec<(&str, &str, usize)> = Vec::new();
+    for note in notes {
+        let (who, what) = note.split_once(' ').unwrap_or(("", note));
+        match told.iter_mut().find(|(_, known, _)| *known == what && !what.is_empty()) {
+            Some((.., count)) => *count += 1,
+            None => told.push((who, what, 1)),
         }
     }
-    let smooth = |face: &u32| part.smooth.get(*face as usize).copied().unwrap_or(false);
-    let wire = |edge: &Edge| {
-        let is_border = edge.faces.len() > 1 || edge.triangles == 1;
-        let is_inner = !is_border && edge.faces.iter().any(smooth);
-        (is_border || is_inner).then(|| Wire { ends: edge.vertices.map(|v| place(v).as_dvec3()), is_inner })
+    let word = |(who, what, count): (&str, &str, usize)| match count {
+        1 => format!("{who} {what}").trim().to_owned(),
+        _ => format!("{who} and {} more {}", count - 1, what),
     };
-    edges.values().filter_map(wire).collect()
-}
-
-struct Edge {
-    vertices: [u32; 2],
-    triangles: usize,
-    faces: BTreeSet<u32>,
+    told.into_iter().map(word).collect()
 }
 
 struct Job {

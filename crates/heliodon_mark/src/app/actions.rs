@@ -218,6 +218,29 @@ impl MarkApp {
         }
     }
 
+    /// Shows a mark that was found wrong: the worst, or the next after the one that is shown.
+    pub(super) fn show_wrong(&mut self) {
+        let Some(outcome) = self.outcome.as_ref().filter(|outcome| !outcome.wrong_marks.is_empty()) else {
+            self.say("no mark is known to be wrong".to_owned());
+            return;
+        };
+        let shown = self.photo_in(self.active_pane).zip(self.active_point.clone());
+        let at = outcome.wrong_marks.iter().position(|name| Some(name) == shown.as_ref());
+        let (photo, point) = outcome.wrong_marks[at.map_or(0, |at| (at + 1) % outcome.wrong_marks.len())].clone();
+        self.show_mark(&photo, point);
+    }
+
+    /// Brings a mark into the middle of the pane that shows its photograph, or else of the active one.
+    pub(super) fn show_mark(&mut self, photo: &str, point: String) {
+        let Some(index) = self.document.project().file.photo.iter().position(|entry| entry.name() == photo) else { return };
+        if let Some(pane) = (0..self.pane_count).find(|pane| self.panes[*pane].photo == index) {
+            self.active_pane = pane;
+        }
+        self.show_photo(self.active_pane, index);
+        self.panes[self.active_pane].goal = self.mark(&point, photo);
+        self.activate(point);
+    }
+
     /// Moves the active point's mark, or else the cursor, by a way of the window.
     pub(super) fn nudge(&mut self, way: DVec2, is_fine: bool) {
         let pane = self.active_pane;
@@ -296,8 +319,12 @@ impl MarkApp {
         let Some(outcome) = &self.outcome else {
             return "S solves; N begins the next point".to_owned();
         };
-        if let Some(wrong) = outcome.wrong.first() {
-            return format!("look at {wrong}");
+        if let Some((photo, point)) = outcome.wrong_marks.first() {
+            let off = outcome.residual(photo, point).map_or(0.0, |residual| residual.off.length());
+            return format!("O shows the mark that fits worst: {point} in {photo} is off by {off:.1} px");
+        }
+        if let Some(wrong) = outcome.wrong_shapes.first() {
+            return wrong.clone();
         }
         let unsolved = outcome.photos.iter().find_map(|(name, photo)| match photo {
             PhotoResult::Unsolved(why) => Some((name, why)),

@@ -371,7 +371,7 @@ fn help(ctx: &Context) -> bool {
                         egui::Grid::new(*title).num_columns(2).spacing([10.0, 3.0]).show(ui, |ui| {
                             for (key, does) in *keys {
                                 ui.label(RichText::new(*key).color(super::panes::ACTIVE));
-                                ui.add(egui::Label::new(*does).wrap());
+                                ui.add(egui::Label::new(RichText::new(*does).color(Color32::from_gray(215))).wrap());
                                 ui.end_row();
                             }
                         });

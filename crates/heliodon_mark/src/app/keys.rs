@@ -15,7 +15,8 @@ pub(super) const HELP: [Group; 5] = [
         "Marking",
         &[
             ("click", "mark the active point; press and move to place it"),
-            ("drag a mark", "move it"),
+            ("drag a mark", "move it; a click chooses its point"),
+            ("Shift+click", "mark even where another mark is"),
             ("Alt", "held: marks do not snap (K: off and on)"),
             ("Arrows, Shift", "move the mark by 1 pixel, by 0.1"),
             ("Enter", "mark at the keyboard's cursor"),
@@ -31,6 +32,7 @@ pub(super) const HELP: [Group; 5] = [
             ("Tab, Shift+Tab", "next, previous point"),
             ("F2", "rename"),
             ("F", "find the point in all photographs"),
+            ("O", "show the mark that fits worst, the next one"),
             ("G", "it lies on the ground"),
             ("X", "choose it, for a shape or a distance"),
             ("D", "distance of the two chosen points"),
@@ -91,11 +93,11 @@ impl MarkApp {
         for (key, modifiers) in keys {
             // These never are part of a text.
             match (key, modifiers.command) {
-                (Key::S, true) => {
+                (Key::S, true) if self.dialog == Dialog::None => {
                     self.save();
                     continue;
                 }
-                (Key::F1, _) => {
+                (Key::F1, _) if matches!(self.dialog, Dialog::None | Dialog::Help) => {
                     self.dialog = if self.dialog == Dialog::Help { Dialog::None } else { Dialog::Help };
                     continue;
                 }
@@ -198,6 +200,7 @@ impl MarkApp {
             Key::L => self.shown.lines = !self.shown.lines,
             Key::M => self.shown.model = !self.shown.model,
             Key::N => self.new_point(),
+            Key::O => self.show_wrong(),
             Key::R => self.longer_residuals(),
             Key::S if modifiers.shift => self.toggle_solving(),
             Key::S => self.solve(),

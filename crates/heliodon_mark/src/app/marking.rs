@@ -72,8 +72,8 @@ impl MarkApp {
         near.min_by(|a, b| rank(a).total_cmp(&rank(b))).map(|(_, name, pixel)| (name, pixel))
     }
 
-    /// The pointer presses: a mark is grabbed, or a new one begun.
-    pub(super) fn press(&mut self, pane: usize, at: Pos2, is_free: bool) {
+    /// The pointer presses: a mark is grabbed, or a new one begun, also over one that is there if it is to be `over`.
+    pub(super) fn press(&mut self, pane: usize, at: Pos2, is_free: bool, over: bool) {
         self.active_pane = pane;
         let (Some(view), Some(photo)) = (self.panes[pane].view, self.photo_in(pane)) else { return };
         let pixel = view.to_pixel(at);
@@ -81,7 +81,7 @@ impl MarkApp {
             self.edge_end(pane, pixel, is_free);
             return;
         }
-        if let Some((point, mark)) = self.mark_at(pane, at) {
+        if let Some((point, mark)) = self.mark_at(pane, at).filter(|_| !over) {
             self.activate(point.clone());
             let grip = mark - pixel;
             self.drag = Some(Drag { pane, point, photo, pixel: mark, grip, pressed: at, has_moved: false });

@@ -48,6 +48,8 @@ struct Pane {
     view: Option<View>,
     /// Where the keyboard's cursor is, pixels of the photograph.
     cursor: Option<DVec2>,
+    /// What is to be brought into the middle once the photograph is there.
+    goal: Option<DVec2>,
 }
 
 /// What is drawn over photographs, and how.
@@ -67,6 +69,15 @@ struct Shown {
 struct Message {
     text: String,
     is_fault: bool,
+}
+
+/// Dark, so that photographs are the brightest there is, and small words large enough to be read.
+pub fn dress(ctx: &Context) {
+    ctx.set_theme(egui::Theme::Dark);
+    ctx.all_styles_mut(|style| {
+        style.text_styles.insert(egui::TextStyle::Small, egui::FontId::proportional(12.0));
+        style.visuals.widgets.noninteractive.fg_stroke.color = egui::Color32::from_gray(205);
+    });
 }
 
 /// The window for marks.

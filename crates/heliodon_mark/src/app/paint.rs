@@ -1,9 +1,9 @@
 //! Marks, lines and words over a photograph. All of it has a dark border, to be seen on marble and in shadow.
 
-use super::overlay::model_lines;
 use super::panes::ACTIVE;
 use super::{MarkApp, Tool};
 use crate::pictures::{Picture, View};
+use crate::solving::Residual;
 use eframe::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui, Vec2};
 use glam::DVec2;
 use heliodon_photo::project::AxisEntry;
@@ -12,13 +12,16 @@ use heliodon_photo::solve::PhotoResult;
 
 const MARK: Color32 = Color32::from_rgb(90, 215, 255);
 const WRONG: Color32 = Color32::from_rgb(255, 72, 66);
+const WRONG_WORDS: Color32 = Color32::from_rgb(255, 128, 120);
 const LINE: Color32 = Color32::from_rgb(255, 160, 50);
-const MODEL: Color32 = Color32::from_rgb(130, 240, 130);
-const MODEL_INNER: Color32 = Color32::from_rgba_premultiplied(58, 108, 58, 115);
+const LINE_FAINT: Color32 = Color32::from_rgba_premultiplied(115, 72, 22, 115);
+const MODEL: Color32 = Color32::from_rgb(90, 225, 165);
+const MODEL_INNER: Color32 = Color32::from_rgba_premultiplied(41, 101, 74, 115);
+const MODEL_HIDDEN: Color32 = Color32::from_rgba_premultiplied(49, 124, 91, 140);
 const PREDICTED: Color32 = Color32::from_rgb(240, 130, 255);
 const BORDER: Color32 = Color32::from_rgba_premultiplied(0, 0, 0, 170);
 const AXES: [Color32; 3] =
-    [Color32::from_rgb(255, 130, 170), Color32::from_rgb(190, 240, 70), Color32::from_rgb(110, 150, 255)];
+    [Color32::from_rgb(255, 130, 170), Color32::from_rgb(215, 255, 60), Color32::from_rgb(110, 150, 255)];
 
 /// A mark's arms begin and end so far from it, points.
 const ARM: [f32; 2] = [3.0, 9.0];
@@ -57,6 +60,11 @@ impl Names {
             Vec2::new(11.0, 4.0),
             Vec2::new(-11.0 - size.x, -size.y / 2.0 - 9.0),
             Vec2::new(-11.0 - size.x, 4.0),
+            Vec2::new(-size.x / 2.0, -size.y - 16.0),
+            Vec2::new(-size.x / 2.0, 16.0),
+            Vec2::new(11.0, -size.y - 26.0),
+            Vec2::new(11.0, 26.0),
+            Vec2::new(-11.0 - size.x, -size.y - 26.0),
         ];
         let room = painter.clip_rect().shrink(2.0);
         let rects = places.map(|place| Rect::from_min_size(at + place, size).expand(2.0));
@@ -79,23 +87,25 @@ impl MarkApp {
         pointer: Option<Pos2>,
     ) {
         let to_window = |pixels: &[DVec2]| -> Vec<Pos2> { pixels.iter().map(|p| view.to_window(*p)).collect() };
-        if let Some(outcome) = self.outcome.as_ref().filter(|_| self.shown.model)
-            && let Some(camera) = outcome.camera(photo)
-        {
-            for drawn in model_lines(outcome, camera) {
-                let points = to_window(&drawn.line);
-                if drawn.is_inner {
-                    painter.add(Shape::line(points, Stroke::new(1.0, MODEL_INNER)));
-                } else {
-                    line(painter, points, 1.5, MODEL);
-                }
+        let model = self.outcome.as_ref().filter(|_| self.shown.model).and_then(|outcome| outcome.lines.get(photo));
+        for drawn in model.into_iter().flatten() {
+            let points = to_window(&drawn.line);
+            match (drawn.is_seen, drawn.is_border) {
+                (true, true) => line(painter, points, 1.5, MODEL),
+                (true, false) => drop(painter.add(Shape::line(points, Stroke::new(1.0, MODEL_INNER)))),
+                (false, true) => painter.extend(Shape::dashed_line(&points, Stroke::new(1.0, MODEL_HIDDEN), 3.0, 5.0)),
+                (false, false) => {}
             }
         }
         self.paint_edges(painter, pane, photo, view, pointer);
         let mut names = Names::default();
         if self.shown.lines {
-            for (_, lines) in self.lines_in(photo) {
-                for pixels in lines {
+            // Where it is marked already, they only show how well that fits.
+            let is_marked = self.active_point.as_deref().is_some_and(|point| self.mark(point, photo).is_some());
+            for pixels in self.lines_in(photo).into_iter().flat_map(|(_, lines)| lines) {
+                if is_marked && self.drag.is_none() {
+                    painter.add(Shape::line(to_window(&pixels), Stroke::new(1.0, LINE_FAINT)));
+                } else {
                     line(painter, to_window(&pixels), 1.2, LINE);
                 }
             }
@@ -130,21 +140,28 @@ impl MarkApp {
                 marks.push((&drag.point, drag.pixel, true));
             }
         }
+        names.taken.extend(
+            marks.iter().map(|(_, pixel, _)| Rect::from_center_size(view.to_window(*pixel), Vec2::splat(2.0 * ARM[1] - 5.0))),
+        );
         // The active one is named first and drawn last.
         marks.sort_by_key(|(.., is_active)| !is_active);
-        let residual = |name: &str| self.outcome.as_ref().and_then(|outcome| outcome.residual(photo, name));
+        // To where the mark is now, which may have been moved since it was solved.
+        let residual = |name: &str, mark: DVec2| {
+            let solved = self.outcome.as_ref()?.residual(photo, name)?;
+            Some(Residual { off: self.predicted(photo, name).map_or(solved.off, |picture| picture - mark), ..solved })
+        };
         for &(name, pixel, is_active) in &marks {
             let at = view.to_window(pixel);
             if !room.contains(at) {
                 continue;
             }
-            let wrong = residual(name).filter(|residual| residual.is_wrong);
+            let wrong = residual(name, pixel).filter(|residual| residual.is_wrong);
             let words = match wrong {
                 Some(wrong) => format!("{name}: off by {:.1} px", wrong.off.length()),
                 None => name.to_owned(),
             };
             let colour = if wrong.is_some() {
-                WRONG
+                WRONG_WORDS
             } else if is_active {
                 ACTIVE
             } else {
@@ -159,7 +176,7 @@ impl MarkApp {
             if !room.contains(at) {
                 continue;
             }
-            let residual = residual(name);
+            let residual = residual(name, pixel);
             let is_wrong = residual.is_some_and(|residual| residual.is_wrong);
             if let Some(residual) = residual.filter(|_| self.shown.residuals > 0.0) {
                 let tip = view.to_window(pixel + residual.off * self.shown.residuals);

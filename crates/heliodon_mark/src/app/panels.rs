@@ -237,7 +237,10 @@ impl MarkApp {
     }
 
     fn notes_height(&self) -> f32 {
-        let told = self.outcome.as_ref().map_or(0, |outcome| outcome.wrong.len() + outcome.notes.len());
+        let told = self
+            .outcome
+            .as_ref()
+            .map_or(0, |outcome| outcome.wrong_marks.len() + outcome.wrong_shapes.len() + outcome.notes.len());
         let listed = self.document.project().file.shape.len() + self.document.project().file.distance.len();
         (60.0 + 18.0 * (told + listed) as f32).min(260.0)
     }
@@ -245,7 +248,7 @@ impl MarkApp {
     /// Shapes, distances, and what the solver has to say.
     fn notes(&mut self, ui: &mut Ui) {
         ui.separator();
-        let mut remove = None;
+        let (mut remove, mut show) = (None, None);
         ScrollArea::vertical().id_salt("notes").auto_shrink([false, false]).show(ui, |ui| {
             let file = &self.document.project().file;
             for shape in &file.shape {
@@ -269,7 +272,15 @@ impl MarkApp {
                 ui.label(RichText::new(format!("What was solved is kept. {fault}")).small().color(FAULT));
             }
             if let Some(outcome) = &self.outcome {
-                for wrong in &outcome.wrong {
+                for (photo, point) in &outcome.wrong_marks {
+                    let off = outcome.residual(photo, point).map_or(0.0, |residual| residual.off.length());
+                    let words = RichText::new(format!("{point} in {photo} is off by {off:.1} px")).small().color(FAULT);
+                    if ui.add(egui::Label::new(words).sense(Sense::click())).on_hover_text("Click to look at it (O)").clicked()
+                    {
+                        show = Some((photo.clone(), point.clone()));
+                    }
+                }
+                for wrong in &outcome.wrong_shapes {
                     ui.label(RichText::new(wrong).small().color(FAULT));
                 }
                 for note in &outcome.notes {
@@ -277,6 +288,9 @@ impl MarkApp {
                 }
             }
         });
+        if let Some((photo, point)) = show {
+            self.show_mark(&photo, point);
+        }
         if let Some(edit) = remove {
             self.edit(&edit);
         }

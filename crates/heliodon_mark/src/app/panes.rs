@@ -52,8 +52,14 @@ impl MarkApp {
             Loading::Ready(picture) => {
                 let scale = f64::from(ui.ctx().pixels_per_point());
                 let size = picture.size();
-                let mut view = self.panes[pane].view.unwrap_or_else(|| View::whole(rect, scale, size));
+                // What shows all of it goes on to, whatever becomes of the window.
+                let is_whole = |view: &View| *view == View::whole(view.rect, view.scale, size);
+                let kept = self.panes[pane].view.filter(|view| !is_whole(view));
+                let mut view = kept.unwrap_or_else(|| View::whole(rect, scale, size));
                 (view.rect, view.scale) = (rect, scale);
+                if let Some(goal) = self.panes[pane].goal.take() {
+                    (view.centre, view.zoom) = (goal, view.zoom.max(1.0));
+                }
                 view.hold(size);
                 self.panes[pane].view = Some(view);
                 self.point_at(ui, &response, pane);
@@ -124,7 +130,7 @@ impl MarkApp {
                 }
             });
             self.cursor_mode = false;
-            self.press(pane, at, is_free);
+            self.press(pane, at, is_free, ui.input(|input| input.modifiers.shift));
         }
         let is_ours = self.drag.as_ref().is_some_and(|drag| drag.pane == pane);
         if is_ours && let Some(at) = now {
