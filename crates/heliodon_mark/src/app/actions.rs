@@ -289,8 +289,9 @@ impl MarkApp {
         self.set_mark(&point, &photo, pixel);
     }
 
-    /// What would help most now.
-    pub(super) fn next_step(&self) -> String {
+    /// What would help most now, as the status line tells it.
+    #[must_use]
+    pub fn next_step(&self) -> String {
         let file = &self.document.project().file;
         if file.photo.is_empty() {
             return "add photographs: [[photo]] with file = \"...\" in photos.toml".to_owned();
