@@ -136,7 +136,7 @@ fn folded(notes: &[String]) -> Vec<String> {
     }
     let word = |(who, what, count): (&str, &str, usize)| match count {
         1 => format!("{who} {what}").trim().to_owned(),
-        _ => format!("{who} and {} more {}", count - 1, what),
+        _ => format!("{what} ({who} and {} more)", count - 1),
     };
     told.into_iter().map(word).collect()
 }

@@ -32,6 +32,11 @@ const WATCH_S: f64 = 1.0;
 /// The most panes.
 const MOST_PANES: usize = 4;
 
+/// So many marks.
+fn marks_told(count: usize) -> String {
+    if count == 1 { "1 mark".to_owned() } else { format!("{count} marks") }
+}
+
 /// What the pointer does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Tool {

@@ -289,7 +289,9 @@ impl MarkApp {
         let strip = Rect::from_min_size(rect.min, Vec2::new(rect.width(), TITLE_HEIGHT));
         painter.rect_filled(strip, 0.0, Color32::from_black_alpha(185));
         let zoom = self.panes[pane].view.map(|view| format!("{:.0} %", view.zoom * 100.0)).unwrap_or_default();
-        let marks = self.document.project().file.point.iter().filter(|point| point.marks.contains_key(photo)).count();
+        let marks = super::marks_told(
+            self.document.project().file.point.iter().filter(|point| point.marks.contains_key(photo)).count(),
+        );
         let (solved, colour) = match self.outcome.as_ref().and_then(|outcome| outcome.photos.get(photo)) {
             Some(PhotoResult::Solved(solved)) => (format!(", {:.2} px rms", solved.rms_px), Color32::from_gray(230)),
             Some(PhotoResult::Unsolved(_)) => (", not solved".to_owned(), Color32::from_rgb(255, 190, 120)),
@@ -304,7 +306,7 @@ impl MarkApp {
             Color32::from_gray(190),
         );
         let room = strip.with_max_x(right.left() - 8.0);
-        let words = format!("{photo}   {marks} marks{solved}");
+        let words = format!("{photo}   {marks}{solved}");
         painter.with_clip_rect(room.intersect(painter.clip_rect())).text(
             strip.left_center() + Vec2::new(8.0, 0.0),
             Align2::LEFT_CENTER,

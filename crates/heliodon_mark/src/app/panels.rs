@@ -143,11 +143,13 @@ impl MarkApp {
                     painter.rect_filled(picture, 0.0, Color32::from_gray(22));
                 }
             }
-            let marks = self.document.project().file.point.iter().filter(|point| point.marks.contains_key(name)).count();
+            let marks = super::marks_told(
+                self.document.project().file.point.iter().filter(|point| point.marks.contains_key(name)).count(),
+            );
             let (told, colour) = match self.outcome.as_ref().and_then(|outcome| outcome.photos.get(name)) {
-                Some(PhotoResult::Solved(solved)) => (format!("{marks} marks, {:.2} px", solved.rms_px), GOOD),
-                Some(PhotoResult::Unsolved(_)) => (format!("{marks} marks, not solved"), DOUBT),
-                None => (format!("{marks} marks"), Color32::from_gray(170)),
+                Some(PhotoResult::Solved(solved)) => (format!("{marks}, {:.2} px", solved.rms_px), GOOD),
+                Some(PhotoResult::Unsolved(_)) => (format!("{marks}, not solved"), DOUBT),
+                None => (marks, Color32::from_gray(170)),
             };
             let left = egui::Pos2::new(rect.left() + 4.0, picture.bottom() + 2.0);
             let font = egui::FontId::proportional(12.0);
@@ -193,7 +195,7 @@ impl MarkApp {
 
     fn point_row(&mut self, ui: &mut Ui, index: usize, name: &str) {
         let entry = &self.document.project().file.point[index];
-        let marks = entry.marks.len();
+        let marks = super::marks_told(entry.marks.len());
         let ground = if entry.ground { ", ground" } else { "" };
         let is_active = self.active_point.as_deref() == Some(name);
         let is_selected = self.selected.iter().position(|chosen| chosen == name);
@@ -207,7 +209,7 @@ impl MarkApp {
                 (format!("{x:.3}  {y:.3}  {z:.3}{sigma}"), if is_wrong { FAULT } else { GOOD })
             }
             Some(PointResult::Unsolved(why)) => (why.clone(), DOUBT),
-            None => (format!("{marks} marks"), Color32::from_gray(165)),
+            None => (marks.clone(), Color32::from_gray(165)),
         };
         let number = is_selected.map(|at| format!("[{}] ", at + 1)).unwrap_or_default();
         let fill = if is_active { Color32::from_rgb(74, 66, 30) } else { Color32::TRANSPARENT };
@@ -218,7 +220,7 @@ impl MarkApp {
                 let colour = if is_active { super::panes::ACTIVE } else { Color32::from_gray(235) };
                 ui.add(egui::Label::new(RichText::new(format!("{number}{name}")).color(colour)).selectable(false).truncate());
                 ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                    let told = RichText::new(format!("{marks} marks{ground}")).small().color(Color32::from_gray(165));
+                    let told = RichText::new(format!("{marks}{ground}")).small().color(Color32::from_gray(165));
                     ui.add(egui::Label::new(told).selectable(false));
                 });
             });
