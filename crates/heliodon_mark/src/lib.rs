@@ -8,8 +8,6 @@
 //! | [`pictures`] | photographs decoded, halved and cut into tiles; what a pane shows of them |
 //! | [`app`] | the window: panes, lists, keys, dialogs; runs in any egui context |
 
-#![expect(clippy::neg_cmp_op_on_partial_ord, reason = "`!(x > 0.0)` is meant: it refuses what is not a number too")]
-
 pub mod app;
 pub mod document;
 pub mod pictures;

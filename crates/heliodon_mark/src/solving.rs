@@ -108,7 +108,11 @@ pub fn solved(project: &Project, text: &str) -> Result<Outcome, String> {
     let refused = model.refused.iter().filter(|_| witnesses.points.len() > 2).map(ToString::to_string);
     let noted = model.shapes.iter().flat_map(|shape| shape.notes.iter().map(|note| format!("{}: {note}", shape.shape)));
     let wrong_shapes = refused.chain(noted).collect();
-    let checks = file.checks.iter().map(|check| format!("{} is missed by {:.4} {}", check.what, check.off, check.unit));
+    let checks = file
+        .checks
+        .iter()
+        .filter(|check| check.off >= 0.0005)
+        .map(|check| format!("{} is missed by {:.4} {}", check.what, check.off, check.unit));
     let wires = Wires::new(&model.parts);
     let lines = witnesses.photographs.iter().map(|(name, camera)| (name.clone(), wires.seen_by(camera))).collect();
     Ok(Outcome {

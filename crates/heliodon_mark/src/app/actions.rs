@@ -5,7 +5,7 @@ use super::{MOST_PANES, MarkApp, Tool};
 use crate::document::{Edit, Saved};
 use glam::DVec2;
 use heliodon_photo::project::AxisEntry;
-use heliodon_photo::solve::PhotoResult;
+use heliodon_photo::solve::{PhotoResult, PointResult};
 
 impl MarkApp {
     /// Edits the document, or says why not.
@@ -327,11 +327,17 @@ impl MarkApp {
         if let Some(wrong) = outcome.wrong_shapes.first() {
             return wrong.clone();
         }
+        // Points that are marked often enough, and are nowhere all the same.
+        let is_marked = |name: &str| file.point.iter().any(|entry| entry.name == name && entry.marks.len() > 1);
+        let astray = outcome.points.iter().find_map(|(name, found)| match found {
+            PointResult::Unsolved(why) if is_marked(name) => Some((name, why)),
+            _ => None,
+        });
         let unsolved = outcome.photos.iter().find_map(|(name, photo)| match photo {
             PhotoResult::Unsolved(why) => Some((name, why)),
             PhotoResult::Solved(_) => None,
         });
-        match unsolved {
+        match unsolved.or(astray) {
             Some((name, why)) => format!("{name}: {why}"),
             None if file.distance.is_empty() && !outcome.file.metric => {
                 "all is solved but for the scale: choose two points with X and give their distance with D".to_owned()

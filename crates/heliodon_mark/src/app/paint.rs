@@ -135,10 +135,10 @@ impl MarkApp {
                 marks.push((&point.name, pixel, self.active_point.as_ref() == Some(&point.name)));
             }
         }
-        if let Some(drag) = self.drag.as_ref().filter(|drag| drag.photo == photo) {
-            if !marks.iter().any(|(name, ..)| *name == drag.point) {
-                marks.push((&drag.point, drag.pixel, true));
-            }
+        if let Some(drag) = self.drag.as_ref().filter(|drag| drag.photo == photo)
+            && marks.iter().all(|(name, ..)| *name != drag.point)
+        {
+            marks.push((&drag.point, drag.pixel, true));
         }
         names.taken.extend(
             marks.iter().map(|(_, pixel, _)| Rect::from_center_size(view.to_window(*pixel), Vec2::splat(2.0 * ARM[1] - 5.0))),

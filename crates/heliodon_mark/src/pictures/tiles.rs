@@ -135,7 +135,6 @@ fn piece(level: &Level, left: usize, top: usize) -> ColorImage {
 }
 
 /// A photograph's small form as one texture.
-#[must_use]
 pub(crate) fn small_texture(ctx: &Context, photo: &str, level: &Level) -> TextureHandle {
     let pixels = level.pixels.iter().map(|&[r, g, b, a]| Color32::from_rgba_unmultiplied(r, g, b, a)).collect();
     ctx.load_texture(format!("{photo} small"), ColorImage::new([level.width, level.height], pixels), TextureOptions::LINEAR)
