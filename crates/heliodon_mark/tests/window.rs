@@ -30,11 +30,11 @@ struct Desk {
 impl Desk {
     /// All corners are marked but for those that are left out.
     fn new(leaves: impl Fn(&str, usize) -> bool, wrong: Option<(&str, usize)>) -> Self {
-        let home = tempfile::tempdir().unwrap();
+        let home = tempfile::tempdir().expect("the desk is set");
         let scene = Scene::new(560, COUNT);
         scene.write_photographs(home.path());
         scene.write_project(home.path(), leaves, wrong);
-        let app = MarkApp::new(Document::open(home.path()).unwrap(), Arc::new(|| {}));
+        let app = MarkApp::new(Document::open(home.path()).expect("the desk is set"), Arc::new(|| {}));
         let mut desk = Self { home, scene, ctx: Context::default(), app, time: 0.0, held: Modifiers::NONE };
         desk.rest();
         desk
@@ -97,15 +97,15 @@ impl Desk {
 
     /// Where a pixel of a pane's photograph is on the window.
     fn at(&self, pane: usize, pixel: DVec2) -> Pos2 {
-        self.app.view(pane).unwrap().to_window(pixel)
+        self.app.view(pane).expect("the desk is set").to_window(pixel)
     }
 
     fn corner(&self, name: &str) -> Corner {
-        Scene::corners().into_iter().find(|corner| corner.name == name).unwrap()
+        Scene::corners().into_iter().find(|corner| corner.name == name).expect("the desk is set")
     }
 
     fn shows(&self, name: &str, photo: usize) -> DVec2 {
-        self.scene.shows(photo, &self.corner(name)).unwrap()
+        self.scene.shows(photo, &self.corner(name)).expect("the desk is set")
     }
 
     fn mark(&self, point: &str, photo: usize) -> Option<DVec2> {
@@ -114,7 +114,7 @@ impl Desk {
     }
 
     fn saved(&self) -> Project {
-        Project::read(self.file()).unwrap()
+        Project::read(self.file()).expect("the desk is set")
     }
 }
 
