@@ -14,6 +14,8 @@
 //! | [`solve`] | cameras and points from marks, parallel edges and what is known of a place |
 //! | [`model`] | shapes of architecture, fitted to points and edges |
 //! | [`texture`] | what photographs saw of a model, in one atlas, with evidence of what none saw |
+//! | [`snap`] | marks that go to the corner or edge nearby |
+//! | [`epipolar`] | where to look for a point that another photograph shows |
 //! | [`albedo`] | the stone's own colour, where the light of each photograph is known |
 //!
 //! Functions outside `project`, `exif`, `formats` and `matching` take slices and parameter structs and return artefact structs; they open no file and print
@@ -24,11 +26,13 @@
 
 pub mod albedo;
 pub mod camera;
+pub mod epipolar;
 pub mod exif;
 pub mod formats;
 pub mod matching;
 pub mod model;
 pub mod project;
 pub mod report;
+pub mod snap;
 pub mod solve;
 pub mod texture;

@@ -23,6 +23,8 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("solve", &["heliodon_light", "heliodon_prepare", "heliodon_lightmap", "heliodon_capture", "heliodon_photo"]),
     ("flow", &["heliodon_bake"]),
     ("runtime", &["heliodon_view"]),
+    // windows to work in: they may solve what they show
+    ("tools", &["heliodon_mark"]),
     ("apps", &["heliodon"]),
 ];
 const DEV: &str = "heliodon_testkit";
@@ -89,4 +91,6 @@ fn the_check_objects_to_what_it_should() {
     assert!(objection("heliodon_light", DEV, true).is_none());
     assert!(objection("heliodon_sky", "heliodon_image", false).is_none());
     assert!(objection("heliodon", "heliodon_bake", false).is_none());
+    assert!(objection("heliodon_mark", "heliodon_photo", false).is_none(), "a tool solves as one works");
+    assert!(objection("heliodon_view", "heliodon_mark", false).is_some(), "the viewer needs no tool");
 }

@@ -20,7 +20,7 @@ use std::path::PathBuf;
 /// Works on a project of photographs: a folder with photos.toml.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  heliodon photo solve castle\n  heliodon photo solve castle/photos.toml --json\n  heliodon photo match castle --colmap /opt/colmap/bin/colmap\n  heliodon photo model castle\n  heliodon photo texture castle -o castle/made --side 8192"
+    after_help = "Examples:\n  heliodon photo mark castle\n  heliodon photo solve castle\n  heliodon photo solve castle/photos.toml --json\n  heliodon photo match castle --colmap /opt/colmap/bin/colmap\n  heliodon photo model castle\n  heliodon photo texture castle -o castle/made --side 8192"
 )]
 pub struct Args {
     /// What to do
@@ -30,6 +30,8 @@ pub struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Verb {
+    /// Opens a window to mark points in, the photographs side by side; a folder of photographs without a project becomes one
+    Mark(MarkArgs),
     /// Solves for cameras and points from marks, parallel edges and what is known of the place; writes cameras.json beside the project
     Solve(SolveArgs),
     /// Matches photographs by COLMAP, where it is installed, and takes its cameras over into the project
@@ -38,6 +40,13 @@ enum Verb {
     Model(made::ModelArgs),
     /// The same, textured from the photographs: OBJs with texture coordinates, atlas.png, and evidence.png of what was seen
     Texture(made::TextureArgs),
+}
+
+#[derive(Debug, clap::Args)]
+struct MarkArgs {
+    /// The project's folder or its photos.toml
+    #[arg(value_name = "PROJECT")]
+    project: PathBuf,
 }
 
 #[derive(Debug, clap::Args)]
@@ -63,6 +72,7 @@ struct MatchArgs {
 /// Runs it.
 pub fn run(app: &App, args: &Args) -> Result<()> {
     match &args.verb {
+        Verb::Mark(args) => Ok(heliodon_mark::run(&args.project)?),
         Verb::Solve(args) => run_solve(app, args),
         Verb::Match(args) => run_match(app, args),
         Verb::Model(args) => made::run_model(app, args),
