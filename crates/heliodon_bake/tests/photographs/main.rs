@@ -1,0 +1,7 @@
+//! Photographs that Heliodon rendered, and what comes of them: cameras, a textured model, the stone's own colour.
+
+#![cfg(test)]
+
+mod albedo;
+mod render;
+mod temple;

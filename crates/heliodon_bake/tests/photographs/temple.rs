@@ -1,0 +1,176 @@
+//! A small temple: what a person would mark of it, the shapes that stand for it, and what it is made of.
+
+use glam::{DMat3, DVec2, DVec3, Vec3};
+use heliodon_math::random::hash3_u32;
+use heliodon_photo::camera::{Camera, Intrinsics, Pose};
+use heliodon_photo::model::table::ShapeRow;
+use heliodon_photo::model::{NamedPoint, Part, build};
+
+/// The scene's size, metres: the lowest step's length.
+pub const SIZE_M: f64 = 12.4;
+
+#[derive(serde::Deserialize)]
+struct Table {
+    shape: Vec<ShapeRow>,
+}
+
+/// The temple in words, as a project would have it; `SIDES` stands for the columns' sides.
+const SHAPES: &str = r#"
+    [[shape]]
+    name = "step 1"
+    kind = "box"
+    points = ["s1-sw", "s1-se", "s1-ne", "s1-nw", "s1-sw-top", "s1-se-top", "s1-ne-top", "s1-nw-top"]
+    [[shape]]
+    name = "step 2"
+    kind = "box"
+    points = ["s2-sw", "s2-se", "s2-ne", "s2-nw", "s2-sw-top", "s2-se-top", "s2-ne-top", "s2-nw-top"]
+    [[shape]]
+    name = "cella"
+    kind = "box"
+    points = ["c-sw", "c-se", "c-ne", "c-nw", "c-sw-top", "c-se-top", "c-ne-top", "c-nw-top"]
+    [[shape]]
+    name = "architrave"
+    kind = "box"
+    points = ["e-sw", "e-se", "e-ne", "e-nw", "e-sw-top", "e-se-top", "e-ne-top", "e-nw-top"]
+    [[shape]]
+    name = "roof"
+    kind = "gable"
+    points = ["g-sw", "g-nw", "g-ne", "g-se", "ridge-s", "ridge-n"]
+    watertight = true
+    [[shape]]
+    name = "ground"
+    kind = "polygon"
+    points = ["f-sw", "f-se", "f-ne", "f-nw"]
+"#;
+
+const COLUMN: &str = r#"
+    [[shape]]
+    name = "NAME"
+    kind = "column"
+    bottom = ["NAME-foot-0", "NAME-foot-1", "NAME-foot-2"]
+    top = ["NAME-neck-0", "NAME-neck-1", "NAME-neck-2"]
+    axis = ["NAME-foot-0", "NAME-neck-0"]
+    upright = true
+    sides = SIDES
+    repeat = { count = COUNT, span = ["NAME-foot-0", "LAST-foot-0"] }
+"#;
+
+/// Columns on each flank, corners and all, and across the fronts between them.
+const FLANK: u32 = 5;
+const FRONT: u32 = 2;
+
+/// The shapes, their columns of so many sides.
+pub fn shapes(sides: u32) -> Vec<ShapeRow> {
+    let mut text = SHAPES.to_owned();
+    for (name, last, count) in [("sw", "nw", FLANK), ("se", "ne", FLANK), ("s1", "s2", FRONT), ("n1", "n2", FRONT)] {
+        let column = COLUMN.replace("NAME", name).replace("LAST", last);
+        text += &column.replace("SIDES", &sides.to_string()).replace("COUNT", &count.to_string());
+    }
+    toml::from_str::<Table>(&text).unwrap().shape
+}
+
+const FOOT_M: f64 = 0.7;
+const NECK_M: f64 = 4.7;
+const FOOT_RADIUS_M: f64 = 0.45;
+const NECK_RADIUS_M: f64 = 0.36;
+
+/// Every point by its name. Columns' rims are marked where arrises meet the step: outward, and to both sides.
+pub fn points() -> Vec<(String, DVec3)> {
+    let mut all: Vec<(String, DVec3)> = Vec::new();
+    let mut add_box = |name: &str, x: f64, z: f64, low: f64, high: f64| {
+        for (corner, sx, sz) in [("sw", -1.0, 1.0), ("se", 1.0, 1.0), ("ne", 1.0, -1.0), ("nw", -1.0, -1.0)] {
+            all.push((format!("{name}-{corner}"), DVec3::new(sx * x, low, sz * z)));
+            if high > low {
+                all.push((format!("{name}-{corner}-top"), DVec3::new(sx * x, high, sz * z)));
+            }
+        }
+    };
+    add_box("s1", 4.2, 6.2, 0.0, 0.35);
+    add_box("s2", 3.8, 5.8, 0.35, FOOT_M);
+    add_box("c", 1.9, 3.6, FOOT_M, NECK_M);
+    add_box("e", 3.5, 5.5, NECK_M, 5.7);
+    add_box("g", 3.9, 5.9, 5.7, 5.7);
+    add_box("f", 16.0, 18.0, 0.0, 0.0);
+    all.push(("ridge-s".into(), DVec3::new(0.0, 7.3, 5.9)));
+    all.push(("ridge-n".into(), DVec3::new(0.0, 7.3, -5.9)));
+    let corners: [(&str, f64, f64); 4] = [("sw", -2.95, 4.95), ("se", 2.95, 4.95), ("ne", 2.95, -4.95), ("nw", -2.95, -4.95)];
+    let fronts: [(&str, f64, f64); 4] = [("s1", -1.0, 4.95), ("s2", 1.0, 4.95), ("n1", -1.0, -4.95), ("n2", 1.0, -4.95)];
+    for (name, x, z) in corners.into_iter().chain(fronts) {
+        let outward = if x.abs() < 2.0 { DVec3::new(0.0, 0.0, z.signum()) } else { DVec3::new(x.signum(), 0.0, z.signum()) };
+        let outward = outward.try_normalize().unwrap();
+        let aside = outward.cross(DVec3::Y);
+        for (rim, height, radius) in [("foot", FOOT_M, FOOT_RADIUS_M), ("neck", NECK_M, NECK_RADIUS_M)] {
+            for (i, turn) in [0.0, 0.9, -0.9].into_iter().enumerate() {
+                let way = outward * libm::cos(turn) + aside * libm::sin(turn);
+                all.push((format!("{name}-{rim}-{i}"), DVec3::new(x, height, z) + way * radius));
+            }
+        }
+    }
+    all
+}
+
+/// The temple itself: its shapes on its own points, columns rounder than anyone models them.
+pub fn truth() -> Vec<Part> {
+    let point = |(name, position): (String, DVec3)| {
+        let covariance = DMat3::from_diagonal(DVec3::splat(1e-10));
+        NamedPoint { name, position, covariance, seen_in: vec![] }
+    };
+    let points: Vec<NamedPoint> = points().into_iter().map(point).collect();
+    let model = build(&shapes(64), &points, &[]);
+    assert_eq!(model.refused, []);
+    model.parts
+}
+
+/// What its stones are: blocks of marble that differ, joints, patina and a grain, tiles on the roof, gravel about it.
+pub fn albedo(p: Vec3) -> Vec3 {
+    let wave = libm::sinf;
+    let cell = |x: f32| libm::floorf(x) as i32 as u32;
+    let patina = wave(1.3 * p.x + 0.9 * wave(1.1 * p.y + 0.3)) * wave(1.6 * p.z + 1.2 * wave(0.8 * p.x + 1.0));
+    let grain = wave(23.0 * p.x + 5.0 * p.y) * wave(21.0 * p.y - 7.0 * p.z) * wave(25.0 * p.z + 3.0 * p.x);
+    let texture = 1.0 + 0.14 * patina + 0.08 * grain;
+    if p.y < 0.02 {
+        return Vec3::new(0.30, 0.26, 0.20) * (1.0 + 0.25 * patina + 0.15 * grain);
+    }
+    if p.y > 5.75 && p.z.abs() < 5.88 {
+        let tile = hash3_u32(cell(p.z / 0.6), cell((p.x.abs() + 0.1) / 0.7), 3) as f32 / u32::MAX as f32;
+        return Vec3::new(0.46, 0.25, 0.16) * (0.75 + 0.5 * tile) * texture;
+    }
+    let course = cell((p.y + 0.02) / 0.61);
+    let shift = if course % 2 == 0 { 0.0 } else { 0.45 };
+    let block = hash3_u32(course, cell((p.x + shift + 40.0) / 0.9), cell((p.z + shift + 40.0) / 0.9)) as f32 / u32::MAX as f32;
+    let joint = |x: f32, size: f32| {
+        let off = (x / size - libm::roundf(x / size)).abs() * size;
+        1.0 - 0.35 * (1.0 - (off / 0.03).min(1.0))
+    };
+    let joints = joint(p.y + 0.02, 0.61);
+    Vec3::new(0.66, 0.58, 0.47) * (0.72 + 0.5 * block) * texture * joints
+}
+
+/// Photographs taken on a way about it, of so many columns and rows, by one lens.
+pub fn cameras(count: u32, size: [u32; 2]) -> Vec<Camera> {
+    (0..count)
+        .map(|i| {
+            let angle = std::f64::consts::TAU * (f64::from(i) + 0.3) / f64::from(count);
+            let away = [1.0, 1.15, 0.92][i as usize % 3];
+            let eye = DVec3::new(13.0 * away * libm::sin(angle), [1.7, 3.6, 7.5][i as usize % 3], 15.0 * away * libm::cos(angle));
+            camera(eye, DVec3::new(0.3, 2.9, -0.2), size)
+        })
+        .collect()
+}
+
+/// A camera of the lens that all share: mildly distorted.
+pub fn camera(eye: DVec3, target: DVec3, [width, height]: [u32; 2]) -> Camera {
+    let lens = Intrinsics { radial: [-0.08, 0.0, 0.0], ..Intrinsics::pinhole(width, height, 0.82 * f64::from(width)) };
+    Camera { intrinsics: lens, pose: Pose::look_at(eye, target).unwrap() }
+}
+
+/// A view that no photograph has.
+pub fn new_view(size: [u32; 2]) -> Camera {
+    camera(DVec3::new(9.5, 2.6, 11.0), DVec3::new(0.0, 2.8, 0.0), size)
+}
+
+/// Whether a pixel lies in its photograph.
+pub fn is_inside(camera: &Camera, pixel: DVec2) -> bool {
+    let size = DVec2::new(f64::from(camera.intrinsics.width), f64::from(camera.intrinsics.height));
+    pixel.cmpge(DVec2::ZERO).all() && pixel.cmplt(size).all()
+}
