@@ -2,12 +2,14 @@
 
 use crate::temple;
 use glam::{DVec2, Vec3};
+use heliodon_bake::albedo::SceneAlbedo;
 use heliodon_bake::photo::HourSky;
 use heliodon_image::SrgbImage;
 use heliodon_light::reference::{ReferenceFrame, ReferenceParams, render_through};
 use heliodon_light::{SurfaceAlbedo, Surfaces};
 use heliodon_math::color::srgb8_from_linear;
 use heliodon_math::frame::unit_or;
+use heliodon_mesh::Mesh;
 use heliodon_photo::camera::Camera;
 use heliodon_photo::model::Part;
 use heliodon_rays::{BuildParams, Ray, TriangleScene};
@@ -81,6 +83,33 @@ impl SurfaceAlbedo for Stones<'_> {
     }
 }
 
+/// What textured meshes show.
+pub struct Painted<'a>(Vec<(usize, SceneAlbedo<'a>)>);
+
+impl<'a> Painted<'a> {
+    pub fn new(meshes: &'a [Mesh]) -> Self {
+        let mut end = 0;
+        let each = meshes.iter().map(|mesh| {
+            end += mesh.triangles.len();
+            (end, SceneAlbedo::new(mesh, 0.0))
+        });
+        Self(each.collect())
+    }
+}
+
+impl SurfaceAlbedo for Painted<'_> {
+    fn albedo(&self, triangle: u32, u: f32, v: f32) -> Vec3 {
+        let t = triangle as usize;
+        let which = self.0.partition_point(|(end, _)| *end <= t);
+        let begin = if which == 0 { 0 } else { self.0[which - 1].0 };
+        self.0[which].1.albedo((t - begin) as u32, u, v)
+    }
+
+    fn mean(&self, triangle: u32) -> Vec3 {
+        self.albedo(triangle, 1.0 / 3.0, 1.0 / 3.0)
+    }
+}
+
 /// A clear day in Athens.
 pub const PLACE: Place = Place { latitude_deg: 37.97, longitude_deg: 23.73, utc_offset_hours: 2.0, north_deg: 0.0 };
 pub const DATE: Date = Date { year: 2024, month: 4, day: 20 };
@@ -110,6 +139,18 @@ pub fn developed(frame: &ReferenceFrame, gain: Vec3) -> SrgbImage {
         [r, g, b, 255]
     };
     SrgbImage { width: frame.width, height: frame.height, pixels: frame.radiance.iter().map(pixel).collect() }
+}
+
+/// Pixels without their opacity.
+pub fn rgb(image: &SrgbImage) -> Vec<[u8; 3]> {
+    image.pixels.iter().map(|p| [p[0], p[1], p[2]]).collect()
+}
+
+/// Four times what two pictures differ by, about grey.
+pub fn difference(a: &SrgbImage, b: &SrgbImage) -> SrgbImage {
+    let channel = |a: u8, b: u8| (128 + 4 * (i32::from(a) - i32::from(b))).clamp(0, 255) as u8;
+    let pixels = a.pixels.iter().zip(&b.pixels).map(|(a, b)| [0, 1, 2, 3].map(|i| if i < 3 { channel(a[i], b[i]) } else { 255 }));
+    SrgbImage { width: a.width, height: a.height, pixels: pixels.collect() }
 }
 
 /// Writes a picture where the variable HELIODON_LOOK names a folder, for whoever changes this to look at.
