@@ -129,12 +129,16 @@ pub fn built(sides: u32, off_m: f64, seed: u64) -> Vec<Part> {
     model.parts
 }
 
+/// The middle of a grey card that hangs on the architrave's south front, and its albedo.
+pub const CARD_M: DVec3 = DVec3::new(0.8, 5.2, 5.5);
+pub const CARD: f32 = 0.3;
+
 /// What its stones are: blocks of marble that differ, joints, patina and a grain, tiles on the roof, gravel about it.
 pub fn albedo(p: Vec3) -> Vec3 {
     let wave = libm::sinf;
     let cell = |x: f32| libm::floorf(x) as i32 as u32;
     let patina = wave(1.3 * p.x + 0.9 * wave(1.1 * p.y + 0.3)) * wave(1.6 * p.z + 1.2 * wave(0.8 * p.x + 1.0));
-    let grain = wave(23.0 * p.x + 5.0 * p.y) * wave(21.0 * p.y - 7.0 * p.z) * wave(25.0 * p.z + 3.0 * p.x);
+    let grain = wave(8.0 * p.x + 2.0 * p.y) * wave(7.0 * p.y - 3.0 * p.z + 1.0) * wave(9.0 * p.z + 2.0 * p.x);
     let texture = 1.0 + 0.14 * patina + 0.08 * grain;
     if p.y < 0.02 {
         return Vec3::new(0.30, 0.26, 0.20) * (1.0 + 0.25 * patina + 0.15 * grain);
@@ -143,12 +147,16 @@ pub fn albedo(p: Vec3) -> Vec3 {
         let tile = hash3_u32(cell(p.z / 0.6), cell((p.x.abs() + 0.1) / 0.7), 3) as f32 / u32::MAX as f32;
         return Vec3::new(0.46, 0.25, 0.16) * (0.75 + 0.5 * tile) * texture;
     }
+    let from_card = (p - CARD_M.as_vec3()).abs();
+    if from_card.max_element() < 0.3 {
+        return Vec3::splat(CARD);
+    }
     let course = cell((p.y + 0.02) / 0.61);
     let shift = if course % 2 == 0 { 0.0 } else { 0.45 };
     let block = hash3_u32(course, cell((p.x + shift + 40.0) / 0.9), cell((p.z + shift + 40.0) / 0.9)) as f32 / u32::MAX as f32;
     let joint = |x: f32, size: f32| {
         let off = (x / size - libm::roundf(x / size)).abs() * size;
-        1.0 - 0.35 * (1.0 - (off / 0.03).min(1.0))
+        1.0 - 0.3 * (1.0 - (off / 0.06).min(1.0))
     };
     let joints = joint(p.y + 0.02, 0.61);
     Vec3::new(0.66, 0.58, 0.47) * (0.72 + 0.5 * block) * texture * joints
