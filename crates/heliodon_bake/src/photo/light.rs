@@ -47,6 +47,8 @@ pub struct HourLights<'a> {
     normals: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
     index: TexelIndex<'a>,
+    /// Texels that a photograph says something of.
+    asked: Vec<bool>,
     nodes: Nodes,
     /// For each hour and texel the cosine to the sun, times the part of the disc that is seen.
     sun: Vec<Vec<f32>>,
@@ -108,7 +110,7 @@ impl<'a> HourLights<'a> {
         let sun = hours.iter().map(of_hour).collect();
         let nodes = Nodes { places: node_places, normals: node_normals, sparse };
         let index = survey.index();
-        Self { survey, surroundings, hours, hour_of, params, positions, normals, triangles, index, nodes, sun }
+        Self { survey, surroundings, hours, hour_of, params, positions, normals, triangles, index, asked, nodes, sun }
     }
 
     /// How many texels paths start from.
@@ -128,7 +130,8 @@ impl<'a> HourLights<'a> {
             first += mesh.triangles.len();
             (first, SceneAlbedo::new(mesh, 0.0))
         });
-        let found = Found { index: &self.index, texels: albedo, own, others: others.collect() };
+        let filled = self.filled(albedo);
+        let found = Found { index: &self.index, texels: &filled, own, others: others.collect() };
         let surfaces = Surfaces {
             rays: self.survey.scene(),
             positions: &self.positions,
@@ -148,6 +151,30 @@ impl<'a> HourLights<'a> {
             own.par_iter().map(at).collect()
         };
         Ok(self.survey.samples().iter().zip(self.hour_of).map(of_photograph).collect())
+    }
+
+    /// The albedo, where no photograph says anything that of the same face; of the same part, where none says anything of that.
+    fn filled(&self, albedo: &[Vec3]) -> Vec<Vec3> {
+        let mean = |sum: (Vec3, f32)| (sum.1 > 0.0).then(|| sum.0 / sum.1);
+        let of_face: Vec<(usize, std::ops::Range<usize>, (Vec3, f32))> = (self.survey.faces())
+            .map(|(part, texels)| {
+                let seen = texels.clone().filter(|texel| self.asked[*texel]);
+                (part, texels, seen.fold((Vec3::ZERO, 0.0), |(sum, count), texel| (sum + albedo[texel], count + 1.0)))
+            })
+            .collect();
+        let mut of_part = vec![(Vec3::ZERO, 0.0); of_face.iter().map(|(part, ..)| part + 1).max().unwrap_or(0)];
+        for (part, _, (sum, count)) in &of_face {
+            of_part[*part].0 += *sum;
+            of_part[*part].1 += *count;
+        }
+        let mut filled = albedo.to_vec();
+        for (part, texels, sum) in of_face {
+            // what is of a part that nobody sees keeps the mean of all
+            if let Some(color) = mean(sum).or_else(|| mean(of_part[part])) {
+                texels.filter(|texel| !self.asked[*texel]).for_each(|texel| filled[texel] = color);
+            }
+        }
+        filled
     }
 
     /// Light of the sky and bounced light at the nodes.

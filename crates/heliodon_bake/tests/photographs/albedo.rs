@@ -19,7 +19,7 @@ const FOURTH: &str = "10:20";
 /// What a camera makes of a kcd/m2, so that sunlit marble is bright and not white.
 const EXPOSURE: f32 = 1.0 / 32.0;
 /// The photograph in which the grey card is looked at.
-const CARD_IN: usize = 0;
+const CARD_IN: usize = 1;
 
 struct Scale {
     size: [u32; 2],

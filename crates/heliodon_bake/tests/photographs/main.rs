@@ -3,5 +3,7 @@
 #![cfg(test)]
 
 mod albedo;
+mod cameras;
 mod render;
 mod temple;
+mod view;

@@ -2,7 +2,7 @@
 
 use super::Survey;
 use super::layout::Layout;
-use super::surface::{Surface, Triangle};
+use super::surface::{Face, Surface, Triangle};
 use glam::Vec3;
 use heliodon_math::frame::unit_or;
 use heliodon_rays::TriangleScene;
@@ -81,6 +81,12 @@ impl Survey<'_> {
     /// For each texel the unit normal by which light falls on it: that of a round surface where flat triangles stand for one.
     pub fn light_normals(&self) -> impl ExactSizeIterator<Item = Vec3> {
         self.layout.texels.iter().map(|texel| light_normal(&self.surface, texel.triangle, texel.place))
+    }
+
+    /// The faces' texels, each with the index of the part that it belongs to.
+    pub fn faces(&self) -> impl ExactSizeIterator<Item = (usize, std::ops::Range<usize>)> {
+        let range = |(i, face): (usize, &Face)| (face.part, self.layout.starts[i]..self.layout.starts[i + 1]);
+        self.surface.faces.iter().enumerate().map(range)
     }
 
     /// Which texel shows which place.
