@@ -45,7 +45,7 @@ fn project(cameras: &[Camera]) -> Project {
         writeln!(text, "[[photo]]\nfile = \"{i}.png\"\nsize_px = [{width}, {height}]\ntime = \"2024-04-20 {time}\"").unwrap();
     }
     let at = cameras[CARD_IN].project(temple::CARD_M).unwrap();
-    writeln!(text, "[[grey]]\nphoto = \"{CARD_IN}.png\"\nat = [{}, {}]\nradius_px = 4\nalbedo = {}", at.x, at.y, temple::CARD).unwrap();
+    writeln!(text, "[[grey]]\nphoto = \"{CARD_IN}.png\"\nat = [{}, {}]\nradius_px = 2\nalbedo = {}", at.x, at.y, temple::CARD).unwrap();
     Project::parse(&text, "photos.toml").unwrap()
 }
 

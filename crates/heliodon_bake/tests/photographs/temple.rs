@@ -48,8 +48,8 @@ const COLUMN: &str = r#"
     [[shape]]
     name = "NAME"
     kind = "column"
-    bottom = ["NAME-foot-0", "NAME-foot-1", "NAME-foot-2"]
-    top = ["NAME-neck-0", "NAME-neck-1", "NAME-neck-2"]
+    bottom = ["NAME-foot-0", "NAME-foot-1", "NAME-foot-2", "NAME-foot-3", "NAME-foot-4"]
+    top = ["NAME-neck-0", "NAME-neck-1", "NAME-neck-2", "NAME-neck-3", "NAME-neck-4"]
     axis = ["NAME-foot-0", "NAME-neck-0"]
     upright = true
     sides = SIDES
@@ -89,11 +89,11 @@ pub fn points() -> Vec<(String, DVec3)> {
     add_box("s1", 4.2, 6.2, 0.0, 0.35);
     add_box("s2", 3.8, 5.8, 0.35, FOOT_M);
     add_box("c", 1.9, 3.6, FOOT_M, NECK_M);
-    add_box("e", 3.5, 5.5, NECK_M, 5.7);
-    add_box("g", 3.9, 5.9, 5.7, 5.7);
-    add_box("f", 10.0, 12.0, 0.0, 0.0);
-    all.push(("ridge-s".into(), DVec3::new(0.0, 7.3, 5.9)));
-    all.push(("ridge-n".into(), DVec3::new(0.0, 7.3, -5.9)));
+    add_box("e", 3.15, 5.15, NECK_M, 5.7);
+    add_box("g", 3.6, 5.6, 5.7, 5.7);
+    add_box("f", 6.0, 8.0, 0.0, 0.0);
+    all.push(("ridge-s".into(), DVec3::new(0.0, 7.3, 5.6)));
+    all.push(("ridge-n".into(), DVec3::new(0.0, 7.3, -5.6)));
     let corners: [(&str, f64, f64); 4] = [("sw", -2.95, 4.95), ("se", 2.95, 4.95), ("ne", 2.95, -4.95), ("nw", -2.95, -4.95)];
     let fronts: [(&str, f64, f64); 4] = [("s1", -1.0, 4.95), ("s2", 1.0, 4.95), ("n1", -1.0, -4.95), ("n2", 1.0, -4.95)];
     for (name, x, z) in corners.into_iter().chain(fronts) {
@@ -101,13 +101,24 @@ pub fn points() -> Vec<(String, DVec3)> {
         let outward = outward.try_normalize().unwrap();
         let aside = outward.cross(DVec3::Y);
         for (rim, height, radius) in [("foot", FOOT_M, FOOT_RADIUS_M), ("neck", NECK_M, NECK_RADIUS_M)] {
-            for (i, turn) in [0.0, 0.9, -0.9].into_iter().enumerate() {
+            for (i, turn) in [0.0, 0.7, -0.7, 1.3, -1.3].into_iter().enumerate() {
                 let way = outward * libm::cos(turn) + aside * libm::sin(turn);
                 all.push((format!("{name}-{rim}-{i}"), DVec3::new(x, height, z) + way * radius));
             }
         }
     }
     all
+}
+
+/// Shapes for points of which some were not found: boxes do without a corner, shafts without a place of their rims.
+pub fn shapes_without(sides: u32, is_found: impl Fn(&str) -> bool) -> Vec<ShapeRow> {
+    let mut rows = shapes(sides);
+    for row in &mut rows {
+        row.points.iter_mut().filter(|name| !is_found(name)).for_each(|name| *name = "-".into());
+        row.bottom.retain(|name| is_found(name));
+        row.top.retain(|name| is_found(name));
+    }
+    rows
 }
 
 /// The temple itself: its shapes on its own points, columns rounder than anyone models them.
@@ -130,7 +141,7 @@ pub fn built(sides: u32, off_m: f64, seed: u64) -> Vec<Part> {
 }
 
 /// The middle of a grey card that hangs on the architrave's south front, and its albedo.
-pub const CARD_M: DVec3 = DVec3::new(0.8, 5.2, 5.5);
+pub const CARD_M: DVec3 = DVec3::new(0.8, 5.2, 5.15);
 pub const CARD: f32 = 0.3;
 
 /// What its stones are: blocks of marble that differ, joints, patina and a grain, tiles on the roof, gravel about it.
@@ -143,12 +154,12 @@ pub fn albedo(p: Vec3) -> Vec3 {
     if p.y < 0.02 {
         return Vec3::new(0.30, 0.26, 0.20) * (1.0 + 0.25 * patina + 0.15 * grain);
     }
-    if p.y > 5.75 && p.z.abs() < 5.88 {
+    if p.y > 5.75 && p.z.abs() < 5.58 {
         let tile = hash3_u32(cell(p.z / 0.6), cell((p.x.abs() + 0.1) / 0.7), 3) as f32 / u32::MAX as f32;
         return Vec3::new(0.46, 0.25, 0.16) * (0.75 + 0.5 * tile) * texture;
     }
     let from_card = (p - CARD_M.as_vec3()).abs();
-    if from_card.max_element() < 0.3 {
+    if from_card.max_element() < 0.45 {
         return Vec3::splat(CARD);
     }
     let course = cell((p.y + 0.02) / 0.61);
@@ -168,7 +179,7 @@ pub fn cameras(count: u32, size: [u32; 2]) -> Vec<Camera> {
         .map(|i| {
             let angle = std::f64::consts::TAU * (f64::from(i) + 0.3) / f64::from(count);
             let away = [1.0, 1.15, 0.92][i as usize % 3];
-            let eye = DVec3::new(15.0 * away * libm::sin(angle), [1.7, 3.6, 7.5][i as usize % 3], 17.5 * away * libm::cos(angle));
+            let eye = DVec3::new(15.0 * away * libm::sin(angle), [1.7, 2.6, 6.5][i as usize % 3], 17.5 * away * libm::cos(angle));
             camera(eye, DVec3::new(0.3, 2.9, -0.2), size)
         })
         .collect()
