@@ -45,7 +45,7 @@ fn project(cameras: &[Camera]) -> Project {
         writeln!(text, "[[photo]]\nfile = \"{i}.png\"\nsize_px = [{width}, {height}]\ntime = \"2024-04-20 {time}\"").unwrap();
     }
     let at = cameras[CARD_IN].project(temple::CARD_M).unwrap();
-    writeln!(text, "[[grey]]\nphoto = \"{CARD_IN}.png\"\nat = [{}, {}]\nradius_px = 2\nalbedo = {}", at.x, at.y, temple::CARD).unwrap();
+    writeln!(text, "[[grey]]\nphoto = \"{CARD_IN}.png\"\nat = [{}, {}]\nradius_px = 3\nalbedo = {}", at.x, at.y, temple::CARD).unwrap();
     Project::parse(&text, "photos.toml").unwrap()
 }
 
@@ -192,12 +192,12 @@ fn judge(scale: &Scale) {
 #[test]
 fn albedo_of_eight_photographs_relights() {
     judge(&Scale {
-        size: [480, 360],
-        samples: 16,
+        size: [448, 336],
+        samples: 32,
         per_m: 16.0,
-        relit: [400, 300],
+        relit: [320, 240],
         relit_samples: 48,
-        light: HourLightParams { sun_samples: 8, max_bounces: 3, ..HourLightParams::default() },
+        light: HourLightParams { sun_samples: 8, samples: 96, max_bounces: 3, ..HourLightParams::default() },
     });
 }
 

@@ -24,12 +24,14 @@ pub struct Marked {
 
 /// Corners, the ends of the roof, the rims of the columns that stand for others, stakes on the ground: one name for each thing that the shapes ask for.
 fn is_marked(name: &str) -> bool {
-    let is_of_last = ["nw-", "ne-", "s2-foot", "s2-neck", "n2-"].iter().any(|column| name.starts_with(column));
+    let is_of_last = ["nw-", "ne-", "south-2-", "north-2-"].iter().any(|column| name.starts_with(column));
     !is_of_last || name.ends_with("foot-0")
 }
 
-/// Photographs that are to show a point.
-const FEWEST: usize = 4;
+/// Photographs that are to show a point: fewer where columns hide it from most.
+fn fewest(name: &str) -> usize {
+    if ["c-", "south-", "north-"].iter().any(|start| name.starts_with(start)) { 3 } else { 4 }
+}
 
 /// Whether a camera sees a point of the temple.
 fn sees(stage: &Stage, camera: &Camera, point: DVec3) -> Option<DVec2> {
@@ -54,7 +56,7 @@ pub fn marked(stage: &Stage, focal: Focal, seed: u64) -> Marked {
     let shown = |position: DVec3| cameras.iter().filter(|camera| sees(stage, camera, position).is_some()).count();
     // what few photographs show is not worth a mark: two of them, one wrong, tell nothing
     let points: Vec<(String, DVec3)> =
-        temple::points().into_iter().filter(|(name, position)| is_marked(name) && shown(*position) >= FEWEST).collect();
+        temple::points().into_iter().filter(|(name, position)| is_marked(name) && shown(*position) >= fewest(name)).collect();
     let (mut marks, mut wrong, mut noise_px) = (Vec::new(), Vec::new(), Vec::new());
     for (photo, camera) in cameras.iter().enumerate() {
         for (point, (_, position)) in points.iter().enumerate() {
@@ -164,6 +166,6 @@ fn cameras_of_the_temple_are_found_among_wrong_marks() {
     for seed in 1..=6 {
         let focal = if seed % 2 == 0 { Focal::Free } else { Focal::Guess(3000.0) };
         let [focal, turn, place, point] = check(&stage, focal, seed);
-        println!("{}", focal < 0.003 && turn < 0.05 && place < 0.002 && point < 0.002);
+        assert!(focal < 0.003 && turn < 0.05 && place < 0.002 && point < 0.002);
     }
 }
