@@ -62,32 +62,46 @@ fn at(sorted: &[f32], part: f32) -> f32 {
     sorted[((sorted.len() - 1) as f32 * part) as usize]
 }
 
-/// Errors of albedo, as parts: of all texels, of those by an edge of a shadow of any hour, of the others; sorted. And for each hour the mean logarithm by which
-/// lit sides of its shadows' edges are brighter than their shaded sides, against the truth.
-fn errors(stage: &Stage, hours: &[HourSky], survey: &Survey, found: &Albedo) -> ([Vec<f32>; 3], Vec<f32>) {
+/// How far albedo is off, as parts, sorted.
+struct Errors {
+    all: Vec<f32>,
+    /// Of texels by an edge of a shadow of any hour.
+    edges: Vec<f32>,
+    /// Of the others.
+    others: Vec<f32>,
+    /// For each hour the mean logarithm by which the lit sides of its shadows' edges are too bright against their shaded sides.
+    steps: Vec<f32>,
+    /// The median logarithm by which all of it is too bright.
+    bias: f32,
+}
+
+fn errors(stage: &Stage, hours: &[HourSky], survey: &Survey, found: &Albedo, texel_m: f32) -> Errors {
     let places: Vec<(Vec3, Vec3)> = survey.places().collect();
     let around = survey.around(0.15);
     let lit: Vec<Vec<bool>> = hours.iter().map(|hour| places.iter().map(|(p, n)| sunlit(stage, hour, *p, *n)).collect()).collect();
-    let mut errors = [Vec::new(), Vec::new(), Vec::new()];
+    let (mut all, mut edges, mut others, mut logs) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut sides = vec![[(0.0, 0.0); 2]; hours.len()];
     for (i, color) in found.albedo.iter().enumerate().filter_map(|(i, color)| Some((i, (*color)?))) {
-        let truth = temple::albedo(places[i].0);
+        let (place, normal) = places[i];
+        let truth = temple::mean_albedo(place, normal, texel_m);
         let error = ((color - truth).abs() / truth).max_element();
-        errors[0].push(error);
+        let log = libm::logf((color / truth).element_product()) / 3.0;
+        all.push(error);
+        logs.push(log);
         let mut is_edge = false;
         for (hour, lit) in lit.iter().enumerate() {
             if around.of(i).iter().any(|&other| lit[other as usize] != lit[i]) {
                 is_edge = true;
                 let side = &mut sides[hour][usize::from(lit[i])];
-                side.0 += libm::logf((color / truth).element_product()) / 3.0;
+                side.0 += log;
                 side.1 += 1.0;
             }
         }
-        errors[if is_edge { 1 } else { 2 }].push(error);
+        (if is_edge { &mut edges } else { &mut others }).push(error);
     }
-    errors.iter_mut().for_each(|errors| errors.sort_by(f32::total_cmp));
+    [&mut all, &mut edges, &mut others, &mut logs].into_iter().for_each(|errors| errors.sort_by(f32::total_cmp));
     let step = |[dark, lit]: &[(f32, f32); 2]| lit.0 / lit.1 - dark.0 / dark.1;
-    (errors, sides.iter().map(step).collect())
+    Errors { all, edges, others, steps: sides.iter().map(step).collect(), bias: at(&logs, 0.5) }
 }
 
 fn judge(scale: &Scale) {
@@ -130,26 +144,9 @@ fn judge(scale: &Scale) {
         lights.light(albedo).map_err(|error| error.to_string())
     })
     .unwrap();
-    let ([all, edges, others], steps) = errors(&stage, &true_hours, &survey, &found);
-    let places: Vec<Vec3> = survey.places().map(|(place, _)| place).collect();
-    let mut logs: Vec<f32> = (found.albedo.iter().zip(&places))
-        .filter_map(|(color, place)| color.map(|color| libm::logf((color / temple::albedo(*place)).element_product()) / 3.0))
-        .collect();
-    logs.sort_by(f32::total_cmp);
-    for (name, low, high) in [("ground", -1.0, 0.02), ("steps", 0.02, 0.75), ("columns and walls", 0.75, 4.65), ("architrave", 4.7, 5.69), ("roof", 5.75, 9.0)] {
-        let mut logs: Vec<f32> = (found.albedo.iter().zip(&places)).filter(|(_, p)| p.y > low && p.y < high)
-        .filter_map(|(color, place)| color.map(|color| libm::logf((color / temple::albedo(*place)).element_product()) / 3.0))
-        .collect();
-        if logs.is_empty() { continue }
-        logs.sort_by(f32::total_cmp);
-        let bias = at(&logs, 0.5);
-        logs.iter_mut().for_each(|x| *x = x.abs());
-        logs.sort_by(f32::total_cmp);
-        println!("{name}: {} {bias} abs {}", logs.len(), at(&logs, 0.5));
-    }
-    println!("all in all off by {:.4}; known {:?}", at(&logs, 0.5), found.known_off.len());
+    let Errors { all, edges, others, steps, bias } = errors(&stage, &true_hours, &survey, &found, 1.0 / scale.per_m);
     println!(
-        "{} rounds, change {:.4}; albedo off: median {:.4}, 95 % {:.4}; by shadows' edges {:.4}, {:.4} ({} texels); elsewhere {:.4}, {:.4}; steps {steps:.4?}; {} above 1; after {:.1} s",
+        "{} rounds, change {:.4}; albedo off: all in all {bias:.4}, median {:.4}, 95 % {:.4}; by shadows' edges {:.4}, {:.4} ({} texels); elsewhere {:.4}, {:.4}; steps {steps:.4?}; {} above 1; after {:.1} s",
         found.rounds,
         found.change,
         at(&all, 0.5),
@@ -206,10 +203,10 @@ fn albedo_of_eight_photographs_relights() {
 #[ignore = "minutes"]
 fn albedo_of_eight_finer_photographs_relights() {
     judge(&Scale {
-        size: [1280, 960],
+        size: [1024, 768],
         samples: 48,
-        per_m: 48.0,
-        relit: [960, 720],
+        per_m: 32.0,
+        relit: [800, 600],
         relit_samples: 128,
         light: HourLightParams::default(),
     });

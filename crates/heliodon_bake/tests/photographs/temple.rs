@@ -1,6 +1,7 @@
 //! A small temple: what a person would mark of it, the shapes that stand for it, and what it is made of.
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
+use heliodon_math::frame::orthonormal_basis;
 use heliodon_math::random::hash3_u32;
 use heliodon_photo::camera::{Camera, Intrinsics, Pose};
 use heliodon_photo::model::table::ShapeRow;
@@ -172,6 +173,13 @@ pub fn albedo(p: Vec3) -> Vec3 {
     };
     let joints = joint(p.y + 0.02, 0.61);
     Vec3::new(0.66, 0.58, 0.47) * (0.72 + 0.5 * block) * texture * joints
+}
+
+/// The mean of [`albedo`] over a square of a surface: what a texel, or a pixel, can tell of it.
+pub fn mean_albedo(place: Vec3, normal: Vec3, side_m: f32) -> Vec3 {
+    let (right, up) = orthonormal_basis(normal);
+    let at = |k: i32| (k % 5 - 2) as f32 / 5.0 * side_m;
+    (0..25).map(|k| albedo(place + right * at(k) + up * at(k / 5))).sum::<Vec3>() / 25.0
 }
 
 /// Photographs taken on a way about it, of so many columns and rows, by one lens.

@@ -144,5 +144,5 @@ fn a_new_view_of_the_textured_model_is_the_truths() {
 #[test]
 #[ignore = "minutes"]
 fn a_finer_new_view_of_the_textured_model_is_the_truths() {
-    judge([1280, 960], 48, 256);
+    judge([1024, 768], 32, 256);
 }
