@@ -64,12 +64,14 @@ pub struct KnownAlbedo {
 pub struct Agreement {
     /// The photograph.
     pub photograph: String,
-    /// Median over its texels of how far it is off the merged albedo, as a factor's logarithm, the worst colour.
+    /// Median over the texels that others speak of too, of how far it is off the merged albedo, as a factor's logarithm, the worst colour.
     pub median: f32,
     /// The same for 95 of 100 texels.
     pub percentile_95: f32,
     /// How many texels it was asked for, and said something.
     pub texels: usize,
+    /// Of how many of them others say something as well.
+    pub compared: usize,
     /// And how many of its texels were left out by the edges of shadows.
     pub by_edges: usize,
 }
@@ -286,14 +288,15 @@ fn merge(
     }
     let told = |index: usize| {
         let own = layers[index].iter().filter(|sample| sample.weight > 0.0);
+        let texels = own.clone().count();
         let off = |sample: &Sample| {
-            let (merged, _) = merged[sample.texel as usize]?;
+            let (merged, _) = merged[sample.texel as usize].filter(|_| words[sample.texel as usize].len() > 1)?;
             Some((sample.color.max(Vec3::splat(BLACK)).map(libm::logf) - merged).abs().max_element())
         };
         let mut off: Vec<f32> = own.filter_map(off).collect();
-        let texels = off.len();
-        let [median, percentile_95] = [0.5, 0.95].map(|part| if texels == 0 { 0.0 } else { percentile(&mut off, part) });
-        Agreement { photograph: names[index].to_string(), median, percentile_95, texels, by_edges: by_edges[index] }
+        let compared = off.len();
+        let [median, percentile_95] = [0.5, 0.95].map(|part| if compared == 0 { 0.0 } else { percentile(&mut off, part) });
+        Agreement { photograph: names[index].to_string(), median, percentile_95, texels, compared, by_edges: by_edges[index] }
     };
     let agreement = (0..names.len()).map(told).collect();
     let raw: Vec<Option<Vec3>> = merged.iter().map(|word| word.map(|(log, _)| log.map(libm::expf) * scale)).collect();

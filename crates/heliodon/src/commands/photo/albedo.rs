@@ -62,9 +62,10 @@ struct PhotoTold {
     hour: String,
     /// How much brighter it is than the mean of all beside what its hour's light explains, for red, green and blue.
     gain: [f32; 3],
-    /// How far it is off what all say, as a part: the median, and of 95 of 100 texels.
+    /// How far it is off what all say, as a part: the median, and of 95 of 100 texels that others show as well.
     off: [f32; 2],
     texels: usize,
+    compared: usize,
     by_edges: usize,
 }
 
@@ -163,6 +164,7 @@ fn told(found: &Albedo, hour_of: &[usize], hours: &[String]) -> Vec<PhotoTold> {
         gain: found.gains.get(i).map_or([1.0; 3], |gain| gain.gain.to_array()),
         off: [agreement.median, agreement.percentile_95],
         texels: agreement.texels,
+        compared: agreement.compared,
         by_edges: agreement.by_edges,
     };
     found.agreement.iter().enumerate().map(photo).collect()
@@ -186,11 +188,12 @@ fn describe(report: &AlbedoReport) -> String {
         let stops: Vec<String> = photo.gain.iter().map(|gain| format!("{:+.2}", gain.log2())).collect();
         let [median, most] = photo.off.map(|off| 100.0 * off);
         text += &format!(
-            "  {} ({}): off the rest by {median:.1} % (median), {most:.0} % (95th percentile); {} stops; {} texels, {} more by shadows' edges\n",
+            "  {} ({}): off the rest by {median:.1} % (median), {most:.0} % (95th percentile); {} stops; {} texels, {} of them shown by others too, {} more by shadows' edges\n",
             photo.name,
             photo.hour,
             stops.join(" "),
             photo.texels,
+            photo.compared,
             photo.by_edges
         );
     }
