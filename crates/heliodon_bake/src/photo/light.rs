@@ -96,10 +96,8 @@ impl<'a> HourLights<'a> {
             let block = |block: usize| {
                 let texels = (block * BLOCK..((block + 1) * BLOCK).min(places.len())).filter(|&texel| asked[texel]);
                 let texels: Vec<usize> = texels.collect();
-                let starts: Vec<(Vec3, Vec3)> = texels
-                    .iter()
-                    .map(|&texel| (places[texel].0 + places[texel].1 * offset_m, light_normals[texel]))
-                    .collect();
+                let starts: Vec<(Vec3, Vec3)> =
+                    texels.iter().map(|&texel| (places[texel].0 + places[texel].1 * offset_m, light_normals[texel])).collect();
                 texels.into_iter().zip(sunlit(survey, &starts, &disc)).collect::<Vec<_>>()
             };
             let lit: Vec<Vec<(usize, f32)>> = (0..places.len().div_ceil(BLOCK)).into_par_iter().map(block).collect();

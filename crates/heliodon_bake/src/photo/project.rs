@@ -97,7 +97,9 @@ impl ProjectLight {
                     };
                     let of_hour = HourSky::of_model(model, &place, *date, *time)?;
                     if of_hour.sun.is_none() {
-                        found.notes.push(format!("{date} {time}: the sun is below the horizon; are time and utc_offset right?"));
+                        found
+                            .notes
+                            .push(format!("{date} {time}: the sun is below the horizon; are time and utc_offset right?"));
                     }
                     found.hours.push(of_hour);
                     found.names.push(format!("{date} {time}"));
@@ -205,11 +207,8 @@ pub fn known_albedo(project: &Project, survey: &Survey, photographs: &[(String, 
             .collect();
         let mut hits = vec![Hit::MISS; rays.len()];
         survey.scene().closest(&rays, &mut hits);
-        let texels: BTreeSet<usize> = hits
-            .iter()
-            .filter(|hit| hit.is_some())
-            .filter_map(|hit| index.texel(hit.triangle, hit.u, hit.v))
-            .collect();
+        let texels: BTreeSet<usize> =
+            hits.iter().filter(|hit| hit.is_some()).filter_map(|hit| index.texel(hit.triangle, hit.u, hit.v)).collect();
         if texels.is_empty() {
             notes.push(format!("the grey place in {} at {:?} shows nothing of the model", grey.photo, grey.at));
         }

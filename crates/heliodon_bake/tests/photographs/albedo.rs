@@ -38,14 +38,17 @@ fn gain(i: usize) -> Vec3 {
 }
 
 fn project(cameras: &[Camera]) -> Project {
-    let mut text = String::from("[sky]\nlatitude_deg = 37.97\nlongitude_deg = 23.73\nutc_offset = \"+02:00\"\nnorth_deg = 0.0\nturbidity = 3.0\n");
+    let mut text = String::from(
+        "[sky]\nlatitude_deg = 37.97\nlongitude_deg = 23.73\nutc_offset = \"+02:00\"\nnorth_deg = 0.0\nturbidity = 3.0\n",
+    );
     for (i, camera) in cameras.iter().enumerate() {
         let [width, height] = [camera.intrinsics.width, camera.intrinsics.height];
         let time = TIMES[i % 3];
         writeln!(text, "[[photo]]\nfile = \"{i}.png\"\nsize_px = [{width}, {height}]\ntime = \"2024-04-20 {time}\"").unwrap();
     }
     let at = cameras[CARD_IN].project(temple::CARD_M).unwrap();
-    writeln!(text, "[[grey]]\nphoto = \"{CARD_IN}.png\"\nat = [{}, {}]\nradius_px = 3\nalbedo = {}", at.x, at.y, temple::CARD).unwrap();
+    writeln!(text, "[[grey]]\nphoto = \"{CARD_IN}.png\"\nat = [{}, {}]\nradius_px = 3\nalbedo = {}", at.x, at.y, temple::CARD)
+        .unwrap();
     Project::parse(&text, "photos.toml").unwrap()
 }
 
@@ -78,7 +81,8 @@ struct Errors {
 fn errors(stage: &Stage, hours: &[HourSky], survey: &Survey, found: &Albedo, texel_m: f32) -> Errors {
     let places: Vec<(Vec3, Vec3)> = survey.places().collect();
     let around = survey.around(0.15);
-    let lit: Vec<Vec<bool>> = hours.iter().map(|hour| places.iter().map(|(p, n)| sunlit(stage, hour, *p, *n)).collect()).collect();
+    let lit: Vec<Vec<bool>> =
+        hours.iter().map(|hour| places.iter().map(|(p, n)| sunlit(stage, hour, *p, *n)).collect()).collect();
     let (mut all, mut edges, mut others, mut logs) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut sides = vec![[(0.0, 0.0); 2]; hours.len()];
     for (i, color) in found.albedo.iter().enumerate().filter_map(|(i, color)| Some((i, (*color)?))) {
@@ -161,7 +165,10 @@ fn judge(scale: &Scale) {
     );
     for (i, (agreement, gains)) in found.agreement.iter().zip(&found.gains).enumerate() {
         let off = gains.gain / gain(i) * gain(0) / found.gains[0].gain;
-        println!("  {}: median {:.4}, 95 % {:.4}, {} by edges; gain off {off:.4}", agreement.photograph, agreement.median, agreement.percentile_95, agreement.by_edges);
+        println!(
+            "  {}: median {:.4}, 95 % {:.4}, {} by edges; gain off {off:.4}",
+            agreement.photograph, agreement.median, agreement.percentile_95, agreement.by_edges
+        );
     }
     let painted = survey.painted(&found.albedo, found.gains.clone());
     look("albedo.png", &painted.atlas.image);

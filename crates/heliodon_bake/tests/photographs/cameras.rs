@@ -7,8 +7,8 @@ use heliodon_photo::camera::{Camera, Intrinsics};
 use heliodon_photo::solve::bundle::Free;
 use heliodon_photo::solve::random::Random;
 use heliodon_photo::solve::{
-    Direction, Distance, Focal, LensGroup, Mark, MarkResult, Params, Photo, PhotoResult, PointResult, Problem, Reference, Similarity, Solution,
-    fit_similarity, solve,
+    Direction, Distance, Focal, LensGroup, Mark, MarkResult, Params, Photo, PhotoResult, PointResult, Problem, Reference,
+    Similarity, Solution, fit_similarity, solve,
 };
 use heliodon_rays::Ray;
 
@@ -136,7 +136,8 @@ fn check(stage: &Stage, focal: Focal, seed: u64) -> [f64; 4] {
         }
         place = place.max((pose.centre() - truth.centre()).length() / SIZE_M);
     }
-    let offs = (0..marked.points.len()).filter_map(|p| Some((similarity.point(solution.position_m(p)?) - marked.points[p].1).length() / SIZE_M));
+    let offs = (0..marked.points.len())
+        .filter_map(|p| Some((similarity.point(solution.position_m(p)?) - marked.points[p].1).length() / SIZE_M));
     let point = offs.fold(0.0, f64::max);
     let (count, sum) = solution.marks.iter().fold((0, 0.0), |(n, s), m| match m {
         MarkResult::Used(off) => (n + 1, s + off.length_squared()),

@@ -149,7 +149,8 @@ pub fn rgb(image: &SrgbImage) -> Vec<[u8; 3]> {
 /// Four times what two pictures differ by, about grey.
 pub fn difference(a: &SrgbImage, b: &SrgbImage) -> SrgbImage {
     let channel = |a: u8, b: u8| (128 + 4 * (i32::from(a) - i32::from(b))).clamp(0, 255) as u8;
-    let pixels = a.pixels.iter().zip(&b.pixels).map(|(a, b)| [0, 1, 2, 3].map(|i| if i < 3 { channel(a[i], b[i]) } else { 255 }));
+    let pixels =
+        a.pixels.iter().zip(&b.pixels).map(|(a, b)| [0, 1, 2, 3].map(|i| if i < 3 { channel(a[i], b[i]) } else { 255 }));
     SrgbImage { width: a.width, height: a.height, pixels: pixels.collect() }
 }
 

@@ -64,7 +64,9 @@ const FRONT: u32 = 2;
 /// The shapes, their columns of so many sides.
 pub fn shapes(sides: u32) -> Vec<ShapeRow> {
     let mut text = SHAPES.to_owned();
-    for (name, last, count) in [("sw", "nw", FLANK), ("se", "ne", FLANK), ("south-1", "south-2", FRONT), ("north-1", "north-2", FRONT)] {
+    for (name, last, count) in
+        [("sw", "nw", FLANK), ("se", "ne", FLANK), ("south-1", "south-2", FRONT), ("north-1", "north-2", FRONT)]
+    {
         let column = COLUMN.replace("NAME", name).replace("LAST", last);
         text += &column.replace("SIDES", &sides.to_string()).replace("COUNT", &count.to_string());
     }
@@ -96,7 +98,7 @@ pub fn points() -> Vec<(String, DVec3)> {
     all.push(("ridge-s".into(), DVec3::new(0.0, 7.3, 5.6)));
     all.push(("ridge-n".into(), DVec3::new(0.0, 7.3, -5.6)));
     let corners: [(&str, f64, f64); 4] = [("sw", -2.95, 4.95), ("se", 2.95, 4.95), ("ne", 2.95, -4.95), ("nw", -2.95, -4.95)];
-    let fronts: [(&str, f64, f64); 4] = 
+    let fronts: [(&str, f64, f64); 4] =
         [("south-1", -1.0, 4.95), ("south-2", 1.0, 4.95), ("north-1", -1.0, -4.95), ("north-2", 1.0, -4.95)];
     for (name, x, z) in corners.into_iter().chain(fronts) {
         let outward = if x.abs() < 2.0 { DVec3::new(0.0, 0.0, z.signum()) } else { DVec3::new(x.signum(), 0.0, z.signum()) };
@@ -188,7 +190,8 @@ pub fn cameras(count: u32, size: [u32; 2]) -> Vec<Camera> {
         .map(|i| {
             let angle = std::f64::consts::TAU * (f64::from(i) + 0.3) / f64::from(count);
             let away = [1.0, 1.15, 0.92][i as usize % 3];
-            let eye = DVec3::new(15.0 * away * libm::sin(angle), [1.7, 2.6, 6.5][i as usize % 3], 17.5 * away * libm::cos(angle));
+            let eye =
+                DVec3::new(15.0 * away * libm::sin(angle), [1.7, 2.6, 6.5][i as usize % 3], 17.5 * away * libm::cos(angle));
             camera(eye, DVec3::new(0.3, 2.9, -0.2), size)
         })
         .collect()

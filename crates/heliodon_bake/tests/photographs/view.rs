@@ -67,8 +67,7 @@ fn drawn(meshes: &[Mesh], camera: &Camera) -> (SrgbImage, Vec<bool>) {
         let at = |k: u32| (f64::from(k) + 0.5) / f64::from(ACROSS);
         let rays: Vec<Ray> = (0..ACROSS * ACROSS)
             .map(|k| {
-                let (origin, direction) =
-                    camera.ray(DVec2::new(f64::from(x) + at(k % ACROSS), f64::from(y) + at(k / ACROSS)));
+                let (origin, direction) = camera.ray(DVec2::new(f64::from(x) + at(k % ACROSS), f64::from(y) + at(k / ACROSS)));
                 Ray { origin: origin.as_vec3(), direction: direction.as_vec3(), t_min: 0.0, t_max: f32::INFINITY }
             })
             .collect();
@@ -112,7 +111,12 @@ fn judge(size: [u32; 2], samples: u32, view_samples: u32) {
         .map(|(i, (name, picture))| Photograph { name, camera: copied(&solution.camera(i).unwrap(), size), picture })
         .collect();
     let textured = texture(&model.parts, &[], &photographs, &TextureParams::default()).unwrap();
-    println!("textured after {:.1} s: {} x {}", start.elapsed().as_secs_f64(), textured.atlas.image.width, textured.atlas.image.height);
+    println!(
+        "textured after {:.1} s: {} x {}",
+        start.elapsed().as_secs_f64(),
+        textured.atlas.image.width,
+        textured.atlas.image.height
+    );
     let view = temple::new_view(size);
     let truth = developed(&photographed(&stage.surfaces(&stones), hour, &view, view_samples, 99), Vec3::splat(EXPOSURE));
     // the true view in the solution's frame, which has another origin
@@ -131,7 +135,11 @@ fn judge(size: [u32; 2], samples: u32, view_samples: u32) {
         count += 3.0;
     }
     let psnr_db = -10.0 * libm::log10(sum / count);
-    println!("a new view: {psnr_db:.2} dB over {} pixels of the model, after {:.1} s", count / 3.0, start.elapsed().as_secs_f64());
+    println!(
+        "a new view: {psnr_db:.2} dB over {} pixels of the model, after {:.1} s",
+        count / 3.0,
+        start.elapsed().as_secs_f64()
+    );
     assert!(count > 30_000.0 && psnr_db >= 28.0, "{psnr_db} dB");
 }
 

@@ -147,9 +147,7 @@ fn sparse_of(layout: &Layout, range: std::ops::Range<usize>, every: u32, asked: 
     let mut best = vec![(f32::INFINITY, NOBODY); cells[0] * cells[1]];
     for (i, texel) in texels.iter().enumerate().filter(|(i, _)| asked[range.start + i]) {
         let [x, y] = of(texel.at);
-        let off = |axis: usize, cell: usize| {
-            f32::from(texel.at[axis] - low[axis]) - (cell as f32 + 0.5) * every as f32 + 0.5
-        };
+        let off = |axis: usize, cell: usize| f32::from(texel.at[axis] - low[axis]) - (cell as f32 + 0.5) * every as f32 + 0.5;
         let (dx, dy) = (off(0, x), off(1, y));
         let beside = if texel.inside { 0.0 } else { (every * every) as f32 };
         let distance = dx * dx + dy * dy + beside;

@@ -92,9 +92,8 @@ pub(super) fn run(app: &App, args: &AlbedoArgs) -> Result<()> {
         hour_of.push(*hour);
         pictures.push(read.picture);
     }
-    let photographs: Vec<Photograph> = (used.iter().zip(&pictures))
-        .map(|((name, camera), picture)| Photograph { name, camera: *camera, picture })
-        .collect();
+    let photographs: Vec<Photograph> =
+        (used.iter().zip(&pictures)).map(|((name, camera), picture)| Photograph { name, camera: *camera, picture }).collect();
     let around = surroundings(&project)?;
     let occluders: Vec<&Mesh> = around.iter().collect();
     app.progress.stage("looking texels up", 0);
@@ -198,7 +197,10 @@ fn describe(report: &AlbedoReport) -> String {
         );
     }
     if report.above_one > 0 {
-        text += &format!("{} texels reflect more than all: light there is too weak, or a photograph too bright\n", report.above_one);
+        text += &format!(
+            "{} texels reflect more than all: light there is too weak, or a photograph too bright\n",
+            report.above_one
+        );
     }
     report.warnings.iter().for_each(|warning| text += &format!("  {warning}\n"));
     text += &format!("written to {}\n", report.folder.display());
