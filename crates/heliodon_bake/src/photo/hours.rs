@@ -67,7 +67,7 @@ impl HourSky {
                 return Err(SkyError::Probe {
                     name: path.display().to_string(),
                     problem: "shows a sun that is brighter than the file can tell".into(),
-                    remedy: "give its irradiance, sun_irradiance = [r, g, b], or a probe that holds it".into(),
+                    remedy: "give its irradiance, sun_irradiance = [r, g, b], or a probe that holds it",
                 });
             }
             sun => sun,

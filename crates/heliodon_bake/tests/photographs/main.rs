@@ -4,6 +4,7 @@
 
 mod albedo;
 mod cameras;
+mod project;
 mod render;
 mod temple;
 mod view;
