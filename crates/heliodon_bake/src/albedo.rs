@@ -21,7 +21,7 @@ impl<'a> SceneAlbedo<'a> {
 const WHITEST: f32 = 0.99;
 
 /// An albedo as the solver takes it: each component in [0, 1), whatever images and files say.
-fn solvable(albedo: Vec3) -> Vec3 {
+pub(crate) fn solvable(albedo: Vec3) -> Vec3 {
     albedo.clamp(Vec3::ZERO, Vec3::splat(WHITEST))
 }
 

@@ -38,6 +38,7 @@ pub mod light;
 pub mod memory;
 pub mod merge;
 pub mod names;
+pub mod photo;
 pub mod plan;
 pub mod prepare;
 mod referenced;

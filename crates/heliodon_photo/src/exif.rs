@@ -22,6 +22,12 @@ pub struct PhotoFacts {
     pub sensor_px_per_mm: Option<f64>,
     /// The size that EXIF tells, which may be larger than a copy's.
     pub exif_size_px: Option<[u32; 2]>,
+    /// When it was taken by the camera's clock, as EXIF writes it.
+    pub taken: Option<String>,
+    /// By how much that clock is ahead of universal time, as EXIF writes it.
+    pub utc_offset: Option<String>,
+    /// Degrees north and east of where it was taken.
+    pub place_deg: Option<[f64; 2]>,
     /// What is missing or odd, in words.
     pub notes: Vec<String>,
 }
@@ -83,6 +89,19 @@ impl PhotoFacts {
             (Some(make), Some(model)) => Some(format!("{make} {model}")),
             (make, model) => model.or(make),
         };
+        self.taken = words(Tag::DateTimeOriginal).filter(|words| !words.is_empty());
+        self.utc_offset = words(Tag::OffsetTimeOriginal).or_else(|| words(Tag::OffsetTime)).filter(|words| !words.is_empty());
+        let degrees = |tag: Tag, side: Tag, negative: &str| {
+            let parts = exif.get_field(tag, In::PRIMARY).and_then(|f| match &f.value {
+                Value::Rational(parts) if parts.len() == 3 => Some([0, 1, 2].map(|i| parts[i].to_f64())),
+                _ => None,
+            })?;
+            let size = parts[0] + parts[1] / 60.0 + parts[2] / 3600.0;
+            size.is_finite().then_some(if words(side).as_deref() == Some(negative) { -size } else { size })
+        };
+        self.place_deg = degrees(Tag::GPSLatitude, Tag::GPSLatitudeRef, "S")
+            .zip(degrees(Tag::GPSLongitude, Tag::GPSLongitudeRef, "W"))
+            .map(|(north, east)| [north, east]);
         self.focal_mm = number(Tag::FocalLength);
         self.focal_35_mm = number(Tag::FocalLengthIn35mmFilm);
         // 2 is inch, 3 is centimetre; 4 and 5, millimetre and micrometre, some makers write

@@ -37,7 +37,8 @@ pub enum SkyError {
 }
 
 impl SkyError {
-    pub(crate) fn setting(setting: &'static str, problem: impl Into<String>, remedy: &'static str) -> Self {
+    /// A setting that has no meaning, with what to do.
+    pub fn setting(setting: &'static str, problem: impl Into<String>, remedy: &'static str) -> Self {
         Self::Setting { setting, problem: problem.into(), remedy }
     }
 }

@@ -1,5 +1,6 @@
 //! `heliodon photo`: cameras, models, textures and albedo from photographs.
 
+mod albedo;
 mod made;
 
 use crate::App;
@@ -20,7 +21,7 @@ use std::path::PathBuf;
 /// Works on a project of photographs: a folder with photos.toml.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  heliodon photo mark castle\n  heliodon photo solve castle\n  heliodon photo solve castle/photos.toml --json\n  heliodon photo match castle --colmap /opt/colmap/bin/colmap\n  heliodon photo model castle\n  heliodon photo texture castle -o castle/made --side 8192"
+    after_help = "Examples:\n  heliodon photo mark castle\n  heliodon photo solve castle\n  heliodon photo solve castle/photos.toml --json\n  heliodon photo match castle --colmap /opt/colmap/bin/colmap\n  heliodon photo model castle\n  heliodon photo texture castle -o castle/made --side 8192\n  heliodon photo albedo castle"
 )]
 pub struct Args {
     /// What to do
@@ -40,6 +41,8 @@ enum Verb {
     Model(made::ModelArgs),
     /// The same, textured from the photographs: OBJs with texture coordinates, atlas.png, and evidence.png of what was seen
     Texture(made::TextureArgs),
+    /// Solves for the stone's own colour by the light of each photograph's hour: OBJs, albedo.png, and evidence.png of what is known
+    Albedo(albedo::AlbedoArgs),
 }
 
 #[derive(Debug, clap::Args)]
@@ -77,6 +80,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         Verb::Match(args) => run_match(app, args),
         Verb::Model(args) => made::run_model(app, args),
         Verb::Texture(args) => made::run_texture(app, args),
+        Verb::Albedo(args) => albedo::run(app, args),
     }
 }
 

@@ -137,20 +137,40 @@ pub fn render(
     camera: &Camera,
     params: &ReferenceParams,
 ) -> Result<ReferenceFrame, LightError> {
+    render_through(surfaces, sky, sun, [camera.width, camera.height], &|x, y, within| camera.ray(x, y, within), params)
+}
+
+/// The ray through a place of a pixel: its column, its row, and where in it from its top left, in [0, 1).
+pub type PixelRay<'a> = &'a (dyn Fn(u32, u32, [f32; 2]) -> Ray + Sync);
+
+/// Renders a picture of `size` columns and rows through any lens.
+///
+/// # Errors
+/// Invalid surfaces or parameters.
+pub fn render_through(
+    surfaces: &Surfaces,
+    sky: &dyn Environment,
+    sun: Option<DirectSun>,
+    size: [u32; 2],
+    lens: PixelRay,
+    params: &ReferenceParams,
+) -> Result<ReferenceFrame, LightError> {
     surfaces.validate()?;
     params.validate()?;
     let stage = Stage { surfaces, sky, sun, params };
-    let mut radiance = vec![Vec3::ZERO; camera.width as usize * camera.height as usize];
+    let [width, height] = size;
+    let mut radiance = vec![Vec3::ZERO; width as usize * height as usize];
     let mut coverage = vec![0.0; radiance.len()];
     radiance
         .par_chunks_mut(TILE)
         .zip(coverage.par_chunks_mut(TILE))
         .enumerate()
-        .for_each(|(tile, (radiance, coverage))| render_pixels(stage, camera, tile * TILE, radiance, coverage));
-    Ok(ReferenceFrame { width: camera.width, height: camera.height, radiance, coverage })
+        .for_each(|(tile, (radiance, coverage))| render_pixels(stage, (width, lens), tile * TILE, radiance, coverage));
+    Ok(ReferenceFrame { width, height, radiance, coverage })
 }
 
-fn render_pixels(stage: Stage, camera: &Camera, first: usize, radiance: &mut [Vec3], coverage: &mut [f32]) {
+fn render_pixels(stage: Stage, seen: (u32, PixelRay), first: usize, radiance: &mut [Vec3], coverage: &mut [f32]) {
+    let (width, lens) = seen;
     let pixels = radiance.len();
     let at_once = (BATCH / pixels).max(1) as u32;
     let mut met = vec![0_u32; pixels];
@@ -165,8 +185,8 @@ fn render_pixels(stage: Stage, camera: &Camera, first: usize, radiance: &mut [Ve
             .enumerate()
             .map(|(i, sampler)| {
                 let pixel = first + i % pixels;
-                let (x, y) = (pixel % camera.width as usize, pixel / camera.width as usize);
-                camera.ray(x as u32, y as u32, sampler.first_pair(0))
+                let (x, y) = (pixel % width as usize, pixel / width as usize);
+                lens(x as u32, y as u32, sampler.first_pair(0))
             })
             .collect();
         let mut hits = vec![Hit { triangle: NO_HIT, t: f32::INFINITY, u: 0.0, v: 0.0, back: false }; rays.len()];

@@ -19,6 +19,8 @@ pub struct AlbedoParams {
     /// The mean albedo of what was seen, for each colour, where somebody measured it; without, and with exposures unknown, photographs are taken to be right
     /// in the mean.
     pub mean: Option<Vec3>,
+    /// Places of known albedo, as of a grey card that lay on the steps: they make all of it absolute, and go before [`Self::mean`].
+    pub known: Vec<KnownAlbedo>,
     /// Light that changes by more than this part about a texel is a shadow's edge, and its photograph not asked there. Less trusts fewer texels near edges.
     pub most_change: f32,
     /// How well pixels tell a colour, as a part of it.
@@ -36,6 +38,7 @@ impl Default for AlbedoParams {
         Self {
             exposures_unknown: false,
             mean: None,
+            known: Vec::new(),
             most_change: 0.15,
             pixel_error: 0.02,
             light_error: 0.02,
@@ -45,17 +48,30 @@ impl Default for AlbedoParams {
     }
 }
 
+/// A texel that shows something of known albedo in one photograph, whatever others show there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KnownAlbedo {
+    /// The photograph.
+    pub photograph: usize,
+    /// The texel.
+    pub texel: u32,
+    /// Its linear albedo.
+    pub albedo: Vec3,
+}
+
 /// How a photograph agrees with the others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Agreement {
     /// The photograph.
     pub photograph: String,
-    /// Median over its texels of how far it is off the merged albedo, as a factor's logarithm, the worst colour.
+    /// Median over the texels that others speak of too, of how far it is off the merged albedo, as a factor's logarithm, the worst colour.
     pub median: f32,
     /// The same for 95 of 100 texels.
     pub percentile_95: f32,
     /// How many texels it was asked for, and said something.
     pub texels: usize,
+    /// Of how many of them others say something as well.
+    pub compared: usize,
     /// And how many of its texels were left out by the edges of shadows.
     pub by_edges: usize,
 }
@@ -75,6 +91,8 @@ pub struct Albedo {
     pub rounds: u32,
     /// That change, as a part.
     pub change: f32,
+    /// For each of [`AlbedoParams::known`] how far it is off in the end, as a factor; `None` where its photograph does not tell it, as by a shadow's edge.
+    pub known_off: Vec<Option<Vec3>>,
     /// Texels whose albedo came out above 1 in some colour, and was held there: light there is too weak, or a photograph too bright.
     pub above_one: usize,
 }
@@ -249,22 +267,36 @@ fn merge(
         words[sample.texel as usize].push((sample.color.max(Vec3::splat(BLACK)).map(libm::logf), sample.weight));
     }
     let merged: Vec<Option<(Vec3, f32)>> = words.par_iter().map(|words| agreed(words)).collect();
+    let known: Vec<Option<Vec3>> = params
+        .known
+        .iter()
+        .map(|known| {
+            let layer = layers.get(known.photograph)?;
+            let sample = &layer[layer.binary_search_by_key(&known.texel, |sample| sample.texel).ok()?];
+            let logs = [known.albedo, sample.color].map(|color| color.max(Vec3::splat(BLACK)).map(libm::logf));
+            (sample.weight > 0.0).then_some(logs[0] - logs[1])
+        })
+        .collect();
     let mut scale = Vec3::ONE;
-    if let Some(mean) = params.mean {
+    let off: Vec<Vec3> = known.iter().copied().flatten().collect();
+    if !off.is_empty() {
+        scale = (off.iter().sum::<Vec3>() / off.len() as f32).map(libm::expf);
+    } else if let Some(mean) = params.mean {
         let known: Vec<Vec3> = merged.iter().flatten().map(|(log, _)| log.map(libm::expf)).collect();
         let now = known.iter().sum::<Vec3>() / known.len().max(1) as f32;
         scale = mean / now.max(Vec3::splat(BLACK));
     }
     let told = |index: usize| {
         let own = layers[index].iter().filter(|sample| sample.weight > 0.0);
+        let texels = own.clone().count();
         let off = |sample: &Sample| {
-            let (merged, _) = merged[sample.texel as usize]?;
+            let (merged, _) = merged[sample.texel as usize].filter(|_| words[sample.texel as usize].len() > 1)?;
             Some((sample.color.max(Vec3::splat(BLACK)).map(libm::logf) - merged).abs().max_element())
         };
         let mut off: Vec<f32> = own.filter_map(off).collect();
-        let texels = off.len();
-        let [median, percentile_95] = [0.5, 0.95].map(|part| if texels == 0 { 0.0 } else { percentile(&mut off, part) });
-        Agreement { photograph: names[index].to_string(), median, percentile_95, texels, by_edges: by_edges[index] }
+        let compared = off.len();
+        let [median, percentile_95] = [0.5, 0.95].map(|part| if compared == 0 { 0.0 } else { percentile(&mut off, part) });
+        Agreement { photograph: names[index].to_string(), median, percentile_95, texels, compared, by_edges: by_edges[index] }
     };
     let agreement = (0..names.len()).map(told).collect();
     let raw: Vec<Option<Vec3>> = merged.iter().map(|word| word.map(|(log, _)| log.map(libm::expf) * scale)).collect();
@@ -276,6 +308,7 @@ fn merge(
         agreement,
         rounds: 0,
         change: 0.0,
+        known_off: known.into_iter().map(|off| off.map(|off| scale / off.map(libm::expf))).collect(),
         above_one,
     }
 }

@@ -2,11 +2,13 @@
 //!
 //! One mark a line and everything in a fixed order, so that a project under version control shows which mark was moved.
 
+mod hours;
 mod load;
 mod source;
 mod types;
 mod witness;
 
+pub use hours::{Taken, utc_offset_hours};
 pub use load::{LoadError, Loaded};
 pub use source::ProjectError;
 pub use types::*;
@@ -304,7 +306,7 @@ fn check(file: &ProjectFile, source: &Source<'_>) -> Result<(), ProjectError> {
             return Err(source.error_at(&["direction", &at], "a direction leads from one point to another"));
         }
     }
-    Ok(())
+    hours::check(file, source)
 }
 
 #[cfg(test)]

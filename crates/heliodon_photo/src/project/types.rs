@@ -35,6 +35,15 @@ pub struct ProjectFile {
     /// What the model is made of.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shape: Vec<ShapeRow>,
+    /// The sky that photographs were taken under; only for the stone's own colour.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sky: Option<SkyEntry>,
+    /// What photographs show that somebody has measured; only for the stone's own colour.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub grey: Vec<GreyEntry>,
+    /// What stands about the model, hides it and throws light onto it, and gets no texture.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub around: Vec<AroundEntry>,
 }
 
 /// The project itself.
@@ -50,6 +59,9 @@ pub struct ProjectInfo {
     /// Of all random draws.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
+    /// Whether all photographs were taken with one exposure and white balance, and developed alike; albedo then need not guess them.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub same_exposure: bool,
 }
 
 /// Which program wrote cameras.
@@ -182,6 +194,101 @@ pub struct PhotoEntry {
     /// Width and height, where the file is not at hand.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub size_px: Option<[u32; 2]>,
+    /// When it was taken by the clock of `[sky]`, `YYYY-MM-DD HH:MM[:SS]`; as its EXIF says where this is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time: Option<String>,
+    /// A photograph of the whole sky at that time, from the project's own folder: HDR or EXR. It goes before the sky's model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probe: Option<String>,
+}
+
+/// The sky over the photographs.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SkyEntry {
+    /// Degrees north.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub latitude_deg: Option<f64>,
+    /// Degrees east.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub longitude_deg: Option<f64>,
+    /// By how much the clock is ahead of universal time, `+02:00`; as the photographs' EXIF says where this is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub utc_offset: Option<String>,
+    /// The compass bearing, clockwise, of the project's -Z: 0 where a `[[direction]]` has said where north is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub north_deg: Option<f64>,
+    /// `atmosphere` or `hosek-wilkie`, where photographs have no probe.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<String>,
+    /// How hazy the model's sky is, 1 to 10: 2 is very clear, 6 hazy.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turbidity: Option<f32>,
+    /// The linear albedo of the land as far as the horizon.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ground_albedo: Option<[f32; 3]>,
+    /// How probes' pixels lie on the sphere: `lat-long`, `angular`, `mirror-ball`, `cube-cross` or `fisheye`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mapping: Option<String>,
+    /// The angle across a fisheye's disc, degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub opening_deg: Option<f64>,
+    /// The compass bearing, clockwise, of what the mapping calls north.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turn_deg: Option<f64>,
+    /// What gives light below a probe's horizon: `keep`, `black` or `mirror`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub below_horizon: Option<String>,
+    /// Irradiance of the sun where probes are too dark for it, in their unit times steradians.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sun_irradiance: Option<[f32; 3]>,
+}
+
+/// A place of known albedo in a photograph: a grey card that lay on the model's surface, or stone that was measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GreyEntry {
+    /// The photograph's name.
+    pub photo: String,
+    /// Its pixel.
+    pub at: [f64; 2],
+    /// Over so many pixels about it all is as grey; 2 where it is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius_px: Option<f64>,
+    /// Its linear albedo: 0.18 for the usual card, or for red, green and blue.
+    pub albedo: GreyAlbedo,
+}
+
+/// One albedo, or one for each colour.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum GreyAlbedo {
+    /// The same for all colours.
+    Grey(f32),
+    /// For red, green and blue.
+    Rgb([f32; 3]),
+}
+
+impl GreyAlbedo {
+    /// For red, green and blue.
+    #[must_use]
+    pub fn rgb(self) -> [f32; 3] {
+        match self {
+            Self::Grey(grey) => [grey; 3],
+            Self::Rgb(rgb) => rgb,
+        }
+    }
+}
+
+/// What stands about the model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AroundEntry {
+    /// A mesh in the project's place and metres, from the project's own folder.
+    pub file: String,
+    /// Its linear albedo, where its own colours are not to be taken.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub albedo: Option<[f32; 3]>,
 }
 
 impl PhotoEntry {

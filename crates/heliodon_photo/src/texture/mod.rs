@@ -14,6 +14,7 @@ mod fill;
 mod gains;
 mod layers;
 mod layout;
+mod lit;
 mod output;
 mod pyramid;
 mod surface;
@@ -22,6 +23,7 @@ pub use around::Around;
 pub use gains::PhotoGain;
 pub(crate) use gains::gains as compared;
 pub use layers::Sample;
+pub use lit::{Sparse, TexelIndex};
 pub use output::{Evidence, FaceReport, GUESSED, OUTSIDE, SEEN, Textured};
 
 use crate::camera::Camera;

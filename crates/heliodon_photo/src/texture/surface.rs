@@ -37,7 +37,7 @@ pub(super) struct Surface {
     /// Where each part's triangles begin.
     pub starts: Vec<u32>,
     /// Of what stands in the way, whose triangles come after the parts'.
-    others: Vec<[Vec3; 3]>,
+    pub others: Vec<[Vec3; 3]>,
     pub scene: TriangleScene,
 }
 

@@ -41,12 +41,12 @@ pub(super) struct TextureArgs {
 
 /// What `model` and `texture` have to say.
 #[derive(Serialize)]
-struct MadeReport {
+pub(super) struct MadeReport {
     shapes: Vec<ShapeTold>,
     refused: Vec<String>,
     parts: Vec<PartTold>,
     texture: Option<TextureTold>,
-    folder: PathBuf,
+    pub(super) folder: PathBuf,
 }
 
 #[derive(Serialize)]
@@ -120,7 +120,7 @@ pub(super) fn run_texture(app: &App, args: &TextureArgs) -> Result<()> {
     app.output.result(&MadeReport { texture: Some(told), ..report }, describe)
 }
 
-fn solved(project: &Path) -> Result<(Project, Witnesses)> {
+pub(super) fn solved(project: &Path) -> Result<(Project, Witnesses)> {
     let project = Project::read(project)?;
     let path = project.folder().join(CAMERAS_FILE_NAME);
     let text = std::fs::read_to_string(&path)
@@ -131,7 +131,7 @@ fn solved(project: &Path) -> Result<(Project, Witnesses)> {
 }
 
 /// The model, and the folder to write to.
-fn modelled(args: &ModelArgs, project: &Project, witnesses: &Witnesses) -> Result<(Model, PathBuf)> {
+pub(super) fn modelled(args: &ModelArgs, project: &Project, witnesses: &Witnesses) -> Result<(Model, PathBuf)> {
     if project.file.shape.is_empty() {
         wrong_arguments!("{} has no shapes: add [[shape]] with kind = \"box\", \"column\" or another", args.project.display());
     }
@@ -144,7 +144,7 @@ fn modelled(args: &ModelArgs, project: &Project, witnesses: &Witnesses) -> Resul
 }
 
 /// Writes the parts' meshes.
-fn written(model: &Model, meshes: &[&Mesh], folder: PathBuf) -> Result<MadeReport> {
+pub(super) fn written(model: &Model, meshes: &[&Mesh], folder: PathBuf) -> Result<MadeReport> {
     std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let mut parts: Vec<PartTold> = Vec::new();
     for (part, mesh) in model.parts.iter().zip(meshes) {
