@@ -21,12 +21,16 @@ use std::path::PathBuf;
 /// Works on a project of photographs: a folder with photos.toml.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  heliodon photo mark castle\n  heliodon photo solve castle\n  heliodon photo solve castle/photos.toml --json\n  heliodon photo match castle --colmap /opt/colmap/bin/colmap\n  heliodon photo model castle\n  heliodon photo texture castle -o castle/made --side 8192\n  heliodon photo albedo castle"
+    args_conflicts_with_subcommands = true,
+    after_help = "Examples:\n  heliodon photo castle\n  heliodon photo solve castle\n  heliodon photo solve castle/photos.toml --json\n  heliodon photo match castle --colmap /opt/colmap/bin/colmap\n  heliodon photo model castle\n  heliodon photo texture castle -o castle/made --side 8192\n  heliodon photo albedo castle"
 )]
 pub struct Args {
+    /// Without a verb, the project to open its window for: see `mark`
+    #[arg(value_name = "PROJECT")]
+    project: Option<PathBuf>,
     /// What to do
     #[command(subcommand)]
-    verb: Verb,
+    verb: Option<Verb>,
 }
 
 #[derive(Debug, clap::Subcommand)]
@@ -74,7 +78,15 @@ struct MatchArgs {
 
 /// Runs it.
 pub fn run(app: &App, args: &Args) -> Result<()> {
-    match &args.verb {
+    match (&args.verb, &args.project) {
+        (None, Some(project)) => Ok(heliodon_mark::run(project)?),
+        (None, None) => wrong_arguments!("name a project: a folder with photos.toml, or with photographs"),
+        (Some(verb), _) => run_verb(app, verb),
+    }
+}
+
+fn run_verb(app: &App, verb: &Verb) -> Result<()> {
+    match verb {
         Verb::Mark(args) => Ok(heliodon_mark::run(&args.project)?),
         Verb::Solve(args) => run_solve(app, args),
         Verb::Match(args) => run_match(app, args),

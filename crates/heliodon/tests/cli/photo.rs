@@ -4,6 +4,7 @@ use crate::{done, json, run};
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use heliodon_image::SrgbImage;
 use heliodon_photo::camera::{Camera, Intrinsics, Pose};
+use std::ffi::OsStr;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -97,4 +98,45 @@ fn marks_become_cameras_a_model_and_its_texture() {
     assert!(like * 10 > atlas.pixels.len() * 3, "{like} of {}", atlas.pixels.len());
     assert!(folder.join("textured/evidence.png").exists());
     assert!(fs::read_to_string(folder.join("textured/The-walls.obj")).unwrap().contains("\nvt "));
+}
+
+#[test]
+fn albedo_wants_hours_and_a_sky_and_is_written_with_its_evidence() {
+    let home = tempfile::tempdir().unwrap();
+    let folder = home.path();
+    project(folder);
+    done(&[&"photo", &"solve", &folder]);
+    let without = run(&[&"photo", &"albedo", &folder]);
+    assert!(without.code == 1 && without.err.contains("[sky]"), "{} {}", without.code, without.err);
+    let file = folder.join("photos.toml");
+    let mut text = fs::read_to_string(&file).unwrap();
+    text += "[sky]\nlatitude_deg = 44.5\nlongitude_deg = 2.9\nutc_offset = \"+02:00\"\nnorth_deg = 0.0\n";
+    for (number, hour) in ["09:00", "12:30", "16:00"].iter().enumerate() {
+        let name = format!("file = \"{number}.png\"\n");
+        text = text.replacen(&name, &format!("{name}time = \"2024-06-20 {hour}\"\n"), 1);
+    }
+    fs::write(&file, text).unwrap();
+    let told = json(&[&"photo", &"albedo", &folder, &"--side", &"128", &"--samples", &"16"]);
+    assert_eq!(told["hours"].as_array().unwrap().len(), 3, "{told}");
+    assert_eq!(told["absolute"].as_bool(), Some(false), "nothing in them is of known albedo");
+    assert!(told["known"].as_f64().unwrap() > 0.05, "{told}");
+    // two photographs of five are of no known hour
+    assert_eq!(told["photos"].as_array().unwrap().len(), 3, "{told}");
+    let made = folder.join("made");
+    let map = SrgbImage::read(made.join("albedo.png")).unwrap();
+    assert_eq!(u64::from(map.width), told["size"][0].as_u64().unwrap());
+    assert!(made.join("evidence.png").exists());
+}
+
+#[test]
+fn a_window_wants_a_project() {
+    assert_eq!(run(&[&"photo"]).code, 2);
+    let home = tempfile::tempdir().unwrap();
+    for arguments in [vec!["photo"], vec!["photo", "mark"]] {
+        let mut arguments: Vec<&dyn AsRef<OsStr>> = arguments.iter().map(|argument| argument as &dyn AsRef<OsStr>).collect();
+        let missing = home.path().join("nowhere");
+        arguments.push(&missing);
+        let told = run(&arguments);
+        assert!(told.code == 1 && told.err.contains("nowhere"), "{} {}", told.code, told.err);
+    }
 }
