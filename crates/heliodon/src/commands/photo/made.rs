@@ -21,7 +21,7 @@ const FAR_SIGMAS: f64 = 3.0;
 pub(super) struct ModelArgs {
     /// The project's folder or its photos.toml; `photo solve` has to have written its cameras
     #[arg(value_name = "PROJECT")]
-    project: PathBuf,
+    pub(super) project: PathBuf,
     /// The folder to write to [default: `made` beside the project]
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
