@@ -4,7 +4,8 @@
 
 HELIODON is the program. Two small sites are made of an open ground on which as many skeletons walk, all in view 8 to 40 m away: captured for 8 m, and skinned. `heliodon bench frame` draws
 both off screen at 1024x768, the day at rest, in turn. Prints a JSON object of medians, in milliseconds by the clock and of a processor: `impostors` with shadows of everybody,
-`without_shadows`, `nearest` (one view each, without shadows), and `skinned`, of whom the eight nearest cast shadows.
+`without_shadows`, `nearest` (one view each, without shadows), `skinned`, of whom the eight nearest cast shadows, and `empty`, the same ground with nobody on it. `frames_cheaper` compares whole
+frames of the processor; `people_cheaper` what the people add to the empty one.
 """
 
 import argparse
@@ -69,17 +70,18 @@ def make(folder):
     figures = folder / "figures"
     heliodon("--quiet", "figures", figures)
     heliodon("--quiet", "impostor", figures / "walker.glb", "--clip", "walk", "--distance", "8", "-o", figures / "walker.impostor.ktx2")
-    for name, file in [("impostors", "walker.impostor.ktx2"), ("skinned", "walker.glb")]:
+    for name, file in [("impostors", "walker.impostor.ktx2"), ("skinned", "walker.glb"), ("empty", None)]:
         site = folder / name
         site.mkdir()
-        (site / file).write_bytes((figures / file).read_bytes())
+        if file:
+            (site / file).write_bytes((figures / file).read_bytes())
         steps = range(-40, 41, 4)
         vertices = "".join(f"v {x} 0 {z}\n" for z in steps for x in steps)
         count = len(steps)
         quads = ((row * count + column + 1, (row + 1) * count + column + 1) for row in range(count - 1) for column in range(count - 1))
         (site / "ground.obj").write_text(vertices + "".join(f"f {a} {b} {b + 1} {a + 1}\n" for a, b in quads))
         actors = "".join(
-            f'\n[[actor]]\nname = "{number}"\nfile = "{file}"\nanimation = "walk"\nplace = [{x:.3f}, 0.0, {z:.3f}]\nturn_deg = {turn:.1f}\n' for number, (x, z, turn) in enumerate(places())
+            f'\n[[actor]]\nname = "{number}"\nfile = "{file}"\nanimation = "walk"\nplace = [{x:.3f}, 0.0, {z:.3f}]\nturn_deg = {turn:.1f}\n' for number, (x, z, turn) in enumerate(places() if file else [])
         )
         (site / "site.toml").write_text(SITE + actors)
         heliodon("--quiet", "bake", site)
@@ -92,19 +94,27 @@ def bench(folder, name, *more):
 
 
 def measure(folder):
-    if not (folder / "skinned" / "bundle").exists():
+    if not (folder / "empty" / "bundle").exists():
         make(folder)
     kinds = {
         "impostors": ("impostors",),
         "without_shadows": ("impostors", "--no-impostor-shadows"),
         "nearest": ("impostors", "--no-impostor-shadows", "--impostors", "nearest"),
         "skinned": ("skinned",),
+        "empty": ("empty",),
     }
     runs = [{kind: bench(folder, *command) for kind, command in kinds.items()} for _ in range(args.runs)]
     median = lambda kind, key: round(statistics.median(run[kind][key] for run in runs), 1)
     found = {kind: {key: median(kind, key) for key in ("ms", "processor_ms")} for kind in kinds}
-    ratio = lambda kind: round(statistics.median(run["skinned"]["processor_ms"] / run[kind]["processor_ms"] for run in runs), 1)
-    return {"people": args.people, "runs": args.runs, **found, "times_cheaper": {kind: ratio(kind) for kind in kinds}}
+    peopled = [kind for kind in kinds if kind not in ("skinned", "empty")]
+
+    def cheaper(without):
+        """How many times dearer skinned people are, of frames less `without` of each run."""
+        ratio = lambda run, kind: (run["skinned"]["processor_ms"] - without(run)) / (run[kind]["processor_ms"] - without(run))
+        return {kind: round(statistics.median(ratio(run, kind) for run in runs), 1) for kind in peopled}
+
+    ratios = {"frames_cheaper": cheaper(lambda run: 0.0), "people_cheaper": cheaper(lambda run: run["empty"]["processor_ms"])}
+    return {"people": args.people, "runs": args.runs, **found, **ratios}
 
 
 if args.keep:

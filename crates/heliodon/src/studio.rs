@@ -44,6 +44,8 @@ pub struct Look {
     pub acting: acting::Args,
     /// Whether details are switched off.
     pub without_details: bool,
+    /// Whether what no photograph saw is shown in blue.
+    pub shows_guessed: bool,
 }
 
 impl Look {
@@ -62,6 +64,7 @@ impl Look {
             actors_s: 0.0,
             acting: acting::Args::default(),
             without_details: false,
+            shows_guessed: false,
         }
     }
 }
@@ -99,7 +102,8 @@ impl Studio {
                 let options = RenderOptions { samples: look.samples };
                 let mut renderer = Renderer::new(folder, look.width, look.height, options)?;
                 look.acting.apply(&mut renderer.app_mut().world_mut().resource_mut::<Actors>().options);
-                renderer.app_mut().world_mut().resource_mut::<StageFrame>().without_details = look.without_details;
+                let mut frame = renderer.app_mut().world_mut().resource_mut::<StageFrame>();
+                (frame.without_details, frame.shows_guessed) = (look.without_details, look.shows_guessed);
                 Painter::Viewer(Box::new(renderer))
             }
         };

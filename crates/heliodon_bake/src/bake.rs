@@ -9,6 +9,7 @@ use crate::details::Details;
 use crate::earlier::SceneRecord;
 use crate::error::BakeError;
 use crate::estimate::light_need;
+use crate::evidence::seen_share;
 use crate::grid::GridPlan;
 use crate::ground;
 use crate::key::told_name;
@@ -26,13 +27,15 @@ use glam::Vec3;
 use heliodon_bundle::grid::AXES;
 use heliodon_bundle::manifest::Counts;
 use heliodon_bundle::site::{Actor, InputKind};
-use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, GridPoints, LightLayout, Manifest, VertexLight, WriteError};
+use heliodon_bundle::{
+    BundleMeta, BundleReader, BundleWriter, EvidenceInfo, GridPoints, LightLayout, Manifest, VertexLight, WriteError,
+};
 use heliodon_light::LightParams;
 use heliodon_mesh::Texture;
 use heliodon_rays::TriangleScene;
 use heliodon_sky::lapse::SunBounceBasis;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -256,6 +259,7 @@ fn write_bundle(
     reporter.progress(0);
     let mut done = 0;
     for part in 0..scene.parts.len() {
+        let mut shown = BTreeSet::new();
         for piece in maker.pieces(part) {
             let material = piece.textured_material.and_then(|material| mesh.materials.get(usize::from(material)));
             let texture = match material.and_then(|material| material.texture.as_ref()) {
@@ -263,8 +267,12 @@ fn write_bundle(
                 None => None,
             };
             writer.push_chunk(&maker.make(part, &piece, texture))?;
+            shown.extend(texture);
             done += piece.triangles.len() as u64;
             reporter.progress(done);
+        }
+        if plan.site.parts[part].evidence.is_some() {
+            writer.add_evidence(part, shown, EvidenceInfo { seen: seen_share(scene, part) })?;
         }
     }
     for (index, path) in sky.map_paths.iter().enumerate() {

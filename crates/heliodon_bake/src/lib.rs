@@ -29,6 +29,7 @@ pub mod division;
 pub mod earlier;
 mod error;
 pub mod estimate;
+mod evidence;
 pub mod grid;
 pub mod ground;
 mod inputs;

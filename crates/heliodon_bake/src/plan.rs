@@ -106,7 +106,7 @@ impl Plan {
         match &self.site.prepare {
             None => {
                 let scene = scene::read(&self.site, &self.files, reporter)?;
-                self.check_unchanged(|kind| matches!(kind, InputKind::Geometry(_) | InputKind::Albedo(_)))?;
+                self.check_unchanged(|kind| kind.mesh_part().is_some())?;
                 Ok(scene)
             }
             Some(settings) => {

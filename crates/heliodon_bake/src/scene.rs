@@ -2,6 +2,7 @@
 
 use crate::albedo::SceneAlbedo;
 use crate::error::BakeError;
+use crate::evidence;
 use crate::report::Reporter;
 use crate::texels::Choice;
 use glam::Vec3;
@@ -228,10 +229,18 @@ fn part_albedo(site: &Site, part: usize, files: &[InputFile]) -> Result<Option<M
         Some(Albedo::Image(name)) => {
             let file = files.iter().find(|file| file.kind == InputKind::Albedo(part));
             let path = file.map_or_else(|| site.folder().join(name), |file| file.path.clone());
-            let image = SrgbImage::read(&path).map_err(|error| {
+            let mut image = SrgbImage::read(&path).map_err(|error| {
                 let remedy = "an albedo is a PNG or JPEG image, or [r, g, b]";
                 site.error_at(&["part", &part.to_string(), "albedo"], error.to_string(), remedy)
             })?;
+            if let Some(file) = files.iter().find(|file| file.kind == InputKind::Evidence(part)) {
+                let read = SrgbImage::read(&file.path).map_err(|error| error.to_string());
+                read.and_then(|evidence| evidence::lay(&mut image, &evidence)).map_err(|error| {
+                    let remedy =
+                        "evidence is a PNG or JPEG image as large as the albedo, as `heliodon photo texture` writes it";
+                    site.error_at(&["part", &part.to_string(), "evidence"], error, remedy)
+                })?;
+            }
             let texture = Texture { source: name.clone(), image, wrap: [TextureWrap::Repeat; 2] };
             Some(Material { name: name.clone(), base_color_linear: glam::Vec3::ONE, texture: Some(Arc::new(texture)) })
         }

@@ -260,7 +260,10 @@ impl fmt::Display for BundleSummary {
             let detail = part.detail.as_ref().map_or_else(String::new, |detail| {
                 format!(", detail {} up to {} m", detail.file, rounded(2.0 * detail.near_m))
             });
-            writeln!(f, "  part {name} ({role}): {} triangles{detail}", thousands(part.counts.triangles))?;
+            let evidence = part.evidence.map_or_else(String::new, |evidence| {
+                format!(", photographs saw {:.0} % of it, the rest is guessed", 100.0 * evidence.seen)
+            });
+            writeln!(f, "  part {name} ({role}): {} triangles{detail}{evidence}", thousands(part.counts.triangles))?;
         }
         let channels = if self.light.channels == 1 { "mono" } else { "rgb" };
         writeln!(

@@ -17,7 +17,8 @@
 //! | `_SUN_BOUNCE_n` | VEC4 FLOAT | likewise, function-major; `lapse.json` holds the functions |
 //! | `_VALID` | SCALAR UNSIGNED_BYTE, every 4 bytes | 0 where a vertex borrowed its light; absent where all are 1 |
 //!
-//! Materials are Lambertian for stock viewers too: no metal, full roughness, both sides. `asset.extras.heliodon_profile` is
+//! Materials are Lambertian for stock viewers too: no metal, full roughness, both sides. Base colour images are opaque; of a part
+//! whose evidence the manifest tells, their alpha says what the colour rests on: 1 where it was seen, 0.5 and less where it was guessed. `asset.extras.heliodon_profile` is
 //! the version. Why floats and no quantisation: the files are what other programs read and what the bake's error is measured
 //! on; the viewer packs its own buffers from them while loading.
 
@@ -28,9 +29,11 @@ use std::ops::Range;
 
 /// Version of the glTF profile.
 pub const PROFILE_VERSION: u32 = 1;
-/// The latest version of the bundle's manifest, which bundles have in which something happens: things, films, sounds, scripts.
-pub const FORMAT_VERSION: u32 = 5;
-/// The version of those without, but with details.
+/// The latest version of the bundle's manifest, which bundles have that say what colours rest on.
+pub const FORMAT_VERSION: u32 = 6;
+/// The version of those without that, but in which something happens: things, films, sounds, scripts.
+pub const LIVING_FORMAT_VERSION: u32 = 5;
+/// The version of those without that too, but with details.
 pub const DETAIL_FORMAT_VERSION: u32 = 4;
 /// The version of those without that too, but with light in texels or a size for it in `[bake]`, weathering or mattes.
 pub const TEXEL_FORMAT_VERSION: u32 = 3;

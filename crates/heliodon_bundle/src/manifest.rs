@@ -5,7 +5,10 @@
 use crate::chunk::LightLayout;
 use crate::detail::DetailInfo;
 use crate::grid::GridInfo;
-use crate::layout::{DETAIL_FORMAT_VERSION, FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION};
+use crate::layout::{
+    DETAIL_FORMAT_VERSION, FORMAT_VERSION, LIVING_FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION,
+    TEXEL_FORMAT_VERSION,
+};
 use crate::lineage::Prepared;
 use crate::site::{
     Actor, Bake, Display, Lamp, Living, Matte, PartWeathering, Prepare, Role, Room, SiteFile, SiteInfo, Sky, Weathering,
@@ -231,6 +234,26 @@ pub struct PartInfo {
     /// The pattern that is multiplied onto its albedo, where there is one: from version 4 on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detail: Option<DetailInfo>,
+    /// What its colours rest on, where that is known: from version 6 on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<EvidenceInfo>,
+}
+
+/// What the colours of a part rest on; the alpha of its base colour image says it place by place: 1 where a photograph saw the surface, 0.5 and less where
+/// the colour is guessed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EvidenceInfo {
+    /// The share of its surface that was seen, 0 to 1.
+    pub seen: f64,
+}
+
+impl EvidenceInfo {
+    /// # Errors
+    /// A share that is none, in words.
+    pub(crate) fn validate(self) -> Result<(), String> {
+        if (0.0..=1.0).contains(&self.seen) { Ok(()) } else { Err(format!("a share of {} was seen", self.seen)) }
+    }
 }
 
 /// A base colour image of a bundle.
@@ -245,6 +268,9 @@ pub struct TextureInfo {
     pub bytes: u64,
     /// BLAKE3 of its bytes, in hexadecimal.
     pub blake3: String,
+    /// Whether its alpha says what its colours rest on ([`EvidenceInfo`]); otherwise alpha means nothing.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub evidence: bool,
 }
 
 /// What a manifest of any version holds.
@@ -268,7 +294,13 @@ impl Manifest {
             parts: meta
                 .parts
                 .iter()
-                .map(|part| PartInfo { name: part.name.clone(), role: part.role, counts: Counts::default(), detail: None })
+                .map(|part| PartInfo {
+                    name: part.name.clone(),
+                    role: part.role,
+                    counts: Counts::default(),
+                    detail: None,
+                    evidence: None,
+                })
                 .collect(),
             textures: Vec::new(),
             grid: None,
@@ -315,8 +347,10 @@ impl Manifest {
         // `[bake]` says how large an atlas would be, even where no part is lit by texels
         let of_texels = self.texels.is_some() || parameters.bake.texels.is_some();
         let moving = self.grid.is_some() || !self.actors.is_empty() || !self.lamps.is_empty();
-        if living {
+        if self.parts.iter().any(|part| part.evidence.is_some()) {
             FORMAT_VERSION
+        } else if living {
+            LIVING_FORMAT_VERSION
         } else if has_details {
             DETAIL_FORMAT_VERSION
         } else if of_texels || parameters.weathering.is_some() || !self.mattes.is_empty() {

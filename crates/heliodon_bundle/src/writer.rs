@@ -8,7 +8,7 @@ use crate::gltf::{Asset, AssetExtras, Material, Mesh, Node, NodeExtras, Pbr, Pri
 use crate::grid::{GridInfo, GridPoints, POINTS_PER_PRIMITIVE};
 use crate::lapse_check::check_lapse;
 use crate::layout::PROFILE_VERSION;
-use crate::manifest::{BundleMeta, Counts, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, TextureInfo};
+use crate::manifest::{BundleMeta, Counts, EvidenceInfo, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, TextureInfo};
 use crate::site::Detail;
 use crate::staging::{Staging, sync_folder};
 use crate::storage::{StoredFile, WriteFault, io_fault, store};
@@ -154,7 +154,13 @@ impl BundleWriter {
         let spool = format!(".texture-{index}");
         let stored = store(self.staging.folder(), &spool, bytes)?;
         self.textures.push(SpooledTexture { path: self.staging.folder().join(spool), wrap });
-        let info = TextureInfo { name: name.to_owned(), mime: mime.to_owned(), bytes: stored.bytes, blake3: stored.blake3 };
+        let info = TextureInfo {
+            name: name.to_owned(),
+            mime: mime.to_owned(),
+            bytes: stored.bytes,
+            blake3: stored.blake3,
+            evidence: false,
+        };
         self.manifest.textures.push(info);
         Ok(index)
     }
@@ -281,6 +287,29 @@ impl BundleWriter {
         let info = DetailInfo::new(name, settings);
         info.validate().map_err(|fault| unfit(fault.to_string()))?;
         self.manifest.parts[part].detail = Some(info);
+        Ok(())
+    }
+
+    /// Says that the alpha of base colour images, by their indices, tells what the colours of a part rest on.
+    ///
+    /// # Errors
+    /// If there is no such part or image, or the share that was seen is not in [0, 1].
+    pub fn add_evidence(
+        &mut self,
+        part: usize,
+        textures: impl IntoIterator<Item = u32>,
+        evidence: EvidenceInfo,
+    ) -> Result<(), WriteError> {
+        let unfit = |what: String| WriteError::Unfit(format!("the evidence of part {part}: {what}"));
+        evidence.validate().map_err(unfit)?;
+        let Some(known) = self.manifest.parts.get_mut(part) else { return Err(unfit("there is no such part".to_owned())) };
+        known.evidence = Some(evidence);
+        for texture in textures {
+            let Some(info) = self.manifest.textures.get_mut(texture as usize) else {
+                return Err(unfit(format!("there is no texture {texture}")));
+            };
+            info.evidence = true;
+        }
         Ok(())
     }
 

@@ -358,6 +358,54 @@ fn a_texture_hangs_upright_and_is_decoded() {
 }
 
 #[test]
+fn what_is_guessed_is_blue_where_a_bundle_tells_it_and_only_when_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    // the left half was guessed, says its alpha
+    let pixels = (0..64 * 64).map(|i| [188, 150, 100, if i % 64 < 32 { 128 } else { 255 }]).collect();
+    let image = SrgbImage { width: 64, height: 64, pixels };
+    for tells in [true, false] {
+        let bundle = folder.path().join(if tells { "told" } else { "untold" });
+        let (chunk, light) = textured_wall(&bundle, &image);
+        if tells {
+            let manifest = bundle.join("manifest.json");
+            let text = std::fs::read_to_string(&manifest).unwrap();
+            let (name, version) = ("\"name\": \"colours\",", "\"version\": 1,");
+            assert!(text.contains(name) && text.contains(version), "{text}");
+            let told = text.replace(name, &format!("{name} \"evidence\": true,")).replace(version, "\"version\": 6,");
+            std::fs::write(&manifest, told).unwrap();
+        }
+        let mut renderer = Renderer::new(&bundle, SIZE, SIZE, RenderOptions { samples: 1 }).unwrap();
+        let pose = Pose::looking(Vec3::new(0.0, 0.0, 1.25), Vec3::ZERO);
+        let shot = Shot { pose, fov_deg: 60.0, ..renderer.home_shot(6.0 * 3600.0) };
+        let mut picture = |shows: bool| {
+            renderer.app_mut().world_mut().resource_mut::<StageFrame>().shows_guessed = shows;
+            renderer.render_linear(&shot).unwrap()
+        };
+        let (asked, plain) = (picture(true), picture(false));
+        assert!(picture(false) == plain);
+        let half = 1.25 * 30f32.to_radians().tan();
+        let colour = Vec3::from([188u8, 150, 100].map(|code| linear_from_srgb(f32::from(code) / 255.0)));
+        for (x, y) in (0..SIZE).flat_map(|y| (0..SIZE).map(move |x| (x, y))) {
+            let screen = (Vec2::new(x as f32, y as f32) + 0.5) / SIZE as f32 * 2.0 - 1.0;
+            let at = Vec2::new(screen.x, -screen.y) * half;
+            let lit = lit_wall(&chunk, &light, at);
+            let close = |got: Vec3, wanted: Vec3| (got - wanted).abs().max_element() <= 0.01 * wanted.max_element() + 2e-3;
+            assert!(close(plain.pixel(x, y), lit * colour), "{at}");
+            if at.x.abs() > 0.06 {
+                let guessed = tells && at.x < 0.0;
+                let wanted = if guessed { colour.lerp(Vec3::new(0.03, 0.12, 0.55), 0.85) } else { colour };
+                assert!(
+                    close(asked.pixel(x, y), lit * wanted),
+                    "{at}, told {tells}: {} for {}",
+                    asked.pixel(x, y),
+                    lit * wanted
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn a_texture_finer_than_pixels_is_averaged_in_linear_light() {
     let folder = tempfile::tempdir().unwrap();
     let bundle = folder.path().join("wall");

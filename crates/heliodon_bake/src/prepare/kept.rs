@@ -24,7 +24,7 @@ pub(super) fn geometry_key(plan: &Plan, settings: &Prepare) -> String {
     let site = &plan.site;
     let mut digest = Digest::default();
     digest.run(crate::TOOL.as_bytes());
-    digest.json(&inputs_of(plan, |kind| matches!(kind, InputKind::Geometry(_) | InputKind::Albedo(_))));
+    digest.json(&inputs_of(plan, |kind| kind.mesh_part().is_some()));
     let parts: Vec<(Part, Choice)> = (0..site.parts.len()).map(|part| geometry_of(site, part)).collect();
     digest.json(&(parts, site.site.origin, settings, &site.rooms, &site.display));
     format!("{GEOMETRY}{}", digest.folder_digits())
@@ -35,7 +35,7 @@ pub(super) fn part_digest(plan: &Plan, settings: &Prepare, part: usize) -> Diges
     let site = &plan.site;
     let mut digest = Digest::default();
     digest.run(crate::TOOL.as_bytes());
-    digest.json(&inputs_of(plan, |kind| [InputKind::Geometry(part), InputKind::Albedo(part)].contains(&kind)));
+    digest.json(&inputs_of(plan, |kind| kind.mesh_part() == Some(part)));
     digest.json(&(geometry_of(site, part), site.site.origin, settings, &site.rooms, &site.display));
     digest
 }

@@ -194,7 +194,7 @@ fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
     let mut mesh = steps.run("reading", bytes, |tell| {
         crate::scene::read_part(site, files, index, &mut import, &|read| tell.done(read as f64 / bytes.max(1) as f64))
     })?;
-    let of_part = |kind| matches!(kind, InputKind::Geometry(part) | InputKind::Albedo(part) if part == index);
+    let of_part = |kind: InputKind| kind.mesh_part() == Some(index);
     // it will be kept under the hash that the file had before
     plan.check_unchanged(of_part)?;
     let part = &site.parts[index];

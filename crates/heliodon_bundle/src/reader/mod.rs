@@ -13,7 +13,10 @@ use crate::chunk::LitChunk;
 use crate::detail::DetailInfo;
 use crate::grid::{Grid, MAX_GRID_POINTS};
 use crate::lapse_check::check_lapse;
-use crate::layout::{DETAIL_FORMAT_VERSION, FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION};
+use crate::layout::{
+    DETAIL_FORMAT_VERSION, FORMAT_VERSION, LIVING_FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION,
+    TEXEL_FORMAT_VERSION,
+};
 use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, Preamble};
 use crate::site::{Actor, Albedo, Lamp, Living, check_actor, check_lamp, check_living, check_matte};
 use crate::storage::StoredFile;
@@ -377,6 +380,14 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
     }
     let is_there = |name: &String| manifest.files.iter().any(|f| f.path == *name);
     for part in &manifest.parts {
+        let Some(evidence) = &part.evidence else { continue };
+        let wrong = |what: String| malformed(&path, format!("the evidence of part `{}`: {what}", part.name));
+        if manifest.version < FORMAT_VERSION {
+            return Err(wrong(format!("version {} has none", manifest.version)));
+        }
+        evidence.validate().map_err(wrong)?;
+    }
+    for part in &manifest.parts {
         let Some(detail) = &part.detail else { continue };
         let wrong = |what: String| malformed(&path, format!("the detail of part `{}`: {what}", part.name));
         if manifest.version < DETAIL_FORMAT_VERSION {
@@ -410,7 +421,7 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
         check_actor(actor).map_err(|what| malformed(&path, format!("actor `{}`: {what}", actor.display_name())))?;
     }
     let living = !manifest.living.is_empty() || manifest.actors.iter().any(|actor| actor.thing.is_some());
-    if living && manifest.version < FORMAT_VERSION {
+    if living && manifest.version < LIVING_FORMAT_VERSION {
         return Err(malformed(&path, format!("version {} has no things, films, sounds or scripts", manifest.version)));
     }
     if let Some(missing) = manifest.living.files().find(|name| !is_there(&(*name).to_owned())) {

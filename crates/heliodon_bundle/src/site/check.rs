@@ -97,6 +97,13 @@ fn check_part(at: &[&str; 2], part: &Part) -> Checked {
         not_empty(&key("name"), name)?;
     }
     check_albedo(&key("albedo"), part.albedo.as_ref())?;
+    if let Some(evidence) = &part.evidence {
+        not_empty(&key("evidence"), evidence)?;
+        if !matches!(part.albedo, Some(Albedo::Image(_))) {
+            let remedy = "add the albedo = \"atlas.png\" that it tells of, or take it out";
+            return fault(&key("evidence"), "evidence tells of an image of the albedo, and the part has none", remedy);
+        }
+    }
     finite(&key("translate"), &part.translate)?;
     finite(&key("rotate_deg"), &part.rotate_deg)?;
     within(&key("texels"), part.texels, 0.01, 100.0)?;

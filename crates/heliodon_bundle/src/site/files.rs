@@ -12,6 +12,8 @@ pub enum InputKind {
     Geometry(usize),
     /// The albedo image of the part with that index.
     Albedo(usize),
+    /// The image that says what the albedo of the part with that index rests on.
+    Evidence(usize),
     /// The detail image of the part with that index.
     Detail(usize),
     /// An HDR image of the sky.
@@ -26,6 +28,17 @@ pub enum InputKind {
     Living,
 }
 
+impl InputKind {
+    /// The part to whose mesh, as it is read, the file belongs: its geometry, its albedo image, and what that rests on.
+    #[must_use]
+    pub fn mesh_part(self) -> Option<usize> {
+        match self {
+            Self::Geometry(part) | Self::Albedo(part) | Self::Evidence(part) => Some(part),
+            Self::Detail(_) | Self::Probe | Self::Actor(_) | Self::ActorCache(_) | Self::ActorAlbedo(_) | Self::Living => None,
+        }
+    }
+}
+
 /// A file that a site names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InputFile {
@@ -38,7 +51,7 @@ pub struct InputFile {
 }
 
 impl Site {
-    /// All files that the site names: geometry by part, each part's sorted by name, with its albedo image and its detail image after it; then the
+    /// All files that the site names: geometry by part, each part's sorted by name, with its albedo image, what that rests on and its detail image after it; then the
     /// probes, sorted by name; then each actor's model, vertex cache and albedo image; then films, sounds, scripts and texts. Files that these name in turn (materials, textures) are not among them.
     ///
     /// # Errors
@@ -51,6 +64,9 @@ impl Site {
             self.expand(&part.file, &at("file".to_owned()), InputKind::Geometry(i), &mut files)?;
             if let Some(Albedo::Image(image)) = &part.albedo {
                 self.expand_one(image, &at("albedo".to_owned()), InputKind::Albedo(i), &mut files)?;
+            }
+            if let Some(image) = &part.evidence {
+                self.expand_one(image, &at("evidence".to_owned()), InputKind::Evidence(i), &mut files)?;
             }
             if let Some(image) = part.detail.as_ref().and_then(|detail| detail.file.as_ref()) {
                 let at = [at("detail".to_owned()), vec!["file".to_owned()]].concat();

@@ -156,6 +156,10 @@ pub struct Part {
     /// texture coordinates. Default: the files' own colours, and 0.5 without any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub albedo: Option<Albedo>,
+    /// An image (PNG, JPEG) as large as the albedo's that says what its colours rest on, as `heliodon photo` writes it: white where a photograph saw the
+    /// surface, mid grey where it was guessed, in between as likely as that; black lies on no surface. Visitors can have what was guessed shown. Default: nothing is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<String>,
     /// The length that the file's numbers count.
     #[serde(default)]
     #[schemars(schema_with = "unit_schema")]

@@ -102,7 +102,9 @@ fn fragment(
 #endif
     var albedo = in.albedo;
 #ifdef TEXTURED
-    albedo *= textureSample(albedo_texture, albedo_sampler, in.uv).rgb;
+    let texel = textureSample(albedo_texture, albedo_sampler, in.uv);
+    // blue where alpha says that nobody saw it
+    albedo = mix(albedo * texel.rgb, vec3<f32>(0.03, 0.12, 0.55), 0.85 * view.sky_weights.z * saturate(2.0 - 2.0 * texel.a));
 #endif
 #ifdef COVERED
     let local = cover_local(in.slot, in.place.xyz);

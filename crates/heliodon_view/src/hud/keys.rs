@@ -58,6 +58,9 @@ pub(super) fn day_actions(
     if actions.begins(Action::Grain) {
         frame.without_details = !frame.without_details;
     }
+    if actions.begins(Action::Guessed) {
+        frame.shows_guessed = !frame.shows_guessed;
+    }
     if actions.begins(Action::ToneCurve) {
         frame.curve = frame.curve.toggled();
     }

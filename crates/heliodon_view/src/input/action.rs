@@ -28,6 +28,8 @@ pub enum Action {
     ToneCurve,
     /// The grain of near surfaces, or none.
     Grain,
+    /// Tell what is guessed from what was seen, or not.
+    Guessed,
     /// Look around with the mouse.
     TakeMouse,
     /// Forward.
@@ -99,7 +101,7 @@ pub(super) const ACTIONS: usize = Action::ALL.len();
 
 impl Action {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 44] = [
+    pub const ALL: [Self; 45] = [
         Self::Play,
         Self::StepBack,
         Self::StepOn,
@@ -112,6 +114,7 @@ impl Action {
         Self::HoldExposure,
         Self::ToneCurve,
         Self::Grain,
+        Self::Guessed,
         Self::TakeMouse,
         Self::Forward,
         Self::Back,
@@ -162,6 +165,7 @@ impl Action {
             Self::HoldExposure => "exposure.hold",
             Self::ToneCurve => "exposure.curve",
             Self::Grain => "view.grain",
+            Self::Guessed => "view.guessed",
             Self::TakeMouse => "look.mouse",
             Self::Forward => "move.forward",
             Self::Back => "move.back",
@@ -220,6 +224,7 @@ impl Action {
             Self::HoldExposure => &["X"],
             Self::ToneCurve => &["T"],
             Self::Grain => &["G"],
+            Self::Guessed => &["U"],
             Self::TakeMouse => &["mouse:Left"],
             Self::Forward => &["W", "stick:LeftY+", "wand:stick-y+"],
             Self::Back => &["S", "stick:LeftY-", "wand:stick-y-"],
@@ -258,7 +263,7 @@ impl Action {
 }
 
 /// What the help on screen says of actions, those that belong together in one line.
-pub(super) const HELP: [(&[Action], &str); 29] = [
+pub(super) const HELP: [(&[Action], &str); 30] = [
     (&[Action::Play], "let the day pass, or pause it"),
     (&[Action::StepBack, Action::StepOn], "one step of the day back or on"),
     (&[Action::Slower, Action::Faster], "slower, faster"),
@@ -268,6 +273,7 @@ pub(super) const HELP: [(&[Action], &str); 29] = [
     (&[Action::HoldExposure], "exposure follows the day, or is held"),
     (&[Action::ToneCurve], "tone curve: clamped or filmic"),
     (&[Action::Grain], "the grain of near surfaces, or none"),
+    (&[Action::Guessed], "what no photograph saw, in blue, or not"),
     (&[Action::TakeMouse], "look around with the mouse; then use what you hold"),
     (&[Action::Take, Action::TakeLeft], "take a thing, or put it down"),
     (&[Action::Use], "strike with what you hold, or put it on"),

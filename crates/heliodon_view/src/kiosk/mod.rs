@@ -91,7 +91,7 @@ fn begin_anew(
     (lapse.playing, lapse.looping, lapse.speed, lapse.day_seconds) = (true, true, 1.0, kiosk.day_seconds);
     lapse.scrub(first);
     *exposure = Exposure::default();
-    (frame.curve, frame.without_details) = Default::default();
+    (frame.curve, frame.without_details, frame.shows_guessed) = Default::default();
     *culling = Culling::default();
     mouse.captured = false;
     visitors.iter_mut().for_each(|mut visitor| visitor.go_home());

@@ -22,6 +22,8 @@ pub struct StageFrame {
     pub curve: ToneCurve,
     /// Whether details are switched off.
     pub without_details: bool,
+    /// Whether what no photograph saw is shown in blue, where a bundle tells that of its parts.
+    pub shows_guessed: bool,
     /// The dome.
     pub sky: SkyFrame,
 }

@@ -68,6 +68,9 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
             SrgbImage::from_bytes(&bytes, &texture.name).map_err(|error| error.to_string())?
         };
         drop(bytes);
+        if !texture.evidence {
+            image.pixels.iter_mut().for_each(|pixel| pixel[3] = u8::MAX);
+        }
         let wrap = reader.texture_wrap(index);
         loop {
             let smaller = (image.width.max(image.height) > 1).then(|| halved(&image, &decode));

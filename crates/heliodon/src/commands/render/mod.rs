@@ -85,6 +85,9 @@ pub struct Args {
     /// Leave out the details of parts, the grain that is seen from near
     #[arg(long)]
     no_details: bool,
+    /// Show in blue what no photograph saw, of parts with evidence
+    #[arg(long, conflicts_with = "reference")]
+    guessed: bool,
     /// Pictures of a room's screens instead: display.toml, or desktop, monitor, flatworld, cave, ring; -o pictures.png writes
     /// pictures-SCREEN.png for each
     #[arg(long, value_name = "FILE|PRESET", conflicts_with_all = ["reference", "sheet", "eye", "look", "fov"])]
@@ -148,6 +151,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         actors_s: args.actors_time,
         acting: args.acting,
         without_details: args.no_details,
+        shows_guessed: args.guessed,
         ..Look::new(args.size.width, args.size.height)
     };
     files::check_place(&args.output)?;

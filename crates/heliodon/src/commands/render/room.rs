@@ -62,7 +62,8 @@ pub(super) fn run(app: &App, args: &Args, work: Work, display: &Path) -> Result<
     app.progress.finished();
     let mut renderer = opened?;
     args.acting.apply(&mut renderer.app_mut().world_mut().resource_mut::<Actors>().options);
-    renderer.app_mut().world_mut().resource_mut::<StageFrame>().without_details = args.no_details;
+    let mut frame = renderer.app_mut().world_mut().resource_mut::<StageFrame>();
+    (frame.without_details, frame.shows_guessed) = (args.no_details, args.guessed);
     let sizes: Vec<_> = renderer.pictures().map(|(name, size)| (beside(&args.output, name), size)).collect();
     let (first, last) = match times {
         None => renderer.day_s(),
