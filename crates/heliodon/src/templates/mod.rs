@@ -156,6 +156,7 @@ fn part(file: &str, name: &str, role: Role) -> Part {
         texels: 1.0,
         weathering: None,
         detail: None,
+        evidence: None,
     }
 }
 
