@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// The crates whose code decides a bake's result, in their folders beside one another.
-pub const CRATES: [&str; 11] = [
+pub const CRATES: [&str; 12] = [
     "heliodon_bake",
     "heliodon_bundle",
     "heliodon_image",
@@ -13,6 +13,7 @@ pub const CRATES: [&str; 11] = [
     "heliodon_lightmap",
     "heliodon_math",
     "heliodon_mesh",
+    "heliodon_photo",
     "heliodon_prepare",
     "heliodon_raster",
     "heliodon_rays",

@@ -107,7 +107,7 @@ fn albedo_wants_hours_and_a_sky_and_is_written_with_its_evidence() {
     project(folder);
     done(&[&"photo", &"solve", &folder]);
     let without = run(&[&"photo", &"albedo", &folder]);
-    assert!(without.code == 1 && without.err.contains("[sky]"), "{} {}", without.code, without.err);
+    assert!(without.code == 1 && without.err.contains("nothing says when it was taken"), "{} {}", without.code, without.err);
     let file = folder.join("photos.toml");
     let mut text = fs::read_to_string(&file).unwrap();
     text += "[sky]\nlatitude_deg = 44.5\nlongitude_deg = 2.9\nutc_offset = \"+02:00\"\nnorth_deg = 0.0\n";

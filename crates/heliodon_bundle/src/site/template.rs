@@ -92,6 +92,12 @@ fn write_part(w: &mut Writer, part: &Part) {
     w.absent("name", part.name.as_ref(), "\"temple\"", "default: from the file's name");
     w.set("role", part.role, "scan, ground, filling or prop");
     w.absent::<Albedo>("albedo", part.albedo.as_ref(), "[0.5, 0.5, 0.5]", "in place of the file's own colours; or an image");
+    w.absent(
+        "evidence",
+        part.evidence.as_ref(),
+        "\"evidence.png\"",
+        "of an image of the albedo: white where it was seen, grey where it is guessed",
+    );
     w.optional("unit", &part.unit, &Unit::Metre, &Unit::ALL.map(Unit::name).join(", "));
     w.optional("up", &part.up, &super::UpAxis::Y, "y or z");
     w.optional("scale", &part.scale, &1.0, "first");

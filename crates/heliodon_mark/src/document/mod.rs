@@ -52,6 +52,10 @@ impl Document {
     pub fn open(path: impl AsRef<Path>) -> Result<Self, DocumentError> {
         let path = path.as_ref();
         let path = if path.is_dir() { path.join(PROJECT_FILE_NAME) } else { path.to_owned() };
+        // a name that was misspelt begins no project where it happens to point
+        if path.file_name().is_none_or(|name| name != PROJECT_FILE_NAME) && !path.exists() {
+            return Err(DocumentError(format!("{}: there is no such folder or project", path.display())));
+        }
         let told = |error: io::Error| DocumentError(format!("{}: the project cannot be read: {error}", path.display()));
         let (files, held) = Files::open(&path).map_err(told)?;
         let text = match held {

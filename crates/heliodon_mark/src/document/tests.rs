@@ -245,6 +245,7 @@ fn what_another_program_writes_is_seen_and_not_written_over() {
 fn a_folder_of_photographs_becomes_a_project() {
     let home = tempfile::tempdir().unwrap();
     assert!(Document::open(home.path()).unwrap_err().to_string().contains("neither photos.toml nor photographs"));
+    assert!(Document::open(home.path().join("nowhere")).unwrap_err().to_string().contains("no such folder or project"));
     for file in ["b.JPG", "a.png", "notes.txt"] {
         fs::write(home.path().join(file), "").unwrap();
     }

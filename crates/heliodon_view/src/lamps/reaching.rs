@@ -98,7 +98,7 @@ mod tests {
         assert_eq!(reach.of(place, &[lamp], &open).count(), 1);
         assert_eq!(reach.of(place, &[lamp], &roofed).count(), 0, "the stone is another");
         assert_eq!(reach.of(place, &[], &roofed).count(), 0);
-        let below = Lamp { place: Vec3::new(0.2, 1.9, 0.0), ..lamp };
+        let below = Lamp { place: Vec3::new(0.2, 1.6, 0.0), ..lamp };
         assert_eq!(reach.of(place, &[below, lamp], &roofed).count(), 1, "the lamp is another");
         assert_eq!(reach.of(place + Vec3::Y * 2.0, &[below, lamp], &roofed).count(), 1, "the place is another");
         let bright = Lamp { intensity: Vec3::ONE, shadows: false, ..lamp };
