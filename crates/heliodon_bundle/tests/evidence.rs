@@ -1,5 +1,4 @@
 //! What colours rest on: what `site.toml` may say of it, and its way into a bundle and out of it.
-#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
 
