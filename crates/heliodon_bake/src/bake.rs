@@ -92,7 +92,7 @@ pub(crate) fn bake_where(
     let reporter = &WarningsKept::new(reporter);
     let mut clock = Clock::default();
     let details = Details::read(&plan.site, &plan.files, reporter)?;
-    plan.check_unchanged(|kind| matches!(kind, InputKind::Detail(_)))?;
+    plan.check_unchanged(InputKind::is_detail)?;
     let mut scene = plan.read_scene(reporter)?;
     details.doubts(&plan.site, &scene).iter().for_each(|doubt| reporter.warning(doubt));
     let (digests, record) = (SceneDigests::new(&scene), SceneRecord::new(&scene));
@@ -248,6 +248,7 @@ fn write_bundle(
         let (textures, count) = texels.textures(scene, atlas, layout);
         writer.add_texels(&textures, atlas.info(count))?;
     }
+    plan.check_unchanged(InputKind::is_detail)?;
     details.write(&plan.site, &mut writer)?;
     if let (Some(atlas), Some((weather, baked))) = (atlas, weather.as_ref().filter(|(_, baked)| !baked.texels.is_empty())) {
         writer.add_texel_weathering(&weathering_layer(scene, atlas, &baked.texels, &weather.looks))?;

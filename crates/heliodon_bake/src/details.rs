@@ -1,18 +1,42 @@
-//! The details of a site's parts: read and generated before the light is solved, for what is wrong with them should be known then.
+//! The details of a site's parts, and what single photographs saw of them: read and generated before the light is solved, for what is wrong with them
+//! should be known then.
 
 use crate::error::BakeError;
 use crate::report::Reporter;
 use crate::scene::Scene;
+use glam::Mat3;
+use heliodon_bundle::BundleWriter;
+use heliodon_bundle::config::ConfigError;
 use heliodon_bundle::detail::{DetailFault, import};
 use heliodon_bundle::site::{DetailMapping, InputFile, InputKind, Site};
-use heliodon_bundle::{BundleWriter, WriteError};
 use heliodon_image::SrgbImage;
 use heliodon_image::detail::{DetailError, DetailImport, DetailTexture};
+use heliodon_image::view_layers::ViewLayers;
+use std::path::PathBuf;
 
-/// The detail textures of a site's parts that have one.
+/// The detail textures of a site's parts that have one, and the files of views.
 #[derive(Debug, Default)]
 pub(crate) struct Details {
     of_parts: Vec<(usize, DetailTexture)>,
+    views: Vec<PartViews>,
+}
+
+/// The views of a part. They are large, and read again when they are written.
+#[derive(Debug)]
+struct PartViews {
+    part: usize,
+    file: PathBuf,
+    /// The linear part of the map that places the part.
+    linear: Mat3,
+}
+
+impl PartViews {
+    fn read(&self, site: &Site) -> Result<ViewLayers, ConfigError> {
+        ViewLayers::read(&self.file).map_err(|error| {
+            let remedy = "`heliodon photo texture --views 4` writes them beside the atlas";
+            site.error_at(&["part", &self.part.to_string(), "views"], error.to_string(), remedy)
+        })
+    }
 }
 
 impl Details {
@@ -41,7 +65,7 @@ impl Details {
             };
             of_parts.push((index, texture));
         }
-        Ok(Self { of_parts })
+        Ok(Self { of_parts, views: part_views(site, files)? })
     }
 
     /// Sentences of parts whose detail goes by texture coordinates that some of their faces have not.
@@ -67,16 +91,35 @@ impl Details {
         self.of_parts.iter().filter_map(bare).collect()
     }
 
-    /// Puts them into a bundle.
+    /// Puts them into a bundle, views with the directions that they have where their parts stand.
     ///
     /// # Errors
-    /// As [`BundleWriter::add_detail`].
-    pub fn write(&self, site: &Site, writer: &mut BundleWriter) -> Result<(), WriteError> {
-        self.of_parts.iter().try_for_each(|(part, texture)| match &site.parts[*part].detail {
-            Some(detail) => writer.add_detail(*part, texture, detail),
-            None => Ok(()),
-        })
+    /// As [`BundleWriter::add_detail`] and [`BundleWriter::add_views`], and views that cannot be read any more.
+    pub fn write(&self, site: &Site, writer: &mut BundleWriter) -> Result<(), BakeError> {
+        for (part, texture) in &self.of_parts {
+            if let Some(detail) = &site.parts[*part].detail {
+                writer.add_detail(*part, texture, detail)?;
+            }
+        }
+        for views in &self.views {
+            writer.add_views(views.part, &views.read(site)?.placed(views.linear))?;
+        }
+        Ok(())
     }
+}
+
+/// Looks at the views of all parts that have some.
+fn part_views(site: &Site, files: &[InputFile]) -> Result<Vec<PartViews>, BakeError> {
+    let mut views = Vec::new();
+    for file in files {
+        let InputKind::Views(part) = file.kind else { continue };
+        let placed = site.parts[part].placement(site.site.origin).affine();
+        let linear = placed.map_or(Mat3::IDENTITY, |affine| affine.linear().as_mat3());
+        let own = PartViews { part, file: file.path.clone(), linear };
+        drop(own.read(site)?);
+        views.push(own);
+    }
+    Ok(views)
 }
 
 /// What is wrong, and what to do about it in `site.toml`.

@@ -71,7 +71,7 @@ impl Inputs {
         };
         for file in files {
             add(&file.path, file.kind)?;
-            if matches!(file.kind, InputKind::Geometry(_) | InputKind::Actor(_)) {
+            if matches!(file.kind, InputKind::Geometry(_) | InputKind::Actor(_) | InputKind::Views(_)) {
                 referenced_files(&file.path).iter().try_for_each(|path| add(path, file.kind))?;
             }
         }

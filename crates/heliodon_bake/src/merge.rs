@@ -198,7 +198,7 @@ pub fn begin_shards(plan: &Plan, count: u32, reporter: &dyn Reporter) -> Result<
 /// Looks at the details, which the merge alone needs: what is wrong with them is told before hours are spent.
 fn check_details(plan: &Plan, reporter: &dyn Reporter) -> Result<(), BakeError> {
     drop(Details::read(&plan.site, &plan.files, reporter)?);
-    plan.check_unchanged(|kind| matches!(kind, InputKind::Detail(_)))
+    plan.check_unchanged(InputKind::is_detail)
 }
 
 /// Makes the bundle of what shards have left in the cache.

@@ -1,9 +1,10 @@
-//! The files that mesh files name: materials, textures, buffers.
+//! The files that mesh files name: materials, textures, buffers; and those of a `views.json`.
 //!
 //! Only to notice that one of them has changed since the last bake; what they mean is the importers' business. Names are looked up as the
 //! importers do ([`locate`]); where a line may be read in several ways, each file that it may mean is taken. A file that is
 //! not there is left out, for the importers tell of it.
 
+use heliodon_image::view_layers::layer_files;
 use heliodon_mesh::import::{locate, percent_decoded};
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Read};
@@ -14,7 +15,7 @@ const MAX_LINE_BYTES: u64 = 64 << 10;
 /// The largest glTF JSON that is looked into.
 const MAX_JSON_BYTES: u64 = 1 << 30;
 
-/// The files that a mesh file names, those that these name included, each once, in the order of their names.
+/// The files that a mesh file, or a `views.json`, names, those that these name included, each once, in the order of their names.
 #[must_use]
 pub fn referenced_files(mesh: &Path) -> Vec<PathBuf> {
     let folder = mesh.parent().unwrap_or(Path::new(""));
@@ -33,11 +34,18 @@ pub fn referenced_files(mesh: &Path) -> Vec<PathBuf> {
             let found = |uri: String| locate(folder, &percent_decoded(&uri)).or_else(|| locate(folder, &uri));
             gltf_uris(mesh).into_iter().filter_map(found).collect()
         }
+        "json" => named_views(mesh).iter().filter_map(|name| locate(folder, name)).collect(),
         _ => Vec::new(),
     };
     files.sort();
     files.dedup();
     files
+}
+
+/// The images of a `views.json`.
+fn named_views(file: &Path) -> Vec<String> {
+    let layers = fs::read(file).ok().and_then(|bytes| layer_files(&bytes, "").ok()).unwrap_or_default();
+    layers.into_iter().flat_map(|layer| [layer.colors, layer.directions]).collect()
 }
 
 /// A material library and the images that it names, beside it or in the mesh's folder.

@@ -263,7 +263,11 @@ impl fmt::Display for BundleSummary {
             let evidence = part.evidence.map_or_else(String::new, |evidence| {
                 format!(", photographs saw {:.0} % of it, the rest is guessed", 100.0 * evidence.seen)
             });
-            writeln!(f, "  part {name} ({role}): {} triangles{detail}{evidence}", thousands(part.counts.triangles))?;
+            let views = part.views.as_ref().map_or_else(String::new, |views| {
+                let [width, height] = views.size;
+                format!(", {} of {width} x {height} texels", counted(views.layers.len() as u64, "view-dependent layer"))
+            });
+            writeln!(f, "  part {name} ({role}): {} triangles{detail}{evidence}{views}", thousands(part.counts.triangles))?;
         }
         let channels = if self.light.channels == 1 { "mono" } else { "rgb" };
         writeln!(

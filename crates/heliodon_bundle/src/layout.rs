@@ -29,7 +29,10 @@ use std::ops::Range;
 
 /// Version of the glTF profile.
 pub const PROFILE_VERSION: u32 = 1;
-/// The latest version of the bundle's manifest, which bundles have that say what colours rest on.
+/// The folder of what single photographs saw of parts: PNG files, colours and directions.
+pub const VIEWS_FOLDER: &str = "views";
+
+/// The latest version of the bundle's manifest, which bundles have that say what colours rest on, or what single photographs saw.
 pub const FORMAT_VERSION: u32 = 6;
 /// The version of those without that, but in which something happens: things, films, sounds, scripts.
 pub const LIVING_FORMAT_VERSION: u32 = 5;

@@ -47,7 +47,7 @@ pub use config::ConfigError;
 pub use detail::DetailInfo;
 pub use grid::{AmbientCube, Grid, GridInfo, GridPoints, GridSample};
 pub use lapse_check::check_lapse;
-pub use manifest::{BundleMeta, EvidenceInfo, Manifest, Parameters, PartMeta};
+pub use manifest::{BundleMeta, EvidenceInfo, Manifest, Parameters, PartMeta, ViewsInfo};
 pub use reader::{BundleReader, ChunkInfo, ReadError};
 pub use storage::{StoredFile, WriteFault};
 pub use texels::{TexelInfo, TexelLight};

@@ -15,6 +15,7 @@ use crate::site::{
 };
 use crate::storage::StoredFile;
 use crate::texels::TexelInfo;
+use heliodon_image::view_layers::{LayerFiles, MOST_LAYERS};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -237,6 +238,32 @@ pub struct PartInfo {
     /// What its colours rest on, where that is known: from version 6 on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evidence: Option<EvidenceInfo>,
+    /// What single photographs saw of it, where that is shown: from version 6 on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub views: Option<ViewsInfo>,
+}
+
+/// What single photographs saw of a part, by the coordinates of its base colour image ([`ViewLayers`](heliodon_image::view_layers::ViewLayers)).
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ViewsInfo {
+    /// Columns and rows of every image.
+    pub size: [u32; 2],
+    /// Their files, among the bundle's; directions are in the bundle's space.
+    pub layers: Vec<LayerFiles>,
+}
+
+impl ViewsInfo {
+    /// # Errors
+    /// Too few or too many layers, in words.
+    pub(crate) fn validate(&self) -> Result<(), String> {
+        let count = self.layers.len();
+        if (1..=MOST_LAYERS).contains(&count) {
+            Ok(())
+        } else {
+            Err(format!("{count} layers, where there are 1 to {MOST_LAYERS}"))
+        }
+    }
 }
 
 /// What the colours of a part rest on; the alpha of its base colour image says it place by place: 1 where a photograph saw the surface, 0.5 and less where
@@ -300,6 +327,7 @@ impl Manifest {
                     counts: Counts::default(),
                     detail: None,
                     evidence: None,
+                    views: None,
                 })
                 .collect(),
             textures: Vec::new(),
@@ -347,7 +375,7 @@ impl Manifest {
         // `[bake]` says how large an atlas would be, even where no part is lit by texels
         let of_texels = self.texels.is_some() || parameters.bake.texels.is_some();
         let moving = self.grid.is_some() || !self.actors.is_empty() || !self.lamps.is_empty();
-        if self.parts.iter().any(|part| part.evidence.is_some()) {
+        if self.parts.iter().any(|part| part.evidence.is_some() || part.views.is_some()) {
             FORMAT_VERSION
         } else if living {
             LIVING_FORMAT_VERSION

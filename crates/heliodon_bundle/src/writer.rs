@@ -7,8 +7,10 @@ use crate::glb::{GlbBuilder, bounds};
 use crate::gltf::{Asset, AssetExtras, Material, Mesh, Node, NodeExtras, Pbr, Primitive, Scene, TextureRef};
 use crate::grid::{GridInfo, GridPoints, POINTS_PER_PRIMITIVE};
 use crate::lapse_check::check_lapse;
-use crate::layout::PROFILE_VERSION;
-use crate::manifest::{BundleMeta, Counts, EvidenceInfo, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, TextureInfo};
+use crate::layout::{PROFILE_VERSION, VIEWS_FOLDER};
+use crate::manifest::{
+    BundleMeta, Counts, EvidenceInfo, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, TextureInfo, ViewsInfo,
+};
 use crate::site::Detail;
 use crate::staging::{Staging, sync_folder};
 use crate::storage::{StoredFile, WriteFault, io_fault, store};
@@ -16,9 +18,10 @@ use crate::texels::{
     BOUNCE_FILE, SKY_FILE, SUN_FILE, TEXELS_FOLDER, TexelInfo, TexelLight, WEATHERING_FILE, validate_weathering,
 };
 use glam::Vec3;
-use heliodon_image::TextureWrap;
 use heliodon_image::detail::DetailTexture;
 use heliodon_image::ktx2::Ktx2;
+use heliodon_image::view_layers::{LayerFiles, ViewLayers};
+use heliodon_image::{SrgbImage, TextureWrap};
 use heliodon_sky::lapse::Lapse;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -271,23 +274,48 @@ impl BundleWriter {
         }
         let bytes = texture.to_png_bytes().map_err(|e| unfit(e.to_string()))?;
         DetailInfo::texture(&bytes, "the image").map_err(|fault| unfit(fault.to_string()))?;
-        let stored = StoredFile::of_bytes(&bytes, "");
-        let in_folder = |file: &&StoredFile| file.path.starts_with(DETAIL_FOLDER);
-        let known = self.manifest.files.iter().filter(in_folder).find(|file| file.blake3 == stored.blake3);
-        let name = match known {
-            Some(file) => file.path.clone(),
-            None => {
-                let folder = self.staging.folder().join(DETAIL_FOLDER);
-                std::fs::create_dir_all(&folder).map_err(io_fault(&folder))?;
-                let name = format!("{DETAIL_FOLDER}/{}.png", self.manifest.files.iter().filter(in_folder).count());
-                self.manifest.files.push(store(self.staging.folder(), &name, &bytes)?);
-                name
-            }
-        };
-        let info = DetailInfo::new(name, settings);
+        let info = DetailInfo::new(self.add_image(DETAIL_FOLDER, &bytes)?, settings);
         info.validate().map_err(|fault| unfit(fault.to_string()))?;
         self.manifest.parts[part].detail = Some(info);
         Ok(())
+    }
+
+    /// Adds what single photographs saw of a part, with directions in the bundle's space.
+    ///
+    /// # Errors
+    /// If there is no such part, it has views already, layers do not fit together, or they cannot be written.
+    pub fn add_views(&mut self, part: usize, views: &ViewLayers) -> Result<(), WriteError> {
+        let unfit = |what: String| WriteError::Unfit(format!("the views of part {part}: {what}"));
+        match self.manifest.parts.get(part) {
+            None => return Err(unfit("there is no such part".to_owned())),
+            Some(known) if known.views.is_some() => return Err(unfit("it has some already".to_owned())),
+            Some(_) => {}
+        }
+        views.validate().map_err(unfit)?;
+        let mut info = ViewsInfo { size: views.size(), layers: Vec::new() };
+        for layer in &views.layers {
+            let mut add = |image: &SrgbImage| {
+                let bytes = image.to_png_bytes().map_err(|e| unfit(e.to_string()))?;
+                self.add_image(VIEWS_FOLDER, &bytes)
+            };
+            info.layers.push(LayerFiles { colors: add(&layer.colors)?, directions: add(&layer.directions)? });
+        }
+        self.manifest.parts[part].views = Some(info);
+        Ok(())
+    }
+
+    /// Puts a PNG file into a folder that has nothing else, once however often it comes, and answers with its path.
+    fn add_image(&mut self, folder: &str, bytes: &[u8]) -> Result<String, WriteError> {
+        let stored = StoredFile::of_bytes(bytes, "");
+        let in_folder = |file: &&StoredFile| file.path.starts_with(folder);
+        if let Some(known) = self.manifest.files.iter().filter(in_folder).find(|file| file.blake3 == stored.blake3) {
+            return Ok(known.path.clone());
+        }
+        let path = self.staging.folder().join(folder);
+        std::fs::create_dir_all(&path).map_err(io_fault(&path))?;
+        let name = format!("{folder}/{}.png", self.manifest.files.iter().filter(in_folder).count());
+        self.manifest.files.push(store(self.staging.folder(), &name, bytes)?);
+        Ok(name)
     }
 
     /// Says that the alpha of base colour images, by their indices, tells what the colours of a part rest on.

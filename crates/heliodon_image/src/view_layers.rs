@@ -16,7 +16,7 @@
 
 use crate::SrgbImage;
 use crate::error::{self, COPY_AGAIN, ImageError};
-use glam::{Quat, Vec3};
+use glam::{Mat3, Vec3};
 use heliodon_math::frame::unit_or;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -154,13 +154,13 @@ impl ViewLayers {
         Ok(written)
     }
 
-    /// The same with all directions turned: those of a surface that was turned.
+    /// The same with all directions turned, or mirrored: those of a surface that was placed by a map with this linear part, which may scale too.
     #[must_use]
-    pub fn turned(&self, by: Quat) -> Self {
+    pub fn placed(&self, linear: Mat3) -> Self {
         let turn = |layer: &ViewLayer| {
             let mut directions = layer.directions.clone();
             for pixel in &mut directions.pixels {
-                *pixel = direction_code(by * decoded(*pixel));
+                *pixel = direction_code(unit_or(linear * decoded(*pixel), Vec3::Z));
             }
             ViewLayer { colors: layer.colors.clone(), directions }
         };
@@ -257,7 +257,7 @@ mod tests {
         }
         assert!(worst.to_degrees() < 0.5, "{}", worst.to_degrees());
         let layers = ViewLayers { layers: vec![layer([1; 4], Vec3::X)] };
-        let turned = layers.turned(Quat::from_rotation_z(core::f32::consts::FRAC_PI_2));
+        let turned = layers.placed(Mat3::from_rotation_z(core::f32::consts::FRAC_PI_2) * 0.01);
         assert!(turned.layers[0].sample(1, 1).direction.abs_diff_eq(Vec3::Y, 0.01));
         assert_eq!(turned.layers[0].colors, layers.layers[0].colors);
     }

@@ -5,6 +5,7 @@ mod common;
 use common::*;
 use heliodon_script::action::{Action, Easing, Hand};
 use heliodon_script::event::Event;
+use heliodon_script::limits::Limits;
 use heliodon_script::value::Value;
 
 #[test]
@@ -264,4 +265,30 @@ fn wrong_values_are_told_with_their_place() {
     assert!(told(touched("ladle")).contains("did you mean `state.blows`?"));
     let function = told(touched("door"));
     assert!(function.contains("a function cannot be kept or sent"), "{function}");
+}
+
+#[test]
+fn a_host_learns_what_is_waited_for() {
+    let bench = r#"
+        when_touch("door", || subtitle("welcome"));
+        when_struck("zeus/face", "chisel", || subtitle("the-face"));
+        when_applied("zeus/robe", "*", || subtitle("well-done"));
+        when_struck("*", "mallet", || throw "enough");"#;
+    let mut stage = Stage::new(&[("bench.rhai", bench)]);
+    let struck = |target, tool| struck(target, tool, 2.0);
+    let waits = |stage: &Stage, event: &Event| stage.runtime.waits_for(event);
+    assert!(!waits(&stage, &touched("door")), "before the first frame scripts wait for nothing");
+    stage.step();
+    for event in [touched("door"), struck("zeus/face", "chisel"), struck("bench", "mallet"), applied("zeus/robe", "gold", "ladle")] {
+        assert!(waits(&stage, &event), "{event:?}");
+    }
+    for event in [touched("bench"), struck("zeus/hand", "chisel"), applied("zeus/face", "gold", "ladle"), entered("yard")] {
+        assert!(!waits(&stage, &event), "{event:?}");
+    }
+    // a script that fails again and again is switched off, and waits for nothing any more
+    for _ in 0..Limits::deterministic().failures {
+        stage.after(struck("bench", "mallet"));
+    }
+    assert!(stage.told().contains("is switched off"));
+    assert!(!waits(&stage, &touched("door")));
 }

@@ -24,8 +24,10 @@ use heliodon_bundle::site::{Along, Detail, DetailMapping, DetailPattern, Materia
 use heliodon_bundle::texels::{float_texture, sky_level, sun_texture};
 use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter, LightLayout, LitChunk, TexelInfo, TexelLight, VertexLight};
 use heliodon_image::detail::DetailTexture;
+use heliodon_image::view_layers::{ViewLayer, ViewLayers, ViewSample, color, direction_code};
 use heliodon_image::{HdrImage, SrgbImage};
 use heliodon_math::color::{linear_from_srgb, srgb_from_linear};
+use heliodon_math::frame::unit_or;
 use heliodon_math::random::{hash3_u32, unit_f32};
 use heliodon_math::sphere::direction_from_azimuth_elevation;
 use heliodon_sky::lapse::{Fitted, Lapse, LapseStep, Sun, SunBounceBasis};
@@ -163,6 +165,22 @@ fn write_chunk(folder: &Path, layout: LightLayout, chunk: &LitChunk, texture: Op
 }
 
 fn write_detailed(folder: &Path, layout: LightLayout, chunk: &LitChunk, texture: Option<&SrgbImage>, detail: Option<&Detail>) {
+    write_with(folder, layout, chunk, texture, |writer| {
+        if let Some(detail) = detail {
+            let made = DetailTexture::generate(&detail.generated().unwrap()).unwrap();
+            writer.add_detail(0, &made, detail).unwrap();
+        }
+    });
+}
+
+/// Writes a bundle of one chunk to which `more` is added.
+fn write_with(
+    folder: &Path,
+    layout: LightLayout,
+    chunk: &LitChunk,
+    texture: Option<&SrgbImage>,
+    more: impl FnOnce(&mut BundleWriter),
+) {
     let site = Site::parse(
         "[site]\nname = \"A wall\"\n[[part]]\nfile = \"wall.obj\"\n[sky]\nprobes = \"*.hdr\"\nmapping = \"lat-long\"\n",
         "wall/site.toml",
@@ -176,10 +194,7 @@ fn write_detailed(folder: &Path, layout: LightLayout, chunk: &LitChunk, texture:
         let (light, info) = texels(layout);
         writer.add_texels(&light, info).unwrap();
     }
-    if let Some(detail) = detail {
-        let made = DetailTexture::generate(&detail.generated().unwrap()).unwrap();
-        writer.add_detail(0, &made, detail).unwrap();
-    }
+    more(&mut writer);
     writer.push_chunk(chunk).unwrap();
     for which in 0..4 {
         writer.add_sky_map(&format!("sky/{which}.hdr"), &sky_map(which).to_hdr_bytes()).unwrap();
@@ -215,7 +230,7 @@ fn expected(reader: &BundleReader, chunk: &LitChunk, moment: &Moment) -> impl Fn
         None => lit_wall(&chunk, &light, at),
         Some(texels) => {
             let uvs: Vec<Vec3> = chunk.texel_uvs.iter().map(|uv| uv.extend(0.0)).collect();
-            let normal = heliodon_math::frame::unit_or(mixed(&chunk.normals, at), Vec3::Z);
+            let normal = unit_or(mixed(&chunk.normals, at), Vec3::Z);
             texels.light(layout, &moment, mixed(&uvs, at).truncate(), normal).total() * mixed(&chunk.albedo, at)
         }
     }
@@ -305,6 +320,10 @@ fn coloured_light_of_many_steps_is_the_references() {
 
 /// The wall with a picture on it, white but for that, and the light of its vertices.
 fn textured_wall(folder: &Path, texture: &SrgbImage) -> (LitChunk, Vec<Vec3>) {
+    textured_wall_with(folder, texture, |_| {})
+}
+
+fn textured_wall_with(folder: &Path, texture: &SrgbImage, more: impl FnOnce(&mut BundleWriter)) -> (LitChunk, Vec<Vec3>) {
     let layout = LightLayout { sun_steps: 5, coefficients: 4, channels: 1, sun_bounce_functions: 0 };
     let plain = wall(layout);
     let chunk = LitChunk {
@@ -314,7 +333,7 @@ fn textured_wall(folder: &Path, texture: &SrgbImage) -> (LitChunk, Vec<Vec3>) {
         albedo: vec![Vec3::ONE; plain.positions.len()],
         ..plain
     };
-    write_chunk(folder, layout, &chunk, Some(texture));
+    write_with(folder, layout, &chunk, Some(texture), more);
     let reader = BundleReader::open(folder).unwrap();
     let light = chunk_light(&Day::new(reader.lapse()).at(6.0 * 3600.0, Blend::Smooth), &chunk);
     (chunk, light)
@@ -403,6 +422,58 @@ fn what_is_guessed_is_blue_where_a_bundle_tells_it_and_only_when_asked_for() {
             }
         }
     }
+}
+
+/// What a photograph from a place saw of the wall: one colour, but nothing of the wall's left quarter.
+fn photographed(color: [u8; 3], camera: Vec3) -> ViewLayer {
+    let at = |i: u32| Vec2::new((i % 64) as f32 + 0.5, (i / 64) as f32 + 0.5) / 32.0 - 1.0;
+    let toward = |i: u32| unit_or(camera - Vec3::new(at(i).x, -at(i).y, 0.0), Vec3::Z);
+    let alpha = |i: u32| if i % 64 < 16 { 0 } else { 255 };
+    let image = |pixel: &dyn Fn(u32) -> [u8; 4]| SrgbImage { width: 64, height: 64, pixels: (0..64 * 64).map(pixel).collect() };
+    let [r, g, b] = color;
+    ViewLayer { colors: image(&|i| [r, g, b, alpha(i)]), directions: image(&|i| direction_code(toward(i))) }
+}
+
+#[test]
+fn who_stands_where_a_photograph_was_taken_sees_what_it_saw() {
+    let folder = tempfile::tempdir().unwrap();
+    let bundle = folder.path().join("wall");
+    let (front, beside) = (Vec3::new(0.0, 0.0, 1.25), Vec3::new(0.25, 0.1, 1.25));
+    let cameras = [([200, 60, 30], front), ([20, 90, 210], beside)];
+    let views = ViewLayers { layers: cameras.map(|(color, camera)| photographed(color, camera)).into() };
+    let image = SrgbImage::filled(64, 64, [150, 150, 150, 255]);
+    let (chunk, light) = textured_wall_with(&bundle, &image, |writer| writer.add_views(0, &views).unwrap());
+    let linear = |[r, g, b]: [u8; 3]| Vec3::from([r, g, b].map(|code| linear_from_srgb(f32::from(code) / 255.0)));
+    let mut renderer = Renderer::new(&bundle, SIZE, SIZE, RenderOptions { samples: 1 }).unwrap();
+    let mut means = Vec::new();
+    for (eye, patterns) in
+        [(front, true), (beside, false), (front.lerp(beside, 0.5), true), (Vec3::new(-0.25, -0.2, 1.25), true)]
+    {
+        // what photographs saw is shown although details are switched off
+        renderer.app_mut().world_mut().resource_mut::<StageFrame>().without_details = !patterns;
+        let shot = Shot { pose: Pose::looking(eye, eye - Vec3::Z), fov_deg: 60.0, ..renderer.home_shot(6.0 * 3600.0) };
+        let picture = renderer.render_linear(&shot).unwrap();
+        let half = eye.z * 30f32.to_radians().tan();
+        let mut mean = Vec3::ZERO;
+        for (x, y) in (0..SIZE).flat_map(|y| (0..SIZE).map(move |x| (x, y))) {
+            let screen = (Vec2::new(x as f32, y as f32) + 0.5) / SIZE as f32 * 2.0 - 1.0;
+            let at = eye.truncate() + Vec2::new(screen.x, -screen.y) * half;
+            let toward = |place: Vec3| unit_or(place - at.extend(0.0), Vec3::Z);
+            let sample = |(color, camera)| ViewSample { color: linear(color), weight: 1.0, direction: toward(camera) };
+            let seen = cameras.map(sample);
+            let color = color(linear([150; 3]), if at.x < -0.5 { &[] } else { &seen }, toward(eye));
+            let wanted = lit_wall(&chunk, &light, at) * color;
+            let got = picture.pixel(x, y);
+            mean += color;
+            // directions are kept to half a degree, and alpha is filtered over a texel
+            if (at.x + 0.5).abs() > 0.06 {
+                let close = (got - wanted).abs().max_element() <= 0.03 * wanted.max_element() + 2e-3;
+                assert!(close, "{eye}, {at}: {got} for {wanted}");
+            }
+        }
+        means.push(mean / (SIZE * SIZE) as f32);
+    }
+    assert!(means[0].x > 2.0 * means[0].z && means[1].z > 2.0 * means[1].x, "{means:?}");
 }
 
 #[test]

@@ -157,6 +157,7 @@ fn part(file: &str, name: &str, role: Role) -> Part {
         weathering: None,
         detail: None,
         evidence: None,
+        views: None,
     }
 }
 

@@ -42,7 +42,14 @@ pub(super) fn part_digest(plan: &Plan, settings: &Prepare, part: usize) -> Diges
 
 /// A part without what moves none of its vertices; of where its light is stored only what decides whether it is split.
 fn geometry_of(site: &Site, part: usize) -> (Part, Choice) {
-    let bare = Part { weathering: None, detail: None, light: LightStorage::default(), texels: 1.0, ..site.parts[part].clone() };
+    let bare = Part {
+        weathering: None,
+        detail: None,
+        views: None,
+        light: LightStorage::default(),
+        texels: 1.0,
+        ..site.parts[part].clone()
+    };
     (bare, Choice::of(site, part))
 }
 

@@ -25,6 +25,7 @@ use error::{io_error, malformed};
 use glb::{ChunkPlace, EmbeddedImage, GlbFile, GridPlace};
 use heliodon_image::detail::DetailTexture;
 use heliodon_image::ktx2::{Ktx2, Ktx2Shape};
+use heliodon_image::view_layers::{LayerFiles, ViewLayer, ViewLayers};
 use heliodon_image::{SrgbImage, TextureWrap};
 use heliodon_sky::lapse::Lapse;
 use std::fs::File;
@@ -269,6 +270,30 @@ impl BundleReader {
         DetailInfo::texture(&bytes, &info.file).map(Some).map_err(|fault| malformed(&path, fault.to_string()))
     }
 
+    /// Reads what single photographs saw of a part; `None` where nothing is told of that.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is not what the manifest says.
+    ///
+    /// # Panics
+    /// If there is no such part.
+    pub fn read_views(&self, part: usize) -> Result<Option<ViewLayers>, ReadError> {
+        let Some(info) = &self.manifest.parts[part].views else { return Ok(None) };
+        let image = |name: &String| {
+            let path = self.folder.join(name);
+            let image = SrgbImage::read(&path).map_err(|error| malformed(&path, error.to_string()))?;
+            let [width, height] = info.size;
+            if [image.width, image.height] == info.size {
+                return Ok(image);
+            }
+            let what = format!("it has {} x {} texels, its manifest says {width} x {height}", image.width, image.height);
+            Err(malformed(&path, what))
+        };
+        let layer = |files: &LayerFiles| Ok(ViewLayer { colors: image(&files.colors)?, directions: image(&files.directions)? });
+        let layers = info.layers.iter().map(layer).collect::<Result<_, ReadError>>()?;
+        Ok(Some(ViewLayers { layers }))
+    }
+
     /// The bytes of a base colour image, a PNG or JPEG file; empty for one that no chunk shows.
     ///
     /// # Errors
@@ -386,6 +411,18 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
             return Err(wrong(format!("version {} has none", manifest.version)));
         }
         evidence.validate().map_err(wrong)?;
+    }
+    for part in &manifest.parts {
+        let Some(views) = &part.views else { continue };
+        let wrong = |what: String| malformed(&path, format!("the views of part `{}`: {what}", part.name));
+        if manifest.version < FORMAT_VERSION {
+            return Err(wrong(format!("version {} has none", manifest.version)));
+        }
+        views.validate().map_err(wrong)?;
+        let mut named = views.layers.iter().flat_map(|layer| [&layer.colors, &layer.directions]);
+        if let Some(missing) = named.find(|name| !is_there(name)) {
+            return Err(wrong(format!("`{missing}` is not among its files")));
+        }
     }
     for part in &manifest.parts {
         let Some(detail) = &part.detail else { continue };

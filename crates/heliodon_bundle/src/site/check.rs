@@ -104,6 +104,13 @@ fn check_part(at: &[&str; 2], part: &Part) -> Checked {
             return fault(&key("evidence"), "evidence tells of an image of the albedo, and the part has none", remedy);
         }
     }
+    if let Some(views) = &part.views {
+        not_empty(&key("views"), views)?;
+        if !matches!(part.albedo, Some(Albedo::Image(_))) {
+            let remedy = "add the albedo = \"atlas.png\" beside it, or take it out";
+            return fault(&key("views"), "views are laid on by the albedo's image, and the part has none", remedy);
+        }
+    }
     finite(&key("translate"), &part.translate)?;
     finite(&key("rotate_deg"), &part.rotate_deg)?;
     within(&key("texels"), part.texels, 0.01, 100.0)?;

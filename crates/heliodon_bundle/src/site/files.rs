@@ -14,6 +14,8 @@ pub enum InputKind {
     Albedo(usize),
     /// The image that says what the albedo of the part with that index rests on.
     Evidence(usize),
+    /// The `views.json` of the part with that index; it names images in turn.
+    Views(usize),
     /// The detail image of the part with that index.
     Detail(usize),
     /// An HDR image of the sky.
@@ -29,12 +31,24 @@ pub enum InputKind {
 }
 
 impl InputKind {
+    /// Whether it is shown on a surface of which light knows nothing: details and views.
+    #[must_use]
+    pub fn is_detail(self) -> bool {
+        matches!(self, Self::Detail(_) | Self::Views(_))
+    }
+
     /// The part to whose mesh, as it is read, the file belongs: its geometry, its albedo image, and what that rests on.
     #[must_use]
     pub fn mesh_part(self) -> Option<usize> {
         match self {
             Self::Geometry(part) | Self::Albedo(part) | Self::Evidence(part) => Some(part),
-            Self::Detail(_) | Self::Probe | Self::Actor(_) | Self::ActorCache(_) | Self::ActorAlbedo(_) | Self::Living => None,
+            Self::Views(_)
+            | Self::Detail(_)
+            | Self::Probe
+            | Self::Actor(_)
+            | Self::ActorCache(_)
+            | Self::ActorAlbedo(_)
+            | Self::Living => None,
         }
     }
 }
@@ -51,7 +65,7 @@ pub struct InputFile {
 }
 
 impl Site {
-    /// All files that the site names: geometry by part, each part's sorted by name, with its albedo image, what that rests on and its detail image after it; then the
+    /// All files that the site names: geometry by part, each part's sorted by name, with its albedo image, what that rests on, its views and its detail image after it; then the
     /// probes, sorted by name; then each actor's model, vertex cache and albedo image; then films, sounds, scripts and texts. Files that these name in turn (materials, textures) are not among them.
     ///
     /// # Errors
@@ -67,6 +81,9 @@ impl Site {
             }
             if let Some(image) = &part.evidence {
                 self.expand_one(image, &at("evidence".to_owned()), InputKind::Evidence(i), &mut files)?;
+            }
+            if let Some(views) = &part.views {
+                self.expand_one(views, &at("views".to_owned()), InputKind::Views(i), &mut files)?;
             }
             if let Some(image) = part.detail.as_ref().and_then(|detail| detail.file.as_ref()) {
                 let at = [at("detail".to_owned()), vec!["file".to_owned()]].concat();

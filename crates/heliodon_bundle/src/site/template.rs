@@ -98,6 +98,12 @@ fn write_part(w: &mut Writer, part: &Part) {
         "\"evidence.png\"",
         "of an image of the albedo: white where it was seen, grey where it is guessed",
     );
+    w.absent(
+        "views",
+        part.views.as_ref(),
+        "\"views.json\"",
+        "what single photographs saw of it, for who stands where they were taken",
+    );
     w.optional("unit", &part.unit, &Unit::Metre, &Unit::ALL.map(Unit::name).join(", "));
     w.optional("up", &part.up, &super::UpAxis::Y, "y or z");
     w.optional("scale", &part.scale, &1.0, "first");

@@ -160,6 +160,10 @@ pub struct Part {
     /// surface, mid grey where it was guessed, in between as likely as that; black lies on no surface. Visitors can have what was guessed shown. Default: nothing is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evidence: Option<String>,
+    /// The views.json of `heliodon photo texture --views`: what single photographs saw of the surface, as large as the albedo's image, which whoever stands where
+    /// a photograph was taken sees in its place. Default: the albedo is the same from everywhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub views: Option<String>,
     /// The length that the file's numbers count.
     #[serde(default)]
     #[schemars(schema_with = "unit_schema")]

@@ -1,9 +1,10 @@
 //! Arches: a segment of a ring, drawn back.
 
 use super::body::Body;
+use super::edges::sights;
 use super::fit::{Witness, fit};
 use super::shape::{Fitted, Measure, Names, circle_in_space, frame_about, measure};
-use super::table::ShapeRow;
+use super::table::{Rim, ShapeRow};
 use super::{ModelError, NamedPoint, toward_cameras};
 use glam::DVec3;
 
@@ -52,6 +53,23 @@ pub(super) fn arch(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Resu
     }
     for &point in &back {
         witnesses.push(Witness::On { point, off_m: Box::new(move |numbers, p| at(numbers, p).0 + numbers[7]) });
+    }
+    let sights = sights(row, names)?;
+    for (sight, marked) in sights.iter().zip(&row.edges) {
+        let radius = if marked.of == Some(Rim::Inner) { 5 } else { 6 };
+        for along in sight.rays {
+            let off_px = move |numbers: &[f64]| {
+                let (middle, normal) = frame_of(numbers);
+                // where the ray meets the front's plane; one that runs along it tells nothing
+                let distance_m = normal.dot(middle - sight.origin) / normal.dot(along);
+                if !distance_m.is_finite() {
+                    return 0.0;
+                }
+                (at(numbers, sight.origin + along * distance_m).1 - numbers[radius]) * sight.focal_px
+                    / distance_m.abs().max(1.0e-6)
+            };
+            witnesses.push(Witness::Touches { edge: sight.edge, off_px: Box::new(off_px) });
+        }
     }
     let solution = fit(&witnesses, points, names.tolerance_m, numbers)
         .ok_or_else(|| names.refused("is not held by what is marked: mark more of its edges".into()))?;

@@ -1,6 +1,7 @@
 //! Boxes and roofs of two slopes: corners whose places are signs times half sizes, turned and moved.
 
 use super::body::{Body, newell};
+use super::edges::sights;
 use super::fit::{Witness, fit};
 use super::shape::{Fitted, Measure, Names, rotation, turned_about_up};
 use super::table::{Kind, ShapeRow};
@@ -100,22 +101,16 @@ pub(super) fn block(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Res
         };
         witnesses.push(Witness::On { point, off_m: Box::new(off_m) });
     }
-    for (edge, marked) in row.edges.iter().enumerate() {
+    let sights = sights(row, names)?;
+    for (sight, marked) in sights.iter().zip(&row.edges) {
         let [a, b] = marked.between.unwrap_or_default();
         if a == b || a.max(b) >= form.corners.len() {
             return Err(names.refused(format!("has no edge between the corners {a} and {b}")));
         }
-        let [a, b] = [a, b].map(|corner| sign(form.corners[corner]));
-        let camera = &names.photographs[names.photograph(&marked.photograph)?].1;
-        let (origin, focal_px) = (camera.centre(), camera.intrinsics.focal_px[0]);
-        for pixel in [marked.from, marked.to] {
-            let along = camera.ray(DVec2::from(pixel)).1;
-            // the angle between the ray and the plane through the eye and the edge
-            let off_px = move |numbers: &[f64]| {
-                let [a, b] = [a, b].map(|sign| turned.corner(numbers, sign) - origin);
-                a.cross(b).try_normalize().map_or(0.0, |normal| normal.dot(along) * focal_px)
-            };
-            witnesses.push(Witness::Touches { edge, off_px: Box::new(off_px) });
+        let ends = [a, b].map(|corner| sign(form.corners[corner]));
+        for along in sight.rays {
+            let off_px = move |numbers: &[f64]| sight.misses_line(along, ends.map(|sign| turned.corner(numbers, sign)));
+            witnesses.push(Witness::Touches { edge: sight.edge, off_px: Box::new(off_px) });
         }
     }
     let solution = fit(&witnesses, points, names.tolerance_m, numbers)

@@ -1,6 +1,7 @@
 //! Polygons over named points, and polygons drawn along a way.
 
 use super::body::{Body, newell};
+use super::edges::residuals;
 use super::shape::{Fitted, Names, best_plane};
 use super::table::ShapeRow;
 use super::{ModelError, NamedPoint, toward_cameras};
@@ -66,10 +67,11 @@ pub(super) fn polygon(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> R
     if ring.normal.dot(to_eyes) < 0.0 {
         body.flip();
     }
-    Ok(ring.fitted(body, names, points))
+    Ok(Fitted { edges: residuals(row, names, points)?, ..ring.fitted(body, names, points) })
 }
 
 pub(super) fn extrusion(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Result<Fitted, ModelError> {
+    let edges = residuals(row, names, points)?;
     let mut ring = ring(row, names, points)?;
     let along =
         row.along.as_ref().ok_or_else(|| names.refused("needs along: two points whose difference it is drawn by".into()))?;
@@ -99,5 +101,5 @@ pub(super) fn extrusion(row: &ShapeRow, names: &Names, points: &[NamedPoint]) ->
             return Err(names.refused("could not be cut into triangles: do its sides cross?".into()));
         }
     }
-    Ok(ring.fitted(body, names, points))
+    Ok(Fitted { edges, ..ring.fitted(body, names, points) })
 }

@@ -6,6 +6,7 @@
 mod arch;
 mod block;
 mod body;
+mod edges;
 mod fit;
 mod flat;
 mod imported;
@@ -125,21 +126,19 @@ pub enum ModelError {
     },
 }
 
-/// How far stone is from a plane or a circle where the row says nothing: a hand-dressed block's bow.
-const TOLERANCE_M: f64 = 0.005;
-
 /// Fits all rows to points, and joins what they make into parts. `photographs` are names and cameras, in the order that points know them by.
 ///
 /// A row that cannot be fitted is left out and told in [`Model::refused`].
 #[must_use]
 pub fn build(rows: &[ShapeRow], points: &[NamedPoint], photographs: &[(String, Camera)]) -> Model {
     let index: BTreeMap<&str, usize> = points.iter().enumerate().map(|(i, point)| (point.name.as_str(), i)).collect();
+    let mut settled = points.to_vec();
+    edges::settle(rows, (&index, photographs), &mut settled);
     let mut model = Model::default();
     let mut gathered: Vec<Gathered> = Vec::new();
     for row in rows {
-        let tolerance_m = row.tolerance_m.unwrap_or(TOLERANCE_M);
-        let names = Names { shape: &row.name, points: &index, photographs, tolerance_m };
-        match made(row, &names, points) {
+        let points = if matches!(row.kind, Kind::Polygon | Kind::Extrusion) { &settled } else { points };
+        match made(row, &Names::of(row, &index, photographs), points) {
             Err(error) => model.refused.push(error),
             Ok(Fitted { body, points, edges, measures, notes }) => {
                 model.shapes.push(ShapeReport { shape: row.name.clone(), measures, points, edges, notes });
@@ -190,7 +189,7 @@ const MOST_SIDES: u32 = 1024;
 /// Settings that the kind knows nothing of are mistakes, and so are those out of range.
 fn check(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Result<(), ModelError> {
     use Kind::{Arch, Box, Column, Cylinder, Extrusion, Gable, Polygon, Revolution};
-    let known: [(&str, bool, &[Kind]); 15] = [
+    let known: [(&str, bool, &[Kind]); 14] = [
         ("points", !row.points.is_empty(), &[Polygon, Box, Gable, Cylinder, Column, Extrusion]),
         ("on", !row.on.is_empty(), &[Box, Gable]),
         ("bottom", !row.bottom.is_empty(), &[Cylinder, Column]),
@@ -201,7 +200,6 @@ fn check(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Result<(), Mod
         ("rings", !row.rings.is_empty(), &[Revolution]),
         ("along", row.along.is_some(), &[Extrusion]),
         ("axis", row.axis.is_some(), &[Cylinder, Column, Revolution]),
-        ("edges", !row.edges.is_empty(), &[Box, Gable, Cylinder, Column]),
         ("depth_m", row.depth_m.is_some(), &[Arch]),
         ("upright", row.upright, &[Box, Gable, Cylinder, Column, Revolution]),
         ("flatten", row.flatten, &[Polygon]),
@@ -218,12 +216,20 @@ fn check(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Result<(), Mod
             return Err(names.refused(format!("has {setting} = {value}; it is to be above 0")));
         }
     }
-    let has_corners = matches!(row.kind, Box | Gable);
+    let has_corners = matches!(row.kind, Box | Gable | Polygon | Extrusion);
     if row.edges.iter().any(|edge| edge.between.is_some() != has_corners) {
         let why = if has_corners {
             "has an edge that does not say between which corners"
         } else {
             "has an edge between corners, of which it has none"
+        };
+        return Err(names.refused(why.into()));
+    }
+    if row.edges.iter().any(|edge| edge.of.is_some() != (row.kind == Arch)) {
+        let why = if row.kind == Arch {
+            "has an edge that does not say whether it is of = \"inner\" or \"outer\""
+        } else {
+            "has an edge of an arch, which it is not"
         };
         return Err(names.refused(why.into()));
     }

@@ -1,6 +1,7 @@
 //! Shafts and what is turned about an axis.
 
 use super::body::{Body, Level};
+use super::edges::{Sight, passes, sights};
 use super::fit::{Witness, fit};
 use super::shape::{Fitted, Measure, Names, circle, circle_in_space, frame_about, measure};
 use super::table::{Kind, ShapeRow};
@@ -72,44 +73,6 @@ impl Shaft {
         let height = self.height(p);
         (p - self.foot - self.axis() * height).length() - self.radius(height)
     }
-
-    /// How far a ray passes outside of it, and how far along: where it touches this is 0.
-    fn passes(&self, origin: DVec3, along: DVec3) -> (f64, f64) {
-        let axis = self.axis();
-        let across = along - axis * along.dot(axis);
-        let to_axis = self.foot - origin;
-        let mut t = (to_axis - axis * to_axis.dot(axis)).dot(across) / across.length_squared().max(1.0e-12);
-        // a taper moves the nearest place along the ray, by less the less it tapers: a few of Newton's steps find it
-        let step = 1.0e-3 * t.abs().max(1.0e-3);
-        for _ in 0..8 {
-            let [less, at, more] = [t - step, t, t + step].map(|t| self.outside(origin + along * t));
-            let curvature = (less + more - 2.0 * at) / (step * step);
-            if curvature.is_nan() || curvature <= 0.0 {
-                break;
-            }
-            t -= (more - less) / (2.0 * step) / curvature;
-        }
-        (self.outside(origin + along * t), t)
-    }
-}
-
-/// An edge's rays: what its pixels saw.
-struct Sight {
-    edge: usize,
-    photograph: usize,
-    origin: DVec3,
-    rays: Vec<DVec3>,
-    focal_px: f64,
-}
-
-fn sights(row: &ShapeRow, names: &Names) -> Result<Vec<Sight>, ModelError> {
-    let sight = |(edge, marked): (usize, &super::table::EdgeRow)| {
-        let photograph = names.photograph(&marked.photograph)?;
-        let camera = &names.photographs[photograph].1;
-        let rays = [marked.from, marked.to].map(|pixel| camera.ray(DVec2::from(pixel)).1).to_vec();
-        Ok(Sight { edge, photograph, origin: camera.centre(), rays, focal_px: camera.intrinsics.focal_px[0] })
-    };
-    row.edges.iter().enumerate().map(sight).collect()
 }
 
 pub(super) fn shaft(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Result<Fitted, ModelError> {
@@ -138,10 +101,12 @@ pub(super) fn shaft(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Res
         witnesses.push(Witness::On { point, off_m: Box::new(off_m) });
     }
     for sight in &sights {
-        for &along in &sight.rays {
+        for along in sight.rays {
             let (origin, focal_px) = (sight.origin, sight.focal_px);
             let off_px = move |numbers: &[f64]| {
-                let (off_m, distance_m) = kind.shaft(numbers).passes(origin, along);
+                let shaft = kind.shaft(numbers);
+                let reach_m = 2.0 * shaft.radii[0].abs().max(shaft.radii[1].abs());
+                let (off_m, distance_m) = passes((origin, along), (shaft.foot, shaft.axis()), reach_m, |p| shaft.outside(p));
                 off_m * focal_px / distance_m.abs().max(1.0e-6)
             };
             witnesses.push(Witness::Touches { edge: sight.edge, off_px: Box::new(off_px) });
@@ -240,7 +205,7 @@ fn between_edges(sights: &[Sight]) -> Option<(DVec3, DVec3)> {
         let mut of_photograph = sights.iter().filter(|sight| sight.photograph == photograph);
         let (Some(one), Some(other)) = (of_photograph.next(), of_photograph.next_back()) else { continue };
         let normal = |sight: &Sight, inward: DVec3| {
-            let normal = sight.rays[0].cross(*sight.rays.last()?).try_normalize()?;
+            let normal = sight.rays[0].cross(sight.rays[1]).try_normalize()?;
             Some(if normal.dot(inward) < 0.0 { -normal } else { normal })
         };
         let middle = |sight: &Sight| sight.rays.iter().sum::<DVec3>();
@@ -256,6 +221,15 @@ fn between_edges(sights: &[Sight]) -> Option<(DVec3, DVec3)> {
     let offsets = DVec3::new(first.1.dot(first.0), second.1.dot(second.0), along.dot(first.0));
     let place = planes.inverse() * offsets;
     place.is_finite().then(|| (place, place + along))
+}
+
+/// The radius at a height of a profile: heights and radii in turn, from the bottom up, straight between them and beyond.
+fn radius_at(profile: &[f64], height: f64) -> f64 {
+    let rings: Vec<&[f64]> = profile.chunks_exact(2).collect();
+    let above = rings.partition_point(|ring| ring[0] < height).clamp(1, rings.len() - 1);
+    let (low, high) = (rings[above - 1], rings[above]);
+    let part = (height - low[0]) / (high[0] - low[0]).max(1.0e-9);
+    low[1] + (high[1] - low[1]) * part
 }
 
 /// Numbers: where the axis crosses the plane through its start, how it leans from there, then each ring's height and radius.
@@ -307,7 +281,26 @@ pub(super) fn revolution(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -
             witnesses.push(Witness::On { point, off_m: Box::new(radius) });
         }
     }
-    let held = rings.iter().map(|ring| ring.len() - 1).sum::<usize>() * 2 >= 2 + leans;
+    let sights = sights(row, names)?;
+    for sight in &sights {
+        for along in sight.rays {
+            let (origin, focal_px) = (sight.origin, sight.focal_px);
+            let off_px = move |numbers: &[f64]| {
+                let profile = &numbers[2 + leans..];
+                let reach_m = 2.0 * profile.chunks_exact(2).map(|ring| ring[1].abs()).fold(0.0, f64::max);
+                let outside = |p: DVec3| {
+                    let (height, distance) = place(numbers, p);
+                    distance - radius_at(profile, height)
+                };
+                let (off_m, distance_m) = passes((origin, along), axis_of(numbers), reach_m, outside);
+                off_m * focal_px / distance_m.abs().max(1.0e-6)
+            };
+            witnesses.push(Witness::Touches { edge: sight.edge, off_px: Box::new(off_px) });
+        }
+    }
+    // each pixel of an outline tells one thing, each point of a ring beyond its first two
+    let told = rings.iter().map(|ring| ring.len() - 1).sum::<usize>() * 2 + 2 * sights.len();
+    let held = told >= 2 + leans;
     let solution = if held { fit(&witnesses, points, names.tolerance_m, numbers.clone()) } else { None };
     let mut notes = Vec::new();
     if solution.is_none() {

@@ -2,6 +2,7 @@
 
 use super::body::Body;
 use super::fit::{Fit, Witness, gradient};
+use super::table::ShapeRow;
 use super::{EdgeResidual, ModelError, NamedPoint, PointResidual, ShownBy};
 use crate::camera::Camera;
 use glam::{DMat3, DVec2, DVec3};
@@ -35,7 +36,15 @@ pub(super) struct Names<'a> {
     pub tolerance_m: f64,
 }
 
-impl Names<'_> {
+/// How far stone is from a plane or a circle where the row says nothing: a hand-dressed block's bow.
+const TOLERANCE_M: f64 = 0.005;
+
+impl<'a> Names<'a> {
+    /// Those of a row.
+    pub fn of(row: &'a ShapeRow, points: &'a BTreeMap<&'a str, usize>, photographs: &'a [(String, Camera)]) -> Self {
+        Self { shape: &row.name, points, photographs, tolerance_m: row.tolerance_m.unwrap_or(TOLERANCE_M) }
+    }
+
     pub fn point(&self, name: &str) -> Result<usize, ModelError> {
         let unknown = || ModelError::Point { shape: self.shape.into(), point: name.into() };
         self.points.get(name).copied().ok_or_else(unknown)

@@ -80,7 +80,8 @@ pub struct ShapeRow {
     /// Two points near the axis of what is round, to start from; needed where rings have fewer than three points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<[String; 2]>,
-    /// Where edges were marked: the left and right ones of a shaft, those between two corners of a box or a roof.
+    /// Where edges were marked: where what is round ends to the eye, left and right; those between two corners of a box, a roof, a polygon or what is drawn
+    /// from one; those of an arch's front.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub edges: Vec<EdgeRow>,
     /// An arch's depth where no point of its back is marked, metres.
@@ -122,10 +123,23 @@ pub struct EdgeRow {
     pub from: [f64; 2],
     /// Another; what is between them is not used where a lens bends it.
     pub to: [f64; 2],
-    /// The corners that a box's or a roof's edge runs between, numbered from 0 as `points` lists them. Not for shafts, whose edges are where they end to the
-    /// eye.
+    /// The corners that a box's, a roof's, a polygon's or an extrusion's edge runs between, numbered from 0 as `points` lists them. Not for what is round,
+    /// whose edges are where it ends to the eye.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub between: Option<[usize; 2]>,
+    /// Which edge of an arch's front; both pixels lie on it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub of: Option<Rim>,
+}
+
+/// An edge of an arch's front.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rim {
+    /// The inner.
+    Inner,
+    /// The outer.
+    Outer,
 }
 
 /// How often a shape stands, and where: either along `step` or around `around`.

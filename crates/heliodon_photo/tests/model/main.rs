@@ -3,6 +3,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod edges;
 
 use common::around;
 use glam::{DMat3, DVec2, DVec3};

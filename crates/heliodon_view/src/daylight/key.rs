@@ -4,7 +4,7 @@ use super::pipelines::{VIEW_WGSL, resolved};
 use super::texels::{TEXEL_LIGHT_WGSL, TEXELS_WGSL};
 use crate::actors::SHADE_WGSL;
 use crate::covering::{OUTLINE_WGSL, cover_wgsl};
-use crate::detail::DETAIL_WGSL;
+use crate::detail::{DETAIL_WGSL, VIEWED_WGSL};
 use crate::lamps::LAMPS_WGSL;
 use crate::tonemap::{DisplayKey, ToneCurve};
 use bevy::render::render_resource::TextureFormat;
@@ -183,11 +183,12 @@ impl PipelineKey {
                 let stone = resolved(include_str!("stone.wgsl"), &defined);
                 let stone = if texels { format!("{TEXELS_WGSL}{TEXEL_LIGHT_WGSL}{stone}") } else { stone };
                 let lamps = if lamps { resolved(LAMPS_WGSL, &defined) } else { String::new() };
-                let detail = if self.detailed {
-                    DETAIL_WGSL.replace("DETAIL_GROUP", &self.detail_group().to_string())
-                } else {
-                    String::new()
+                let details = match (self.detailed, textured) {
+                    (false, _) => String::new(),
+                    (true, false) => DETAIL_WGSL.to_owned(),
+                    (true, true) => [DETAIL_WGSL, VIEWED_WGSL].concat(),
                 };
+                let detail = details.replace("DETAIL_GROUP", &self.detail_group().to_string());
                 if shaded {
                     [&before, SHADE_WGSL, &lamps, &stone.replace("@group(1)", "@group(2)"), &detail].concat()
                 } else {

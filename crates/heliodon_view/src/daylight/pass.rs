@@ -219,6 +219,7 @@ impl<'a> Pipelines<'a> {
         let detailed = stage_view.details.then(|| Detailed {
             alone: stone_of(keys.map(PipelineKey::detailed)),
             near: stage_view.near.map_or([None; STONES], |near| stone_of(near_keys(near).map(PipelineKey::detailed))),
+            patterns: stage_view.patterns,
         });
         let covered = stage_view.covers.then(|| {
             let of = |near: Option<Near>, detailed: bool| {
@@ -262,6 +263,8 @@ struct Canvas<'a> {
 struct Detailed<'a> {
     alone: [Option<&'a RenderPipeline>; STONES],
     near: [Option<&'a RenderPipeline>; STONES],
+    /// Whether those are drawn so that have no photographs' views.
+    patterns: bool,
 }
 
 /// How what wears anything is drawn: not near and near to actors and lamps, each without and with a detail; and its outlines.
@@ -418,7 +421,7 @@ impl Canvas<'_> {
         };
         let detailed = self.pipelines.detailed.as_ref().zip(chunk.detail).and_then(|(detailed, number)| {
             let pipelines = if shaded.is_some() { &detailed.near } else { &detailed.alone };
-            Some((pipelines[subject]?, gpu.details.bind_group(number)?, number))
+            Some((pipelines[subject]?, gpu.details.bind_group(number, detailed.patterns)?, number))
         });
         let worn = self.pipelines.covered.as_ref().map_or(Worn::NOTHING, |covered| covered.covers.part(chunk.part));
         let covered = self.pipelines.covered.as_ref().filter(|_| worn.slot > 0).and_then(|covered| {

@@ -106,6 +106,7 @@ impl Default for StagePipelines {
     fn default() -> Self {
         let uniform = |bytes: usize| uniform_buffer_sized(false, NonZeroU64::new(bytes as u64));
         let image = || texture_2d(TextureSampleType::Float { filterable: true });
+        let images = || texture_2d_array(TextureSampleType::Float { filterable: true });
         Self {
             moment_layout: BindGroupLayoutDescriptor::new(
                 "stone_moment",
@@ -153,7 +154,7 @@ impl Default for StagePipelines {
                 "stone_detail",
                 &BindGroupLayoutEntries::sequential(
                     ShaderStages::FRAGMENT,
-                    (uniform(DETAIL_BYTES), image(), sampler(SamplerBindingType::Filtering)),
+                    (uniform(DETAIL_BYTES), image(), sampler(SamplerBindingType::Filtering), images(), images()),
                 ),
             ),
             texel_relight_layout: BindGroupLayoutDescriptor::new(

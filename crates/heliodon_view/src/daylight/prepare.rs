@@ -191,6 +191,8 @@ pub struct StageView {
     pub near: Option<Near>,
     /// Whether details are shown.
     pub details: bool,
+    /// Whether their patterns are, and not what photographs saw alone.
+    pub patterns: bool,
     /// Whether what is worn can be drawn.
     pub covers: bool,
     /// Pipelines that find out what is seen, for surfaces and for closed bodies.
@@ -470,7 +472,8 @@ pub fn prepare_views(
         stage_view.relight_pipeline = stage_view.codes.map(|format| pipelines.relight(&mut cache, frame.curve, format));
         stage_view.near = actors.shade().map(|_| if lamps.any() && gpu.has_normals() { Near::Lamps } else { Near::Actors });
         // Details take part of their place from normals, which are there once all chunks are.
-        let shows_details = !gpu.details.is_empty() && !frame.without_details;
+        stage_view.patterns = !frame.without_details;
+        let shows_details = gpu.details.shows_any(stage_view.patterns);
         stage_view.details = shows_details && gpu.has_normals();
         for key in keys {
             let near = stage_view.near.map(|near| key.near(near));

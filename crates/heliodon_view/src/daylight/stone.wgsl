@@ -103,8 +103,14 @@ fn fragment(
     var albedo = in.albedo;
 #ifdef TEXTURED
     let texel = textureSample(albedo_texture, albedo_sampler, in.uv);
+    var image = texel.rgb;
+#endif
+#ifdef DETAIL TEXTURED
+    image = viewed(image, in.place.xyz, in.uv);
+#endif
+#ifdef TEXTURED
     // blue where alpha says that nobody saw it
-    albedo = mix(albedo * texel.rgb, vec3<f32>(0.03, 0.12, 0.55), 0.85 * view.sky_weights.z * saturate(2.0 - 2.0 * texel.a));
+    albedo = mix(albedo * image, vec3<f32>(0.03, 0.12, 0.55), 0.85 * view.sky_weights.z * saturate(2.0 - 2.0 * texel.a));
 #endif
 #ifdef COVERED
     let local = cover_local(in.slot, in.place.xyz);

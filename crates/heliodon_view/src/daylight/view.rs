@@ -16,7 +16,7 @@ pub struct ViewUniform {
     pub sun_direction: Vec4,
     /// Exposed radiance of the disc; 1 / its edge's width.
     pub sun_disc: Vec4,
-    /// Weights of the two sky maps, exposure included; 1 where what is guessed is told from what was seen.
+    /// Weights of the two sky maps, exposure included; 1 where what is guessed is told from what was seen; 1 where details are shown.
     pub sky_weights: Vec4,
     /// The eye, and 1; in a parallel projection 0, for everything is as far from it.
     pub eye: Vec4,

@@ -7,7 +7,7 @@ struct View {
     sun_direction: vec4<f32>,
     // rgb: exposed radiance of the disc (0: none), w: 1 / the soft edge's width in chords.
     sun_disc: vec4<f32>,
-    // x, y: weights of the two sky maps, exposure included; z: 1 where what is guessed is told from what was seen.
+    // x, y: weights of the two sky maps, exposure included; z: 1 where what is guessed is told from what was seen; w: 1 where details are shown.
     sky_weights: vec4<f32>,
     // xyz: the eye, w: 1; in parallel projections 0.
     eye: vec4<f32>,

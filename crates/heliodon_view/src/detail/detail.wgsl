@@ -4,7 +4,7 @@
 struct Detail {
     // x: tiles in a metre or in a unit of the texture coordinates; y: strength; z: 1 / the distance up to which it is full; w: the level on which it is flat.
     scale: vec4<f32>,
-    // x: 1 where it goes by the texture coordinates; y: the axis, x 0, y 1, z 2, along which the image's columns run.
+    // x: 1 where it goes by the texture coordinates; y: the axis, x 0, y 1, z 2, along which the image's columns run; z: photographs' views (viewed.wgsl).
     mapping: vec4<u32>,
 }
 
@@ -31,7 +31,7 @@ fn detail_factor(place: vec3<f32>, normal: vec3<f32>, pixel_m: f32, uv: vec2<f32
     let level = log2(max(texels, 1e-6));
     let near = clamp(2.0 - length(place - view.eye.xyz) * view.eye.w * detail.scale.z, 0.0, 1.0);
     let denser = clamp(level - log2(max(base, 1e-6)), 0.0, 1.0);
-    let weight = detail.scale.y * near * denser * clamp(detail.scale.w - level, 0.0, 1.0);
+    let weight = detail.scale.y * view.sky_weights.w * near * denser * clamp(detail.scale.w - level, 0.0, 1.0);
     let at = detail_turned(place);
     let squares = detail_turned(normal * normal);
     let weights = select(max(squares * squares - AXIS_CUT, vec3<f32>(0.0)), vec3<f32>(1.0, 0.0, 0.0), by_uv);

@@ -1,20 +1,27 @@
-//! Details on the GPU: fine patterns that are multiplied onto the albedo of parts near the eye, in the pass that draws them.
+//! Details on the GPU: what is finer, or truer to where somebody stands, than the image of a part. Fine patterns that are multiplied onto the albedo of parts near the eye, and what single photographs saw takes the place of
+//! albedo for whoever stands where they were taken; both in the pass that draws them.
 //!
 //! Each is a group of its own, the last that stone binds: a texture of codes that are numbers (`R8Unorm`, not sRGB) with levels whose mean is
-//! exactly 128, a sampler that repeats it, and 32 bytes of settings. Parts without one are drawn by the pipelines that they always had, and so is
-//! everything while details are switched off, so that they cost nothing then. `heliodon_bundle::detail` says what is shown, and is the
-//! reference that a test compares with.
+//! exactly 128, a sampler that repeats it, 32 bytes of settings, and the colours and directions of photographs' views as layers of two more textures. Parts without one are drawn by the pipelines that they always had, and so is
+//! everything without views while details are switched off, so that they cost nothing then. `heliodon_bundle::detail` and
+//! `heliodon_image::view_layers` say what is shown, and are the references that tests compare with.
+
+mod views;
 
 use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderDevice, RenderQueue};
 use bytemuck::{Pod, Zeroable};
 use heliodon_bundle::detail::flat_level;
 use heliodon_bundle::site::{Along, DetailMapping};
-use heliodon_bundle::{BundleReader, DetailInfo, ReadError};
+use heliodon_bundle::{BundleReader, DetailInfo, ReadError, ViewsInfo};
 use heliodon_image::detail::DetailTexture;
+use heliodon_image::view_layers::ViewLayers;
+use views::{ViewTextures, views_on_gpu};
 
 /// WGSL of what a fragment reads of a detail; it names its bind group `DETAIL_GROUP`.
 pub const DETAIL_WGSL: &str = include_str!("detail.wgsl");
+/// WGSL of photographs' views, for stone with a texture; after [`DETAIL_WGSL`].
+pub const VIEWED_WGSL: &str = include_str!("viewed.wgsl");
 
 /// `Detail` of detail.wgsl.
 #[repr(C)]
@@ -28,7 +35,7 @@ pub struct DetailUniform {
 pub const DETAIL_BYTES: usize = 32;
 const _: () = assert!(size_of::<DetailUniform>() == DETAIL_BYTES);
 
-/// A detail on its way to the GPU.
+/// A detail on its way to the GPU: a pattern, photographs' views, or both.
 #[derive(Clone, Debug)]
 pub struct PreparedDetail {
     uniform: DetailUniform,
@@ -36,12 +43,18 @@ pub struct PreparedDetail {
     side: u32,
     /// Codes of all levels, the finest first, and how many levels.
     levels: (Vec<u8>, u32),
+    views: Option<ViewLayers>,
 }
 
 impl PreparedDetail {
-    /// Makes the levels of a detail.
+    /// Makes the levels of a pattern; without one there are views alone.
     #[must_use]
-    pub fn new(info: &DetailInfo, texture: &DetailTexture) -> Self {
+    pub fn new(pattern: Option<(&DetailInfo, &DetailTexture)>, views: Option<ViewLayers>) -> Self {
+        let layers = views.as_ref().map_or(0, |views| views.layers.len() as u32);
+        let Some((info, texture)) = pattern else {
+            let uniform = DetailUniform { scale: [0.0; 4], mapping: [0, 0, layers, 0] };
+            return Self { uniform, side: 1, levels: (vec![128], 1), views };
+        };
         let flat = flat_level(&texture.mip_levels());
         let by_uv = info.mapping == DetailMapping::Uv;
         let along = match info.along {
@@ -50,21 +63,25 @@ impl PreparedDetail {
             Along::Z => 2,
         };
         let scale = [info.tiles as f32, info.strength as f32, 1.0 / info.near_m as f32, flat];
-        let uniform = DetailUniform { scale, mapping: [u32::from(by_uv), along, 0, 0] };
-        Self { uniform, side: texture.width(), levels: texture.mip_bytes() }
+        let uniform = DetailUniform { scale, mapping: [u32::from(by_uv), along, layers, 0] };
+        Self { uniform, side: texture.width(), levels: texture.mip_bytes(), views }
     }
 
-    /// Bytes of its levels.
+    /// Bytes of its levels and views.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.levels.0.len()
+        let of_layer = |[width, height]: [u32; 2]| 8 * width as usize * height as usize;
+        self.levels.0.len() + self.views.as_ref().map_or(0, |views| views.layers.len() * of_layer(views.size()))
     }
 }
+
+/// What a part has of both kinds.
+type PartDetail = (Option<DetailInfo>, Option<ViewsInfo>);
 
 /// The details of a bundle, and which of them each part has.
 #[derive(Clone, Debug, Default)]
 pub struct PartDetails {
-    infos: Vec<DetailInfo>,
+    infos: Vec<PartDetail>,
     of_parts: Vec<Option<u32>>,
 }
 
@@ -76,18 +93,17 @@ impl PartDetails {
     pub fn read(reader: &BundleReader, mut take: impl FnMut(PreparedDetail) -> bool) -> Result<Self, ReadError> {
         let mut details = Self::default();
         for (part, info) in reader.manifest().parts.iter().enumerate() {
-            let Some(detail) = &info.detail else {
+            let own = (info.detail.clone(), info.views.clone());
+            if own == (None, None) {
                 details.of_parts.push(None);
                 continue;
-            };
-            let known = details.infos.iter().position(|known| known == detail);
+            }
+            let known = details.infos.iter().position(|known| *known == own);
             if known.is_none() {
-                let Some(texture) = reader.read_detail(part)? else {
-                    details.of_parts.push(None);
-                    continue;
-                };
-                details.infos.push(detail.clone());
-                if !take(PreparedDetail::new(detail, &texture)) {
+                let (texture, views) = (reader.read_detail(part)?, reader.read_views(part)?);
+                let prepared = PreparedDetail::new(own.0.as_ref().zip(texture.as_ref()), views);
+                details.infos.push(own);
+                if !take(prepared) {
                     break;
                 }
             }
@@ -96,12 +112,13 @@ impl PartDetails {
         Ok(details)
     }
 
-    /// The number of a part's detail; none for chunks without the texture coordinates that it goes by.
+    /// The number of a part's detail; none for chunks without the texture coordinates that all of it goes by.
     #[must_use]
     pub fn of(&self, part: u16, has_texture: bool) -> Option<u32> {
         let number = (*self.of_parts.get(usize::from(part))?)?;
-        let by_uv = self.infos.get(number as usize)?.mapping == DetailMapping::Uv;
-        (has_texture || !by_uv).then_some(number)
+        let (pattern, _) = self.infos.get(number as usize)?;
+        let without_texture = pattern.as_ref().is_some_and(|pattern| pattern.mapping != DetailMapping::Uv);
+        (has_texture || without_texture).then_some(number)
     }
 }
 
@@ -109,7 +126,8 @@ impl PartDetails {
 #[derive(Debug, Default)]
 pub struct DetailsGpu {
     sampler: Option<Sampler>,
-    groups: Vec<BindGroup>,
+    /// What stone binds, and whether there are views in it.
+    groups: Vec<(BindGroup, bool)>,
 }
 
 impl DetailsGpu {
@@ -155,8 +173,10 @@ impl DetailsGpu {
             })
         });
         let view = texture.create_view(&TextureViewDescriptor::default());
-        let entries = BindGroupEntries::sequential((uniform.as_entire_buffer_binding(), &view, &*sampler));
-        self.groups.push(device.create_bind_group("detail", layout, &entries));
+        let ViewTextures { colors, directions } = views_on_gpu(device, queue, detail.views.as_ref());
+        let entries =
+            BindGroupEntries::sequential((uniform.as_entire_buffer_binding(), &view, &*sampler, &colors, &directions));
+        self.groups.push((device.create_bind_group("detail", layout, &entries), detail.views.is_some()));
     }
 
     /// Whether there is none.
@@ -165,9 +185,16 @@ impl DetailsGpu {
         self.groups.is_empty()
     }
 
-    /// What stone with this detail binds.
+    /// Whether there is one to show: views always, others with their `patterns`.
     #[must_use]
-    pub fn bind_group(&self, number: u32) -> Option<&BindGroup> {
-        self.groups.get(number as usize)
+    pub fn shows_any(&self, patterns: bool) -> bool {
+        self.groups.iter().any(|&(_, has_views)| patterns || has_views)
+    }
+
+    /// What stone with this detail binds, where it is shown.
+    #[must_use]
+    pub fn bind_group(&self, number: u32, patterns: bool) -> Option<&BindGroup> {
+        let (group, has_views) = self.groups.get(number as usize)?;
+        (patterns || *has_views).then_some(group)
     }
 }

@@ -49,7 +49,7 @@ pub(crate) fn view_uniform(
         direction_from_clip,
         sun_direction: frame.sky.sun_direction.extend(outer),
         sun_disc: (frame.sky.disc_radiance * exposure).extend(1.0 / pixel_rad),
-        sky_weights: Vec4::new(a, b, f32::from(u8::from(frame.shows_guessed)), 0.0),
+        sky_weights: Vec4::new(a, b, f32::from(u8::from(frame.shows_guessed)), f32::from(u8::from(!frame.without_details))),
         eye: eye.uniform(),
     }
 }
