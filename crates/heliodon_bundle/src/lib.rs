@@ -43,7 +43,7 @@ mod writer;
 pub use actors::{ACTORS_FOLDER, ActorFile, ActorMeta, LIVING_FOLDER};
 pub use albedo::VertexAlbedo;
 pub use chunk::{LightLayout, LitChunk, VertexLight};
-pub use config::ConfigError;
+pub use config::{ConfigError, line_and_column};
 pub use detail::DetailInfo;
 pub use grid::{AmbientCube, Grid, GridInfo, GridPoints, GridSample};
 pub use lapse_check::check_lapse;

@@ -102,17 +102,6 @@ pub(crate) fn nearest<'k>(found: &str, known: impl IntoIterator<Item = &'k str>)
     best.filter(|_| ties == 0)
 }
 
-/// Line and column of a byte offset, counted from 1; columns count characters.
-pub(crate) fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
-    let mut end = offset.min(text.len());
-    while !text.is_char_boundary(end) {
-        end -= 1;
-    }
-    let before = &text[..end];
-    let line_start = before.rfind('\n').map_or(0, |i| i + 1);
-    (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -132,11 +121,5 @@ mod tests {
         assert_eq!(nearest("CHISEL", known), Some("chisel"));
         assert_eq!(nearest("zeus", known), None);
         assert_eq!(nearest("part3", ["part1", "part2"]), None, "both are as near");
-    }
-
-    #[test]
-    fn places_count_lines_and_characters_from_one() {
-        assert_eq!(line_and_column("a\nbé = 1\n", 6), (2, 4));
-        assert_eq!(line_and_column("", 9), (1, 1));
     }
 }

@@ -13,7 +13,8 @@
 //! ```
 
 use crate::action::Filling;
-use crate::diagnostic::{Diagnostic, Place, Severity, line_and_column, nearest};
+use crate::diagnostic::{Diagnostic, Place, Severity, nearest};
+use heliodon_bundle::line_and_column;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::ops::Range;

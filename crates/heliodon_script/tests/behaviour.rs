@@ -279,7 +279,9 @@ fn a_host_learns_what_is_waited_for() {
     let waits = |stage: &Stage, event: &Event| stage.runtime.waits_for(event);
     assert!(!waits(&stage, &touched("door")), "before the first frame scripts wait for nothing");
     stage.step();
-    for event in [touched("door"), struck("zeus/face", "chisel"), struck("bench", "mallet"), applied("zeus/robe", "gold", "ladle")] {
+    for event in
+        [touched("door"), struck("zeus/face", "chisel"), struck("bench", "mallet"), applied("zeus/robe", "gold", "ladle")]
+    {
         assert!(waits(&stage, &event), "{event:?}");
     }
     for event in [touched("bench"), struck("zeus/hand", "chisel"), applied("zeus/face", "gold", "ladle"), entered("yard")] {

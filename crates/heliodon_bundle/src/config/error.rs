@@ -30,7 +30,8 @@ impl fmt::Display for ConfigError {
 impl std::error::Error for ConfigError {}
 
 /// Line and column of a byte offset, counted from 1; columns count characters.
-pub(super) fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
+#[must_use]
+pub fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
     let mut end = offset.min(text.len());
     while !text.is_char_boundary(end) {
         end -= 1;

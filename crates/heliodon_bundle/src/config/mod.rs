@@ -4,9 +4,8 @@ mod error;
 pub(crate) mod rules;
 pub(crate) mod write;
 
-pub use error::ConfigError;
+pub use error::{ConfigError, line_and_column};
 
-use error::line_and_column;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::{Path, PathBuf};

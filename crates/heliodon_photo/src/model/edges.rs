@@ -3,8 +3,8 @@
 use super::fit::{Witness, fit};
 use super::shape::Names;
 use super::table::{EdgeRow, Kind, ShapeRow};
-use crate::camera::Camera;
 use super::{EdgeResidual, ModelError, NamedPoint};
+use crate::camera::Camera;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 
