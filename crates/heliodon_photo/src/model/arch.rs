@@ -44,6 +44,7 @@ pub(super) fn arch(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Resu
     let mut numbers = vec![middle.x, middle.y, middle.z, 0.0, 0.0, inner_m, outer_m];
     let depth_m = row.depth_m.or(behind.map(|behind| -normal.dot(behind))).unwrap_or(0.0);
     numbers.extend((!back.is_empty()).then_some(depth_m));
+    let sights = sights(row, names)?;
     let mut witnesses: Vec<Witness> = Vec::new();
     for (edge, radius) in [(&inner, 5), (&outer, 6)] {
         for &point in edge {
@@ -54,7 +55,6 @@ pub(super) fn arch(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Resu
     for &point in &back {
         witnesses.push(Witness::On { point, off_m: Box::new(move |numbers, p| at(numbers, p).0 + numbers[7]) });
     }
-    let sights = sights(row, names)?;
     for (sight, marked) in sights.iter().zip(&row.edges) {
         let radius = if marked.of == Some(Rim::Inner) { 5 } else { 6 };
         for along in sight.rays {

@@ -6,7 +6,7 @@ use super::fit::{Witness, fit};
 use super::shape::{Fitted, Measure, Names, rotation, turned_about_up};
 use super::table::{Kind, ShapeRow};
 use super::{ModelError, NamedPoint};
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec3};
 
 /// What corners there are, in halves of its size along x, y and z from its middle.
 struct Form {
@@ -90,6 +90,7 @@ pub(super) fn block(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Res
     let mut numbers = sized(&turned.begun, &form, &corners, &on_faces, points, names)?;
     numbers.extend(if row.upright { [0.0].as_slice() } else { &[0.0; 3] });
     let turned = &turned;
+    let sights = sights(row, names)?;
     let mut witnesses: Vec<Witness> = Vec::new();
     for &(point, sign) in &corners {
         witnesses.push(Witness::At { point, place: Box::new(move |numbers| turned.corner(numbers, sign)) });
@@ -101,7 +102,6 @@ pub(super) fn block(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Res
         };
         witnesses.push(Witness::On { point, off_m: Box::new(off_m) });
     }
-    let sights = sights(row, names)?;
     for (sight, marked) in sights.iter().zip(&row.edges) {
         let [a, b] = marked.between.unwrap_or_default();
         if a == b || a.max(b) >= form.corners.len() {

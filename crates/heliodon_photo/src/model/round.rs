@@ -271,6 +271,7 @@ pub(super) fn revolution(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -
         let n = all.len() as f64;
         numbers.extend([all.iter().map(|p| p.0).sum::<f64>() / n, all.iter().map(|p| p.1).sum::<f64>() / n]);
     }
+    let sights = sights(row, names)?;
     let mut witnesses: Vec<Witness> = Vec::new();
     for (index, ring) in rings.iter().enumerate() {
         let at = 2 + leans + 2 * index;
@@ -281,7 +282,6 @@ pub(super) fn revolution(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -
             witnesses.push(Witness::On { point, off_m: Box::new(radius) });
         }
     }
-    let sights = sights(row, names)?;
     for sight in &sights {
         for along in sight.rays {
             let (origin, focal_px) = (sight.origin, sight.focal_px);
