@@ -2,6 +2,7 @@
 
 mod albedo;
 mod made;
+mod turns;
 
 use crate::App;
 use crate::failure::wrong_arguments;

@@ -75,6 +75,8 @@ pub struct Textured {
     pub seen: f32,
     /// The part of the atlas that triangles cover.
     pub utilisation: f32,
+    /// What reading photographs changed, in words.
+    pub warnings: Vec<String>,
 }
 
 /// The colour where there is nothing to go by: the albedo of what has none.
@@ -86,6 +88,7 @@ pub(super) fn textured(
     layout: &Layout,
     colors: &[Option<Vec3>],
     gains: Vec<PhotoGain>,
+    warnings: Vec<String>,
 ) -> Textured {
     let [width, height] = layout.size;
     let (columns, rows) = (width as usize, height as usize);
@@ -134,7 +137,7 @@ pub(super) fn textured(
     let seen = faces.iter().map(|face| face.area_m2 * face.seen).sum::<f32>() / area.max(f32::MIN_POSITIVE);
     let meshes = parts.iter().enumerate().map(|(index, part)| mesh(part, index, surface, layout, &atlas)).collect();
     let evidence = Evidence { width, height, codes };
-    Textured { meshes, atlas, linear, evidence, gains, faces, seen, utilisation: layout.utilisation }
+    Textured { meshes, atlas, linear, evidence, gains, faces, seen, utilisation: layout.utilisation, warnings }
 }
 
 /// The mean colour that was seen of each part; of all, where nothing was seen of a part.

@@ -5,6 +5,7 @@
 mod common;
 mod scene;
 mod stone;
+mod turns;
 
 use glam::{Vec2, Vec3};
 use heliodon_image::{Picture, SrgbImage, TextureWrap};

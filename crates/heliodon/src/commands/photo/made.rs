@@ -1,10 +1,10 @@
 //! `heliodon photo model` and `texture`: what is made from solved photographs.
 
+use super::turns::turns;
 use crate::App;
 use crate::failure::wrong_arguments;
 use anyhow::{Context, Result};
 use heliodon_bake::report::Reporter;
-use heliodon_image::PictureFile;
 use heliodon_mesh::Mesh;
 use heliodon_mesh::export::write_obj;
 use heliodon_photo::formats::cameras_file::{CAMERAS_FILE_NAME, CamerasFile};
@@ -91,20 +91,14 @@ pub(super) fn run_model(app: &App, args: &ModelArgs) -> Result<()> {
 pub(super) fn run_texture(app: &App, args: &TextureArgs) -> Result<()> {
     let (project, witnesses) = solved(&args.model.project)?;
     let (model, folder) = modelled(&args.model, &project, &witnesses)?;
-    app.progress.stage("reading photographs", 0);
-    let mut warnings = Vec::new();
-    let mut pictures = Vec::new();
-    for file in &witnesses.files {
-        let read = PictureFile::read(&project.folder().join(file))?;
-        warnings.extend(read.warnings);
-        pictures.push(read.picture);
-    }
-    let photographs: Vec<Photograph> = (witnesses.photographs.iter().zip(&pictures))
-        .map(|((name, camera), picture)| Photograph { name, camera: *camera, picture })
+    let files = turns(app, &project, &witnesses.files);
+    let photographs: Vec<Photograph> = (witnesses.photographs.iter().zip(&files))
+        .map(|((name, camera), file)| Photograph { name, camera: *camera, picture: file })
         .collect();
-    app.progress.stage("texturing", 0);
+    app.progress.stage("photographs", photographs.len() as u64);
     let params = TextureParams { most_side: args.side, oversampling: args.oversampling, ..TextureParams::default() };
     let textured = texture(&model.parts, &[], &photographs, &params)?;
+    app.progress.finished();
     let meshes: Vec<&Mesh> = textured.meshes.iter().collect();
     let report = written(&model, &meshes, folder)?;
     let image = &textured.atlas.image;
@@ -115,7 +109,7 @@ pub(super) fn run_texture(app: &App, args: &TextureArgs) -> Result<()> {
         seen: textured.seen,
         utilisation: textured.utilisation,
         gains: textured.gains.iter().map(|gain| (gain.photograph.clone(), gain.gain.to_array())).collect(),
-        warnings,
+        warnings: textured.warnings,
     };
     app.output.result(&MadeReport { texture: Some(told), ..report }, describe)
 }
