@@ -4,7 +4,8 @@
 //!
 //! What the `image` crate does not do for Radiance pictures is done here, in the module `radiance`: XYZE, `EXPOSURE` and `COLORCORR`,
 //! the seven other orientations, files that begin with `#?RGBE`, and writing with run lengths. OpenEXR goes through the `exr`
-//! crate, PNG and JPEG through `image`, TIFF through `tiff`, TGA through a module of its own. [`ktx2`] holds textures of numbers, [`texture`] makes them of pictures.
+//! crate, PNG and JPEG through `image`, TIFF through `tiff`, TGA through a module of its own. [`ktx2`] holds textures of numbers, [`texture`] makes them of pictures,
+//! [`view_layers`] are what several photographs saw of a surface.
 
 mod bc6h;
 mod bc7;
@@ -24,6 +25,7 @@ pub mod texture;
 mod texture_wrap;
 mod tga;
 mod tiff;
+pub mod view_layers;
 
 pub use bc6h::{decode_bc6h, encode_bc6h};
 pub use bc7::{Bc7Quality, decode_bc7, encode_bc7};
