@@ -37,6 +37,14 @@ impl<'a> TexelIndex<'a> {
         let texel = self.at[y as usize * width as usize + x as usize];
         (texel != NOBODY).then_some(texel as usize)
     }
+
+    /// A face's texel in a column and row of the atlas.
+    pub(super) fn of_face(&self, face: u32, x: i64, y: i64) -> Option<u32> {
+        let [width, height] = self.layout.size.map(i64::from);
+        let texel = *self.at.get(usize::try_from(y * width + x).ok()?)?;
+        let own = self.layout.starts[face as usize]..self.layout.starts[face as usize + 1];
+        ((0..width).contains(&x) && (0..height).contains(&y) && own.contains(&(texel as usize))).then_some(texel)
+    }
 }
 
 fn cell(layout: &Layout, [x, y]: [u16; 2]) -> usize {

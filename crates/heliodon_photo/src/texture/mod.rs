@@ -2,7 +2,7 @@
 //!
 //! Every texel of the atlas is a place of the surface. It is looked up in each photograph that sees it: rays tell what stands in the way, and pixels near the
 //! outline of something nearer are left out, for a lens mixes both. What photographs say is made equally bright ([`PhotoGain`]), weighed by how finely and
-//! how squarely they see it, and blended; what none saw is filled plainly and marked as guessed ([`Evidence`]).
+//! how squarely they see it, and blended; what none saw is filled from what is about it on the surface and marked as guessed ([`Evidence`]).
 //!
 //! Photographs are asked for one after the other, each once ([`PictureSource`]): memory holds the pixels of one of them and their coarser levels (4 bytes a pixel
 //! each), and 24 bytes for each texel and photograph that sees it.
@@ -12,9 +12,11 @@ mod blend;
 mod eye;
 mod fill;
 mod gains;
+mod gaps;
 mod layers;
 mod layout;
 mod lit;
+mod membrane;
 mod output;
 mod pyramid;
 mod source;
@@ -338,7 +340,7 @@ impl<'a> Survey<'a> {
         (0..self.surface.faces.len()).into_par_iter().flat_map_iter(of_face).collect()
     }
 
-    /// The textured model, of a linear colour for each texel; those without are filled plainly.
+    /// The textured model, of a linear colour for each texel; gaps take the colours about them, or that of their part where none is.
     ///
     /// # Panics
     /// If there are not as many colours as [`Survey::places`].
