@@ -34,6 +34,12 @@ fn smooth(x: f32) -> f32 {
     x * x * (3.0 - 2.0 * x)
 }
 
+/// Those of a photograph's samples that are of some texels.
+pub(super) fn within(samples: &[Sample], texels: std::ops::Range<usize>) -> &[Sample] {
+    let at = |texel: usize| samples.partition_point(|sample| (sample.texel as usize) < texel);
+    &samples[at(texels.start)..at(texels.end)]
+}
+
 /// A photograph's samples, in the order of texels. What reading it changed is added to `warnings`.
 pub(super) fn layer(
     photograph: &Photograph,

@@ -82,6 +82,12 @@ impl Layout {
         let texels = of_faces.into_iter().flatten().collect();
         Ok(Self { size, texels, starts, per_m, corners, utilisation: packing.utilisation })
     }
+
+    /// Which of the atlas' pixels a texel is, rows from the top.
+    pub fn cell(&self, texel: usize) -> usize {
+        let [x, y] = self.texels[texel].at.map(usize::from);
+        y * self.size[0] as usize + x
+    }
 }
 
 /// The finest that photographs show most of a face, pixels for a metre; none where none shows it.

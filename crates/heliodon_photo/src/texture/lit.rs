@@ -21,9 +21,7 @@ impl<'a> TexelIndex<'a> {
     pub(super) fn new(layout: &'a Layout) -> Self {
         let [width, height] = layout.size;
         let mut at = vec![NOBODY; width as usize * height as usize];
-        for (i, texel) in layout.texels.iter().enumerate() {
-            at[cell(layout, texel.at)] = i as u32;
-        }
+        (0..layout.texels.len()).for_each(|texel| at[layout.cell(texel)] = texel as u32);
         Self { layout, at }
     }
 
@@ -45,10 +43,6 @@ impl<'a> TexelIndex<'a> {
         let own = self.layout.starts[face as usize]..self.layout.starts[face as usize + 1];
         ((0..width).contains(&x) && (0..height).contains(&y) && own.contains(&(texel as usize))).then_some(texel)
     }
-}
-
-fn cell(layout: &Layout, [x, y]: [u16; 2]) -> usize {
-    usize::from(y) * layout.size[0] as usize + usize::from(x)
 }
 
 /// Texels that stand for those about them, for what changes slowly over a surface.

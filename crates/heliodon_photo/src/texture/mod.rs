@@ -21,6 +21,7 @@ mod output;
 mod pyramid;
 mod source;
 mod surface;
+mod views;
 
 pub use around::Around;
 pub use gains::PhotoGain;
@@ -229,7 +230,7 @@ const HALF_RAD: f32 = 0.13;
 pub struct Survey<'a> {
     parts: &'a [Part],
     names: Vec<&'a str>,
-    eyes: Vec<Vec3>,
+    cameras: Vec<Camera>,
     surface: Surface,
     layout: Layout,
     samples: Vec<Vec<Sample>>,
@@ -266,8 +267,7 @@ impl<'a> Survey<'a> {
             samples.push(layers::layer(photograph, &surface, &layout, params, &mut warnings)?);
         }
         let names = photographs.iter().map(|photograph| photograph.name).collect();
-        let eyes = cameras.iter().map(|camera| camera.centre().as_vec3()).collect();
-        Ok(Self { parts, names, eyes, surface, layout, samples, warnings, band_texels: params.band_texels as usize })
+        Ok(Self { parts, names, cameras, surface, layout, samples, warnings, band_texels: params.band_texels as usize })
     }
 
     /// The places that texels show: position in metres, and the unit normal of the surface there.
@@ -316,7 +316,8 @@ impl<'a> Survey<'a> {
         let turned = |(photograph, own): (usize, &Vec<Sample>)| {
             let from = |sample: &Sample| {
                 let place = self.layout.texels[sample.texel as usize].place;
-                let [wanted, is] = [eye, self.eyes[photograph]].map(|eye| unit_or(eye - place, Vec3::ZERO));
+                let [wanted, is] =
+                    [eye, self.cameras[photograph].centre().as_vec3()].map(|eye| unit_or(eye - place, Vec3::ZERO));
                 // the square of the angle, nearly: a photograph counts half as much a twelfth of a right angle away
                 let square = 2.0 * (1.0 - wanted.dot(is)).max(0.0) / (HALF_RAD * HALF_RAD);
                 Sample { weight: sample.weight / (1.0 + square * square * square), ..*sample }
@@ -330,11 +331,7 @@ impl<'a> Survey<'a> {
     fn blend(&self, samples: &[Vec<Sample>]) -> Vec<Option<Vec3>> {
         let of_face = |face: usize| {
             let (begin, end) = (self.layout.starts[face], self.layout.starts[face + 1]);
-            let own = |layer: &'_ Vec<Sample>| {
-                let at = |texel: usize| layer.partition_point(|sample| (sample.texel as usize) < texel);
-                at(begin)..at(end)
-            };
-            let own: Vec<&[Sample]> = samples.iter().map(|layer| &layer[own(layer)]).collect();
+            let own: Vec<&[Sample]> = samples.iter().map(|layer| layers::within(layer, begin..end)).collect();
             blend::blended(&self.layout.texels[begin..end], begin, &own, self.band_texels)
         };
         (0..self.surface.faces.len()).into_par_iter().flat_map_iter(of_face).collect()

@@ -98,8 +98,8 @@ pub(super) fn textured(
     let complete = gaps::filled(parts, surface, layout, colors, &means);
     let mut pixels: Vec<Option<Vec3>> = vec![None; columns * rows];
     let mut codes = vec![OUTSIDE; columns * rows];
-    for ((texel, color), seen) in layout.texels.iter().zip(&complete).zip(colors) {
-        let at = usize::from(texel.at[1]) * columns + usize::from(texel.at[0]);
+    for (texel, (color, seen)) in complete.iter().zip(colors).enumerate() {
+        let at = layout.cell(texel);
         pixels[at] = Some(*color);
         codes[at] = if seen.is_some() { SEEN } else { GUESSED };
     }

@@ -7,6 +7,7 @@ mod gaps;
 mod scene;
 mod stone;
 mod turns;
+mod views;
 
 use glam::{Vec2, Vec3};
 use heliodon_image::{Picture, SrgbImage, TextureWrap};
