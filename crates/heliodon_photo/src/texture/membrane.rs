@@ -1,9 +1,10 @@
 //! A membrane over a graph: what is unknown takes the mean of what it is linked to, by the links' weights, as a soap film that hangs in a frame does.
 //!
-//! Conjugate gradients with a V-cycle before each step. Its coarser graphs come from joining each node with the neighbour that it is linked to most, twice, so
+//! Conjugate gradients with a W-cycle before each step. Its coarser graphs come from joining each node with the neighbour that it is linked to most, twice, so
 //! that four nodes become one (Y. Notay, "An aggregation-based algebraic multigrid method", Electronic Transactions on Numerical Analysis 37, 2010): it
 //! asks for links alone, and is indifferent to charts, seams and holes. What joined nodes say of smooth errors is too small by about half (D. Braess,
-//! "Towards algebraic multigrid for elliptic problems of second order", Computing 55, 1995), hence [`OVERCORRECTION`].
+//! "Towards algebraic multigrid for elliptic problems of second order", Computing 55, 1995), hence [`OVERCORRECTION`]. Seven steps do from 5,000 nodes to
+//! 1,500,000, where V-cycles took 14 to 25.
 
 use glam::{DVec3, Vec3};
 use heliodon_mesh::topology::Buckets;
@@ -36,8 +37,8 @@ struct Level {
 /// A node without links: no other knows anything of it.
 const ALONE: u32 = u32::MAX;
 
-/// How much coarse corrections are drawn out; below 2, where errors would grow.
-const OVERCORRECTION: f32 = 1.8;
+/// How much coarse corrections are drawn out: from 1.4 to 1.8 it takes as many steps, and at 2 errors of joined nodes would not shrink.
+const OVERCORRECTION: f32 = 1.5;
 /// Jacobi steps are shortened to this part, so that they damp what changes from node to node.
 const DAMPING: f32 = 0.7;
 /// So few nodes are solved by smoothing alone.
@@ -46,8 +47,8 @@ const FEW: usize = 64;
 const LAST_SWEEPS: usize = 32;
 /// The rest in the energy's norm at which it is done, as a part of the beginning's: far below a step of 8 bits.
 const DONE: f64 = 1.0e-5;
-/// More steps are not taken; a few dozen do.
-const MOST_STEPS: usize = 200;
+/// More steps are not taken.
+const MOST_STEPS: usize = 100;
 /// Nodes that a task takes together; sums are made in blocks of these, whatever the number of threads.
 const BLOCK: usize = 4096;
 
@@ -142,7 +143,11 @@ fn cycle(levels: &[Level], right: &[Vec3]) -> Vec<Vec3> {
     for (node, joined) in level.joined.iter().enumerate().filter(|(_, joined)| **joined != ALONE) {
         rest[*joined as usize] += right[node] - left[node];
     }
-    let correction = cycle(coarser, &rest);
+    let mut correction = cycle(coarser, &rest);
+    // a second time, of what that left
+    let left = coarser[0].times(&correction);
+    rest.iter_mut().zip(&left).for_each(|(rest, left)| *rest -= *left);
+    add(&mut correction, &cycle(coarser, &rest), Vec3::ONE);
     let corrected = |(value, joined): (&mut Vec3, &u32)| {
         *value += correction.get(*joined as usize).map_or(Vec3::ZERO, |correction| *correction * OVERCORRECTION);
     };
@@ -255,7 +260,7 @@ mod tests {
             let worst = found.iter().enumerate().map(off).fold(0.0, f32::max);
             println!("{width} x {height}: {steps} steps, off by {worst:.6}");
             assert!(worst < 1.0e-3, "{width} x {height}: {worst}");
-            assert!(steps < 60, "{width} x {height}: {steps}");
+            assert!(steps < 16, "{width} x {height}: {steps}");
         }
     }
 
