@@ -2,6 +2,7 @@
 
 mod albedo;
 mod made;
+mod turns;
 
 use crate::App;
 use crate::failure::wrong_arguments;
@@ -22,7 +23,7 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(
     args_conflicts_with_subcommands = true,
-    after_help = "Examples:\n  heliodon photo castle\n  heliodon photo solve castle\n  heliodon photo solve castle/photos.toml --json\n  heliodon photo match castle --colmap /opt/colmap/bin/colmap\n  heliodon photo model castle\n  heliodon photo texture castle -o castle/made --side 8192\n  heliodon photo albedo castle"
+    after_help = "Examples:\n  heliodon photo castle\n  heliodon photo solve castle\n  heliodon photo solve castle/photos.toml --json\n  heliodon photo match castle --colmap /opt/colmap/bin/colmap\n  heliodon photo model castle\n  heliodon photo texture castle -o castle/made --side 8192 --views 4\n  heliodon photo albedo castle"
 )]
 pub struct Args {
     /// Without a verb, the project to open its window for: see `mark`
@@ -43,7 +44,7 @@ enum Verb {
     Match(MatchArgs),
     /// Fits the project's shapes to its points and edges, and writes each part as an OBJ
     Model(made::ModelArgs),
-    /// The same, textured from the photographs: OBJs with texture coordinates, atlas.png, and evidence.png of what was seen
+    /// The same, textured from the photographs: OBJs with texture coordinates, atlas.png, evidence.png of what was seen, and views.json where --views asks for it
     Texture(made::TextureArgs),
     /// Solves for the stone's own colour by the light of each photograph's hour: OBJs, albedo.png, and evidence.png of what is known
     Albedo(albedo::AlbedoArgs),

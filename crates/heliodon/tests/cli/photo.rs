@@ -3,6 +3,7 @@
 use crate::{done, json, run};
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use heliodon_image::SrgbImage;
+use heliodon_image::view_layers::{VIEWS_FILE, ViewLayers};
 use heliodon_photo::camera::{Camera, Intrinsics, Pose};
 use std::ffi::OsStr;
 use std::fmt::Write;
@@ -89,7 +90,9 @@ fn marks_become_cameras_a_model_and_its_texture() {
     let highest =
         obj.lines().filter_map(|line| line.strip_prefix("v ")?.split(' ').nth(1)?.parse::<f64>().ok()).fold(0.0, f64::max);
     assert!((highest - 2.0).abs() < 0.005, "{highest}");
-    let textured = json(&[&"photo", &"texture", &folder, &"--side", &"512", &"-o", &folder.join("textured")]);
+    assert_eq!(run(&[&"photo", &"texture", &folder, &"--views", &"9"]).code, 2);
+    let to = folder.join("textured");
+    let textured = json(&[&"photo", &"texture", &folder, &"--side", &"512", &"--views", &"3", &"-o", &to]);
     let seen = textured["texture"]["seen"].as_f64().unwrap();
     // nobody has looked from the north or from below
     assert!((0.3..0.8).contains(&seen), "{textured}");
@@ -97,7 +100,25 @@ fn marks_become_cameras_a_model_and_its_texture() {
     let like = atlas.pixels.iter().filter(|pixel| pixel.iter().zip(GREY).all(|(a, b)| a.abs_diff(b) <= 2)).count();
     assert!(like * 10 > atlas.pixels.len() * 3, "{like} of {}", atlas.pixels.len());
     assert!(folder.join("textured/evidence.png").exists());
+    let views = ViewLayers::read(&to.join(VIEWS_FILE)).unwrap();
+    assert_eq!((views.layers.len() as u64, views.size()), (3, [atlas.width, atlas.height]));
+    assert_eq!(textured["texture"]["views"].as_u64(), Some(3));
     assert!(fs::read_to_string(folder.join("textured/The-walls.obj")).unwrap().contains("\nvt "));
+}
+
+#[test]
+fn a_photograph_that_went_missing_is_named() {
+    let home = tempfile::tempdir().unwrap();
+    let folder = home.path();
+    project(folder);
+    done(&[&"photo", &"solve", &folder]);
+    fs::remove_file(folder.join("3.png")).unwrap();
+    let told = run(&[&"photo", &"texture", &folder, &"--side", &"128"]);
+    assert!(
+        told.code == 1 && told.err.contains("photograph \"3.png\"") && told.err.contains("3.png: cannot be read"),
+        "{}",
+        told.err
+    );
 }
 
 #[test]

@@ -4,12 +4,14 @@
 
 mod hours;
 mod load;
+mod photo_file;
 mod source;
 mod types;
 mod witness;
 
 pub use hours::{Taken, utc_offset_hours};
 pub use load::{LoadError, Loaded};
+pub use photo_file::PhotoFile;
 pub use source::ProjectError;
 pub use types::*;
 pub use witness::Witnesses;

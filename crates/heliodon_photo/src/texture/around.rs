@@ -1,6 +1,7 @@
 //! Which texels are about a texel on the surface.
 
 use super::layout::Layout;
+use super::lit::TexelIndex;
 
 /// For each texel the numbers of others about it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -22,27 +23,20 @@ impl Around {
     }
 }
 
-const WAYS: [[i32; 2]; 8] = [[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1], [0, 1], [1, 1]];
+const WAYS: [[i64; 2]; 8] = [[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1], [0, 1], [1, 1]];
 
 pub(super) fn around(layout: &Layout, distance_m: f32) -> Around {
-    let [width, height] = layout.size.map(|side| side as i32);
-    const NOBODY: u32 = u32::MAX;
-    let mut at = vec![NOBODY; (width * height) as usize];
-    let cell = |[x, y]: [u16; 2]| usize::from(y) * width as usize + usize::from(x);
-    layout.texels.iter().enumerate().for_each(|(i, texel)| at[cell(texel.at)] = i as u32);
+    let index = TexelIndex::new(layout);
     let mut all = Around { starts: vec![0], texels: Vec::new() };
     for (face, range) in layout.starts.windows(2).enumerate() {
         // one texel at least, or nobody would be about
-        let far = (distance_m * layout.per_m[face]).clamp(1.0, 4096.0).round() as i32;
+        let far = (distance_m * layout.per_m[face]).clamp(1.0, 4096.0).round() as i64;
         let steps = if far > 1 { vec![far, far / 2] } else { vec![1] };
         for texel in &layout.texels[range[0]..range[1]] {
             for step in &steps {
                 for [dx, dy] in WAYS {
-                    let (x, y) = (i32::from(texel.at[0]) + dx * step, i32::from(texel.at[1]) + dy * step);
-                    if (0..width).contains(&x) && (0..height).contains(&y) {
-                        let other = at[(y * width + x) as usize];
-                        all.texels.extend((range[0]..range[1]).contains(&(other as usize)).then_some(other));
-                    }
+                    let [x, y] = texel.at.map(i64::from);
+                    all.texels.extend(index.of_face(face as u32, x + dx * step, y + dy * step));
                 }
             }
             all.starts.push(all.texels.len() as u32);

@@ -1,5 +1,5 @@
-//! Plain colour where nothing was seen: each gap takes the smoothest continuation of what is about it, by pulling colours up a pyramid and pushing them
-//! back down (S. Gortler et al., "The Lumigraph", SIGGRAPH 1996, section 3.6.3).
+//! Colours between charts, where no surface is: what lies about them goes on smoothly, by pulling colours up a pyramid and pushing them back down
+//! (S. Gortler et al., "The Lumigraph", SIGGRAPH 1996, section 3.6.3).
 
 use glam::{Vec3, Vec4};
 

@@ -4,7 +4,8 @@ use super::eye::{Outlines, shown, to_camera};
 use super::layout::Layout;
 use super::pyramid::Pyramid;
 use super::surface::Surface;
-use super::{Photograph, TextureParams};
+use super::{Photograph, TextureError, TextureParams};
+use crate::camera::Camera;
 use glam::{DVec2, Vec3};
 use heliodon_rays::Ray;
 use rayon::prelude::*;
@@ -33,11 +34,41 @@ fn smooth(x: f32) -> f32 {
     x * x * (3.0 - 2.0 * x)
 }
 
-/// A photograph's samples, in the order of texels.
-pub(super) fn layer(photograph: &Photograph, surface: &Surface, layout: &Layout, params: &TextureParams) -> Vec<Sample> {
-    let camera = &photograph.camera;
-    let pyramid = Pyramid::new(photograph.picture);
-    let outlines = Outlines::new(camera, surface);
+/// Those of a photograph's samples that are of some texels.
+pub(super) fn within(samples: &[Sample], texels: std::ops::Range<usize>) -> &[Sample] {
+    let at = |texel: usize| samples.partition_point(|sample| (sample.texel as usize) < texel);
+    &samples[at(texels.start)..at(texels.end)]
+}
+
+/// A photograph's samples, in the order of texels. What reading it changed is added to `warnings`.
+pub(super) fn layer(
+    photograph: &Photograph,
+    surface: &Surface,
+    layout: &Layout,
+    params: &TextureParams,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Sample>, TextureError> {
+    // before the pixels are there: what it takes to find outlines is gone by then
+    let outlines = Outlines::new(&photograph.camera, surface);
+    let mut samples = Ok(Vec::new());
+    let told = photograph.picture.show(&mut |picture| {
+        samples = photograph.check(picture.size()).map(|()| {
+            let pyramid = Pyramid::new(picture);
+            looked_up(&photograph.camera, &pyramid, &outlines, surface, layout, params)
+        });
+    });
+    warnings.extend(told.map_err(|why| photograph.unread(why))?);
+    samples
+}
+
+fn looked_up(
+    camera: &Camera,
+    pyramid: &Pyramid,
+    outlines: &Outlines,
+    surface: &Surface,
+    layout: &Layout,
+    params: &TextureParams,
+) -> Vec<Sample> {
     let offset_m = params.offset_m + surface.scene.start_offset();
     let (centre, least) = (camera.centre(), params.least_cosine());
     let size = DVec2::new(f64::from(camera.intrinsics.width), f64::from(camera.intrinsics.height));

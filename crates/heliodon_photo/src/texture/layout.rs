@@ -2,7 +2,8 @@
 
 use super::eye::{shown, to_camera};
 use super::surface::Surface;
-use super::{Photograph, TextureError, TextureParams};
+use super::{TextureError, TextureParams};
+use crate::camera::Camera;
 use crate::model::Part;
 use glam::{Vec2, Vec3};
 use heliodon_mesh::packing::{FlatChart, PackParams, Packing, pack};
@@ -42,14 +43,9 @@ const PERCENTILE: f32 = 0.9;
 const UNSEEN: f32 = 0.125;
 
 impl Layout {
-    pub fn new(
-        surface: &Surface,
-        parts: &[Part],
-        photographs: &[Photograph],
-        params: &TextureParams,
-    ) -> Result<Self, TextureError> {
+    pub fn new(surface: &Surface, parts: &[Part], cameras: &[Camera], params: &TextureParams) -> Result<Self, TextureError> {
         let finest: Vec<Option<f32>> =
-            surface.faces.par_iter().map(|face| probed(surface, &face.triangles, photographs, params)).collect();
+            surface.faces.par_iter().map(|face| probed(surface, &face.triangles, cameras, params)).collect();
         let seen: Vec<f32> = finest.iter().copied().flatten().collect();
         if seen.is_empty() {
             return Err(TextureError::NothingSeen);
@@ -86,10 +82,16 @@ impl Layout {
         let texels = of_faces.into_iter().flatten().collect();
         Ok(Self { size, texels, starts, per_m, corners, utilisation: packing.utilisation })
     }
+
+    /// Which of the atlas' pixels a texel is, rows from the top.
+    pub fn cell(&self, texel: usize) -> usize {
+        let [x, y] = self.texels[texel].at.map(usize::from);
+        y * self.size[0] as usize + x
+    }
 }
 
 /// The finest that photographs show most of a face, pixels for a metre; none where none shows it.
-fn probed(surface: &Surface, triangles: &[u32], photographs: &[Photograph], params: &TextureParams) -> Option<f32> {
+fn probed(surface: &Surface, triangles: &[u32], cameras: &[Camera], params: &TextureParams) -> Option<f32> {
     let each = (LEAST_PROBES / triangles.len()).clamp(1, LEAST_PROBES);
     let stride = (triangles.len() * each).div_ceil(MOST_PROBES);
     // the golden ratio's multiples spread over a triangle evenly, however many there are
@@ -105,12 +107,12 @@ fn probed(surface: &Surface, triangles: &[u32], photographs: &[Photograph], para
         for k in 0..each {
             let [u, v] = weights(k);
             let place = a + (b - a) * u + (c - a) * v;
-            let finest = photographs.iter().filter_map(|photograph| {
-                let shown = shown(&photograph.camera, place, triangle.normal)?;
+            let finest = cameras.iter().filter_map(|camera| {
+                let shown = shown(camera, place, triangle.normal)?;
                 if shown.cosine < params.least_cosine() {
                     return None;
                 }
-                let ray = to_camera(&photograph.camera, place, triangle.normal, params.offset_m + surface.scene.start_offset());
+                let ray = to_camera(camera, place, triangle.normal, params.offset_m + surface.scene.start_offset());
                 let mut occluded = [0];
                 surface.scene.occluded(&[ray], &mut occluded);
                 (occluded[0] == 0).then_some(shown.px_per_m)

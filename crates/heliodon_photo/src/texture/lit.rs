@@ -21,9 +21,7 @@ impl<'a> TexelIndex<'a> {
     pub(super) fn new(layout: &'a Layout) -> Self {
         let [width, height] = layout.size;
         let mut at = vec![NOBODY; width as usize * height as usize];
-        for (i, texel) in layout.texels.iter().enumerate() {
-            at[cell(layout, texel.at)] = i as u32;
-        }
+        (0..layout.texels.len()).for_each(|texel| at[layout.cell(texel)] = texel as u32);
         Self { layout, at }
     }
 
@@ -37,10 +35,14 @@ impl<'a> TexelIndex<'a> {
         let texel = self.at[y as usize * width as usize + x as usize];
         (texel != NOBODY).then_some(texel as usize)
     }
-}
 
-fn cell(layout: &Layout, [x, y]: [u16; 2]) -> usize {
-    usize::from(y) * layout.size[0] as usize + usize::from(x)
+    /// A face's texel in a column and row of the atlas.
+    pub(super) fn of_face(&self, face: u32, x: i64, y: i64) -> Option<u32> {
+        let [width, height] = self.layout.size.map(i64::from);
+        let texel = *self.at.get(usize::try_from(y * width + x).ok()?)?;
+        let own = self.layout.starts[face as usize]..self.layout.starts[face as usize + 1];
+        ((0..width).contains(&x) && (0..height).contains(&y) && own.contains(&(texel as usize))).then_some(texel)
+    }
 }
 
 /// Texels that stand for those about them, for what changes slowly over a surface.

@@ -2,22 +2,26 @@
 //!
 //! Every texel of the atlas is a place of the surface. It is looked up in each photograph that sees it: rays tell what stands in the way, and pixels near the
 //! outline of something nearer are left out, for a lens mixes both. What photographs say is made equally bright ([`PhotoGain`]), weighed by how finely and
-//! how squarely they see it, and blended; what none saw is filled plainly and marked as guessed ([`Evidence`]).
+//! how squarely they see it, and blended; what none saw is filled from what is about it on the surface and marked as guessed ([`Evidence`]).
 //!
-//! Photographs are looked at one after the other: beside the pictures that are given, memory holds the coarser levels of one of them (4 bytes a pixel), and 24
-//! bytes for each texel and photograph that sees it.
+//! Photographs are asked for one after the other, each once ([`PictureSource`]): memory holds the pixels of one of them and their coarser levels (4 bytes a pixel
+//! each), and 24 bytes for each texel and photograph that sees it.
 
 mod around;
 mod blend;
 mod eye;
 mod fill;
 mod gains;
+mod gaps;
 mod layers;
 mod layout;
 mod lit;
+mod membrane;
 mod output;
 mod pyramid;
+mod source;
 mod surface;
+mod views;
 
 pub use around::Around;
 pub use gains::PhotoGain;
@@ -25,11 +29,12 @@ pub(crate) use gains::gains as compared;
 pub use layers::Sample;
 pub use lit::{Sparse, TexelIndex};
 pub use output::{Evidence, FaceReport, GUESSED, OUTSIDE, SEEN, Textured};
+pub use source::PictureSource;
 
 use crate::camera::Camera;
 use crate::model::Part;
 use glam::Vec3;
-use heliodon_image::Picture;
+use heliodon_image::ImageError;
 use heliodon_math::frame::unit_or;
 use heliodon_mesh::Mesh;
 use heliodon_mesh::packing::PackError;
@@ -39,14 +44,28 @@ use rayon::prelude::*;
 use surface::Surface;
 
 /// A photograph with its camera.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct Photograph<'a> {
     /// What messages call it.
     pub name: &'a str,
     /// Who took it.
     pub camera: Camera,
-    /// Its pixels; of as many as the camera says.
-    pub picture: &'a Picture,
+    /// Its pixels, as many as the camera says: a [`heliodon_image::Picture`], or what reads one.
+    pub picture: &'a dyn PictureSource,
+}
+
+impl Photograph<'_> {
+    fn unread(&self, why: ImageError) -> TextureError {
+        TextureError::Picture { photograph: self.name.into(), why }
+    }
+
+    fn check(&self, pixels: [u32; 2]) -> Result<(), TextureError> {
+        let camera = [self.camera.intrinsics.width, self.camera.intrinsics.height];
+        if pixels == camera && !pixels.contains(&0) {
+            return Ok(());
+        }
+        Err(TextureError::Size { photograph: self.name.into(), pixels, camera })
+    }
 }
 
 /// How textures are made.
@@ -159,6 +178,14 @@ pub enum TextureError {
         /// What is wrong.
         why: String,
     },
+    /// A photograph that cannot be read.
+    #[error("photograph \"{photograph}\": {why}")]
+    Picture {
+        /// The photograph.
+        photograph: String,
+        /// What is wrong with its file.
+        why: ImageError,
+    },
     /// A picture of another size than its camera's.
     #[error("photograph \"{photograph}\" has {} x {} pixels and its camera {} x {}: was it scaled after it was calibrated?", .pixels[0], .pixels[1], .camera[0], .camera[1])]
     Size {
@@ -203,10 +230,11 @@ const HALF_RAD: f32 = 0.13;
 pub struct Survey<'a> {
     parts: &'a [Part],
     names: Vec<&'a str>,
-    eyes: Vec<Vec3>,
+    cameras: Vec<Camera>,
     surface: Surface,
     layout: Layout,
     samples: Vec<Vec<Sample>>,
+    warnings: Vec<String>,
     band_texels: usize,
 }
 
@@ -214,8 +242,8 @@ impl<'a> Survey<'a> {
     /// Looks up every texel in every photograph.
     ///
     /// # Errors
-    /// Settings out of range, a model without triangles or with contradicting arrays, pictures of another size than their cameras, and where no photograph
-    /// sees the model.
+    /// Settings out of range, a model without triangles or with contradicting arrays, pictures that cannot be read or have another size than their cameras, and
+    /// where no photograph sees the model.
     pub fn new(
         parts: &'a [Part],
         occluders: &[&Mesh],
@@ -226,19 +254,20 @@ impl<'a> Survey<'a> {
         if photographs.is_empty() {
             return Err(TextureError::NoPhotographs);
         }
+        // what is of the wrong size is told before the work, where its file says so
         for photograph in photographs {
-            let (pixels, lens) = (photograph.picture.size(), &photograph.camera.intrinsics);
-            let camera = [lens.width, lens.height];
-            if pixels != camera || pixels.contains(&0) {
-                return Err(TextureError::Size { photograph: photograph.name.into(), pixels, camera });
-            }
+            let size = photograph.picture.size().map_err(|why| photograph.unread(why))?;
+            size.map_or(Ok(()), |size| photograph.check(size))?;
         }
         let surface = Surface::new(parts, occluders)?;
-        let layout = Layout::new(&surface, parts, photographs, params)?;
-        let samples = photographs.iter().map(|photograph| layers::layer(photograph, &surface, &layout, params)).collect();
+        let cameras: Vec<Camera> = photographs.iter().map(|photograph| photograph.camera).collect();
+        let layout = Layout::new(&surface, parts, &cameras, params)?;
+        let (mut samples, mut warnings) = (Vec::with_capacity(photographs.len()), Vec::new());
+        for photograph in photographs {
+            samples.push(layers::layer(photograph, &surface, &layout, params, &mut warnings)?);
+        }
         let names = photographs.iter().map(|photograph| photograph.name).collect();
-        let eyes = photographs.iter().map(|photograph| photograph.camera.centre().as_vec3()).collect();
-        Ok(Self { parts, names, eyes, surface, layout, samples, band_texels: params.band_texels as usize })
+        Ok(Self { parts, names, cameras, surface, layout, samples, warnings, band_texels: params.band_texels as usize })
     }
 
     /// The places that texels show: position in metres, and the unit normal of the surface there.
@@ -256,6 +285,12 @@ impl<'a> Survey<'a> {
     #[must_use]
     pub fn names(&self) -> &[&'a str] {
         &self.names
+    }
+
+    /// What reading photographs changed, in words.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Makes photographs equally bright and white where they show the same, and tells how they differed.
@@ -281,7 +316,8 @@ impl<'a> Survey<'a> {
         let turned = |(photograph, own): (usize, &Vec<Sample>)| {
             let from = |sample: &Sample| {
                 let place = self.layout.texels[sample.texel as usize].place;
-                let [wanted, is] = [eye, self.eyes[photograph]].map(|eye| unit_or(eye - place, Vec3::ZERO));
+                let [wanted, is] =
+                    [eye, self.cameras[photograph].centre().as_vec3()].map(|eye| unit_or(eye - place, Vec3::ZERO));
                 // the square of the angle, nearly: a photograph counts half as much a twelfth of a right angle away
                 let square = 2.0 * (1.0 - wanted.dot(is)).max(0.0) / (HALF_RAD * HALF_RAD);
                 Sample { weight: sample.weight / (1.0 + square * square * square), ..*sample }
@@ -295,24 +331,20 @@ impl<'a> Survey<'a> {
     fn blend(&self, samples: &[Vec<Sample>]) -> Vec<Option<Vec3>> {
         let of_face = |face: usize| {
             let (begin, end) = (self.layout.starts[face], self.layout.starts[face + 1]);
-            let own = |layer: &'_ Vec<Sample>| {
-                let at = |texel: usize| layer.partition_point(|sample| (sample.texel as usize) < texel);
-                at(begin)..at(end)
-            };
-            let own: Vec<&[Sample]> = samples.iter().map(|layer| &layer[own(layer)]).collect();
+            let own: Vec<&[Sample]> = samples.iter().map(|layer| layers::within(layer, begin..end)).collect();
             blend::blended(&self.layout.texels[begin..end], begin, &own, self.band_texels)
         };
         (0..self.surface.faces.len()).into_par_iter().flat_map_iter(of_face).collect()
     }
 
-    /// The textured model, of a linear colour for each texel; those without are filled plainly.
+    /// The textured model, of a linear colour for each texel; gaps take the colours about them, or that of their part where none is.
     ///
     /// # Panics
     /// If there are not as many colours as [`Survey::places`].
     #[must_use]
     pub fn painted(&self, colors: &[Option<Vec3>], gains: Vec<PhotoGain>) -> Textured {
         assert_eq!(colors.len(), self.layout.texels.len(), "one colour for each texel");
-        output::textured(self.parts, &self.surface, &self.layout, colors, gains)
+        output::textured(self.parts, &self.surface, &self.layout, colors, gains, self.warnings.clone())
     }
 
     /// For each texel others of its face about it: eight at a distance, metres, and eight at half of it, where it has that many.

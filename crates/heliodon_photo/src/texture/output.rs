@@ -2,6 +2,7 @@
 
 use super::fill::filled;
 use super::gains::PhotoGain;
+use super::gaps;
 use super::layout::Layout;
 use super::surface::{Face, Surface};
 use crate::model::Part;
@@ -75,6 +76,8 @@ pub struct Textured {
     pub seen: f32,
     /// The part of the atlas that triangles cover.
     pub utilisation: f32,
+    /// What reading photographs changed, in words.
+    pub warnings: Vec<String>,
 }
 
 /// The colour where there is nothing to go by: the albedo of what has none.
@@ -86,37 +89,18 @@ pub(super) fn textured(
     layout: &Layout,
     colors: &[Option<Vec3>],
     gains: Vec<PhotoGain>,
+    warnings: Vec<String>,
 ) -> Textured {
     let [width, height] = layout.size;
     let (columns, rows) = (width as usize, height as usize);
     let range = |face: usize| layout.starts[face]..layout.starts[face + 1];
     let means = means(parts.len(), &surface.faces, |face| &colors[range(face)]);
-    let of_face = |face: usize| {
-        let own = &colors[range(face)];
-        let texels = &layout.texels[range(face)];
-        let mut own: Vec<Option<Vec3>> = own.to_vec();
-        if own.iter().all(Option::is_none) {
-            own.fill(Some(means[surface.faces[face].part]));
-        } else if own.iter().any(Option::is_none) {
-            let fold = |(low, high): ([u16; 2], [u16; 2]), at: [u16; 2]| {
-                ([low[0].min(at[0]), low[1].min(at[1])], [high[0].max(at[0]), high[1].max(at[1])])
-            };
-            let (low, high) = texels.iter().map(|texel| texel.at).fold(([u16::MAX; 2], [0; 2]), fold);
-            let (width, height) = (usize::from(high[0] - low[0]) + 1, usize::from(high[1] - low[1]) + 1);
-            let cell = |at: [u16; 2]| usize::from(at[1] - low[1]) * width + usize::from(at[0] - low[0]);
-            let mut pixels = vec![None; width * height];
-            texels.iter().zip(&own).for_each(|(texel, color)| pixels[cell(texel.at)] = *color);
-            filled(&mut pixels, width, height);
-            own = texels.iter().map(|texel| pixels[cell(texel.at)]).collect();
-        }
-        own
-    };
-    let complete: Vec<Option<Vec3>> = (0..surface.faces.len()).into_par_iter().flat_map_iter(of_face).collect();
+    let complete = gaps::filled(parts, surface, layout, colors, &means);
     let mut pixels: Vec<Option<Vec3>> = vec![None; columns * rows];
     let mut codes = vec![OUTSIDE; columns * rows];
-    for ((texel, color), seen) in layout.texels.iter().zip(&complete).zip(colors) {
-        let at = usize::from(texel.at[1]) * columns + usize::from(texel.at[0]);
-        pixels[at] = *color;
+    for (texel, (color, seen)) in complete.iter().zip(colors).enumerate() {
+        let at = layout.cell(texel);
+        pixels[at] = Some(*color);
         codes[at] = if seen.is_some() { SEEN } else { GUESSED };
     }
     // between charts too, so that coarse mip levels find no foreign colour
@@ -134,7 +118,7 @@ pub(super) fn textured(
     let seen = faces.iter().map(|face| face.area_m2 * face.seen).sum::<f32>() / area.max(f32::MIN_POSITIVE);
     let meshes = parts.iter().enumerate().map(|(index, part)| mesh(part, index, surface, layout, &atlas)).collect();
     let evidence = Evidence { width, height, codes };
-    Textured { meshes, atlas, linear, evidence, gains, faces, seen, utilisation: layout.utilisation }
+    Textured { meshes, atlas, linear, evidence, gains, faces, seen, utilisation: layout.utilisation, warnings }
 }
 
 /// The mean colour that was seen of each part; of all, where nothing was seen of a part.

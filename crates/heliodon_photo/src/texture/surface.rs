@@ -33,7 +33,7 @@ pub(super) struct Surface {
     pub triangles: Vec<Triangle>,
     pub faces: Vec<Face>,
     /// The face of each triangle.
-    face_of: Vec<u32>,
+    pub face_of: Vec<u32>,
     /// Where each part's triangles begin.
     pub starts: Vec<u32>,
     /// Of what stands in the way, whose triangles come after the parts'.

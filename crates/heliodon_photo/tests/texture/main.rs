@@ -3,8 +3,11 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod gaps;
 mod scene;
 mod stone;
+mod turns;
+mod views;
 
 use glam::{Vec2, Vec3};
 use heliodon_image::{Picture, SrgbImage, TextureWrap};

@@ -1,12 +1,12 @@
 //! `heliodon photo albedo`: the stone's own colour.
 
 use super::made::{self, MadeReport, ModelArgs};
+use super::turns::turns;
 use crate::App;
 use crate::failure::wrong_arguments;
 use anyhow::Result;
 use heliodon_bake::photo::{HourLightParams, HourLights, ProjectLight, known_albedo, surroundings};
 use heliodon_bake::report::Reporter;
-use heliodon_image::PictureFile;
 use heliodon_mesh::Mesh;
 use heliodon_photo::albedo::{Albedo, AlbedoParams, solve};
 use heliodon_photo::camera::Camera;
@@ -82,24 +82,24 @@ pub(super) fn run(app: &App, args: &AlbedoArgs) -> Result<()> {
     app.progress.stage("skies", 0);
     let light = ProjectLight::of(&project, &names)?;
     let mut warnings = light.notes.clone();
-    app.progress.stage("reading photographs", 0);
-    let (mut used, mut hour_of, mut pictures): (Vec<(String, Camera)>, Vec<usize>, Vec<_>) = Default::default();
+    let (mut used, mut hour_of, mut files): (Vec<(String, Camera)>, Vec<usize>, Vec<String>) = Default::default();
     for ((photograph, file), hour) in witnesses.photographs.iter().zip(&witnesses.files).zip(&light.hour_of) {
         let Some(hour) = hour else { continue };
-        let read = PictureFile::read(&project.folder().join(file))?;
-        warnings.extend(read.warnings);
         used.push(photograph.clone());
         hour_of.push(*hour);
-        pictures.push(read.picture);
+        files.push(file.clone());
     }
+    let files = turns(app, &project, &files);
     let photographs: Vec<Photograph> =
-        (used.iter().zip(&pictures)).map(|((name, camera), picture)| Photograph { name, camera: *camera, picture }).collect();
+        (used.iter().zip(&files)).map(|((name, camera), file)| Photograph { name, camera: *camera, picture: file }).collect();
     let around = surroundings(&project)?;
     let occluders: Vec<&Mesh> = around.iter().collect();
-    app.progress.stage("looking texels up", 0);
+    app.progress.stage("photographs", photographs.len() as u64);
     let most_per_m = args.per_m.unwrap_or(f32::INFINITY);
     let params = TextureParams { most_side: args.side, most_per_m, ..TextureParams::default() };
     let survey = Survey::new(&model.parts, &occluders, &photographs, &params)?;
+    app.progress.finished();
+    warnings.extend_from_slice(survey.warnings());
     let (known, notes) = known_albedo(&project, &survey, &used);
     warnings.extend(notes);
     let lights = HourLights::new(

@@ -1,16 +1,17 @@
 //! `heliodon photo model` and `texture`: what is made from solved photographs.
 
+use super::turns::turns;
 use crate::App;
 use crate::failure::wrong_arguments;
 use anyhow::{Context, Result};
 use heliodon_bake::report::Reporter;
-use heliodon_image::PictureFile;
+use heliodon_image::view_layers::{MOST_LAYERS, VIEWS_FILE};
 use heliodon_mesh::Mesh;
 use heliodon_mesh::export::write_obj;
 use heliodon_photo::formats::cameras_file::{CAMERAS_FILE_NAME, CamerasFile};
 use heliodon_photo::model::{Model, ShapeReport, build};
 use heliodon_photo::project::{Project, Witnesses};
-use heliodon_photo::texture::{Photograph, TextureParams, texture};
+use heliodon_photo::texture::{Photograph, Survey, TextureParams};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -37,6 +38,9 @@ pub(super) struct TextureArgs {
     /// Texels for a pixel of the photograph that shows a face most finely
     #[arg(long, value_name = "X", default_value_t = TextureParams::default().oversampling)]
     oversampling: f32,
+    /// Also write views.json, layers of what so many photographs saw of each face (1 to 8), for colours that depend on where one stands
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=MOST_LAYERS as i64))]
+    views: Option<u8>,
 }
 
 /// What `model` and `texture` have to say.
@@ -77,6 +81,8 @@ struct TextureTold {
     utilisation: f32,
     /// How much brighter each photograph is than the mean, for red, green and blue.
     gains: Vec<(String, [f32; 3])>,
+    /// Layers of what single photographs saw.
+    views: usize,
     warnings: Vec<String>,
 }
 
@@ -91,31 +97,36 @@ pub(super) fn run_model(app: &App, args: &ModelArgs) -> Result<()> {
 pub(super) fn run_texture(app: &App, args: &TextureArgs) -> Result<()> {
     let (project, witnesses) = solved(&args.model.project)?;
     let (model, folder) = modelled(&args.model, &project, &witnesses)?;
-    app.progress.stage("reading photographs", 0);
-    let mut warnings = Vec::new();
-    let mut pictures = Vec::new();
-    for file in &witnesses.files {
-        let read = PictureFile::read(&project.folder().join(file))?;
-        warnings.extend(read.warnings);
-        pictures.push(read.picture);
-    }
-    let photographs: Vec<Photograph> = (witnesses.photographs.iter().zip(&pictures))
-        .map(|((name, camera), picture)| Photograph { name, camera: *camera, picture })
+    let files = turns(app, &project, &witnesses.files);
+    let photographs: Vec<Photograph> = (witnesses.photographs.iter().zip(&files))
+        .map(|((name, camera), file)| Photograph { name, camera: *camera, picture: file })
         .collect();
-    app.progress.stage("texturing", 0);
+    app.progress.stage("photographs", photographs.len() as u64);
     let params = TextureParams { most_side: args.side, oversampling: args.oversampling, ..TextureParams::default() };
-    let textured = texture(&model.parts, &[], &photographs, &params)?;
+    let mut survey = Survey::new(&model.parts, &[], &photographs, &params)?;
+    app.progress.finished();
+    app.progress.stage("blending", 0);
+    let gains = survey.equalize();
+    let textured = survey.painted(&survey.blended(), gains);
     let meshes: Vec<&Mesh> = textured.meshes.iter().collect();
     let report = written(&model, &meshes, folder)?;
     let image = &textured.atlas.image;
     image.write_png(report.folder.join("atlas.png"))?;
     textured.evidence.image().write_png(report.folder.join("evidence.png"))?;
+    let mut views = 0;
+    if let Some(most) = args.views {
+        let layers = survey.view_layers(most.into());
+        layers.write(&report.folder)?;
+        views = layers.layers.len();
+    }
+    app.progress.finished();
     let told = TextureTold {
         size: [image.width, image.height],
         seen: textured.seen,
         utilisation: textured.utilisation,
         gains: textured.gains.iter().map(|gain| (gain.photograph.clone(), gain.gain.to_array())).collect(),
-        warnings,
+        views,
+        warnings: textured.warnings,
     };
     app.output.result(&MadeReport { texture: Some(told), ..report }, describe)
 }
@@ -202,6 +213,9 @@ fn describe(report: &MadeReport) -> String {
         let [width, height] = texture.size;
         text += &format!("atlas.png: {width} x {height}, {:.0} % used\n", 100.0 * texture.utilisation);
         text += &format!("evidence.png: a photograph saw {:.0} % of the surface, the rest is guessed\n", 100.0 * texture.seen);
+        if texture.views > 0 {
+            text += &format!("{VIEWS_FILE}: {} layers of what single photographs saw\n", texture.views);
+        }
         for (photo, gain) in &texture.gains {
             let stops: Vec<String> = gain.iter().map(|gain| format!("{:+.2}", gain.log2())).collect();
             text += &format!("  {photo}: {} stops (red, green, blue)\n", stops.join(" "));
