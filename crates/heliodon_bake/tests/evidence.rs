@@ -37,7 +37,8 @@ fn left_quarter_guessed() -> SrgbImage {
 
 #[test]
 fn it_is_the_alpha_of_the_image_and_the_manifest_tells_the_share() {
-    for more in ["", "[prepare]\nedge_px = 200.0\n[[room]]\nname = \"above\"\nmin = [-1.0, 1.0, -1.0]\nmax = [1.0, 2.0, 1.0]\n"] {
+    for more in ["", "[prepare]\nedge_px = 200.0\n[[room]]\nname = \"above\"\nmin = [-1.0, 1.0, -1.0]\nmax = [1.0, 2.0, 1.0]\n"]
+    {
         let folder = tempfile::tempdir().unwrap();
         let bundle = baked(folder.path(), &left_quarter_guessed(), more).unwrap();
         let seen = bundle.manifest().parts[0].evidence.unwrap().seen;

@@ -27,6 +27,7 @@ mod uniform;
 mod voice;
 
 pub use lead::Leader;
+pub(crate) use render::FilmsGpu;
 #[cfg(test)]
 pub(crate) use render::{FilmKey, Step};
 #[cfg(test)]

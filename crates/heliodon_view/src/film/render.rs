@@ -99,6 +99,14 @@ pub struct FilmsGpu {
     cameras: HashMap<Entity, CameraGpu>,
 }
 
+impl FilmsGpu {
+    /// Whether a camera sees any of it in this frame.
+    #[must_use]
+    pub fn has_any(&self, camera: Entity) -> bool {
+        self.cameras.contains_key(&camera)
+    }
+}
+
 struct Layouts {
     camera: CameraLayouts,
     films: BindGroupLayoutDescriptor,

@@ -5,17 +5,23 @@ use super::{Head, IMPOSTOR_WGSL, ImpostorsFrame, Kind};
 use crate::covering::MARK;
 use crate::daylight::pipelines::{StagePipelines, resolved};
 use crate::daylight::prepare::StageGpu;
+use crate::film::FilmsGpu;
 use crate::over_stone::{
     BOX_CORNERS, BoundCamera, CAMERA_WGSL, CameraLayouts, DrawnView, Grown, QUAD_CORNERS, Seen, SeenCamera, begin, begin_solid,
 };
+use crate::particles::render::AirGpu;
 use crate::stage::frame::StageFrame;
 use crate::tonemap::DisplayKey;
+use bevy::core_pipeline::core_3d::Transparent3d;
+use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
+use bevy::render::render_phase::ViewSortedRenderPhases;
 use bevy::render::render_resource::binding_types::{
     sampler, storage_buffer_read_only_sized, texture_2d_array, uniform_buffer_sized,
 };
 use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery};
+use bevy::render::view::ExtractedView;
 use heliodon_image::decode_bc7;
 use std::collections::HashMap;
 use std::num::NonZeroU64;
@@ -286,10 +292,34 @@ fn upload((device, queue): (&RenderDevice, &RenderQueue), layout: &BindGroupLayo
     device.create_bind_group("impostor_kind", layout, &entries)
 }
 
-/// Draws what the current camera sees of them.
-pub fn draw(view: ViewQuery<DrawnView>, gpu: Res<ImpostorsGpu>, cache: Res<PipelineCache>, mut context: RenderContext) {
+/// What is drawn after people and asks for depth: films, the air, and whatever else is transparent.
+#[derive(SystemParam)]
+pub struct DrawnLater<'w> {
+    films: Option<Res<'w, FilmsGpu>>,
+    air: Option<Res<'w, AirGpu>>,
+    transparent: Option<Res<'w, ViewSortedRenderPhases<Transparent3d>>>,
+}
+
+impl DrawnLater<'_> {
+    /// Whether a camera sees any of it.
+    fn is_there(&self, entity: Entity, view: &ExtractedView) -> bool {
+        let transparent = || self.transparent.as_ref()?.get(&view.retained_view_entity).map(|phase| !phase.items.is_empty());
+        self.films.as_ref().is_some_and(|films| films.has_any(entity))
+            || self.air.as_ref().is_some_and(|air| air.has_any(entity))
+            || transparent().unwrap_or(false)
+    }
+}
+
+/// Draws what the current camera sees of them; into its depth too, where that is asked for later: on software Vulkan that costs as much as a tenth of the frame.
+pub fn draw(
+    view: ViewQuery<(DrawnView, &ExtractedView)>,
+    gpu: Res<ImpostorsGpu>,
+    later: DrawnLater,
+    cache: Res<PipelineCache>,
+    mut context: RenderContext,
+) {
     let entity = view.entity();
-    let seen = view.into_inner();
+    let (seen, extracted) = view.into_inner();
     let Some(own) = gpu.cameras.get(&entity) else { return };
     let [Some(shadows), Some(people), Some(solids)] = own.pipelines.map(|id| cache.get_render_pipeline(id)) else { return };
     let Some(head) = gpu.heads.get(own.head) else { return };
@@ -310,6 +340,9 @@ pub fn draw(view: ViewQuery<DrawnView>, gpu: Res<ImpostorsGpu>, cache: Res<Pipel
             all(&mut pass, shadows, BOX_CORNERS);
         }
         all(&mut pass, people, QUAD_CORNERS);
+    }
+    if !later.is_there(entity, extracted) {
+        return;
     }
     let mut pass = begin_solid(&mut context, "impostor_solids", (camera, depth, resolution));
     pass.set_bind_group(0, &*own.bound.solid, &[]);

@@ -101,6 +101,14 @@ pub struct AirGpu {
     sampler: Option<Sampler>,
 }
 
+impl AirGpu {
+    /// Whether a camera sees any of it in this frame.
+    #[must_use]
+    pub fn has_any(&self, camera: Entity) -> bool {
+        self.cameras.get(&camera).is_some_and(|own| own.drawn.is_some())
+    }
+}
+
 struct Layouts {
     /// A camera of a target with one sample a pixel, and with several.
     camera: [BindGroupLayoutDescriptor; 2],
