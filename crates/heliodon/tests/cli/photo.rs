@@ -104,6 +104,13 @@ fn marks_become_cameras_a_model_and_its_texture() {
     assert_eq!((views.layers.len() as u64, views.size()), (3, [atlas.width, atlas.height]));
     assert_eq!(textured["texture"]["views"].as_u64(), Some(3));
     assert!(fs::read_to_string(folder.join("textured/The-walls.obj")).unwrap().contains("\nvt "));
+    // the mesh of a part that is no more goes; what somebody else put there stays
+    fs::write(folder.join("made/mine.obj"), "v 0 0 0\n").unwrap();
+    let toml = fs::read_to_string(folder.join("photos.toml")).unwrap();
+    fs::write(folder.join("photos.toml"), toml.replace("\"The walls\"", "\"Walls\"")).unwrap();
+    done(&[&"photo", &"model", &folder]);
+    let there = ["The-walls.obj", "Walls.obj", "mine.obj"].map(|name| folder.join("made").join(name).exists());
+    assert_eq!(there, [false, true, true]);
 }
 
 #[test]

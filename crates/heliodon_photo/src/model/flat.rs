@@ -64,7 +64,7 @@ pub(super) fn polygon(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> R
         return Err(names.refused("could not be cut into triangles: do its sides cross?".into()));
     }
     let to_eyes = toward_cameras(ring.middle, ring.points.iter().map(|&i| &points[i]), names.photographs);
-    if ring.normal.dot(to_eyes) < 0.0 {
+    if !row.as_listed && ring.normal.dot(to_eyes) < 0.0 {
         body.flip();
     }
     Ok(Fitted { edges: residuals(row, names, points)?, ..ring.fitted(body, names, points) })

@@ -189,7 +189,7 @@ const MOST_SIDES: u32 = 1024;
 /// Settings that the kind knows nothing of are mistakes, and so are those out of range.
 fn check(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Result<(), ModelError> {
     use Kind::{Arch, Box, Column, Cylinder, Extrusion, Gable, Polygon, Revolution};
-    let known: [(&str, bool, &[Kind]); 14] = [
+    let known: [(&str, bool, &[Kind]); 15] = [
         ("points", !row.points.is_empty(), &[Polygon, Box, Gable, Cylinder, Column, Extrusion]),
         ("on", !row.on.is_empty(), &[Box, Gable]),
         ("bottom", !row.bottom.is_empty(), &[Cylinder, Column]),
@@ -203,6 +203,7 @@ fn check(row: &ShapeRow, names: &Names, points: &[NamedPoint]) -> Result<(), Mod
         ("depth_m", row.depth_m.is_some(), &[Arch]),
         ("upright", row.upright, &[Box, Gable, Cylinder, Column, Revolution]),
         ("flatten", row.flatten, &[Polygon]),
+        ("as_listed", row.as_listed, &[Polygon]),
         ("entasis", row.entasis, &[Column]),
     ];
     if let Some((setting, ..)) = known.iter().find(|(_, is_set, kinds)| *is_set && !kinds.contains(&row.kind)) {

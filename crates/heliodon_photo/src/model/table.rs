@@ -93,6 +93,10 @@ pub struct ShapeRow {
     /// Whether a polygon is laid onto its best plane; its vertices then are no longer the named points.
     #[serde(default, skip_serializing_if = "is_no")]
     pub flatten: bool,
+    /// Whether a polygon's front is where its points run counter-clockwise. Without, it is where the photographs are that show them: not so of a roof that all
+    /// of them saw from below.
+    #[serde(default, skip_serializing_if = "is_no")]
+    pub as_listed: bool,
     /// Whether a column's shaft swells.
     #[serde(default, skip_serializing_if = "is_no")]
     pub entasis: bool,

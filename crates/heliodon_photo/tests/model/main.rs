@@ -414,6 +414,12 @@ fn a_bent_polygon_is_told_and_faces_its_photographs() {
     assert!(notes.contains("is not flat") && notes.contains(" m off"), "{notes}");
     let [a, b, c] = model.parts[0].mesh.corners(0).map(|p| p.as_dvec3());
     assert!((b - a).cross(c - a).dot(yard.photographs[1].1.centre() - a) > 0.0);
+    for (order, toward) in [("\"a\", \"b\", \"c\", \"d\"", -1.0), ("\"d\", \"c\", \"b\", \"a\"", 1.0)] {
+        let listed =
+            yard.build(&format!("[[shape]]\nname = \"wall\"\nkind = \"polygon\"\npoints = [{order}]\nas_listed = true"));
+        let [a, b, c] = listed.parts[0].mesh.corners(0).map(|p| p.as_dvec3());
+        assert!((b - a).cross(c - a).z * toward > 0.0, "its front is as its points run, whoever saw it");
+    }
     let flat =
         yard.build("[[shape]]\nname = \"wall\"\nkind = \"polygon\"\npoints = [\"a\", \"b\", \"c\", \"d\"]\nflatten = true");
     let positions: Vec<DVec3> = flat.parts[0].mesh.positions.iter().map(|p| p.as_dvec3()).collect();

@@ -1,7 +1,7 @@
 //! Where an eye is, and where it looks.
 
 use bevy::prelude::Transform;
-use glam::{EulerRot, Quat, Vec3};
+use glam::{DVec3, EulerRot, Quat, Vec3};
 use heliodon_bundle::Manifest;
 use heliodon_bundle::site::Room;
 use heliodon_math::frame::unit_or;
@@ -44,15 +44,16 @@ impl Pose {
         Transform { translation: self.eye, rotation: self.rotation(), ..Default::default() }
     }
 
-    /// Where a visitor begins: in the middle of the first room, looking at what it looks at; without a room, outside,
-    /// at a distance from which everything is in view.
+    /// Where a visitor begins: in the middle of the first room, looking at what it looks at; without a room, at the first view that has a name; without
+    /// either, outside, at a distance from which everything is in view.
     #[must_use]
     pub fn home(manifest: &Manifest) -> Self {
         let (low, high) = (Vec3::from(manifest.bounds.min), Vec3::from(manifest.bounds.max));
         let middle = (low + high) * 0.5;
-        match manifest.rooms.first() {
-            Some(room) => Self::in_room(manifest, room),
-            None => {
+        match (manifest.rooms.first(), manifest.living.views.first()) {
+            (Some(room), _) => Self::in_room(manifest, room),
+            (None, Some(view)) => Self::looking(DVec3::from(view.place).as_vec3(), DVec3::from(view.look_at).as_vec3()),
+            (None, None) => {
                 let radius = ((high - low).length() * 0.5).max(0.1);
                 let half_fov = (fov_deg(manifest) * 0.5).to_radians();
                 Self::looking(middle + Vec3::new(0.5, 0.35, 0.79) * (radius / libm::sinf(half_fov)), middle)

@@ -154,6 +154,23 @@ pub(super) fn modelled(args: &ModelArgs, project: &Project, witnesses: &Witnesse
     Ok((model, args.output.clone().unwrap_or_else(|| project.folder().join("made"))))
 }
 
+/// Lists the meshes that were written into a folder, so that those of parts that are no more can go.
+const PARTS_FILE: &str = ".parts";
+
+/// Takes away meshes that were written into a folder before and were not now.
+fn remove_old(folder: &Path, parts: &[PartTold]) -> Result<()> {
+    let list = folder.join(PARTS_FILE);
+    let before = std::fs::read_to_string(&list).unwrap_or_default();
+    for name in before.lines().filter(|name| parts.iter().all(|part| part.file != **name) && !name.contains(['/', '\\'])) {
+        let old = folder.join(name);
+        if name.ends_with(".obj") && old.is_file() {
+            std::fs::remove_file(&old).with_context(|| format!("cannot remove {}, whose part is no more", old.display()))?;
+        }
+    }
+    let names: String = parts.iter().map(|part| format!("{}\n", part.file)).collect();
+    std::fs::write(&list, names).with_context(|| format!("cannot write {}", list.display()))
+}
+
 /// Writes the parts' meshes.
 pub(super) fn written(model: &Model, meshes: &[&Mesh], folder: PathBuf) -> Result<MadeReport> {
     std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
@@ -172,6 +189,7 @@ pub(super) fn written(model: &Model, meshes: &[&Mesh], folder: PathBuf) -> Resul
             watertight_asked: part.watertight,
         });
     }
+    remove_old(&folder, &parts)?;
     let refused = model.refused.iter().map(ToString::to_string).collect();
     Ok(MadeReport { shapes: model.shapes.iter().map(told).collect(), refused, parts, texture: None, folder })
 }
@@ -189,11 +207,16 @@ fn told(shape: &ShapeReport) -> ShapeTold {
     }
 }
 
+/// A standard deviation after its number; of what nothing tells it, nothing.
+fn spread(sigma: f64) -> String {
+    if sigma.is_finite() { format!(" +- {sigma:.3}") } else { String::new() }
+}
+
 fn describe(report: &MadeReport) -> String {
     let mut text = String::new();
     for shape in &report.shapes {
         let sizes: Vec<String> =
-            shape.measures.iter().map(|(name, value, sigma)| format!("{name} {value:.3} +- {sigma:.3}")).collect();
+            shape.measures.iter().map(|(name, value, sigma)| format!("{name} {value:.3}{}", spread(*sigma))).collect();
         text += &format!("{}: {}; points {:.3} m off (rms)\n", shape.name, sizes.join(", "), shape.rms_m);
         for (point, off_m) in &shape.far {
             text += &format!("  {point} does not fit: {off_m:.3} m off\n");
