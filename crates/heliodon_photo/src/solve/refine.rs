@@ -5,7 +5,7 @@
 //! Cauchy's to the end, which costs 5 % of the precision where the noise is normal (P. J. Huber: Robust Statistics, 1981) and hardly follows
 //! the tails where it is not.
 
-use super::bundle::Loss;
+use super::bundle::{self, Free, Loss};
 use super::problem::{MarkResult, Params, Problem, Solution};
 use super::state::State;
 use super::wrong::{Judged, drop_lonely, result};
@@ -15,8 +15,9 @@ use glam::DVec3;
 /// Cauchy's scale, in standard deviations, at which 95 % of the precision are left where the noise is normal.
 const CAUCHY_SIGMAS: f64 = 2.385;
 
-/// How often the noise is estimated anew and marks are judged by it; nothing changes after three or four.
-const ROUNDS: usize = 5;
+/// How often the noise is estimated anew and marks are judged by it: the first two with part of the lens free; after two or three more nothing
+/// changes.
+const ROUNDS: usize = 6;
 
 /// What the adjustment starts from.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -51,10 +52,21 @@ pub fn refine(problem: &Problem, start: &Start, params: &Params) -> Solution {
 fn settled(state: &mut State<'_>) -> Judged {
     let declared = state.params.mark_sigma_px;
     let mut sigma_px = declared;
-    let hold_lenses = state.poses.iter().flatten().count() < 3;
-    for _ in 0..ROUNDS {
+    let alone = state.poses.iter().flatten().count() < 3;
+    for round in 0..ROUNDS {
         drop_lonely(state);
-        state.adjust(hold_lenses, Loss::Cauchy(CAUCHY_SIGMAS * sigma_px / declared), 100);
+        // From a lens that was guessed, all of it at once may end in a valley where centre and distortion make up for each other.
+        let freed = |free: Free| match round {
+            _ if alone => Free::default(),
+            0 => Free { focal: free.focal, ..Free::default() },
+            1 => Free { radial: 0, tangential: false, ..free },
+            _ => free,
+        };
+        let mut extract = state.extract(false);
+        extract.network.lenses.iter_mut().for_each(|lens| lens.free = freed(lens.free));
+        let loss = Loss::Cauchy(CAUCHY_SIGMAS * sigma_px / declared);
+        bundle::adjust(&mut extract.network, &bundle::Params { loss, ..bundle::Params::default() });
+        state.take(&extract);
         let off: Vec<Option<f64>> = (0..state.problem.marks.len())
             .map(|m| match result(state, m) {
                 MarkResult::Used(off) | MarkResult::Wrong(off) => Some(off.length()),
