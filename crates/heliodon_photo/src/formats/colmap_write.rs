@@ -141,7 +141,8 @@ fn cameras(lenses: &[(Intrinsics, Free)]) -> Bytes {
 }
 
 fn write_files(folder: &Path, files: &[(&str, Bytes)]) -> Result<(), FormatError> {
-    let fault = |path: &Path, error: std::io::Error| FormatError::Write { file: path.display().to_string(), why: error.to_string() };
+    let fault =
+        |path: &Path, error: std::io::Error| FormatError::Write { file: path.display().to_string(), why: error.to_string() };
     std::fs::create_dir_all(folder).map_err(|e| fault(folder, e))?;
     for (name, bytes) in files {
         let path = folder.join(name);

@@ -43,15 +43,20 @@ pub(super) fn reasons(
         if let Some(photo) = photo.filter(|photo| photo.features < FEW_FEATURES && photo.camera.is_some()) {
             return format!("COLMAP finds only {} features in it: it is dark, blurred or bare", photo.features);
         }
-        let elsewhere = all.iter().filter(|model| best.is_none_or(|best| !std::ptr::eq(best, *model))).find(|model| has(model, file));
+        let elsewhere =
+            all.iter().filter(|model| best.is_none_or(|best| !std::ptr::eq(best, *model))).find(|model| has(model, file));
         if let Some(model) = elsewhere {
             let others: Vec<&str> = model.cameras.iter().map(|c| c.name.as_str()).filter(|name| name != file).collect();
             let names = others.iter().take(MOST_NAMES).copied().collect::<Vec<_>>().join(", ");
-            let more = if others.len() > MOST_NAMES { format!(" and {} more", others.len() - MOST_NAMES) } else { String::new() };
-            return format!("it fits together with {names}{more}, but not with the rest: photographs between them are missing, or it is another place");
+            let more =
+                if others.len() > MOST_NAMES { format!(" and {} more", others.len() - MOST_NAMES) } else { String::new() };
+            return format!(
+                "it fits together with {names}{more}, but not with the rest: photographs between them are missing, or it is another place"
+            );
         }
         // The database numbers photographs in the order in which they were taken in.
-        let number = photos.iter().filter(|photo| photo.camera.is_some()).position(|photo| photo.file == *file).map(|at| at + 1);
+        let number =
+            photos.iter().filter(|photo| photo.camera.is_some()).position(|photo| photo.file == *file).map(|at| at + 1);
         match number.and_then(|number| tried.iter().find(|t| t.image == number)) {
             Some(Tried { sees, .. }) => format!(
                 "it seems to show {sees} points of the others, but no camera agrees with them: it overlaps too little, or is of another place that looks alike"

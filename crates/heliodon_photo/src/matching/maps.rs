@@ -158,8 +158,7 @@ fn map_held(
     let (start, sparse) = (program.work.join("held"), program.work.join("sparse-held"));
     emptied(&start)?;
     emptied(&sparse)?;
-    let lenses: Vec<(Intrinsics, Free)> =
-        lenses.iter().map(|lens| (*lens, Free { radial: 2, ..Free::default() })).collect();
+    let lenses: Vec<(Intrinsics, Free)> = lenses.iter().map(|lens| (*lens, Free { radial: 2, ..Free::default() })).collect();
     write_lenses(&start, &lenses)?;
     let arguments: Vec<Argument<'_>> = vec![
         ("--database_path", database.as_os_str()),

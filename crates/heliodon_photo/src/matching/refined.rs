@@ -5,7 +5,9 @@ use super::{MatchError, Request};
 use crate::camera::Intrinsics;
 use crate::formats::{ImportedCamera, ImportedCameras, ImportedPoint, colmap_write};
 use crate::solve::bundle::Free;
-use crate::solve::{Focal, LensGroup, Mark, MarkResult, Params, Photo, Problem, Reference, Solution, Start, refine, with_focal};
+use crate::solve::{
+    Focal, LensGroup, Mark, MarkResult, Params, Photo, Problem, Reference, Solution, Start, refine, with_focal,
+};
 use std::path::Path;
 
 /// The folder of the adjusted model, in COLMAP's.
@@ -13,7 +15,8 @@ pub(super) const FOLDER: &str = "refined";
 
 /// Adjusts a model: its cameras with the points and marks that fit, and the solution for the request's photographs.
 pub(super) fn refined(request: &Request<'_>, found: &ImportedCameras) -> (ImportedCameras, Solution) {
-    let lenses: Vec<LensGroup> = request.problem.lenses.iter().map(|group| LensGroup { free: freed(group), ..group.clone() }).collect();
+    let lenses: Vec<LensGroup> =
+        request.problem.lenses.iter().map(|group| LensGroup { free: freed(group), ..group.clone() }).collect();
     let photos = request.problem.photos.iter().map(|photo| Photo { pose: None, ..photo.clone() }).collect();
     let mut start = Start {
         lenses: lenses.iter().map(|group| group.intrinsics).collect(),

@@ -157,7 +157,12 @@ fn what_a_colmap_that_fails_half_way_has_made_is_kept() {
     let matched = stand.run().unwrap();
     assert_eq!(names(&matched), ["a.jpg", "c.jpg"]);
     let notes = matched.notes.join("\n");
-    for words in ["exhaustive_matcher failed (signal: 9", "what had been matched by then was used", "out of memory", "a model was left out"] {
+    for words in [
+        "exhaustive_matcher failed (signal: 9",
+        "what had been matched by then was used",
+        "out of memory",
+        "a model was left out",
+    ] {
         assert!(notes.contains(words), "{words}: {notes}");
     }
     // Not even one model was finished, but there is a picture of the first.
@@ -169,7 +174,8 @@ fn what_a_colmap_that_fails_half_way_has_made_is_kept() {
     assert_eq!(matched.cameras.cameras.len(), 3);
     assert!(matched.notes.join("\n").contains("what it had mapped by then was taken"), "{:?}", matched.notes);
     // Where there is nothing, the step that failed is what is told, with its log.
-    let nothing = Stand::new(&format!("{EXTRACTS}\n  exhaustive_matcher) echo 'no space left'; exit 1 ;;\n  mapper) exit 0 ;;"));
+    let nothing =
+        Stand::new(&format!("{EXTRACTS}\n  exhaustive_matcher) echo 'no space left'; exit 1 ;;\n  mapper) exit 0 ;;"));
     let error = nothing.run().unwrap_err().to_string();
     assert!(error.contains("colmap exhaustive_matcher failed: no space left"), "{error}");
     let crashed = Stand::new(&format!("{EXTRACTS}\n  mapper) echo 'F1 a.cc:1] Check failed: b'; exit 134 ;;"));

@@ -6,6 +6,7 @@
 //! the tails where it is not.
 
 use super::bundle::{self, Free, Loss};
+use super::parallax;
 use super::problem::{MarkResult, Params, Problem, Solution};
 use super::state::State;
 use super::wrong::{Judged, drop_lonely, result};
@@ -54,7 +55,7 @@ fn settled(state: &mut State<'_>) -> Judged {
     let mut sigma_px = declared;
     let alone = state.poses.iter().flatten().count() < 3;
     for round in 0..ROUNDS {
-        drop_lonely(state);
+        drop_weak(state);
         // From a lens that was guessed, all of it at once may end in a valley where centre and distortion make up for each other.
         let freed = |free: Free| match round {
             _ if alone => Free::default(),
@@ -79,14 +80,27 @@ fn settled(state: &mut State<'_>) -> Judged {
             *used = off.is_some_and(|off| off < state.params.wrong_from * sigma_px);
         }
     }
-    drop_lonely(state);
+    drop_weak(state);
     let marks = (0..state.problem.marks.len()).map(|m| result(state, m)).collect();
     Judged { marks, sigma_px, notes: Vec::new() }
 }
 
+/// Leaves points out that one mark is left of, or whose marks see them from one place: they have no depth, and with one of them nothing's
+/// uncertainty could be told.
+fn drop_weak(state: &mut State<'_>) {
+    drop_lonely(state);
+    for point in 0..state.points.len() {
+        if state.points[point].is_some() && !(parallax(state, point) >= 0.5 * state.params.min_parallax_rad) {
+            state.points[point] = None;
+            state.marks_of[point].iter().for_each(|m| state.used[*m] = false);
+        }
+    }
+}
+
 /// The standard deviation of a mark's coordinate, by the median distance, which a third of wrong marks hardly moves.
 fn spread_px(state: &State<'_>, off: &[Option<f64>]) -> Option<f64> {
-    let mut squares: Vec<f64> = off.iter().zip(&state.used).filter(|(_, used)| **used).filter_map(|(off, _)| *off).map(|o| o * o).collect();
+    let mut squares: Vec<f64> =
+        off.iter().zip(&state.used).filter(|(_, used)| **used).filter_map(|(off, _)| *off).map(|o| o * o).collect();
     if squares.is_empty() {
         return None;
     }

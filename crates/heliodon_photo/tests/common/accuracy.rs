@@ -26,7 +26,8 @@ pub fn compare(found: &[Camera], known: &[Camera]) -> Accuracy {
     let baseline = all().flat_map(|a| all().map(move |b| (a - b).length())).fold(0.0, f64::max);
     let place = worst_and_rms(places.iter().map(|(f, k)| (similarity.point(*f) - *k).length() / baseline));
     let turns: Vec<DQuat> = found.iter().zip(known).map(|(f, k)| k.pose.rotation.conjugate() * f.pose.rotation).collect();
-    let sum = turns.iter().fold(DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0), |sum, q| sum + if q.dot(turns[0]) < 0.0 { -*q } else { *q });
+    let sum =
+        turns.iter().fold(DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0), |sum, q| sum + if q.dot(turns[0]) < 0.0 { -*q } else { *q });
     let mean = sum.normalize();
     let turn = worst_and_rms(turns.iter().map(|q| {
         let off = mean.conjugate() * *q;
