@@ -64,6 +64,8 @@ pub(super) fn map(
         ("--output_path", sparse.as_os_str()),
         ("--Mapper.ba_refine_focal_length", OsStr::new(if known { "0" } else { "1" })),
         ("--Mapper.ba_refine_extra_params", OsStr::new(if straight { "0" } else { "1" })),
+        // Beside a photograph of another place a model of fewer than ten would be thrown away, and all begun anew with another pair.
+        ("--Mapper.min_model_size", OsStr::new("2")),
         // What there is if the mapper does not come to its end.
         ("--Mapper.snapshot_path", snapshots.as_os_str()),
         ("--Mapper.snapshot_images_freq", OsStr::new(&every)),
@@ -165,6 +167,7 @@ fn map_held(
         ("--image_path", request.folder.as_os_str()),
         ("--input_path", start.as_os_str()),
         ("--output_path", sparse.as_os_str()),
+        ("--Mapper.min_model_size", OsStr::new("2")),
         ("--Mapper.ba_refine_focal_length", OsStr::new("0")),
         ("--Mapper.ba_refine_extra_params", OsStr::new("0")),
     ];
