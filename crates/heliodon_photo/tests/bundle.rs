@@ -4,6 +4,7 @@
 
 use glam::{DVec2, DVec3};
 use heliodon_photo::camera::{Intrinsics, Pose};
+use heliodon_photo::formats::{ImportedCamera, ImportedCameras, ImportedPoint, colmap, colmap_write};
 use heliodon_photo::solve::bundle::{
     Free, Inverse, Lens, Loss, Network, Observation, Params, Point, View, adjust, rotation_from_vector,
 };
@@ -119,4 +120,73 @@ fn fifty_photographs_and_twenty_thousand_points() {
     let rms = (2.0 * outcome.cost_after / (2.0 * marks)).sqrt();
     println!("{marks} marks, {} steps, rms {rms:.4} px a coordinate, {seconds:.2} s", outcome.steps);
     assert!(outcome.converged && rms < 0.5 && seconds < 20.0);
+}
+
+/// The network as another program's model.
+fn exported(network: &Network) -> ImportedCameras {
+    let mut model = ImportedCameras::default();
+    for view in 0..network.views.len() {
+        let (name, camera) = (format!("{view}.jpg"), network.camera(view));
+        model.cameras.push(ImportedCamera { name, lens: 1, camera, centred: false });
+    }
+    model.points = network.points.iter().map(|p| ImportedPoint { position: p.position, seen: Vec::new() }).collect();
+    for o in &network.observations {
+        model.points[o.point].seen.push((o.view, o.pixel));
+    }
+    model
+}
+
+/// The same problem by COLMAP's own adjustment (Ceres), same lens model, same start, same end (a step that lowers the cost by less than a
+/// millionth), in turns. `cargo test -p heliodon_photo --test bundle -- --ignored --nocapture beside` prints the seconds.
+#[test]
+#[ignore = "a measurement beside COLMAP: fifty photographs, 20,000 points, five times"]
+fn beside_colmap_on_the_same_problem() {
+    if std::process::Command::new("colmap").arg("-h").output().is_err() {
+        eprintln!("skipped: there is no program colmap");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let (start, end) = (folder.path().join("start"), folder.path().join("end"));
+    std::fs::create_dir_all(&end).unwrap();
+    let mut shaken = ring(50, 20_000, 10, 0.5, 11);
+    shake(&mut shaken, 12);
+    colmap_write::write(&start, &exported(&shaken), shaken.lenses[0].free).unwrap();
+    let coordinate_rms = |model: &ImportedCameras| model.rms_px().unwrap() / 2f64.sqrt();
+    let (mut ours, mut solver, mut program) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut our_rms, mut their_rms) = (0.0, 0.0);
+    for _ in 0..5 {
+        let mut network = shaken.clone();
+        let begin = std::time::Instant::now();
+        let outcome = adjust(&mut network, &Params { relative_decrease: 1e-6, ..Params::default() });
+        ours.push(begin.elapsed().as_secs_f64());
+        assert!(outcome.converged, "{outcome:?}");
+        our_rms = coordinate_rms(&exported(&network));
+        let begin = std::time::Instant::now();
+        let run = std::process::Command::new("colmap")
+            .args(["bundle_adjuster", "--BundleAdjustment.function_tolerance", "1e-6", "--input_path"])
+            .arg(&start)
+            .arg("--output_path")
+            .arg(&end)
+            .env("QT_QPA_PLATFORM", "offscreen")
+            .output()
+            .unwrap();
+        program.push(begin.elapsed().as_secs_f64());
+        let said = String::from_utf8_lossy(&run.stdout);
+        // `Time : 12.3 [s]` of its report: the solver without reading and writing.
+        let time = said.lines().filter_map(|line| line.trim().strip_prefix("Time :")?.trim().strip_suffix("[s]")).next();
+        solver.push(time.and_then(|t| t.trim().parse::<f64>().ok()).unwrap_or(f64::NAN));
+        their_rms = coordinate_rms(&colmap::read(&end).unwrap());
+    }
+    let median = |times: &mut Vec<f64>| {
+        times.sort_by(f64::total_cmp);
+        times[times.len() / 2]
+    };
+    println!(
+        "{} marks; ours {:.2} s, rms {our_rms:.5} px; COLMAP's solver {:.2} s, program {:.2} s, rms {their_rms:.5} px",
+        shaken.observations.len(),
+        median(&mut ours),
+        median(&mut solver),
+        median(&mut program)
+    );
+    assert!((our_rms / their_rms - 1.0).abs() < 1e-3, "{our_rms} and {their_rms}");
 }

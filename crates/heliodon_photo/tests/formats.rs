@@ -5,7 +5,10 @@
 use glam::{DQuat, DVec2, DVec3};
 use heliodon_photo::camera::{Camera, Intrinsics, Pose};
 use heliodon_photo::exif::PhotoFacts;
-use heliodon_photo::formats::{ImportedCameras, bundler, colmap, kapture, openmvg, projection};
+use heliodon_photo::formats::{
+    ImportedCamera, ImportedCameras, ImportedPoint, bundler, colmap, colmap_write, kapture, openmvg, projection,
+};
+use heliodon_photo::solve::bundle::Free;
 use std::path::{Path, PathBuf};
 
 /// A folder of the shared photographs; none, and a word, where it is not there.
@@ -91,6 +94,40 @@ fn colmap_in_text_and_binary_is_the_same() {
     }
     write("images.bin", &[0xff; 64]);
     assert!(colmap::read(folder.path()).is_err());
+}
+
+#[test]
+fn what_is_written_for_colmap_is_read_back() {
+    // A turn whose square is 1 to the bit, since readers make it so.
+    let pose = Pose { rotation: DQuat::from_xyzw(0.5, 0.5, 0.5, 0.5), translation: DVec3::new(0.1, 0.2, 6.0) };
+    let whole = Camera { pose, ..camera() };
+    let one = |lens: Intrinsics| Camera { intrinsics: lens, ..whole };
+    let square = Intrinsics { focal_px: [900.0; 2], tangential: [0.0; 2], ..whole.intrinsics };
+    // Each of the six models: what a lens does not need is not written, unless it shall be free.
+    let lenses = [
+        whole.intrinsics,
+        Intrinsics { radial: [-0.1, 0.02, 0.003], ..whole.intrinsics },
+        square,
+        Intrinsics { radial: [-0.1, 0.0, 0.0], ..square },
+        Intrinsics { radial: [0.0; 3], ..square },
+        Intrinsics { radial: [0.0; 3], tangential: [0.0; 2], ..whole.intrinsics },
+    ];
+    let mut model = ImportedCameras::default();
+    for (index, lens) in lenses.into_iter().enumerate() {
+        let name = format!("côté nord/a {index}.jpg");
+        model.cameras.push(ImportedCamera { name, lens: index as u64 + 1, camera: one(lens), centred: false });
+    }
+    let seen = model.cameras.iter().enumerate().map(|(i, c)| (i, c.camera.project(POINT).unwrap())).collect();
+    model.points.push(ImportedPoint { position: POINT, seen });
+    let folder = tempfile::tempdir().unwrap();
+    for free in [Free::default(), Free { radial: 2, ..Free::default() }] {
+        let folder = folder.path().join(free.radial.to_string());
+        colmap_write::write(&folder, &model, free).unwrap();
+        assert_eq!(colmap::read(&folder).unwrap(), model);
+    }
+    let parameters =
+        |radial: u8| colmap_write::LensModel::of(&lenses[4], Free { radial, ..Free::default() }).parameters(&lenses[4]);
+    assert_eq!((parameters(0).len(), parameters(1).len(), parameters(2).len()), (3, 4, 5));
 }
 
 #[test]

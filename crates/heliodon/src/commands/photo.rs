@@ -10,10 +10,10 @@ use crate::files::write_whole;
 use anyhow::Result;
 use heliodon_bake::report::Reporter;
 use heliodon_photo::formats::cameras_file::{CAMERAS_FILE_NAME, CamerasFile};
-use heliodon_photo::matching;
-use heliodon_photo::project::{CameraFormat, Project};
+use heliodon_photo::matching::{self, LeftOut, Matched, Request};
+use heliodon_photo::project::Project;
 use heliodon_photo::report;
-use heliodon_photo::solve;
+use heliodon_photo::solve::{self, PhotoResult};
 use serde::Serialize;
 use std::ffi::OsString;
 use std::io::Write;
@@ -122,39 +122,81 @@ struct MatchReport {
     rms_px: Option<f64>,
     model: String,
     models: usize,
-    missing: Vec<String>,
+    /// Focal lengths and their standard deviations, in pixels.
+    lenses: Vec<MatchedLens>,
+    /// The worst of all photographs.
+    turn_sigma_deg: Option<f64>,
+    missing: Vec<Missing>,
+    notes: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct MatchedLens {
+    name: String,
+    focal_px: f64,
+    focal_sigma_px: f64,
+}
+
+#[derive(Serialize)]
+struct Missing {
+    photo: String,
+    why: String,
 }
 
 fn run_match(app: &App, args: &MatchArgs) -> Result<()> {
     let mut project = Project::read(&args.project)?;
-    let photos: Vec<String> = project.file.photo.iter().map(|photo| photo.file.clone()).collect();
-    let matched = matching::run(&args.colmap, project.folder(), &photos, &mut |stage| app.progress.stage(stage, 0))?;
-    project.take_over(&matched.model, CameraFormat::Colmap);
+    let loaded = project.load_for_matching()?;
+    let files: Vec<String> = project.file.photo.iter().map(|photo| photo.file.clone()).collect();
+    let request = Request { program: &args.colmap, folder: project.folder(), files: &files, problem: &loaded.problem };
+    let Matched { cameras, solution, model, models, left_out, notes } =
+        matching::run(&request, &mut |stage| app.progress.stage(stage, 0))?;
+    project.take_over_matched(&model);
     project.save()?;
-    let found = |photo: &&String| matched.cameras.cameras.iter().any(|camera| camera.name == **photo);
+    let lenses = (loaded.problem.lenses.iter().zip(&solution.lenses))
+        .filter(|(_, found)| found.solved)
+        .map(|(lens, found)| MatchedLens {
+            name: lens.name.clone(),
+            focal_px: found.intrinsics.focal_px[0],
+            focal_sigma_px: found.sigmas[0],
+        })
+        .collect();
+    let turns = solution.photos.iter().filter_map(|photo| match photo {
+        PhotoResult::Solved(solved) => solved.rotation_sigma_rad,
+        PhotoResult::Unsolved(_) => None,
+    });
     let report = MatchReport {
-        photos: photos.len(),
-        matched: photos.iter().filter(found).count(),
-        points: matched.cameras.points.len(),
-        rms_px: matched.cameras.rms_px(),
-        model: matched.model.clone(),
-        models: matched.models,
-        missing: photos.iter().filter(|photo| !found(photo)).cloned().collect(),
+        photos: files.len(),
+        matched: cameras.cameras.len(),
+        points: cameras.points.len(),
+        rms_px: cameras.rms_px(),
+        model,
+        models,
+        lenses,
+        turn_sigma_deg: turns.map(f64::to_degrees).reduce(f64::max),
+        missing: left_out.into_iter().map(|LeftOut { photo, why }| Missing { photo, why }).collect(),
+        notes: loaded.notes.into_iter().chain(notes).collect(),
     };
     app.output.result(&report, describe_match)
 }
 
 fn describe_match(report: &MatchReport) -> String {
     let rms = report.rms_px.map(|rms| format!(", {rms:.2} px rms")).unwrap_or_default();
+    let turn = report.turn_sigma_deg.map(|sigma| format!(", turns +- {sigma:.3} deg at worst")).unwrap_or_default();
     let mut text = format!(
-        "{} of {} photographs matched, {} points{rms}; taken over from {}\n",
+        "{} of {} photographs matched, {} points{rms}{turn}; taken over from {}\n",
         report.matched, report.photos, report.points, report.model
     );
-    if report.models > 1 {
-        text += &format!("COLMAP made {} separate models; the largest was taken\n", report.models);
+    for lens in &report.lenses {
+        text += &format!("  {}: focal length {:.1} +- {:.1} px\n", lens.name, lens.focal_px, lens.focal_sigma_px);
     }
-    for photo in &report.missing {
-        text += &format!("  {photo}: not matched\n");
+    if report.models > 1 {
+        text += &format!("COLMAP made {} separate models; the one with most photographs was taken\n", report.models);
+    }
+    for Missing { photo, why } in &report.missing {
+        text += &format!("  {photo}: not matched: {why}\n");
+    }
+    for note in &report.notes {
+        text += &format!("note: {note}\n");
     }
     text
 }

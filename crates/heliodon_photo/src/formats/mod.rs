@@ -3,6 +3,7 @@
 //! | module | what it reads |
 //! | --- | --- |
 //! | [`colmap`] | a sparse model's folder, text or binary |
+//! | [`colmap_write`] | the same, written |
 //! | [`bundler`] | Bundler's `.out` |
 //! | [`openmvg`] | OpenMVG's `sfm_data.json` |
 //! | [`kapture`] | kapture's text files |
@@ -16,6 +17,7 @@ pub mod bundler;
 pub mod cameras_file;
 pub mod colmap;
 mod colmap_binary;
+pub mod colmap_write;
 pub mod kapture;
 pub mod openmvg;
 pub mod projection;
@@ -95,6 +97,14 @@ pub enum FormatError {
     /// The file cannot be read.
     #[error("{file}: {why}")]
     Read {
+        /// Which file.
+        file: String,
+        /// The system's words.
+        why: String,
+    },
+    /// The file cannot be written.
+    #[error("{file}: {why}")]
+    Write {
         /// Which file.
         file: String,
         /// The system's words.

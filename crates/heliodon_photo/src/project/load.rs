@@ -36,12 +36,8 @@ impl Project {
     /// # Errors
     /// Where cameras cannot be taken over, or a photograph's size is known from nowhere.
     pub fn load(&self) -> Result<Loaded, LoadError> {
-        let facts: Vec<PhotoFacts> =
-            self.file.photo.par_iter().map(|photo| PhotoFacts::read(&self.folder().join(&photo.file))).collect();
-        let names: Vec<String> = self.file.photo.iter().map(|p| p.name().to_owned()).collect();
-        let imported = (self.file.cameras.iter())
-            .map(|entry| formats::read(self.folder(), entry, &names))
-            .collect::<Result<Vec<_>, _>>()?;
+        let facts = self.facts();
+        let imported = self.imported()?;
         let problem = self.problem(&facts, &imported)?;
         let mut notes: Vec<String> = imported.iter().flat_map(|i| i.notes.clone()).collect();
         for (photo, facts) in problem.photos.iter().zip(&facts) {
@@ -50,6 +46,17 @@ impl Project {
             notes.extend(facts.notes.iter().filter(|_| guessed).cloned());
         }
         Ok(Loaded { problem, imported, notes })
+    }
+
+    /// What the photographs' files say, in their order.
+    pub(super) fn facts(&self) -> Vec<PhotoFacts> {
+        self.file.photo.par_iter().map(|photo| PhotoFacts::read(&self.folder().join(&photo.file))).collect()
+    }
+
+    /// The cameras of other programs that the project takes over, in its order.
+    pub(super) fn imported(&self) -> Result<Vec<ImportedCameras>, FormatError> {
+        let names: Vec<String> = self.file.photo.iter().map(|p| p.name().to_owned()).collect();
+        self.file.cameras.iter().map(|entry| formats::read(self.folder(), entry, &names)).collect()
     }
 
     /// Takes cameras over from a file from now on; the same file twice counts once.

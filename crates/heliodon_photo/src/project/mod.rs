@@ -4,6 +4,7 @@
 
 mod hours;
 mod load;
+mod matched;
 mod photo_file;
 mod source;
 mod types;
@@ -20,7 +21,7 @@ use crate::camera::Intrinsics;
 use crate::exif::PhotoFacts;
 use crate::formats::ImportedCameras;
 use crate::solve::bundle::Free;
-use crate::solve::{Direction, Distance, Edge, Focal, LensGroup, Mark, Params, Photo, Problem, Reference};
+use crate::solve::{Direction, Distance, Edge, Focal, LensGroup, Mark, Params, Photo, Problem, Reference, with_focal};
 use glam::{DVec2, DVec3};
 use source::Source;
 use std::collections::BTreeMap;
@@ -139,14 +140,9 @@ impl Project {
                 Some(&lens) => lens,
                 None => {
                     let named = entry.lens.as_ref().and_then(|name| file.lens.iter().find(|l| l.name == *name));
-                    let group = match (named, taken) {
-                        (None, Some(taken)) => LensGroup {
-                            name: key.clone(),
-                            intrinsics: taken.intrinsics(size),
-                            focal: Focal::Known(taken.camera.intrinsics.focal_px[0]),
-                            free: Free::default(),
-                        },
-                        _ => lens_group(key.clone(), named, size, &facts),
+                    let group = match taken {
+                        Some(taken) => taken_lens(key.clone(), named, taken.intrinsics(size)),
+                        None => lens_group(key.clone(), named, size, &facts),
                     };
                     problem.lenses.push(group);
                     lens_of.insert(key.clone(), problem.lenses.len() - 1);
@@ -198,6 +194,22 @@ impl Project {
 /// Other programs name photographs with or without folders.
 fn same_photo(name: &str, entry: &PhotoEntry) -> bool {
     name == entry.file || name.rsplit(['/', '\\']).next() == Some(entry.name())
+}
+
+/// A lens taken over, held: its cameras' poses are worth nothing with another. What the project says of it goes before.
+fn taken_lens(name: String, entry: Option<&LensEntry>, taken: Intrinsics) -> LensGroup {
+    let entry = entry.cloned().unwrap_or_default();
+    let focal_px = match entry.focal {
+        FocalEntry::Known(px) => px,
+        FocalEntry::Exif | FocalEntry::Free => taken.focal_px[0],
+    };
+    let intrinsics = Intrinsics {
+        centre_px: entry.centre_px.unwrap_or(taken.centre_px),
+        radial: entry.radial.unwrap_or(taken.radial),
+        tangential: entry.tangential.unwrap_or(taken.tangential),
+        ..with_focal(&taken, focal_px)
+    };
+    LensGroup { name, intrinsics, focal: Focal::Known(focal_px), free: Free::default() }
 }
 
 fn lens_group(name: String, entry: Option<&LensEntry>, size: [u32; 2], facts: &PhotoFacts) -> LensGroup {

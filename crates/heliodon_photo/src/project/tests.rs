@@ -83,3 +83,44 @@ fn a_photograph_of_unknown_size_is_named() {
     let error = Project::parse(&text, "photos.toml").unwrap().problem(&[], &[]).unwrap_err();
     assert!(error.message.contains("a.jpg"), "{error}");
 }
+
+#[test]
+fn a_named_lens_takes_what_was_solved_for_it_but_for_what_is_said_of_it() {
+    let project = Project::parse(TEXT, "photos.toml").unwrap();
+    let solved = Intrinsics { radial: [-0.1, 0.02, 0.0], ..Intrinsics::pinhole(1600, 1200, 1700.0) };
+    let taken = |name: &str| crate::formats::ImportedCamera {
+        name: name.to_owned(),
+        lens: 1,
+        camera: crate::camera::Camera {
+            intrinsics: solved,
+            pose: crate::camera::Pose::from_centre(glam::DQuat::IDENTITY, DVec3::ONE),
+        },
+        centred: false,
+    };
+    let imported = ImportedCameras { cameras: vec![taken("a.jpg"), taken("b.jpg")], ..ImportedCameras::default() };
+    let problem = project.problem(&[], &[imported]).unwrap();
+    let [named, other] = &problem.lenses[..] else { panic!("{:?}", problem.lenses) };
+    assert_eq!((named.focal, named.intrinsics.radial), (Focal::Known(1668.8), solved.radial));
+    assert_eq!((other.focal, other.intrinsics), (Focal::Known(1700.0), solved));
+    assert_eq!((named.free, other.free), (Free::default(), Free::default()));
+}
+
+#[test]
+fn photographs_that_tell_nothing_of_their_lens_are_matched_with_one() {
+    let text = TEXT.replace("lens = \"ixus\"\n", "");
+    let mut project = Project::parse(&text, "photos.toml").unwrap();
+    let loaded = project.load_for_matching().unwrap();
+    assert_eq!((loaded.problem.lenses.len(), loaded.problem.photos[1].lens), (1, 0));
+    assert!(loaded.notes[0].contains("2 photographs of 1600 x 1200 pixels tell nothing of their lens"), "{:?}", loaded.notes);
+    // One that has a lens keeps it, and then the other is alone.
+    let named = Project::parse(TEXT, "photos.toml").unwrap().load_for_matching().unwrap();
+    assert_eq!((named.problem.lenses.len(), named.notes.len()), (2, 0));
+    // A matching's cameras take the place of an earlier one's, others stay, and neither is asked for the next: the file is not even there.
+    project.take_over("colmap/sparse/0", CameraFormat::Colmap);
+    project.take_over_matched("colmap/refined");
+    project.take_over_matched("colmap/refined");
+    assert!(project.load_for_matching().is_ok());
+    project.take_over("colmap.json", CameraFormat::Openmvg);
+    let files: Vec<&str> = project.file.cameras.iter().map(|c| c.file.as_str()).collect();
+    assert_eq!(files, ["colmap/refined", "colmap.json"]);
+}

@@ -11,6 +11,7 @@ mod incremental;
 mod polynomial;
 mod problem;
 pub mod random;
+mod refine;
 mod resect;
 mod state;
 mod triangulate;
@@ -20,6 +21,8 @@ mod wrong;
 
 pub use align::{Similarity, fit_similarity};
 pub use problem::*;
+pub use refine::{Start, refine};
+pub(crate) use state::with_focal;
 
 use crate::camera::Pose;
 use bundle::{Inverse, LENS_UNKNOWNS};

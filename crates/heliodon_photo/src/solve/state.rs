@@ -216,7 +216,7 @@ fn first_focal(focal: &Focal, lens: &Intrinsics) -> f64 {
 }
 
 /// The lens with another focal length along x; y keeps the ratio.
-pub(super) fn with_focal(lens: &Intrinsics, focal_px: f64) -> Intrinsics {
+pub(crate) fn with_focal(lens: &Intrinsics, focal_px: f64) -> Intrinsics {
     let ratio = lens.focal_px[1] / lens.focal_px[0];
     let ratio = if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 };
     Intrinsics { focal_px: [focal_px, focal_px * ratio], ..*lens }

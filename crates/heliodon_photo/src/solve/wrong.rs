@@ -259,7 +259,7 @@ fn drop_edges(state: &mut State<'_>, notes: &mut Vec<String>) {
 }
 
 /// A point that one mark is left of has no depth.
-fn drop_lonely(state: &mut State<'_>) {
+pub(super) fn drop_lonely(state: &mut State<'_>) {
     for point in 0..state.points.len() {
         if state.points[point].is_some() && state.marks_of[point].iter().filter(|m| state.used[**m]).count() < 2 {
             state.points[point] = None;
@@ -268,7 +268,7 @@ fn drop_lonely(state: &mut State<'_>) {
     }
 }
 
-fn result(state: &State<'_>, m: usize) -> MarkResult {
+pub(super) fn result(state: &State<'_>, m: usize) -> MarkResult {
     let mark = state.problem.marks[m];
     let (Some(camera), Some(position)) = (state.camera(mark.photo), state.points[mark.point]) else { return MarkResult::Idle };
     let Some(picture) = camera.project(position) else { return MarkResult::Idle };
