@@ -181,9 +181,12 @@ impl MarkApp {
         };
         let is_shapes = matches!(self.tool, Tool::Witness { .. });
         let of_shape = self.aside.iter().filter(|_| is_shapes).flat_map(|draft| draft.edges.iter().enumerate());
-        let of_shape = of_shape.filter(|(_, edge)| edge.photograph == photo).map(|(i, edge)| (distance([edge.from, edge.to]), i, 0));
-        let drawn = self.document.project().file.edge.iter().enumerate().filter(|(_, entry)| !is_shapes && entry.photo == photo);
-        let segments = drawn.flat_map(|(i, entry)| entry.segments.iter().enumerate().map(move |(k, ends)| (distance(*ends), i, k)));
+        let of_shape =
+            of_shape.filter(|(_, edge)| edge.photograph == photo).map(|(i, edge)| (distance([edge.from, edge.to]), i, 0));
+        let drawn =
+            self.document.project().file.edge.iter().enumerate().filter(|(_, entry)| !is_shapes && entry.photo == photo);
+        let segments =
+            drawn.flat_map(|(i, entry)| entry.segments.iter().enumerate().map(move |(k, ends)| (distance(*ends), i, k)));
         let near = of_shape.chain(segments).filter(|(distance, ..)| *distance <= view.pixels(12.0));
         match near.min_by(|a, b| a.0.total_cmp(&b.0)) {
             Some((_, edge, _)) if is_shapes => {

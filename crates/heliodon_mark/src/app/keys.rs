@@ -170,7 +170,13 @@ impl MarkApp {
             }
             Key::Delete | Key::Backspace if modifiers.shift => self.remove_point(),
             Key::Delete | Key::Backspace => self.remove_mark(),
-            Key::Escape => self.escape(),
+            Key::Escape => {
+                self.escape();
+                // a dialog that comes back by it is not left by it as well
+                if self.dialog != Dialog::None {
+                    ctx.input_mut(|input| input.consume_key(modifiers, Key::Escape));
+                }
+            }
             Key::PageUp => self.step_photo(-1),
             Key::PageDown => self.step_photo(1),
             Key::Plus | Key::Equals => self.zoom_by(1.25),

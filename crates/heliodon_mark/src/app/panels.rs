@@ -33,7 +33,7 @@ struct Thing {
 impl MarkApp {
     pub(super) fn top_bar(&mut self, ui: &mut Ui) {
         Panel::top("commands").show(ui, |ui| {
-            ui.horizontal(|ui| {
+            ui.horizontal_wrapped(|ui| {
                 ui.spacing_mut().item_spacing.x = 6.0;
                 let (undos, redos) = self.document.steps();
                 let save = if self.document.is_changed() { "Save *" } else { "Save" };
@@ -99,11 +99,10 @@ impl MarkApp {
                 if ui.button(words).on_hover_text("Longer, off (R)").clicked() {
                     self.longer_residuals();
                 }
-                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                    if button(ui, "Help", "F1", true) {
-                        self.dialog = Dialog::Help;
-                    }
-                });
+                ui.separator();
+                if button(ui, "Help", "F1", true) {
+                    self.dialog = Dialog::Help;
+                }
             });
         });
     }

@@ -237,11 +237,12 @@ impl Edit {
                     word => word.to_string().into(),
                 };
                 let new = table([("from", from.as_str().into()), ("to", to.as_str().into()), ("toward", toward)]);
-                match tables(doc, "direction")?.iter_mut().find(|d| leads_between(*d, &between)) {
-                    Some(known) => become_table(known, &new),
-                    None => pushed(doc, "direction", new)?,
+                let known = tables(doc, "direction")?.iter_mut().find(|d| leads_between(*d, &between));
+                if let Some(known) = known {
+                    become_table(known, &new);
+                    return Ok(());
                 }
-                Ok(())
+                pushed(doc, "direction", new)
             }
             Self::RemoveDirection { between } => {
                 let [a, b] = between;

@@ -39,12 +39,14 @@ fn become_item(old: &mut Item, new: &Item) {
 }
 
 fn become_value(old: &mut Value, new: &Value) {
+    if says_the_same(old, new) {
+        return;
+    }
     match (&mut *old, new) {
         (Value::Array(known), Value::Array(new)) if known.len() == new.len() => {
             known.iter_mut().zip(new.iter()).for_each(|(known, new)| become_value(known, new));
         }
         (Value::InlineTable(known), Value::InlineTable(new)) => become_like(known, new),
-        _ if says_the_same(old, new) => {}
         _ => {
             let decor = old.decor().clone();
             *old = new.clone();
@@ -55,8 +57,11 @@ fn become_value(old: &mut Value, new: &Value) {
 
 /// Whether two items say the same, however they are written.
 fn is_alike(a: &Item, b: &Item) -> bool {
-    let tables = |item: &Item| item.as_array_of_tables().map(|all| all.iter().map(|t| t.clone().into_inline_table()).collect::<Vec<_>>());
-    let listed = |item: &Item| item.as_array().map(|all| all.iter().filter_map(|v| v.as_inline_table().cloned()).collect::<Vec<_>>());
+    let tables = |item: &Item| {
+        item.as_array_of_tables().map(|all| all.iter().map(|t| t.clone().into_inline_table()).collect::<Vec<_>>())
+    };
+    let listed =
+        |item: &Item| item.as_array().map(|all| all.iter().filter_map(|v| v.as_inline_table().cloned()).collect::<Vec<_>>());
     match (a.as_value(), b.as_value()) {
         (Some(a), Some(b)) => says_the_same(a, b),
         _ => match (tables(a).or_else(|| listed(a)), tables(b).or_else(|| listed(b))) {

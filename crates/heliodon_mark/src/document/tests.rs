@@ -196,7 +196,11 @@ fn a_renamed_point_is_renamed_wherever_it_is_named() {
 fn a_direction_is_one_for_two_points_whichever_way_it_leads() {
     let (_home, mut document) = document(TEXT);
     document.edit(&Edit::SetDirection(direction(Toward::North))).unwrap();
-    assert!(document.text().contains("\n[[direction]]\nfrom = \"door\"\nto = \"tower\"\ntoward = \"north\"\n"), "{}", document.text());
+    assert!(
+        document.text().contains("\n[[direction]]\nfrom = \"door\"\nto = \"tower\"\ntoward = \"north\"\n"),
+        "{}",
+        document.text()
+    );
     let back = DirectionEntry { from: "tower".into(), to: "door".into(), toward: Toward::Bearing(12.5) };
     document.edit(&Edit::SetDirection(back.clone())).unwrap();
     assert_eq!(document.project().file.direction, [back]);

@@ -85,7 +85,9 @@ fn unsaved_work_is_saved_let_go_or_gone_on_with() {
 
 #[test]
 fn what_another_program_wrote_meanwhile_is_asked_about_before_it_closes() {
-    for (answer, ours, closes) in [("Save mine over it", true, true), ("Leave theirs, close", false, true), ("Stay", false, false)] {
+    for (answer, ours, closes) in
+        [("Save mine over it", true, true), ("Leave theirs, close", false, true), ("Stay", false, false)]
+    {
         let mut desk = changed_desk();
         let theirs = fs::read_to_string(desk.file()).unwrap().replace("Two blocks", "Three blocks");
         asks_to_stay(&mut desk);

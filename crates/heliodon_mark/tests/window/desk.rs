@@ -38,7 +38,16 @@ impl Desk {
         scene.write_photographs(home.path());
         scene.write_project(home.path(), leaves, wrong);
         let app = MarkApp::new(Document::open(home.path()).expect("the desk is set"), Arc::new(|| {}));
-        let mut desk = Self { home, scene, ctx: Context::default(), app, time: 0.0, held: Modifiers::NONE, drawn: Vec::new(), commands: Vec::new() };
+        let mut desk = Self {
+            home,
+            scene,
+            ctx: Context::default(),
+            app,
+            time: 0.0,
+            held: Modifiers::NONE,
+            drawn: Vec::new(),
+            commands: Vec::new(),
+        };
         desk.rest();
         desk
     }

@@ -73,7 +73,9 @@ fn a_direction_between_two_points_is_a_word_or_a_bearing_and_turns_the_whole() {
 fn the_place_of_a_point_is_typed_and_cleared() {
     let mut desk = solved_desk();
     let before = desk.app.document().text().to_owned();
-    for (name, place) in [("tower-sw", ["-1.2", "0", "1"]), ("tower-se", ["0,8", "0", "1"]), ("tower-sw-top", ["-1.2", "3.4", "1"])] {
+    for (name, place) in
+        [("tower-sw", ["-1.2", "0", "1"]), ("tower-se", ["0,8", "0", "1"]), ("tower-sw-top", ["-1.2", "3.4", "1"])]
+    {
         choose(&mut desk, name);
         desk.key(Key::P, Modifiers::NONE);
         for number in place {
@@ -83,7 +85,8 @@ fn the_place_of_a_point_is_typed_and_cleared() {
         // from the buttons Enter is the button's
         desk.click_words("Set");
     }
-    let known = |desk: &Desk, name: &str| desk.app.document().project().file.point.iter().find(|p| p.name == name).unwrap().known_m;
+    let known =
+        |desk: &Desk, name: &str| desk.app.document().project().file.point.iter().find(|p| p.name == name).unwrap().known_m;
     assert_eq!(known(&desk, "tower-se"), Some([0.8, 0.0, 1.0]));
     desk.rest();
     let found = desk.app.outcome().unwrap().position_m("tower-se").unwrap();

@@ -2,7 +2,7 @@
 
 use crate::desk::Desk;
 use crate::scene::Scene;
-use eframe::egui::{Event, Id, Key, Modifiers, Vec2};
+use eframe::egui::{Id, Key, Modifiers, Vec2};
 use heliodon_photo::model::table::{Kind, ShapeRow};
 
 /// The places of a box, and the corner of the scene's houses that is there.
@@ -51,8 +51,8 @@ fn a_box_is_put_together_by_clicking_marks_and_its_wire_follows_at_once() {
     let mut named = Vec::new();
     for (place, corner) in CORNERS {
         let name = format!("house-{corner}");
-        let shown = (0..2).find_map(|pane| Some(desk.at(pane, desk.mark(&name, pane)?)));
-        let Some(at) = shown else {
+        // the dialog stands over a part of the other pane
+        let Some(at) = desk.mark(&name, 0).map(|mark| desk.at(0, mark)) else {
             named.push("-".to_owned());
             continue;
         };
@@ -60,11 +60,11 @@ fn a_box_is_put_together_by_clicking_marks_and_its_wire_follows_at_once() {
         desk.click(at, Modifiers::NONE);
         named.push(name);
     }
-    assert!(named.iter().filter(|name| *name != "-").count() >= 6, "{named:?}");
+    assert!(named.iter().filter(|name| *name != "-").count() >= 5, "{named:?}");
     desk.frame(Vec::new());
     // what was set up is 2.8 m long, 2.3 m wide and 1.6 m high
     let told = told(&desk);
-    assert!(["length 2.8", "width 2.3", "height 1.6"].iter().all(|size| told.contains(size)) || told.contains("length 2.79"), "{told}");
+    assert!(["length 2.8", "width 2.3", "height 1.6"].iter().all(|size| told.contains(size)), "{told}");
     assert_eq!(desk.app.document().project().file.shape.len(), 1, "nothing is in the project yet");
     assert_eq!(line_count(&desk), before);
     desk.click_words("Make");
@@ -144,9 +144,8 @@ fn one_is_marked_and_eight_are_there() {
     let before = line_count(&desk);
     desk.key(Key::B, Modifiers::SHIFT);
     desk.click_words("in steps");
-    // the number of times comes before the points of the step
-    let lists = 9;
-    desk.tab_to(place_id(lists - 1, 0));
+    let points_of_the_step = 8;
+    desk.tab_to(place_id(points_of_the_step, 0));
     for name in ["tower-sw", "tower-se"] {
         desk.type_in(name);
         desk.key(Key::Tab, Modifiers::NONE);
@@ -222,13 +221,17 @@ fn page_down_goes_on_to_the_next_shape_and_keeps_what_was_changed() {
 #[test]
 fn no_words_of_a_dialog_are_cut_off() {
     let mut desk = solved_desk();
+    let behind: Vec<String> = desk.words().into_iter().map(|(words, ..)| words).collect();
     let check = |desk: &mut Desk, what: &str| {
         (0..3).for_each(|_| desk.frame(Vec::new()));
-        for (words, place, clip) in desk.words() {
-            let is_shown = clip.intersects(place) && clip.contains(place.center());
+        let words = desk.words().into_iter().filter(|(words, ..)| !behind.contains(words));
+        let mut count = 0;
+        for (words, place, clip) in words.filter(|(_, place, clip)| clip.contains(place.center())) {
             let is_wide = place.left() < clip.left() - 1.0 || place.right() > clip.right() + 1.0;
-            assert!(!(is_shown && is_wide) || words.starts_with("Next"), "{what}: {words} at {place:?} in {clip:?}");
+            assert!(!is_wide, "{what}: {words} at {place:?} in {clip:?}");
+            count += 1;
         }
+        assert!(count > 4, "{what}: a dialog is open");
     };
     desk.key(Key::B, Modifiers::NONE);
     for kind in ["polygon", "box", "gable", "cylinder", "column", "arch", "revolution", "extrusion"] {
@@ -248,5 +251,4 @@ fn no_words_of_a_dialog_are_cut_off() {
         desk.key(Key::Escape, Modifiers::NONE);
         desk.key(Key::Escape, Modifiers::NONE);
     }
-    desk.frame(vec![Event::PointerGone]);
 }

@@ -11,11 +11,12 @@ impl MarkApp {
         if !ctx.input(|input| input.viewport().close_requested()) || self.may_close {
             return;
         }
+        let is_asked = self.dialog == Dialog::Close || self.is_closing;
         let is_begun = self.draft().is_some_and(|draft| self.is_unmade(draft));
-        if self.document.is_changed() || is_begun {
+        if is_asked || self.document.is_changed() || is_begun {
             ctx.send_viewport_cmd(ViewportCommand::CancelClose);
             // whatever else is asked waits, and comes back
-            if !matches!(self.dialog, Dialog::Close) && !self.is_closing {
+            if !is_asked {
                 self.waiting = std::mem::replace(&mut self.dialog, Dialog::Close);
             }
         }

@@ -173,9 +173,11 @@ impl MarkApp {
         let done = window(ctx, "Known place", |ui| {
             ui.label(format!("{} lies, from the origin,", draft.point));
             let ways = [("x", "m east"), ("y", "m up"), ("z", "m south")];
-            let fields = draft.known_m.iter_mut().zip(ways).map(|(text, (name, unit))| {
-                ui.horizontal(|ui| number_field(ui, name, text, "0.0", unit)).inner
-            });
+            let fields = draft
+                .known_m
+                .iter_mut()
+                .zip(ways)
+                .map(|(text, (name, unit))| ui.horizontal(|ui| number_field(ui, name, text, "0.0", unit)).inner);
             if let Some(first) = fields.collect::<Vec<_>>().first() {
                 focus_once(ui, first);
             }

@@ -131,7 +131,8 @@ impl MarkApp {
             None => {
                 // those that share a lens by their EXIF are meant together
                 let solved = self.outcome.as_ref().and_then(|outcome| outcome.lens_of(&photo));
-                let photos = solved.map_or_else(|| BTreeSet::from([photo.clone()]), |lens| lens.photos.iter().cloned().collect());
+                let photos =
+                    solved.map_or_else(|| BTreeSet::from([photo.clone()]), |lens| lens.photos.iter().cloned().collect());
                 self.new_lens(photos);
             }
         }
@@ -212,7 +213,8 @@ impl MarkApp {
             Some(Wish::Set) => !self.set_lens(draft, long_px),
             Some(Wish::Open(next)) => {
                 // what was changed counts before another is opened
-                let was = draft.was.as_deref().and_then(|was| self.document.project().file.lens.iter().find(|lens| lens.name == was));
+                let was =
+                    draft.was.as_deref().and_then(|was| self.document.project().file.lens.iter().find(|lens| lens.name == was));
                 let is_changed = was.is_some_and(|was| {
                     let its = photos.iter().filter(|(_, lens)| lens.as_ref() == draft.was.as_ref());
                     draft.entry(long_px).as_ref() != Ok(was) || !its.map(|(name, _)| name).eq(&draft.photos)
@@ -349,7 +351,11 @@ fn took(ui: &mut Ui, draft: &mut LensDraft, photos: &[(String, Option<String>)])
             let other = lens.as_ref().filter(|lens| Some(*lens) != draft.was.as_ref());
             let words = other.map_or_else(|| name.clone(), |lens| format!("{name}   ({lens} now)"));
             if ui.checkbox(&mut is_its, words).clicked() {
-                if is_its { drop(draft.photos.insert(name.clone())) } else { drop(draft.photos.remove(name)) }
+                if is_its {
+                    draft.photos.insert(name.clone());
+                } else {
+                    draft.photos.remove(name);
+                }
             }
         }
     });
@@ -364,8 +370,15 @@ fn told(lens: &SolvedLens, sensor_mm: f64) -> Vec<String> {
     let [focal, centre_x, centre_y, k1, k2, k3, p1, p2] = lens.sigmas;
     let mm = of.focal_px[0] * sensor_mm / f64::from(of.width.max(of.height));
     let how = if focal > 0.0 { "solved" } else { "held" };
-    let mut words = vec![format!("focal length {how}: {} px, {mm:.2} mm before {sensor_mm} mm", with(of.focal_px[0], focal, 1))];
-    let values = [("k1", of.radial[0], k1), ("k2", of.radial[1], k2), ("k3", of.radial[2], k3), ("p1", of.tangential[0], p1), ("p2", of.tangential[1], p2)];
+    let mut words =
+        vec![format!("focal length {how}: {} px, {mm:.2} mm before {sensor_mm} mm", with(of.focal_px[0], focal, 1))];
+    let values = [
+        ("k1", of.radial[0], k1),
+        ("k2", of.radial[1], k2),
+        ("k3", of.radial[2], k3),
+        ("p1", of.tangential[0], p1),
+        ("p2", of.tangential[1], p2),
+    ];
     let distorted = values.iter().filter(|(_, value, sigma)| *value != 0.0 || *sigma > 0.0);
     let distorted: Vec<String> = distorted.map(|(name, value, sigma)| format!("{name} {}", with(*value, *sigma, 4))).collect();
     let centre = format!("centre {}, {} px", with(of.centre_px[0], centre_x, 1), with(of.centre_px[1], centre_y, 1));

@@ -3,7 +3,7 @@
 use super::draft::{Group, ShapeDraft};
 use super::roles::{self, List};
 use crate::app::panes::ACTIVE;
-use eframe::egui::{Color32, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2};
+use eframe::egui::{Color32, Painter, Pos2, Sense, Shape, Stroke, Ui, Vec2};
 use heliodon_photo::model::table::Kind;
 use std::f32::consts::{PI, TAU};
 
@@ -97,7 +97,8 @@ fn lines(draft: &ShapeDraft) -> Vec<Line> {
             let count = corner_count(draft);
             let front: Vec<Pos2> = (0..=count).map(|i| corner(Kind::Extrusion, i % count, count)).collect();
             let back = front.iter().map(|p| *p + WAY).collect();
-            let ways = front.iter().skip(1).map(|p| Line { points: vec![*p, *p + WAY], list: Some(List::Along), is_hidden: false });
+            let ways =
+                front.iter().skip(1).map(|p| Line { points: vec![*p, *p + WAY], list: Some(List::Along), is_hidden: false });
             ways.chain([Line { points: back, list: None, is_hidden: true }, line(front.clone(), None)]).collect()
         }
         Kind::Arch => {
@@ -107,7 +108,11 @@ fn lines(draft: &ShapeDraft) -> Vec<Line> {
             };
             let joint = |part: f32| line(vec![on_arc(arc(List::Inner), part), on_arc(arc(List::Outer), part)], None);
             let depth = |part: f32| line(vec![on_arc(arc(List::Outer), part), on_arc(arc(List::Back), part)], None);
-            [List::Back, List::Inner, List::Outer].map(arc_of).into_iter().chain([joint(0.0), joint(1.0), depth(0.5), depth(1.0)]).collect()
+            [List::Back, List::Inner, List::Outer]
+                .map(arc_of)
+                .into_iter()
+                .chain([joint(0.0), joint(1.0), depth(0.5), depth(1.0)])
+                .collect()
         }
         kind => {
             let rims = rims(kind, ring_count(draft));
@@ -120,7 +125,10 @@ fn lines(draft: &ShapeDraft) -> Vec<Line> {
             let side = |angle: f32| line(rims.iter().map(|rim| on_ellipse(*rim, angle)).collect(), Some(List::Points));
             let axis = vec![rims[last].0 - Vec2::new(0.0, 0.1), rims[0].0 + Vec2::new(0.0, 0.1)];
             let rings = rims.iter().enumerate().map(|(ring, rim)| line(ellipse(*rim), Some(list(ring))));
-            [Line { points: axis, list: Some(List::Axis), is_hidden: true }, side(0.0), side(PI)].into_iter().chain(rings).collect()
+            [Line { points: axis, list: Some(List::Axis), is_hidden: true }, side(0.0), side(PI)]
+                .into_iter()
+                .chain(rings)
+                .collect()
         }
     }
 }
@@ -191,7 +199,7 @@ fn spot(draft: &ShapeDraft, group: &Group, slot: usize) -> Option<Pos2> {
 
 /// Draws it; a place that is clicked is told.
 pub(super) fn show(ui: &mut Ui, draft: &ShapeDraft) -> Option<(usize, usize)> {
-    let (rect, response) = ui.allocate_exact_size(SIZE, Sense::click());
+    let (rect, response) = ui.allocate_exact_size(SIZE, Sense::CLICK);
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 3.0, Color32::from_gray(18));
     let room = rect.shrink(8.0);
@@ -240,7 +248,7 @@ pub(super) fn show(ui: &mut Ui, draft: &ShapeDraft) -> Option<(usize, usize)> {
     nearest.filter(|_| response.clicked()).map(|(_, place)| place)
 }
 
-fn paint_spot(painter: &eframe::egui::Painter, at: Pos2, is_active: bool, is_marked: bool) {
+fn paint_spot(painter: &Painter, at: Pos2, is_active: bool, is_marked: bool) {
     let colour = if is_active { ACTIVE } else { MARKED };
     if is_marked {
         painter.circle_filled(at, 4.5, colour);
@@ -255,6 +263,7 @@ fn paint_spot(painter: &eframe::egui::Painter, at: Pos2, is_active: bool, is_mar
 #[cfg(test)]
 mod tests {
     use super::*;
+    use eframe::egui::Rect;
 
     #[test]
     fn every_place_that_makes_a_kind_has_a_spot_of_its_own_inside_the_drawing() {
@@ -265,7 +274,11 @@ mod tests {
             for group in &draft.groups {
                 for slot in 0..group.slots.len() {
                     let Some(spot) = spot(&draft, group, slot) else { continue };
-                    assert!(Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0)).contains(spot), "{word} {:?} {slot}: {spot}", group.list);
+                    assert!(
+                        Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0)).contains(spot),
+                        "{word} {:?} {slot}: {spot}",
+                        group.list
+                    );
                     if super::super::draft::is_main(group.list) {
                         let near = spots.iter().any(|other| ((*other - spot) * SIZE).length() < 10.0);
                         assert!(!near, "{word} {:?} {slot}", group.list);

@@ -117,9 +117,8 @@ impl ShapeDraft {
         let lists = main_lists(kind).iter().copied().chain(more_lists(kind));
         let kept: Vec<Group> = std::mem::take(&mut self.groups);
         let kept_slots = |list: List| kept.iter().find(|group| group.list == list).map(|group| group.slots.clone());
-        self.groups = lists
-            .map(|list| Group { list, slots: kept_slots(list).filter(|_| !is_main(list)).unwrap_or_default() })
-            .collect();
+        self.groups =
+            lists.map(|list| Group { list, slots: kept_slots(list).filter(|_| !is_main(list)).unwrap_or_default() }).collect();
         self.watertight = kind != Kind::Polygon;
         let knows = settings(kind);
         self.upright &= knows.upright;
@@ -169,8 +168,8 @@ impl ShapeDraft {
 
     /// The first place without a point in the main lists from one on.
     fn next_empty(&self, from: usize) -> Option<(usize, usize)> {
-        let later = self.groups.iter().enumerate().skip(from).filter(|(_, group)| is_main(group.list));
-        later.filter_map(|(i, group)| Some((i, group.slots.iter().position(String::is_empty)?))).next()
+        let mut later = self.groups.iter().enumerate().skip(from).filter(|(_, group)| is_main(group.list));
+        later.find_map(|(i, group)| Some((i, group.slots.iter().position(String::is_empty)?)))
     }
 
     /// Lists of fixed length have it, others end in one place that is empty, and have none but the active one before it.
@@ -329,7 +328,9 @@ fn slots_of(row: &ShapeRow, list: List) -> Vec<String> {
         List::Mirror => row.mirror.clone(),
         List::Repeat => {
             let repeat = row.repeat.as_ref();
-            repeat.and_then(|repeat| repeat.step.as_ref().or(repeat.span.as_ref()).or(repeat.around.as_ref())).map_or_else(Vec::new, |pair| pair.to_vec())
+            repeat
+                .and_then(|repeat| repeat.step.as_ref().or(repeat.span.as_ref()).or(repeat.around.as_ref()))
+                .map_or_else(Vec::new, |pair| pair.to_vec())
         }
     };
     slots.iter_mut().filter(|name| !is_marked(name)).for_each(String::clear);

@@ -81,7 +81,8 @@ fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
         for slot in 0..draft.groups[group].slots.len() {
             let is_active = draft.active == (group, slot);
             let colour = if is_active { ACTIVE } else { Color32::from_gray(205) };
-            let label = Label::new(RichText::new(roles::place(kind, of, slot)).color(colour)).selectable(false).sense(Sense::CLICK);
+            let label =
+                Label::new(RichText::new(roles::place(kind, of, slot)).color(colour)).selectable(false).sense(Sense::CLICK);
             if ui.add(label).clicked() {
                 (draft.active, draft.focus) = ((group, slot), Some((group, slot)));
             }
@@ -181,9 +182,12 @@ pub(super) fn settings(ui: &mut Ui, draft: &mut ShapeDraft, names: &[String]) ->
     let drawn = if knows.edges { edges(ui, draft) } else { None };
     ui.horizontal_wrapped(|ui| {
         ui.label("It stands");
-        for (again, word) in
-            [(Again::Once, "once"), (Again::Step, "in steps"), (Again::Span, "from first to last"), (Again::Around, "around an axis")]
-        {
+        for (again, word) in [
+            (Again::Once, "once"),
+            (Again::Step, "in steps"),
+            (Again::Span, "from first to last"),
+            (Again::Around, "around an axis"),
+        ] {
             if ui.selectable_label(draft.again == again, word).clicked() {
                 draft.again = again;
                 if again != Again::Once && draft.count.is_empty() {

@@ -73,7 +73,8 @@ impl Preview {
                     self.told.push(Told::fault(format!("there is a shape called {} already", row.name)));
                 }
                 let is_unknown = |name: &&&String| file.point.iter().all(|point| point.name != ***name);
-                let unknown: Vec<&String> = names(row).into_iter().filter(|name| is_unknown(&name)).take(MOST_UNKNOWN).collect();
+                let unknown: Vec<&String> =
+                    names(row).into_iter().filter(|name| is_unknown(&name)).take(MOST_UNKNOWN).collect();
                 self.told.extend(unknown.iter().map(|name| Told::fault(format!("there is no point called {name}"))));
                 match outcome.filter(|_| unknown.is_empty()) {
                     Some(outcome) => {
