@@ -331,7 +331,15 @@ impl MarkApp {
                 }
             }
         }
-        let wait = if self.is_busy() { 0.1 } else { 0.4 };
+        // A window that nobody touches draws itself no oftener than it has to look at its file: without a graphics card each frame is work.
+        let is_due = self.shown.solve_as_marked && is_new && has_marks;
+        let wait = if self.is_busy() {
+            0.1
+        } else if is_due {
+            0.4
+        } else {
+            WATCH_S as f32
+        };
         ctx.request_repaint_after_secs(wait);
     }
 

@@ -1,7 +1,7 @@
 //! Closing the window, with work that is not saved and a project that others write at the same time.
 
 use crate::desk::Desk;
-use eframe::egui::{Key, Modifiers, ViewportCommand};
+use eframe::egui::{Event, Key, Modifiers, ViewportCommand};
 use heliodon_mark::document::Document;
 use std::fs;
 
@@ -72,7 +72,7 @@ fn unsaved_work_is_saved_let_go_or_gone_on_with() {
 
     let mut desk = changed_desk();
     asks_to_stay(&mut desk);
-    desk.frame(vec![eframe::egui::Event::Key {
+    desk.frame(vec![Event::Key {
         key: Key::Enter,
         physical_key: None,
         pressed: true,

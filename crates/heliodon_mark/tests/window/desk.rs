@@ -9,6 +9,7 @@ use eframe::egui::{
 use glam::DVec2;
 use heliodon_mark::app::MarkApp;
 use heliodon_mark::document::Document;
+use heliodon_mark::solving::Outcome;
 use heliodon_photo::project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -69,7 +70,7 @@ impl Desk {
         let app = &mut self.app;
         let output = self.ctx.run_ui(input, |ui| app.show(ui));
         self.drawn = output.shapes;
-        self.commands = output.viewport_output.into_iter().flat_map(|(_, viewport)| viewport.commands).collect();
+        self.commands = output.viewport_output.into_values().flat_map(|viewport| viewport.commands).collect();
     }
 
     /// A frame in which the window's owner wants it closed.
@@ -175,6 +176,11 @@ impl Desk {
     pub fn mark(&self, point: &str, photo: usize) -> Option<DVec2> {
         let file = &self.app.document().project().file;
         file.point.iter().find(|entry| entry.name == point)?.marks.get(&Scene::photo(photo)).map(|pixel| DVec2::from(*pixel))
+    }
+
+    /// What was solved last.
+    pub fn solved(&self) -> &Outcome {
+        self.app.outcome().expect("it was solved")
     }
 
     pub fn saved(&self) -> Project {

@@ -26,8 +26,8 @@ fn choose(desk: &mut Desk, name: &str) {
 }
 
 fn way(desk: &Desk, from: &str, to: &str) -> DVec3 {
-    let outcome = desk.app.outcome().unwrap();
-    outcome.position_m(to).unwrap() - outcome.position_m(from).unwrap()
+    let place = |name: &str| desk.solved().position_m(name).expect("it was solved");
+    place(to) - place(from)
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn the_place_of_a_point_is_typed_and_cleared() {
         |desk: &Desk, name: &str| desk.app.document().project().file.point.iter().find(|p| p.name == name).unwrap().known_m;
     assert_eq!(known(&desk, "tower-se"), Some([0.8, 0.0, 1.0]));
     desk.rest();
-    let found = desk.app.outcome().unwrap().position_m("tower-se").unwrap();
+    let found = desk.solved().position_m("tower-se").unwrap();
     assert!(found.distance(DVec3::new(0.8, 0.0, 1.0)) < 0.02, "{found}");
     desk.key(Key::P, Modifiers::NONE);
     desk.key(Key::A, Modifiers::COMMAND);
@@ -109,7 +109,7 @@ fn a_lens_is_held_solved_shared_and_removed() {
     let mut desk = solved_desk();
     let photo = Scene::photo(0);
     let truth = desk.scene.camera(0).intrinsics.focal_px[0];
-    let solved = desk.app.outcome().unwrap().lens_of(&photo).unwrap().clone();
+    let solved = desk.solved().lens_of(&photo).unwrap().clone();
     assert!(solved.is_solved && solved.sigmas[0] > 0.0 && solved.photos.len() == 4, "{solved:?}");
     desk.key(Key::L, Modifiers::SHIFT);
     desk.frame(Vec::new());
@@ -128,7 +128,7 @@ fn a_lens_is_held_solved_shared_and_removed() {
     let FocalEntry::Known(px) = lens.focal else { panic!("{lens:?}") };
     assert!((px - truth).abs() < 1e-6 && lens.distortion == DistortionEntry::Radial2, "{lens:?}");
     desk.rest();
-    let held = desk.app.outcome().unwrap().lens_of(&photo).unwrap().clone();
+    let held = desk.solved().lens_of(&photo).unwrap().clone();
     assert!((held.intrinsics.focal_px[0] - px).abs() < 1e-9 && held.sigmas[0] == 0.0, "{held:?}");
     assert!(held.sigmas[4] > 0.0, "k2 is solved");
     // a lens of its own for one photograph
@@ -140,7 +140,7 @@ fn a_lens_is_held_solved_shared_and_removed() {
     let lenses: Vec<Option<&str>> = file.photo.iter().map(|photo| photo.lens.as_deref()).collect();
     assert_eq!(lenses, [Some("lens 1"), Some("the one"), Some("the one"), Some("the one")]);
     desk.rest();
-    assert_eq!(desk.app.outcome().unwrap().lenses.len(), 2);
+    assert_eq!(desk.solved().lenses.len(), 2);
     desk.key(Key::L, Modifiers::SHIFT);
     desk.click_words("Remove the lens");
     assert_eq!(desk.app.document().project().file.photo[0].lens, None);

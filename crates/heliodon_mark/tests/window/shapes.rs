@@ -39,7 +39,7 @@ fn place_id(list: usize, place: usize) -> Id {
 
 /// How many lines the model has in the first photograph.
 fn line_count(desk: &Desk) -> usize {
-    desk.app.outcome().unwrap().lines[&Scene::photo(0)].len()
+    desk.solved().lines[&Scene::photo(0)].len()
 }
 
 #[test]
@@ -71,7 +71,7 @@ fn a_box_is_put_together_by_clicking_marks_and_its_wire_follows_at_once() {
     assert_eq!(shape(&desk, "shape 1").points, named);
     assert!(line_count(&desk) >= before + 9, "the wire is there before anything is solved again");
     desk.rest();
-    assert!(line_count(&desk) >= before + 9 && desk.app.outcome().unwrap().wrong_shapes.is_empty());
+    assert!(line_count(&desk) >= before + 9 && desk.solved().wrong_shapes.is_empty());
     desk.key(Key::Z, Modifiers::COMMAND);
     desk.rest();
     assert_eq!(line_count(&desk), before);
@@ -194,7 +194,7 @@ fn edges_that_photographs_show_are_drawn_for_a_shape() {
     assert_eq!(edges.len(), 1, "{edges:?}");
     assert_eq!((edges[0].photograph.as_str(), edges[0].between), ("photo-1.png", Some([0, 1])));
     desk.rest();
-    assert!(desk.app.outcome().unwrap().wrong_shapes.is_empty(), "{:?}", desk.app.outcome().unwrap().wrong_shapes);
+    assert!(desk.solved().wrong_shapes.is_empty(), "{:?}", desk.solved().wrong_shapes);
 }
 
 #[test]

@@ -59,7 +59,13 @@ pub(in crate::app) fn focus_once(ui: &Ui, field: &egui::Response) {
 }
 
 /// A field for a number, its name before it and its unit behind.
-pub(in crate::app) fn number_field(ui: &mut Ui, name: &str, text: &mut String, hint: &str, unit: &str) -> egui::Response {
+pub(in crate::app) fn number_field(
+    ui: &mut Ui,
+    name: &str,
+    text: &mut String,
+    hint: &'static str,
+    unit: &str,
+) -> egui::Response {
     ui.label(name);
     let field = ui.add(TextEdit::singleline(text).hint_text(hint).desired_width(64.0));
     if !unit.is_empty() {

@@ -256,7 +256,7 @@ fn heading(ui: &mut Ui, draft: &mut LensDraft, lenses: &[String]) -> Option<Wish
         ui.horizontal_wrapped(|ui| {
             for name in lenses {
                 let is_it = draft.was.as_ref() == Some(name);
-                if ui.selectable_label(is_it, name).clicked() && !is_it {
+                if ui.selectable_label(is_it, name.as_str()).clicked() && !is_it {
                     wish = Some(Wish::Open(Some(name.clone())));
                 }
             }

@@ -27,7 +27,7 @@ pub(super) fn heading(ui: &mut Ui, draft: &mut ShapeDraft, shapes: &[String], ch
                 }
                 for name in shapes {
                     let is_it = draft.was.as_ref() == Some(name);
-                    if ui.selectable_label(is_it, name).clicked() && !is_it {
+                    if ui.selectable_label(is_it, name.as_str()).clicked() && !is_it {
                         wish = Some(Wish::Open(Some(name.clone())));
                     }
                 }
