@@ -25,7 +25,7 @@ fn has_point(text: &str) -> bool {
 fn asks_to_stay(desk: &mut Desk) {
     desk.close();
     assert_eq!(desk.commands, [ViewportCommand::CancelClose]);
-    desk.frame(Vec::new());
+    desk.settle();
 }
 
 fn is_closed(desk: &mut Desk) -> bool {
@@ -94,7 +94,7 @@ fn what_another_program_wrote_meanwhile_is_asked_about_before_it_closes() {
         fs::write(desk.file(), &theirs).unwrap();
         desk.click(desk.find("Save"), Modifiers::NONE);
         assert_eq!(fs::read_to_string(desk.file()).unwrap(), theirs, "nothing is written over it unasked");
-        desk.frame(Vec::new());
+        desk.settle();
         desk.click(desk.find(answer), Modifiers::NONE);
         assert_eq!(is_closed(&mut desk), closes, "{answer}");
         let text = fs::read_to_string(desk.file()).unwrap();

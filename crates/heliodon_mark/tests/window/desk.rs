@@ -101,9 +101,14 @@ impl Desk {
         place.center()
     }
 
-    /// Clicks words, after a frame that draws what the last one changed.
+    /// Frames in which a dialog that has just opened becomes as large as what is in it.
+    pub fn settle(&mut self) {
+        (0..4).for_each(|_| self.frame(Vec::new()));
+    }
+
+    /// Clicks words, once they stand where they stay.
     pub fn click_words(&mut self, words: &str) {
-        self.frame(Vec::new());
+        self.settle();
         self.click(self.find(words), Modifiers::NONE);
         self.frame(Vec::new());
     }

@@ -112,7 +112,7 @@ fn a_lens_is_held_solved_shared_and_removed() {
     let solved = desk.solved().lens_of(&photo).unwrap().clone();
     assert!(solved.is_solved && solved.sigmas[0] > 0.0 && solved.photos.len() == 4, "{solved:?}");
     desk.key(Key::L, Modifiers::SHIFT);
-    desk.frame(Vec::new());
+    desk.settle();
     let words = format!("focal length solved: {:.1} \u{b1}", solved.intrinsics.focal_px[0]);
     assert!(desk.words().iter().any(|(told, ..)| told.starts_with(&words)), "{words}");
     // 1.15 times its width of 560 px: known in millimetres before film

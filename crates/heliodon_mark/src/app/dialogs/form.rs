@@ -40,7 +40,15 @@ pub(in crate::app) fn sheet<R>(
 pub(in crate::app) fn choices(ui: &mut Ui, words: &[&str], may_escape: bool) -> Option<usize> {
     ui.add_space(6.0);
     let clicked = ui.horizontal(|ui| words.iter().position(|word| ui.button(*word).clicked())).inner;
-    // a field of text has let go by then, a button has not
+    // what was clicked does not hold on to the keys: Enter is the first button's again, and what is typed goes into a field
+    if ui.input(|input| input.pointer.any_released()) && !ui.ctx().text_edit_focused() {
+        ui.memory_mut(|memory| {
+            if let Some(focused) = memory.focused() {
+                memory.surrender_focus(focused);
+            }
+        });
+    }
+    // a field of text has let go by then, a button that Tab went to has not
     let is_elsewhere = ui.memory(|memory| memory.focused()).is_some();
     let (enter, escape) = ui.input(|input| (input.key_pressed(Key::Enter), may_escape && input.key_pressed(Key::Escape)));
     clicked.or((enter && !is_elsewhere).then_some(0)).or(escape.then_some(words.len() - 1))

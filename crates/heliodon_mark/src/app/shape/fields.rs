@@ -77,7 +77,7 @@ fn list(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
 
 fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
     let (kind, of) = (draft.kind, draft.groups[group].list);
-    Grid::new(("places", group)).num_columns(2).spacing([8.0, 3.0]).show(ui, |ui| {
+    Grid::new(("places", group)).num_columns(2).min_col_width(112.0).spacing([8.0, 3.0]).show(ui, |ui| {
         for slot in 0..draft.groups[group].slots.len() {
             let is_active = draft.active == (group, slot);
             let colour = if is_active { ACTIVE } else { Color32::from_gray(205) };
