@@ -41,15 +41,16 @@ pub(in crate::app) fn choices(ui: &mut Ui, words: &[&str], may_escape: bool) -> 
     ui.add_space(6.0);
     let clicked = ui.horizontal(|ui| words.iter().position(|word| ui.button(*word).clicked())).inner;
     // what was clicked does not hold on to the keys: Enter is the first button's again, and what is typed goes into a field
-    if ui.input(|input| input.pointer.any_released()) && !ui.ctx().text_edit_focused() {
+    let is_on_button = |ui: &Ui| ui.memory(|memory| memory.focused()).is_some() && !ui.ctx().text_edit_focused();
+    if ui.input(|input| input.pointer.any_released()) && is_on_button(ui) {
         ui.memory_mut(|memory| {
             if let Some(focused) = memory.focused() {
                 memory.surrender_focus(focused);
             }
         });
     }
-    // a field of text has let go by then, a button that Tab went to has not
-    let is_elsewhere = ui.memory(|memory| memory.focused()).is_some();
+    // on a button that Tab went to, Enter is that one's
+    let is_elsewhere = is_on_button(ui);
     let (enter, escape) = ui.input(|input| (input.key_pressed(Key::Enter), may_escape && input.key_pressed(Key::Escape)));
     clicked.or((enter && !is_elsewhere).then_some(0)).or(escape.then_some(words.len() - 1))
 }
