@@ -174,7 +174,7 @@ pub(super) fn settings(ui: &mut Ui, draft: &mut ShapeDraft, names: &[String]) ->
             number_field(ui, "sides", &mut draft.sides, usual, "");
         }
         if knows.depth {
-            number_field(ui, "depth", &mut draft.depth_m, "of its back", "m");
+            number_field(ui, "depth", &mut draft.depth_m, "0.4", "m");
         }
         number_field(ui, "rough by", &mut draft.tolerance_m, "0.005", "m")
             .on_hover_text("How far stone is from such a shape anyhow; counts beside the points' own uncertainty");
