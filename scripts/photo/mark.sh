@@ -65,6 +65,10 @@ added=$(diff "$out/before.toml" "$out/after.toml" | grep -c '^> "' || true)
 diff "$out/before.toml" "$out/after.toml" | grep -q '^<' && fail "other lines were changed"
 key 4 && shot 5-four-panes 3
 key F1 && shot 6-help && key Escape
+key 2
+for dialog in shift+b b shift+l p; do
+    key "$dialog" && shot "8-dialog-$dialog" 3 && key Escape
+done
 key ctrl+z ctrl+z ctrl+z ctrl+s
 shot 7-undone 2
 cmp -s "$work/photos.toml" "$out/before.toml" || fail "undoing left something"

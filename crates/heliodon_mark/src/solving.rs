@@ -2,11 +2,12 @@
 
 use crate::wires::{Drawn, Wires};
 use glam::{DVec2, DVec3};
-use heliodon_photo::camera::Camera;
+use heliodon_photo::camera::{Camera, Intrinsics};
 use heliodon_photo::formats::cameras_file::CamerasFile;
 use heliodon_photo::model;
-use heliodon_photo::project::Project;
-use heliodon_photo::solve::{self, MarkResult, PhotoResult, PointResult};
+use heliodon_photo::project::{Project, Witnesses};
+use heliodon_photo::solve::bundle::LENS_UNKNOWNS;
+use heliodon_photo::solve::{self, LensResult, MarkResult, PhotoResult, PointResult};
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -22,6 +23,19 @@ pub struct Residual {
     pub is_wrong: bool,
 }
 
+/// What was found of a lens.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SolvedLens {
+    /// The photographs that it took.
+    pub photos: Vec<String>,
+    /// Its values.
+    pub intrinsics: Intrinsics,
+    /// Standard deviations: focal length, centre, radial, tangential; 0 for what was held.
+    pub sigmas: [f64; LENS_UNKNOWNS],
+    /// Whether any of its photographs was solved.
+    pub is_solved: bool,
+}
+
 /// What was solved, told by names: points and photographs may come and go in the meantime.
 #[derive(Clone, Debug)]
 pub struct Outcome {
@@ -29,10 +43,14 @@ pub struct Outcome {
     pub text: String,
     /// Of photographs.
     pub photos: BTreeMap<String, PhotoResult>,
+    /// Of lenses.
+    pub lenses: Vec<SolvedLens>,
     /// Of points.
     pub points: BTreeMap<String, PointResult>,
     /// Of marks, by photograph and point.
     pub residuals: BTreeMap<(String, String), Residual>,
+    /// Who looks and what was found, as shapes are made of it.
+    pub witnesses: Witnesses,
     /// The model's lines in each photograph.
     pub lines: BTreeMap<String, Vec<Drawn>>,
     /// Marks that were found wrong, the worst first: photograph, point.
@@ -62,6 +80,12 @@ impl Outcome {
             PointResult::Solved(solved) => Some(solved.position_m),
             PointResult::Unsolved(_) => None,
         }
+    }
+
+    /// The lens that took a photograph.
+    #[must_use]
+    pub fn lens_of(&self, photo: &str) -> Option<&SolvedLens> {
+        self.lenses.iter().find(|lens| lens.photos.iter().any(|name| name == photo))
     }
 
     /// How a mark fits.
@@ -115,11 +139,19 @@ pub fn solved(project: &Project, text: &str) -> Result<Outcome, String> {
         .map(|check| format!("{} is missed by {:.4} {}", check.what, check.off, check.unit));
     let wires = Wires::new(&model.parts);
     let lines = witnesses.photographs.iter().map(|(name, camera)| (name.clone(), wires.seen_by(camera))).collect();
+    let lens = |(number, found): (usize, &LensResult)| SolvedLens {
+        photos: problem.photos.iter().filter(|photo| photo.lens == number).map(|photo| photo.name.clone()).collect(),
+        intrinsics: found.intrinsics,
+        sigmas: found.sigmas,
+        is_solved: found.solved,
+    };
     Ok(Outcome {
         text: text.to_owned(),
+        lenses: solution.lenses.iter().enumerate().map(lens).collect(),
         photos: problem.photos.iter().map(|photo| photo.name.clone()).zip(solution.photos).collect(),
         points: problem.points.iter().map(|point| point.name.clone()).zip(solution.points).collect(),
         residuals,
+        witnesses,
         lines,
         wrong_marks,
         wrong_shapes,

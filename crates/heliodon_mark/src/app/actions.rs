@@ -171,21 +171,29 @@ impl MarkApp {
         self.say(format!("edges that run {along}: click both ends of one, {end}"));
     }
 
-    /// The nearest edge of the active pane's photograph to a pixel goes.
+    /// The nearest edge of the active pane's photograph to a pixel goes: one of the shape that is put together, where that one's are drawn.
     pub(super) fn remove_edge_near(&mut self, pane: usize, pixel: DVec2) {
         let (Some(photo), Some(view)) = (self.photo_in(pane), self.panes[pane].view) else { return };
-        let mut nearest: Option<(f64, usize, usize)> = None;
-        for (edge, entry) in self.document.project().file.edge.iter().enumerate().filter(|(_, entry)| entry.photo == photo) {
-            for (segment, ends) in entry.segments.iter().enumerate() {
-                let [a, b] = ends.map(DVec2::from);
-                let t = ((pixel - a).dot(b - a) / (b - a).length_squared().max(1e-12)).clamp(0.0, 1.0);
-                let distance = pixel.distance(a + (b - a) * t);
-                if distance <= view.pixels(12.0) && nearest.is_none_or(|(least, ..)| distance < least) {
-                    nearest = Some((distance, edge, segment));
+        let distance = |ends: [[f64; 2]; 2]| {
+            let [a, b] = ends.map(DVec2::from);
+            let t = ((pixel - a).dot(b - a) / (b - a).length_squared().max(1e-12)).clamp(0.0, 1.0);
+            pixel.distance(a + (b - a) * t)
+        };
+        let is_shapes = matches!(self.tool, Tool::Witness { .. });
+        let of_shape = self.aside.iter().filter(|_| is_shapes).flat_map(|draft| draft.edges.iter().enumerate());
+        let of_shape =
+            of_shape.filter(|(_, edge)| edge.photograph == photo).map(|(i, edge)| (distance([edge.from, edge.to]), i, 0));
+        let drawn =
+            self.document.project().file.edge.iter().enumerate().filter(|(_, entry)| !is_shapes && entry.photo == photo);
+        let segments =
+            drawn.flat_map(|(i, entry)| entry.segments.iter().enumerate().map(move |(k, ends)| (distance(*ends), i, k)));
+        let near = of_shape.chain(segments).filter(|(distance, ..)| *distance <= view.pixels(12.0));
+        match near.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            Some((_, edge, _)) if is_shapes => {
+                if let Some(draft) = &mut self.aside {
+                    draft.edges.remove(edge);
                 }
             }
-        }
-        match nearest {
             Some((_, edge, segment)) => {
                 self.edit(&Edit::RemoveSegment { edge, segment });
             }
@@ -280,7 +288,7 @@ impl MarkApp {
         let pane = self.active_pane;
         let (Some(view), Some(photo)) = (self.panes[pane].view, self.photo_in(pane)) else { return };
         let pixel = self.cursor(pane).unwrap_or(view.centre);
-        if let Tool::Edge { .. } = self.tool {
+        if self.tool != Tool::Mark {
             self.edge_end(pane, pixel, is_free);
             return;
         }
@@ -300,6 +308,11 @@ impl MarkApp {
             let axis = ["X", "Y (up)", "Z"][axis as usize];
             let ends = if first.is_some() { "click its other end" } else { "click one end of an edge" };
             return format!("edges along {axis}: {ends}; X, Y or Z for another axis, Delete removes one, Esc ends");
+        }
+        if let Tool::Witness { between, first } = self.tool {
+            let edge = self.witness_name(between);
+            let ends = if first.is_some() { "click its other end" } else { "click one end of it" };
+            return format!("the {edge} edge of the shape: {ends}; Delete removes one, Esc goes back to the shape");
         }
         let Some(point) = &self.active_point else {
             return "click a corner that several photographs show: it becomes a point".to_owned();

@@ -1,6 +1,6 @@
 //! Every key, and what it does: handled and told in the same place.
 
-use super::dialogs::{Dialog, ShapeDraft};
+use super::dialogs::Dialog;
 use super::{MarkApp, Tool};
 use eframe::egui::{Context, Event, Key, Modifiers};
 use glam::DVec2;
@@ -10,7 +10,7 @@ use heliodon_photo::project::AxisEntry;
 pub(super) type Group = (&'static str, &'static [(&'static str, &'static str)]);
 
 /// All of them, as the help shows them.
-pub(super) const HELP: [Group; 5] = [
+pub(super) const HELP: [Group; 6] = [
     (
         "Marking",
         &[
@@ -35,9 +35,19 @@ pub(super) const HELP: [Group; 5] = [
             ("O", "show the mark that fits worst, the next one"),
             ("G", "it lies on the ground"),
             ("X", "choose it, for a shape or a distance"),
-            ("D", "distance of the two chosen points"),
-            ("B", "a shape of the chosen points"),
+            ("D, Shift+D", "distance of the two chosen points; direction"),
+            ("P", "its place, where that is known"),
             ("/", "search"),
+        ],
+    ),
+    (
+        "Shapes",
+        &[
+            ("B, Shift+B", "a shape of the chosen points; change one"),
+            ("click a mark", "in the dialog: it goes into the yellow place"),
+            ("Down, Up", "in a place: complete its name, next name"),
+            ("PageUp, PageDown", "in the dialog: other shapes"),
+            ("B, Esc", "back from drawing its edges"),
         ],
     ),
     (
@@ -49,6 +59,7 @@ pub(super) const HELP: [Group; 5] = [
             ("PageUp, PageDown", "previous, next photograph"),
             ("1, 2, 4", "so many side by side"),
             ("W", "next pane"),
+            ("Shift+L", "their lens"),
         ],
     ),
     (
@@ -159,7 +170,13 @@ impl MarkApp {
             }
             Key::Delete | Key::Backspace if modifiers.shift => self.remove_point(),
             Key::Delete | Key::Backspace => self.remove_mark(),
-            Key::Escape => self.escape(),
+            Key::Escape => {
+                self.escape();
+                // a dialog that comes back by it is not left by it as well
+                if self.dialog != Dialog::None {
+                    ctx.input_mut(|input| input.consume_key(modifiers, Key::Escape));
+                }
+            }
             Key::PageUp => self.step_photo(-1),
             Key::PageDown => self.step_photo(1),
             Key::Plus | Key::Equals => self.zoom_by(1.25),
@@ -181,12 +198,15 @@ impl MarkApp {
                     self.dialog = Dialog::Rename { to: from.clone(), from };
                 }
             }
-            Key::B => self.dialog = Dialog::Shape(Box::new(ShapeDraft::of(&self.selected, self.new_shape_name()))),
+            Key::B if self.aside.is_some() => self.end_drawing(),
+            Key::B if modifiers.shift => self.open_some_shape(),
+            Key::B => self.begin_shape(),
             Key::C => self.toggle_cursor(),
+            Key::D if modifiers.shift => self.begin_direction(),
             Key::D => self.begin_distance(),
             Key::E => match self.tool {
                 Tool::Mark => self.begin_edges(AxisEntry::Y),
-                Tool::Edge { .. } => self.tool = Tool::Mark,
+                Tool::Edge { .. } | Tool::Witness { .. } => self.end_drawing(),
             },
             Key::F => self.find_point(),
             Key::G => self.toggle_ground(),
@@ -197,10 +217,12 @@ impl MarkApp {
                         .to_owned(),
                 );
             }
+            Key::L if modifiers.shift => self.begin_lens(),
             Key::L => self.shown.lines = !self.shown.lines,
             Key::M => self.shown.model = !self.shown.model,
             Key::N => self.new_point(),
             Key::O => self.show_wrong(),
+            Key::P => self.begin_place(),
             Key::R => self.longer_residuals(),
             Key::S if modifiers.shift => self.toggle_solving(),
             Key::S => self.solve(),
@@ -220,8 +242,10 @@ impl MarkApp {
             self.say("let go: the mark stays as it was".to_owned());
         } else if let Tool::Edge { axis, first: Some(_) } = self.tool {
             self.tool = Tool::Edge { axis, first: None };
+        } else if let Tool::Witness { between, first: Some(_) } = self.tool {
+            self.tool = Tool::Witness { between, first: None };
         } else if self.tool != Tool::Mark {
-            self.tool = Tool::Mark;
+            self.end_drawing();
         } else if self.cursor_mode {
             self.cursor_mode = false;
         } else if self.selected.is_empty() {

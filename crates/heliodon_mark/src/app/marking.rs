@@ -77,7 +77,7 @@ impl MarkApp {
         self.active_pane = pane;
         let (Some(view), Some(photo)) = (self.panes[pane].view, self.photo_in(pane)) else { return };
         let pixel = view.to_pixel(at);
-        if let Tool::Edge { .. } = self.tool {
+        if self.tool != Tool::Mark {
             self.edge_end(pane, pixel, is_free);
             return;
         }
@@ -132,16 +132,26 @@ impl MarkApp {
 
     /// One end of an edge; the second finishes it.
     pub(super) fn edge_end(&mut self, pane: usize, pixel: DVec2, is_free: bool) {
-        let Tool::Edge { axis, first } = self.tool else { return };
         let Some(photo) = self.photo_in(pane) else { return };
         let pixel = self.aimed(pane, pixel, is_free);
         let index = self.panes[pane].photo;
-        self.tool = match first.filter(|(in_photo, _)| *in_photo == index) {
-            None => Tool::Edge { axis, first: Some((index, pixel)) },
-            Some((_, start)) => {
-                self.edit(&Edit::AddSegment { photo, axis, ends: [start.to_array(), pixel.to_array()] });
-                Tool::Edge { axis, first: None }
-            }
-        };
+        let begun = |first: Option<(usize, DVec2)>| first.filter(|(in_photo, _)| *in_photo == index).map(|(_, start)| start);
+        match self.tool {
+            Tool::Mark => {}
+            Tool::Edge { axis, first } => match begun(first) {
+                None => self.tool = Tool::Edge { axis, first: Some((index, pixel)) },
+                Some(start) => {
+                    self.edit(&Edit::AddSegment { photo, axis, ends: [start.to_array(), pixel.to_array()] });
+                    self.tool = Tool::Edge { axis, first: None };
+                }
+            },
+            Tool::Witness { between, first } => match begun(first) {
+                None => self.tool = Tool::Witness { between, first: Some((index, pixel)) },
+                Some(start) => {
+                    self.add_witness(photo, between, [start, pixel]);
+                    self.tool = Tool::Witness { between, first: None };
+                }
+            },
+        }
     }
 }

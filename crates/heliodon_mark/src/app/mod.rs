@@ -8,6 +8,7 @@ mod overlay;
 mod paint;
 mod panels;
 mod panes;
+mod shape;
 
 use crate::document::Document;
 use crate::pictures::{Loading, Pictures, Tiles, View};
@@ -18,6 +19,7 @@ use glam::DVec2;
 use heliodon_photo::formats::cameras_file::CAMERAS_FILE_NAME;
 use heliodon_photo::project::AxisEntry;
 use marking::Drag;
+use shape::{Preview, ShapeDraft};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
@@ -44,6 +46,8 @@ enum Tool {
     Mark,
     /// Draws edges along an axis of the building, from end to end.
     Edge { axis: AxisEntry, first: Option<(usize, DVec2)> },
+    /// Draws an edge of the shape that is put together: between two of its corners, or along the side of a shaft.
+    Witness { between: Option<[usize; 2]>, first: Option<(usize, DVec2)> },
 }
 
 /// One of the photographs side by side.
@@ -105,6 +109,13 @@ pub struct MarkApp {
     cursor_mode: bool,
     drag: Option<Drag>,
     dialog: Dialog,
+    /// What is asked again if the window is not closed after all.
+    waiting: Dialog,
+    /// Whether what is asked now is about closing the window.
+    is_closing: bool,
+    /// The shape whose edges are drawn meanwhile.
+    aside: Option<Box<ShapeDraft>>,
+    preview: Option<Preview>,
     search: String,
     focus_search: bool,
     scroll_to_point: bool,
@@ -148,6 +159,10 @@ impl MarkApp {
             cursor_mode: false,
             drag: None,
             dialog,
+            waiting: Dialog::None,
+            is_closing: false,
+            aside: None,
+            preview: None,
             search: String::new(),
             focus_search: false,
             scroll_to_point: false,
@@ -228,6 +243,7 @@ impl MarkApp {
         self.point_list(ui);
         self.show_panes(ui);
         self.show_dialog(&ctx);
+        self.follow_draft(&ctx);
         self.look_after(&ctx, now);
     }
 
@@ -291,7 +307,8 @@ impl MarkApp {
         if self.shown.solve_as_marked && is_resting && is_new && has_marks && !self.solver.is_busy() {
             self.solve();
         }
-        if now - self.autosaved_at > AUTOSAVE_S {
+        // what was let go of on closing is not written once more
+        if now - self.autosaved_at > AUTOSAVE_S && !self.may_close {
             self.autosaved_at = now;
             if let Err(error) = self.document.autosave() {
                 self.complain(error.to_string());
@@ -314,7 +331,15 @@ impl MarkApp {
                 }
             }
         }
-        let wait = if self.is_busy() { 0.1 } else { 0.4 };
+        // A window that nobody touches draws itself no oftener than it has to look at its file: without a graphics card each frame is work.
+        let is_due = self.shown.solve_as_marked && is_new && has_marks;
+        let wait = if self.is_busy() {
+            0.1
+        } else if is_due {
+            0.4
+        } else {
+            WATCH_S as f32
+        };
         ctx.request_repaint_after_secs(wait);
     }
 
@@ -325,13 +350,6 @@ impl MarkApp {
         self.active_point = self.active_point.take().filter(is_there);
         for pane in &mut self.panes {
             pane.photo = pane.photo.min(file.photo.len().saturating_sub(1));
-        }
-    }
-
-    fn handle_close(&mut self, ctx: &Context) {
-        if ctx.input(|input| input.viewport().close_requested()) && self.document.is_changed() && !self.may_close {
-            ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
-            self.dialog = Dialog::Close;
         }
     }
 

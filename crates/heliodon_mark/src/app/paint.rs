@@ -18,6 +18,8 @@ const LINE_FAINT: Color32 = Color32::from_rgba_premultiplied(115, 72, 22, 115);
 const MODEL: Color32 = Color32::from_rgb(90, 225, 165);
 const MODEL_INNER: Color32 = Color32::from_rgba_premultiplied(41, 101, 74, 115);
 const MODEL_HIDDEN: Color32 = Color32::from_rgba_premultiplied(49, 124, 91, 140);
+/// Edges of a shape.
+const WITNESS: Color32 = Color32::from_rgb(255, 225, 120);
 const PREDICTED: Color32 = Color32::from_rgb(240, 130, 255);
 const BORDER: Color32 = Color32::from_rgba_premultiplied(0, 0, 0, 170);
 const AXES: [Color32; 3] =
@@ -87,7 +89,10 @@ impl MarkApp {
         pointer: Option<Pos2>,
     ) {
         let to_window = |pixels: &[DVec2]| -> Vec<Pos2> { pixels.iter().map(|p| view.to_window(*p)).collect() };
-        let model = self.outcome.as_ref().filter(|_| self.shown.model).and_then(|outcome| outcome.lines.get(photo));
+        let solved = self.outcome.as_ref().and_then(|outcome| outcome.lines.get(photo));
+        // a shape that is put together stands among the others at once
+        let previewed = self.preview.as_ref().and_then(|preview| preview.lines(photo));
+        let model = previewed.or(solved).filter(|_| self.shown.model);
         for drawn in model.into_iter().flatten() {
             let points = to_window(&drawn.line);
             match (drawn.is_seen, drawn.is_border) {
@@ -190,7 +195,11 @@ impl MarkApp {
                 MARK
             };
             cross(painter, at, if is_active { 2.0 } else { 1.4 }, colour);
-            if self.selected.iter().any(|chosen| chosen == name) {
+            let is_chosen = match self.draft() {
+                Some(draft) => draft.place_of(name).is_some(),
+                None => self.selected.iter().any(|chosen| chosen == name),
+            };
+            if is_chosen {
                 painter.circle_stroke(at, 12.0, Stroke::new(3.5, BORDER));
                 painter.circle_stroke(at, 12.0, Stroke::new(1.6, colour));
             }
@@ -212,16 +221,29 @@ impl MarkApp {
             painter.circle_filled(ends[0], 3.0, colour);
             arrow(painter, ends[0], ends[1], colour);
         };
+        let witness = |ends: [Pos2; 2]| {
+            line(painter, ends.to_vec(), 2.2, WITNESS);
+            for end in ends {
+                painter.circle_filled(end, 3.0, WITNESS);
+            }
+        };
+        for edge in self.draft().into_iter().flat_map(|draft| &draft.edges).filter(|edge| edge.photograph == photo) {
+            witness([edge.from, edge.to].map(|end| view.to_window(DVec2::from(end))));
+        }
         for edge in self.document.project().file.edge.iter().filter(|edge| edge.photo == photo) {
             for ends in &edge.segments {
                 draw(edge.axis, ends.map(|end| view.to_window(DVec2::from(end))));
             }
         }
-        if let Tool::Edge { axis, first: Some((index, start)) } = self.tool
+        if let Tool::Edge { first: Some((index, start)), .. } | Tool::Witness { first: Some((index, start)), .. } = self.tool
             && index == self.panes[pane].photo
         {
-            let end = pointer.or_else(|| self.cursor(pane).map(|pixel| view.to_window(pixel)));
-            draw(axis, [view.to_window(start), end.unwrap_or(view.to_window(start))]);
+            let start = view.to_window(start);
+            let end = pointer.or_else(|| self.cursor(pane).map(|pixel| view.to_window(pixel))).unwrap_or(start);
+            match self.tool {
+                Tool::Edge { axis, .. } => draw(axis, [start, end]),
+                _ => witness([start, end]),
+            }
         }
     }
 

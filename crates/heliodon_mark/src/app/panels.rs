@@ -2,21 +2,38 @@
 
 use super::dialogs::Dialog;
 use super::{MarkApp, Tool};
+use crate::document::Edit;
 use crate::pictures::small_texture;
 use eframe::egui::{self, Align, Color32, Layout, Panel, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2};
-use heliodon_photo::project::AxisEntry;
+use heliodon_photo::project::{AxisEntry, DirectionEntry, DistanceEntry};
 use heliodon_photo::solve::{PhotoResult, PointResult, worst_sigma};
 
 const FAULT: Color32 = Color32::from_rgb(255, 120, 110);
 const DOUBT: Color32 = Color32::from_rgb(255, 190, 120);
-const GOOD: Color32 = Color32::from_rgb(140, 225, 140);
+pub(super) const GOOD: Color32 = Color32::from_rgb(140, 225, 140);
 /// The small photographs' width, points.
 const SMALL_WIDTH: f32 = 132.0;
+
+/// What a click in the list of what is known opens.
+enum Opens {
+    Shape(String),
+    Distance([String; 2]),
+    Direction([String; 2]),
+    Lens(String),
+}
+
+/// A line of that list.
+struct Thing {
+    words: String,
+    hint: &'static str,
+    opens: Opens,
+    removes: Edit,
+}
 
 impl MarkApp {
     pub(super) fn top_bar(&mut self, ui: &mut Ui) {
         Panel::top("commands").show(ui, |ui| {
-            ui.horizontal(|ui| {
+            ui.horizontal_wrapped(|ui| {
                 ui.spacing_mut().item_spacing.x = 6.0;
                 let (undos, redos) = self.document.steps();
                 let save = if self.document.is_changed() { "Save *" } else { "Save" };
@@ -58,11 +75,20 @@ impl MarkApp {
                 }
                 ui.separator();
                 if button(ui, "Shape", "B", true) {
-                    let name = self.new_shape_name();
-                    self.dialog = Dialog::Shape(Box::new(super::dialogs::ShapeDraft::of(&self.selected, name)));
+                    self.begin_shape();
                 }
-                if button(ui, "Distance", "D", self.selected.len() == 2) {
+                let has_two = self.selected.len() == 2;
+                if button(ui, "Distance", "D: how far the two chosen points are apart", has_two) {
                     self.begin_distance();
+                }
+                if button(ui, "Direction", "Shift+D: where the way between the two chosen points leads", has_two) {
+                    self.begin_direction();
+                }
+                if button(ui, "Place", "P: where the active point is", self.active_point.is_some()) {
+                    self.begin_place();
+                }
+                if button(ui, "Lens", "Shift+L: what is known of the active photograph's lens", true) {
+                    self.begin_lens();
                 }
                 ui.separator();
                 ui.checkbox(&mut self.shown.snap, "Snap").on_hover_text("Marks go to corners and edges (K; Alt held: not now)");
@@ -73,11 +99,10 @@ impl MarkApp {
                 if ui.button(words).on_hover_text("Longer, off (R)").clicked() {
                     self.longer_residuals();
                 }
-                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                    if button(ui, "Help", "F1", true) {
-                        self.dialog = Dialog::Help;
-                    }
-                });
+                ui.separator();
+                if button(ui, "Help", "F1", true) {
+                    self.dialog = Dialog::Help;
+                }
             });
         });
     }
@@ -197,6 +222,7 @@ impl MarkApp {
         let entry = &self.document.project().file.point[index];
         let marks = super::marks_told(entry.marks.len());
         let ground = if entry.ground { ", ground" } else { "" };
+        let known = if entry.known_m.is_some() { ", known" } else { "" };
         let is_active = self.active_point.as_deref() == Some(name);
         let is_selected = self.selected.iter().position(|chosen| chosen == name);
         let is_wrong = self.outcome.as_ref().is_some_and(|outcome| {
@@ -220,7 +246,7 @@ impl MarkApp {
                 let colour = if is_active { super::panes::ACTIVE } else { Color32::from_gray(235) };
                 ui.add(egui::Label::new(RichText::new(format!("{number}{name}")).color(colour)).selectable(false).truncate());
                 ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                    let told = RichText::new(format!("{marks}{ground}")).small().color(Color32::from_gray(165));
+                    let told = RichText::new(format!("{marks}{ground}{known}")).small().color(Color32::from_gray(165));
                     ui.add(egui::Label::new(told).selectable(false));
                 });
             });
@@ -230,10 +256,16 @@ impl MarkApp {
         if is_active && self.scroll_to_point {
             response.scroll_to_me(None);
         }
-        if response.double_clicked() {
+        if response.double_clicked() && self.dialog == Dialog::None {
             self.dialog = Dialog::Rename { from: name.to_owned(), to: name.to_owned() };
         } else if response.clicked() {
-            if ui.input(|input| input.modifiers.command) { self.toggle_selected(name) } else { self.activate(name.to_owned()) }
+            if let Dialog::Shape(draft) = &mut self.dialog {
+                draft.pick(name);
+            } else if ui.input(|input| input.modifiers.command) {
+                self.toggle_selected(name);
+            } else {
+                self.activate(name.to_owned());
+            }
         }
         response.on_hover_text(format!("{place}\nClick: mark it. Ctrl+click or X: choose it. Double click or F2: rename."));
     }
@@ -243,30 +275,52 @@ impl MarkApp {
             .outcome
             .as_ref()
             .map_or(0, |outcome| outcome.wrong_marks.len() + outcome.wrong_shapes.len() + outcome.notes.len());
-        let listed = self.document.project().file.shape.len() + self.document.project().file.distance.len();
-        (60.0 + 18.0 * (told + listed) as f32).min(260.0)
+        (60.0 + 18.0 * (told + self.known_things().len()) as f32).min(260.0)
     }
 
-    /// Shapes, distances, and what the solver has to say.
+    /// Shapes, distances, directions and lenses of the project.
+    fn known_things(&self) -> Vec<Thing> {
+        let file = &self.document.project().file;
+        let shapes = file.shape.iter().map(|shape| Thing {
+            words: format!("{:?} {}", shape.kind, shape.name),
+            hint: "Change it (Shift+B)",
+            opens: Opens::Shape(shape.name.clone()),
+            removes: Edit::RemoveShape { name: shape.name.clone() },
+        });
+        let distances = file.distance.iter().map(|DistanceEntry { between, metres }| Thing {
+            words: format!("{} - {}: {metres} m", between[0], between[1]),
+            hint: "Change it (choose both points, D)",
+            opens: Opens::Distance(between.clone()),
+            removes: Edit::RemoveDistance { between: between.clone() },
+        });
+        let directions = file.direction.iter().map(|DirectionEntry { from, to, toward }| Thing {
+            words: format!("{from} to {to}: {toward}"),
+            hint: "Change it (choose both points, Shift+D)",
+            opens: Opens::Direction([from.clone(), to.clone()]),
+            removes: Edit::RemoveDirection { between: [from.clone(), to.clone()] },
+        });
+        let lenses = file.lens.iter().map(|lens| Thing {
+            words: format!("Lens {}", lens.name),
+            hint: "Change it (Shift+L)",
+            opens: Opens::Lens(lens.name.clone()),
+            removes: Edit::RemoveLens { name: lens.name.clone() },
+        });
+        shapes.chain(distances).chain(directions).chain(lenses).collect()
+    }
+
+    /// What the project knows beside points, and what the solver has to say.
     fn notes(&mut self, ui: &mut Ui) {
         ui.separator();
-        let (mut remove, mut show) = (None, None);
+        let (mut remove, mut show, mut open) = (None, None, None);
         ScrollArea::vertical().id_salt("notes").auto_shrink([false, false]).show(ui, |ui| {
-            let file = &self.document.project().file;
-            for shape in &file.shape {
+            for thing in self.known_things() {
                 ui.horizontal(|ui| {
-                    ui.label(RichText::new(format!("{:?} {}", shape.kind, shape.name)).small());
-                    if ui.small_button("x").on_hover_text("Remove this shape").clicked() {
-                        remove = Some(crate::document::Edit::RemoveShape { name: shape.name.clone() });
+                    let words = RichText::new(&thing.words).small();
+                    if ui.add(egui::Button::new(words).frame(false)).on_hover_text(thing.hint).clicked() {
+                        open = Some(thing.opens);
                     }
-                });
-            }
-            for distance in &file.distance {
-                ui.horizontal(|ui| {
-                    let [a, b] = &distance.between;
-                    ui.label(RichText::new(format!("{a} - {b}: {} m", distance.metres)).small());
-                    if ui.small_button("x").on_hover_text("Remove this distance").clicked() {
-                        remove = Some(crate::document::Edit::RemoveDistance { between: distance.between.clone() });
+                    if ui.small_button("x").on_hover_text("Remove it").clicked() {
+                        remove = Some(thing.removes);
                     }
                 });
             }
@@ -292,6 +346,13 @@ impl MarkApp {
         });
         if let Some((photo, point)) = show {
             self.show_mark(&photo, point);
+        }
+        match open.filter(|_| self.dialog == Dialog::None) {
+            Some(Opens::Shape(name)) => self.open_shape(&name),
+            Some(Opens::Distance(between)) => self.open_distance(between),
+            Some(Opens::Direction(ends)) => self.open_direction(ends),
+            Some(Opens::Lens(name)) => self.open_lens(&name),
+            None => {}
         }
         if let Some(edit) = remove {
             self.edit(&edit);

@@ -117,10 +117,11 @@ impl MarkApp {
             let button = PointerButton::Primary;
             (pointer.button_pressed(button), pointer.button_released(button), pointer.press_origin(), pointer.interact_pos())
         });
+        let is_picking = matches!(self.dialog, super::Dialog::Shape(_));
         if is_pressed
             && !space
             && response.contains_pointer()
-            && self.dialog == super::Dialog::None
+            && (is_picking || self.dialog == super::Dialog::None)
             && let Some(at) = origin.or(now)
         {
             // What is typed in a field stays there.
@@ -130,6 +131,10 @@ impl MarkApp {
                 }
             });
             self.cursor_mode = false;
+            if is_picking {
+                self.pick_at(pane, at);
+                return;
+            }
             self.press(pane, at, is_free, ui.input(|input| input.modifiers.shift));
         }
         let is_ours = self.drag.as_ref().is_some_and(|drag| drag.pane == pane);

@@ -1,7 +1,8 @@
 //! What can be done to a project's file: each leaves all lines that it does not mean as they are, comments and layout with them.
 
+use super::merge::become_table;
 use heliodon_photo::model::table::ShapeRow;
-use heliodon_photo::project::AxisEntry;
+use heliodon_photo::project::{AxisEntry, DirectionEntry, LensEntry, Toward};
 use toml_edit::{Array, ArrayOfTables, DocumentMut, Item, RawString, Table, TableLike, Value};
 
 /// Marks are written to this part of a pixel.
@@ -73,6 +74,13 @@ pub enum Edit {
     },
     /// A new shape.
     AddShape(Box<ShapeRow>),
+    /// A shape becomes another.
+    SetShape {
+        /// What it was called.
+        was: String,
+        /// What it is now.
+        row: Box<ShapeRow>,
+    },
     /// Takes a shape away.
     RemoveShape {
         /// Its name.
@@ -89,6 +97,34 @@ pub enum Edit {
     RemoveDistance {
         /// Both points.
         between: [String; 2],
+    },
+    /// Says where the way between two points leads; what was said of these two goes.
+    SetDirection(DirectionEntry),
+    /// Takes a known direction away.
+    RemoveDirection {
+        /// Both points, whichever way it leads.
+        between: [String; 2],
+    },
+    /// Says where a point is, or that this is not known.
+    SetKnown {
+        /// Its name.
+        name: String,
+        /// East, up and south of the origin.
+        known_m: Option<[f64; 3]>,
+    },
+    /// What is known of a lens, and which photographs it took.
+    SetLens {
+        /// What it was called, nothing for a new one.
+        was: Option<String>,
+        /// What it is now.
+        lens: Box<LensEntry>,
+        /// The photographs' names; others that had it have none of their own then.
+        photos: Vec<String>,
+    },
+    /// Takes a lens away; its photographs have none of their own then.
+    RemoveLens {
+        /// Its name.
+        name: String,
     },
 }
 
@@ -108,9 +144,17 @@ impl Edit {
             Self::AddSegment { photo, .. } => format!("edge drawn in {photo}"),
             Self::RemoveSegment { .. } => "edge removed".to_owned(),
             Self::AddShape(row) => format!("shape {} added", row.name),
+            Self::SetShape { row, .. } => format!("shape {} changed", row.name),
             Self::RemoveShape { name } => format!("shape {name} removed"),
             Self::SetDistance { between: [a, b], metres } => format!("{a} - {b} set to {metres} m"),
             Self::RemoveDistance { between: [a, b] } => format!("distance {a} - {b} removed"),
+            Self::SetDirection(DirectionEntry { from, to, toward }) => format!("{from} to {to} leads {toward}"),
+            Self::RemoveDirection { between: [a, b] } => format!("direction {a} - {b} removed"),
+            Self::SetKnown { name, known_m: Some([x, y, z]) } => format!("{name} lies at {x}, {y}, {z} m"),
+            Self::SetKnown { name, known_m: None } => format!("{name} lies where photographs say"),
+            Self::SetLens { was: None, lens, .. } => format!("lens {} added", lens.name),
+            Self::SetLens { lens, .. } => format!("lens {} changed", lens.name),
+            Self::RemoveLens { name } => format!("lens {name} removed"),
         }
     }
 
@@ -160,8 +204,13 @@ impl Edit {
                 Ok(())
             }
             Self::AddShape(row) => {
-                let row = toml_edit::ser::to_document(row).map_err(|error| format!("the shape cannot be written: {error}"))?;
-                pushed(doc, "shape", row.as_table().clone())
+                let row = shape_table(row)?;
+                pushed(doc, "shape", row)
+            }
+            Self::SetShape { was, row } => {
+                let row = shape_table(row)?;
+                become_table(entry(doc, "shape", "name", was)?, &row);
+                Ok(())
             }
             Self::RemoveShape { name } => removed(doc, "shape", |shape| text(shape, "name") == Some(name))
                 .then_some(())
@@ -181,8 +230,88 @@ impl Edit {
                     .then_some(())
                     .ok_or(format!("no distance {a} - {b} is known"))
             }
+            Self::SetDirection(DirectionEntry { from, to, toward }) => {
+                let between = [from.clone(), to.clone()];
+                let toward = match toward {
+                    Toward::Bearing(bearing_deg) => (*bearing_deg).into(),
+                    word => word.to_string().into(),
+                };
+                let new = table([("from", from.as_str().into()), ("to", to.as_str().into()), ("toward", toward)]);
+                let known = tables(doc, "direction")?.iter_mut().find(|d| leads_between(*d, &between));
+                if let Some(known) = known {
+                    become_table(known, &new);
+                    return Ok(());
+                }
+                pushed(doc, "direction", new)
+            }
+            Self::RemoveDirection { between } => {
+                let [a, b] = between;
+                removed(doc, "direction", |d| leads_between(d, between))
+                    .then_some(())
+                    .ok_or(format!("no direction {a} - {b} is known"))
+            }
+            Self::SetKnown { name, known_m } => {
+                let point = entry(doc, "point", "name", name)?;
+                match known_m {
+                    Some(place) => {
+                        let place = place.iter().copied().collect::<Array>();
+                        set(point.entry("known_m").or_insert(Item::None), place.into());
+                    }
+                    None => drop(point.remove("known_m")),
+                }
+                Ok(())
+            }
+            Self::SetLens { was, lens, photos } => set_lens(doc, was.as_deref(), lens, photos),
+            Self::RemoveLens { name } => {
+                if !removed(doc, "lens", |lens| text(lens, "name") == Some(name)) {
+                    return Err(format!("there is no lens called {name}"));
+                }
+                let taken = tables(doc, "photo")?.iter_mut().filter(|photo| text(*photo, "lens") == Some(name));
+                taken.for_each(|photo| drop(photo.remove("lens")));
+                Ok(())
+            }
         }
     }
+}
+
+/// A shape as its table is written: one line for each of its settings.
+fn shape_table(row: &ShapeRow) -> Result<Table, String> {
+    let row = toml_edit::ser::to_document(row).map_err(|error| format!("the shape cannot be written: {error}"))?;
+    let mut table = row.as_table().clone();
+    for (_, item) in table.iter_mut() {
+        if let Some(inner) = item.as_table().cloned() {
+            *item = Item::Value(inner.into_inline_table().into());
+        }
+    }
+    Ok(table)
+}
+
+fn set_lens(doc: &mut DocumentMut, was: Option<&str>, lens: &LensEntry, photos: &[String]) -> Result<(), String> {
+    let name = lens.name.as_str();
+    if name.is_empty() {
+        return Err("a lens needs a name".to_owned());
+    }
+    let written = toml_edit::ser::to_document(lens).map_err(|error| format!("the lens cannot be written: {error}"))?;
+    match was {
+        Some(was) => become_table(entry(doc, "lens", "name", was)?, written.as_table()),
+        None => pushed(doc, "lens", written.as_table().clone())?,
+    }
+    for photo in tables(doc, "photo")?.iter_mut() {
+        let file = text(photo, "file").unwrap_or_default();
+        let is_its = photos.iter().any(|photo| file.rsplit(['/', '\\']).next() == Some(photo.as_str()));
+        if is_its {
+            set(photo.entry("lens").or_insert(Item::None), name.into());
+        } else if text(photo, "lens").is_some_and(|of| of == name || Some(of) == was) {
+            photo.remove("lens");
+        }
+    }
+    Ok(())
+}
+
+fn leads_between(direction: &dyn TableLike, between: &[String; 2]) -> bool {
+    let ends = ["from", "to"].map(|end| text(direction, end));
+    let [a, b] = [&between[0], &between[1]].map(|name| Some(name.as_str()));
+    ends == [a, b] || ends == [b, a]
 }
 
 fn set_mark(doc: &mut DocumentMut, point: &str, photo: &str, pixel: [f64; 2]) -> Result<(), String> {

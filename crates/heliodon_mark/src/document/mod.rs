@@ -3,6 +3,7 @@
 mod edit;
 mod files;
 mod history;
+mod merge;
 #[cfg(test)]
 mod tests;
 

@@ -1,6 +1,6 @@
 use super::*;
 use heliodon_photo::model::table::ShapeRow;
-use heliodon_photo::project::AxisEntry;
+use heliodon_photo::project::{AxisEntry, DirectionEntry, FocalEntry, LensEntry, Toward};
 
 const TEXT: &str = r#"# the castle, as of spring
 [project]
@@ -78,6 +78,21 @@ fn row(name: &str) -> Box<ShapeRow> {
     Box::new(toml_edit::de::from_str(&text).unwrap())
 }
 
+fn polygon(name: &str) -> Box<ShapeRow> {
+    let text = format!("name = {name:?}\nkind = \"polygon\"\npoints = [\"tower\", \"door\", \"-\"]");
+    Box::new(toml_edit::de::from_str(&text).unwrap())
+}
+
+fn direction(toward: Toward) -> DirectionEntry {
+    DirectionEntry { from: "door".into(), to: "tower".into(), toward }
+}
+
+fn set_lens(was: Option<&str>, name: &str, photos: &[&str]) -> Edit {
+    let lens = LensEntry { name: name.into(), focal: FocalEntry::Known(1668.5), ..LensEntry::default() };
+    let photos = photos.iter().map(|photo| (*photo).to_owned()).collect();
+    Edit::SetLens { was: was.map(str::to_owned), lens: Box::new(lens), photos }
+}
+
 fn edits() -> Vec<(Edit, usize, usize)> {
     let between = ["door".to_owned(), "tower".to_owned()];
     vec![
@@ -97,6 +112,12 @@ fn edits() -> Vec<(Edit, usize, usize)> {
         (Edit::SetDistance { between: between.clone(), metres: 13.0 }, 1, 1),
         (Edit::RemoveDistance { between }, 4, 0),
         (Edit::AddPhoto { file: "images/c.jpg".into() }, 0, 3),
+        (Edit::SetShape { was: "tower".into(), row: polygon("keep") }, 1, 1),
+        (Edit::SetDirection(direction(Toward::North)), 0, 5),
+        (Edit::SetKnown { name: "tower".into(), known_m: Some([1.0, 2.0, 4.5]) }, 1, 1),
+        (Edit::SetKnown { name: "door".into(), known_m: Some([1.0, 2.0, 4.5]) }, 0, 1),
+        (Edit::SetKnown { name: "tower".into(), known_m: None }, 1, 0),
+        (set_lens(None, "wide", &["a.jpg"]), 0, 6),
     ]
 }
 
@@ -169,6 +190,61 @@ fn a_renamed_point_is_renamed_wherever_it_is_named() {
         ("tower", &["keep".to_owned(), "door".to_owned()][..])
     );
     assert!(document.text().contains("# the corner that the cat sat on"));
+}
+
+#[test]
+fn a_direction_is_one_for_two_points_whichever_way_it_leads() {
+    let (_home, mut document) = document(TEXT);
+    document.edit(&Edit::SetDirection(direction(Toward::North))).unwrap();
+    assert!(
+        document.text().contains("\n[[direction]]\nfrom = \"door\"\nto = \"tower\"\ntoward = \"north\"\n"),
+        "{}",
+        document.text()
+    );
+    let back = DirectionEntry { from: "tower".into(), to: "door".into(), toward: Toward::Bearing(12.5) };
+    document.edit(&Edit::SetDirection(back.clone())).unwrap();
+    assert_eq!(document.project().file.direction, [back]);
+    document.edit(&Edit::RenamePoint { from: "tower".into(), to: "keep".into() }).unwrap();
+    assert_eq!(document.project().file.direction[0].from, "keep");
+    document.edit(&Edit::RemoveDirection { between: ["door".into(), "keep".into()] }).unwrap();
+    assert!(document.project().file.direction.is_empty() && !document.text().contains("direction"));
+}
+
+#[test]
+fn a_lens_takes_its_photographs_along_and_lets_them_go() {
+    let (_home, mut document) = document(TEXT);
+    let lenses = |document: &Document| -> Vec<Option<String>> {
+        document.project().file.photo.iter().map(|photo| photo.lens.clone()).collect()
+    };
+    document.edit(&set_lens(None, "wide", &["a.jpg", "b.jpg"])).unwrap();
+    assert_eq!(lenses(&document), [Some("wide".to_owned()), Some("wide".to_owned())]);
+    document.edit(&set_lens(Some("wide"), "narrow", &["b.jpg"])).unwrap();
+    assert_eq!(lenses(&document), [None, Some("narrow".to_owned())]);
+    assert_eq!(document.project().file.lens.len(), 1);
+    let told = document.edit(&set_lens(None, "narrow", &[])).unwrap_err().to_string();
+    assert!(told.contains("two lenses"), "{told}");
+    document.edit(&Edit::RemoveLens { name: "narrow".into() }).unwrap();
+    assert_eq!((lenses(&document), document.project().file.lens.len()), (vec![None, None], 0));
+    while document.undo().is_some() {}
+    assert_eq!(document.text(), TEXT);
+}
+
+#[test]
+fn a_shape_is_written_with_a_line_for_each_of_its_settings() {
+    let (_home, mut document) = document(TEXT);
+    let text = "name = \"gate\"\nkind = \"box\"\npoints = [\"tower\", \"door\"]\non = { top = [\"door\"] }\n\
+                edges = [{ photograph = \"a.jpg\", from = [1.0, 2.0], to = [3.5, 4.0], between = [0, 4] }]\nupright = true\n\
+                repeat = { count = 2, step = [\"tower\", \"door\"] }\n";
+    let row: Box<ShapeRow> = Box::new(toml_edit::de::from_str(text).unwrap());
+    document.edit(&Edit::AddShape(row.clone())).unwrap();
+    assert!(document.text().ends_with(&format!("\n[[shape]]\n{text}\n# the end\n")), "{}", document.text());
+    let fewer = ShapeRow { repeat: None, sides: Some(12), ..*row.clone() };
+    document.edit(&Edit::SetShape { was: "gate".into(), row: Box::new(fewer.clone()) }).unwrap();
+    assert_eq!(document.project().file.shape[1], fewer);
+    document.edit(&Edit::SetShape { was: "gate".into(), row: row.clone() }).unwrap();
+    assert_eq!(document.project().file.shape[1], *row);
+    let none = Edit::SetShape { was: "nave".into(), row };
+    assert!(document.edit(&none).unwrap_err().to_string().contains("no shape called nave"));
 }
 
 #[test]

@@ -66,6 +66,7 @@ fn what_is_wrong_is_said_with_its_place() {
         ("name = \"ixus\"", "nome = \"ixus\"", 6, "unknown field"),
         ("\"b.jpg\" = [799.25", "\"c.jpg\" = [799.25", 23, "no [[photo]] of that name"),
         ("toward = \"north\"", "toward = \"nord\"", 41, "nord"),
+        ("toward = \"north\"", "toward = 400", 41, "clockwise"),
         ("metres = 12.5", "metres = 0", 34, "above 0"),
         ("lens = \"ixus\"\n", "lens = \"other\"\n", 11, "no [[lens]] called other"),
         ("file = \"images/b.jpg\"", "file = \"a.jpg\"", 15, "two photographs"),
@@ -123,4 +124,23 @@ fn photographs_that_tell_nothing_of_their_lens_are_matched_with_one() {
     project.take_over("colmap.json", CameraFormat::Openmvg);
     let files: Vec<&str> = project.file.cameras.iter().map(|c| c.file.as_str()).collect();
     assert_eq!(files, ["colmap/refined", "colmap.json"]);
+}
+
+#[test]
+fn a_direction_is_a_word_or_a_bearing() {
+    for (toward, unit) in [
+        ("0", DVec3::NEG_Z),
+        ("90", DVec3::X),
+        ("-90.0", DVec3::NEG_X),
+        ("135.0", DVec3::new(0.5f64.sqrt(), 0.0, 0.5f64.sqrt())),
+        ("\"south\"", DVec3::Z),
+        ("\"down\"", DVec3::NEG_Y),
+    ] {
+        let text = TEXT.replacen("toward = \"north\"", &format!("toward = {toward}"), 1);
+        let project = Project::parse(&text, "photos.toml").unwrap();
+        let found = project.problem(&[], &[]).unwrap().directions[0].world;
+        assert!(found.distance(unit) < 1e-12, "{toward}: {found}");
+        let again = Project::parse(&project.text().unwrap(), "photos.toml").unwrap();
+        assert_eq!(again.file.direction, project.file.direction);
+    }
 }

@@ -367,8 +367,7 @@ pub struct DirectionEntry {
 }
 
 /// A direction of the world.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Toward {
     /// -Z.
     North,
@@ -382,9 +381,21 @@ pub enum Toward {
     Up,
     /// -Y.
     Down,
+    /// Level, at this compass bearing: degrees clockwise from north.
+    Bearing(f64),
 }
 
 impl Toward {
+    /// Those that have a word, with it.
+    pub const WORDS: [(Self, &'static str); 6] = [
+        (Self::North, "north"),
+        (Self::South, "south"),
+        (Self::East, "east"),
+        (Self::West, "west"),
+        (Self::Up, "up"),
+        (Self::Down, "down"),
+    ];
+
     /// The unit vector.
     #[must_use]
     pub fn unit(self) -> glam::DVec3 {
@@ -395,6 +406,60 @@ impl Toward {
             Self::West => glam::DVec3::NEG_X,
             Self::Up => glam::DVec3::Y,
             Self::Down => glam::DVec3::NEG_Y,
+            Self::Bearing(bearing_deg) => {
+                let bearing = bearing_deg.to_radians();
+                glam::DVec3::new(libm::sin(bearing), 0.0, -libm::cos(bearing))
+            }
         }
+    }
+}
+
+impl std::fmt::Display for Toward {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Bearing(bearing_deg) => write!(f, "{bearing_deg}\u{b0}"),
+            known => f.write_str(Self::WORDS.iter().find(|(each, _)| each == known).map_or("", |(_, word)| word)),
+        }
+    }
+}
+
+impl Serialize for Toward {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Bearing(bearing_deg) => serializer.serialize_f64(*bearing_deg),
+            known => serializer.collect_str(known),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Toward {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl serde::de::Visitor<'_> for Visitor {
+            type Value = Toward;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("north, south, east, west, up, down or a bearing in degrees")
+            }
+
+            fn visit_f64<E: serde::de::Error>(self, bearing_deg: f64) -> Result<Toward, E> {
+                if bearing_deg.abs() <= 360.0 {
+                    Ok(Toward::Bearing(bearing_deg))
+                } else {
+                    Err(E::custom("a bearing is -360 to 360 degrees, clockwise from north"))
+                }
+            }
+
+            fn visit_i64<E: serde::de::Error>(self, bearing_deg: i64) -> Result<Toward, E> {
+                self.visit_f64(bearing_deg as f64)
+            }
+
+            fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Toward, E> {
+                let known = Toward::WORDS.iter().find(|(_, known)| *known == word).map(|(toward, _)| *toward);
+                let wrong = || format!("`{word}` is no direction: write north, south, east, west, up, down or degrees");
+                known.ok_or_else(|| E::custom(wrong()))
+            }
+        }
+        deserializer.deserialize_any(Visitor)
     }
 }

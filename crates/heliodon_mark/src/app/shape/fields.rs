@@ -1,0 +1,268 @@
+//! The fields of a shape's dialog.
+
+use super::Wish;
+use super::draft::{Again, ShapeDraft, is_main};
+use super::roles::{self, List};
+use crate::app::dialogs::{QUIET, focus_once, number_field};
+use crate::app::panes::ACTIVE;
+use eframe::egui::{
+    CollapsingHeader, Color32, ComboBox, Grid, Id, Key, Label, Modifiers, RichText, ScrollArea, Sense, TextEdit, Ui,
+};
+use heliodon_photo::model::table::Kind;
+
+/// Which shape, its name and its kind.
+pub(super) fn heading(ui: &mut Ui, draft: &mut ShapeDraft, shapes: &[String], chosen: &[String]) -> Option<Wish> {
+    let mut wish = None;
+    ui.horizontal(|ui| {
+        ui.label("Name");
+        let field = ui.add(TextEdit::singleline(&mut draft.name).desired_width(190.0));
+        focus_once(ui, &field);
+        ui.label("Mesh").on_hover_text("Shapes of one mesh go into one file, and polygons of it share points");
+        ui.add(TextEdit::singleline(&mut draft.part).hint_text("of its own").desired_width(120.0));
+        if !shapes.is_empty() {
+            let shown = draft.was.clone().unwrap_or_else(|| "new".to_owned());
+            ComboBox::from_id_salt("which shape").selected_text(shown).width(120.0).show_ui(ui, |ui| {
+                if ui.selectable_label(draft.was.is_none(), "new").clicked() && draft.was.is_some() {
+                    wish = Some(Wish::Open(None));
+                }
+                for name in shapes {
+                    let is_it = draft.was.as_ref() == Some(name);
+                    if ui.selectable_label(is_it, name.as_str()).clicked() && !is_it {
+                        wish = Some(Wish::Open(Some(name.clone())));
+                    }
+                }
+            });
+        }
+    });
+    ui.horizontal_wrapped(|ui| {
+        for (kind, word) in roles::KINDS {
+            if ui.selectable_label(draft.kind == kind, word).clicked() && draft.kind != kind {
+                let points = draft.main_points();
+                draft.become_kind(kind, if points.is_empty() { chosen } else { &points });
+            }
+        }
+    });
+    ui.add(Label::new(RichText::new(format!("It needs {}.", roles::needs(draft.kind))).small().color(QUIET)).wrap());
+    wish
+}
+
+/// The lists of points, each place with its name.
+pub(super) fn places(ui: &mut Ui, draft: &mut ShapeDraft, names: &[String]) {
+    let mains: Vec<usize> = (0..draft.groups.len()).filter(|group| is_main(draft.groups[*group].list)).collect();
+    for group in mains {
+        list(ui, draft, group, names);
+    }
+    if draft.kind == Kind::Revolution && ui.button("A ring more, above").clicked() {
+        draft.add_ring();
+    }
+    let others = (0..draft.groups.len()).filter(|group| matches!(draft.groups[*group].list, List::On(_) | List::Axis));
+    for group in others.collect::<Vec<_>>() {
+        folded(ui, draft, group, names);
+    }
+}
+
+/// A list that most shapes do without, folded until it has points.
+fn folded(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
+    let of = &draft.groups[group];
+    let is_used = of.slots.iter().any(|name| !name.trim().is_empty());
+    let title = roles::title(draft.kind, of.list);
+    let header = CollapsingHeader::new(RichText::new(title).color(QUIET)).id_salt((draft.kind as usize, group));
+    header.default_open(is_used).show(ui, |ui| rows(ui, draft, group, names));
+}
+
+fn list(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
+    ui.label(RichText::new(roles::title(draft.kind, draft.groups[group].list)).strong());
+    rows(ui, draft, group, names);
+}
+
+fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
+    let (kind, of) = (draft.kind, draft.groups[group].list);
+    Grid::new(("places", group)).num_columns(2).min_col_width(112.0).spacing([8.0, 3.0]).show(ui, |ui| {
+        for slot in 0..draft.groups[group].slots.len() {
+            let is_active = draft.active == (group, slot);
+            let colour = if is_active { ACTIVE } else { Color32::from_gray(205) };
+            let label =
+                Label::new(RichText::new(roles::place(kind, of, slot)).color(colour)).selectable(false).sense(Sense::CLICK);
+            if ui.add(label).clicked() {
+                (draft.active, draft.focus) = ((group, slot), Some((group, slot)));
+            }
+            let id = Id::new(("place of a shape", group, slot));
+            let is_focused = ui.memory(|memory| memory.has_focus(id));
+            let text = &mut draft.groups[group].slots[slot];
+            if is_focused {
+                let step = ui.input_mut(|input| {
+                    let mut pressed = |key| i32::from(input.consume_key(Modifiers::NONE, key));
+                    pressed(Key::ArrowDown) - pressed(Key::ArrowUp)
+                });
+                if let Some(next) = stepped(names, text, step) {
+                    *text = next;
+                }
+            }
+            let is_known = text.trim().is_empty() || text.trim() == "-" || names.iter().any(|name| name == text.trim());
+            let words = if is_known { Color32::from_gray(235) } else { Color32::from_rgb(255, 128, 120) };
+            let field = TextEdit::singleline(text).id(id).hint_text("-").text_color(words).desired_width(170.0);
+            let field = ui.add(field).on_hover_text("Type a name, press Down for the next that fits, or click its mark");
+            if field.gained_focus() {
+                draft.active = (group, slot);
+            }
+            if draft.focus == Some((group, slot)) {
+                draft.focus = None;
+                field.request_focus();
+            }
+            ui.end_row();
+        }
+    });
+}
+
+/// The name after or before the one that is typed; where that is none, the first or last that has it in it.
+fn stepped(names: &[String], typed: &str, step: i32) -> Option<String> {
+    if step == 0 || names.is_empty() {
+        return None;
+    }
+    let typed = typed.trim();
+    if let Some(at) = names.iter().position(|name| name == typed) {
+        return Some(names[(at as i32 + step).rem_euclid(names.len() as i32) as usize].clone());
+    }
+    let mut fitting = names.iter().filter(|name| name.to_lowercase().contains(&typed.to_lowercase()));
+    if step > 0 { fitting.next() } else { fitting.next_back() }.cloned()
+}
+
+/// Names to click; Tab passes them by, for a field's arrows go through them as well.
+pub(super) fn picker(ui: &mut Ui, draft: &mut ShapeDraft, names: &[String]) {
+    let (group, slot) = draft.active;
+    let typed = draft.groups.get(group).and_then(|group| group.slots.get(slot)).map_or("", |name| name.trim());
+    let is_whole = names.iter().any(|name| name == typed);
+    let typed = if is_whole || typed == "-" { String::new() } else { typed.to_lowercase() };
+    let of = draft.groups.get(group).map_or(List::Points, |group| group.list);
+    ui.label(RichText::new(format!("for {}:", roles::place(draft.kind, of, slot))).color(ACTIVE));
+    let mut picked = None;
+    ScrollArea::vertical().id_salt("names").max_height(150.0).min_scrolled_height(150.0).show(ui, |ui| {
+        ui.set_width(240.0);
+        for name in names.iter().filter(|name| name.to_lowercase().contains(&typed)) {
+            let is_used = draft.place_of(name).is_some();
+            let colour = if is_used { Color32::from_gray(130) } else { Color32::from_gray(225) };
+            let label = Label::new(RichText::new(name).color(colour)).selectable(false).sense(Sense::CLICK);
+            if ui.add(label).clicked() {
+                picked = Some(name.clone());
+            }
+        }
+        if names.is_empty() {
+            ui.label(RichText::new("no point has been marked yet").color(QUIET));
+        }
+    });
+    if let Some(name) = picked {
+        draft.pick(&name);
+    }
+}
+
+/// All that a shape has beside its points.
+pub(super) fn settings(ui: &mut Ui, draft: &mut ShapeDraft, names: &[String]) -> Option<Wish> {
+    let knows = roles::settings(draft.kind);
+    ui.horizontal_wrapped(|ui| {
+        ui.checkbox(&mut draft.watertight, "closed").on_hover_text("It has caps, and its mesh is to be watertight");
+        if knows.upright {
+            ui.checkbox(&mut draft.upright, "upright").on_hover_text("Its axis, or its sides, are plumb");
+        }
+        if knows.flatten {
+            ui.checkbox(&mut draft.flatten, "flat").on_hover_text("It is laid onto the plane nearest to its points");
+        }
+        if knows.entasis {
+            ui.checkbox(&mut draft.entasis, "swells").on_hover_text("Its shaft has an entasis");
+        }
+        if knows.sides {
+            let usual = if draft.kind == Kind::Arch { "16" } else { "24" };
+            number_field(ui, "sides", &mut draft.sides, usual, "");
+        }
+        if knows.depth {
+            number_field(ui, "depth", &mut draft.depth_m, "0.4", "m");
+        }
+        number_field(ui, "rough by", &mut draft.tolerance_m, "0.005", "m")
+            .on_hover_text("How far stone is from such a shape anyhow; counts beside the points' own uncertainty");
+    });
+    let drawn = if knows.edges { edges(ui, draft) } else { None };
+    ui.horizontal_wrapped(|ui| {
+        ui.label("It stands");
+        for (again, word) in [
+            (Again::Once, "once"),
+            (Again::Step, "in steps"),
+            (Again::Span, "from first to last"),
+            (Again::Around, "around an axis"),
+        ] {
+            if ui.selectable_label(draft.again == again, word).clicked() {
+                draft.again = again;
+                if again != Again::Once && draft.count.is_empty() {
+                    "2".clone_into(&mut draft.count);
+                }
+            }
+        }
+        if draft.again != Again::Once {
+            number_field(ui, "", &mut draft.count, "8", "times in all");
+        }
+        if draft.again == Again::Around {
+            number_field(ui, "every", &mut draft.angle_deg, "a full turn", "\u{b0}");
+        }
+    });
+    for group in 0..draft.groups.len() {
+        match draft.groups[group].list {
+            List::Repeat if draft.again != Again::Once => {
+                let words = match draft.again {
+                    Again::Step => "Two points that are one step apart",
+                    Again::Span => "A point of the first one, and that point of the last",
+                    _ => "Two points of the axis",
+                };
+                ui.label(RichText::new(words).color(QUIET));
+                rows(ui, draft, group, names);
+            }
+            List::Mirror => folded(ui, draft, group, names),
+            _ => {}
+        }
+    }
+    drawn
+}
+
+/// Edges that photographs bear witness of.
+fn edges(ui: &mut Ui, draft: &mut ShapeDraft) -> Option<Wish> {
+    let mut removed = None;
+    let has_corners = !roles::edges(draft.kind).is_empty();
+    let wish = ui.horizontal_wrapped(|ui| {
+        ui.label("Seen edges").on_hover_text("What photographs show of its edges counts beside its points");
+        if has_corners {
+            let shown = roles::edges(draft.kind).get(draft.edge).map_or("", |(_, name)| name);
+            ComboBox::from_id_salt("which edge").selected_text(shown).width(150.0).show_ui(ui, |ui| {
+                for (number, (_, name)) in roles::edges(draft.kind).iter().enumerate() {
+                    ui.selectable_value(&mut draft.edge, number, *name);
+                }
+            });
+        }
+        let draw = ui.button("Draw in the photographs");
+        for (number, edge) in draft.edges.iter().enumerate() {
+            let name = roles::edge(draft.kind, edge.between);
+            let told = format!("{name}, {}", edge.photograph);
+            ui.label(RichText::new(told).small());
+            if ui.small_button("x").on_hover_text("Remove this edge").clicked() {
+                removed = Some(number);
+            }
+        }
+        draw.clicked().then_some(Wish::Draw)
+    });
+    if let Some(number) = removed {
+        draft.edges.remove(number);
+    }
+    wish.inner
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrows_complete_what_is_typed_and_go_on_from_there() {
+        let names: Vec<String> = ["door", "Tower-sw", "tower-se"].map(str::to_owned).to_vec();
+        let next = |typed: &str, step: i32| stepped(&names, typed, step);
+        assert_eq!(next("tow", 1).as_deref(), Some("Tower-sw"));
+        assert_eq!(next("tow", -1).as_deref(), Some("tower-se"));
+        assert_eq!(next("tower-se", 1).as_deref(), Some("door"));
+        assert_eq!(next("", 1).as_deref(), Some("door"));
+        assert_eq!((next("x", 1), next("door", 0), stepped(&[], "", 1)), (None, None, None));
+    }
+}

@@ -1,0 +1,156 @@
+//! The model with a shape as it is put together, and what is to be said of that shape before it is in the project.
+
+use crate::solving::Outcome;
+use crate::wires::{Drawn, Wires};
+use heliodon_photo::model::table::ShapeRow;
+use heliodon_photo::model::{Measure, ModelError, Part, ShapeReport, build};
+use heliodon_photo::project::ProjectFile;
+use std::collections::BTreeMap;
+
+/// The most unknown names that are told at once.
+const MOST_UNKNOWN: usize = 3;
+
+/// A sentence about a shape.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(in crate::app) struct Told {
+    pub words: String,
+    pub is_fault: bool,
+}
+
+impl Told {
+    fn fault(words: String) -> Self {
+        Self { words, is_fault: true }
+    }
+}
+
+/// The model as it would be.
+pub(in crate::app) struct Preview {
+    /// Which text was solved, and which shape of it is left out.
+    of: (Option<String>, Option<String>),
+    others: Vec<Part>,
+    row: Option<Result<ShapeRow, String>>,
+    wires: Wires,
+    lines: BTreeMap<String, Vec<Drawn>>,
+    told: Vec<Told>,
+}
+
+impl Preview {
+    /// The model of all shapes but one that is changed.
+    pub fn new(file: &ProjectFile, outcome: Option<&Outcome>, was: Option<&str>) -> Self {
+        let rows: Vec<ShapeRow> = file.shape.iter().filter(|row| Some(row.name.as_str()) != was).cloned().collect();
+        let others = outcome.map(|outcome| build(&rows, &outcome.witnesses.points, &outcome.witnesses.photographs).parts);
+        Self {
+            of: Self::key(outcome, was),
+            others: others.unwrap_or_default(),
+            row: None,
+            wires: Wires::new(&[]),
+            lines: BTreeMap::new(),
+            told: Vec::new(),
+        }
+    }
+
+    fn key(outcome: Option<&Outcome>, was: Option<&str>) -> (Option<String>, Option<String>) {
+        (outcome.map(|outcome| outcome.text.clone()), was.map(str::to_owned))
+    }
+
+    /// Whether it is of what was solved last, and of that shape.
+    pub fn is_of(&self, outcome: Option<&Outcome>, was: Option<&str>) -> bool {
+        self.of.0.as_deref() == outcome.map(|outcome| outcome.text.as_str()) && self.of.1.as_deref() == was
+    }
+
+    /// Takes up another row, and tells whether it was another.
+    pub fn follow(&mut self, row: Result<ShapeRow, String>, file: &ProjectFile, outcome: Option<&Outcome>) -> bool {
+        if self.row.as_ref() == Some(&row) {
+            return false;
+        }
+        self.told.clear();
+        let mut parts = self.others.clone();
+        match &row {
+            Err(why) => self.told.push(Told::fault(why.clone())),
+            Ok(row) => {
+                let namesake = |other: &&ShapeRow| other.name == row.name && Some(other.name.as_str()) != self.of.1.as_deref();
+                if file.shape.iter().any(|other| namesake(&other)) {
+                    self.told.push(Told::fault(format!("there is a shape called {} already", row.name)));
+                }
+                let is_unknown = |name: &&&String| file.point.iter().all(|point| point.name != ***name);
+                let unknown: Vec<&String> =
+                    names(row).into_iter().filter(|name| is_unknown(&name)).take(MOST_UNKNOWN).collect();
+                self.told.extend(unknown.iter().map(|name| Told::fault(format!("there is no point called {name}"))));
+                match outcome.filter(|_| unknown.is_empty()) {
+                    Some(outcome) => {
+                        let witnesses = &outcome.witnesses;
+                        let mut made = build(std::slice::from_ref(row), &witnesses.points, &witnesses.photographs);
+                        parts.append(&mut made.parts);
+                        self.told.extend(made.refused.iter().map(|why| Told::fault(refusal(why))));
+                        self.told.extend(made.shapes.iter().flat_map(report));
+                    }
+                    None if unknown.is_empty() => {
+                        let words = "it is seen over the photographs once its points are solved".to_owned();
+                        self.told.push(Told { words, is_fault: false });
+                    }
+                    None => {}
+                }
+            }
+        }
+        self.wires = Wires::new(&parts);
+        self.lines.clear();
+        self.row = Some(row);
+        true
+    }
+
+    /// Makes sure that its lines in a photograph are known.
+    pub fn see(&mut self, photo: &str, outcome: &Outcome) {
+        if let Some(camera) = outcome.camera(photo).filter(|_| !self.lines.contains_key(photo)) {
+            self.lines.insert(photo.to_owned(), self.wires.seen_by(camera));
+        }
+    }
+
+    /// Its lines in a photograph.
+    pub fn lines(&self, photo: &str) -> Option<&Vec<Drawn>> {
+        self.lines.get(photo)
+    }
+
+    /// Its lines in all photographs, for the model to go on with until it is solved again.
+    pub fn into_lines(mut self, outcome: &Outcome) -> BTreeMap<String, Vec<Drawn>> {
+        for photo in outcome.photos.keys() {
+            self.see(photo, outcome);
+        }
+        self.lines
+    }
+
+    /// What is wrong or missing, and what it measures.
+    pub fn told(&self) -> &[Told] {
+        &self.told
+    }
+}
+
+/// All points that a row names.
+fn names(row: &ShapeRow) -> Vec<&String> {
+    let lists = [&row.points, &row.bottom, &row.top, &row.inner, &row.outer, &row.back, &row.mirror];
+    let repeats = row.repeat.iter().flat_map(|repeat| [&repeat.step, &repeat.span, &repeat.around]);
+    let twos = [&row.along, &row.axis].into_iter().chain(repeats).flatten().flatten();
+    let all = lists.into_iter().chain(&row.rings).chain(row.on.values()).flatten().chain(twos);
+    all.filter(|name| *name != "-").collect()
+}
+
+fn refusal(error: &ModelError) -> String {
+    match error {
+        ModelError::Shape { why, .. } => format!("it {why}"),
+        ModelError::Point { point, .. } => format!("{point} is not marked, or was not solved yet"),
+        ModelError::Photograph { photograph, .. } => format!("an edge is in {photograph}, whose camera is not solved"),
+    }
+}
+
+fn report(report: &ShapeReport) -> Vec<Told> {
+    let measure = |measure: &Measure| {
+        let name = measure.name.trim_end_matches("_m").replace('_', " ");
+        let sigma = if measure.sigma > 0.0 { format!(" \u{b1}{:.3}", measure.sigma) } else { String::new() };
+        format!("{name} {:.3}{sigma} m", measure.value)
+    };
+    let measures = report.measures.iter().map(measure).collect::<Vec<_>>().join(", ");
+    let edges = report.edges.iter().filter(|edge| edge.off_px > 3.0);
+    let edges = edges.map(|edge| Told::fault(format!("edge {} is {:.1} px off", edge.edge + 1, edge.off_px)));
+    let notes = report.notes.iter().map(|note| Told::fault(note.clone())).chain(edges);
+    let told = if measures.is_empty() { "it can be made".to_owned() } else { measures };
+    std::iter::once(Told { words: told, is_fault: false }).chain(notes).collect()
+}

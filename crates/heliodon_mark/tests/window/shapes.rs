@@ -1,0 +1,257 @@
+//! Shapes put together beside the photographs.
+
+use crate::desk::Desk;
+use crate::scene::Scene;
+use eframe::egui::{Id, Key, Modifiers, Vec2};
+use heliodon_photo::model::table::{Kind, ShapeRow};
+
+/// The places of a box, and the corner of the scene's houses that is there.
+const CORNERS: [(&str, &str); 8] = [
+    ("lower front left", "sw"),
+    ("lower front right", "se"),
+    ("lower back right", "ne"),
+    ("lower back left", "nw"),
+    ("upper front left", "sw-top"),
+    ("upper front right", "se-top"),
+    ("upper back right", "ne-top"),
+    ("upper back left", "nw-top"),
+];
+
+fn solved_desk() -> Desk {
+    let mut desk = Desk::new(|_, _| false, None);
+    desk.rest();
+    assert!(desk.app.outcome().is_some());
+    desk
+}
+
+fn shape(desk: &Desk, name: &str) -> ShapeRow {
+    let file = &desk.app.document().project().file;
+    file.shape.iter().find(|shape| shape.name == name).unwrap_or_else(|| panic!("{name}: {:?}", desk.app.message())).clone()
+}
+
+fn told(desk: &Desk) -> String {
+    desk.app.told_of_shape().join("; ")
+}
+
+fn place_id(list: usize, place: usize) -> Id {
+    Id::new(("place of a shape", list, place))
+}
+
+/// How many lines the model has in the first photograph.
+fn line_count(desk: &Desk) -> usize {
+    desk.solved().lines[&Scene::photo(0)].len()
+}
+
+#[test]
+fn a_box_is_put_together_by_clicking_marks_and_its_wire_follows_at_once() {
+    let mut desk = solved_desk();
+    let before = line_count(&desk);
+    desk.key(Key::B, Modifiers::NONE);
+    desk.click_words("box");
+    let mut named = Vec::new();
+    for (place, corner) in CORNERS {
+        let name = format!("house-{corner}");
+        // the dialog stands over a part of the other pane
+        let Some(at) = desk.mark(&name, 0).map(|mark| desk.at(0, mark)) else {
+            named.push("-".to_owned());
+            continue;
+        };
+        desk.click_words(place);
+        desk.click(at, Modifiers::NONE);
+        named.push(name);
+    }
+    assert!(named.iter().filter(|name| *name != "-").count() >= 5, "{named:?}");
+    desk.frame(Vec::new());
+    // what was set up is 2.8 m long, 2.3 m wide and 1.6 m high
+    let told = told(&desk);
+    for (name, truth) in [("length", 2.8), ("width", 2.3), ("height", 1.6)] {
+        let size = told.split(&format!("{name} ")).nth(1).and_then(|rest| rest.split(' ').next()?.parse::<f64>().ok());
+        assert!(size.is_some_and(|size| (size - truth).abs() < 0.02), "{name}: {told}");
+    }
+    assert_eq!(desk.app.document().project().file.shape.len(), 1, "nothing is in the project yet");
+    assert_eq!(line_count(&desk), before);
+    desk.click_words("Make");
+    assert_eq!(shape(&desk, "shape 1").points, named);
+    assert!(line_count(&desk) >= before + 9, "the wire is there before anything is solved again");
+    desk.rest();
+    assert!(line_count(&desk) >= before + 9 && desk.solved().wrong_shapes.is_empty());
+    desk.key(Key::Z, Modifiers::COMMAND);
+    desk.rest();
+    assert_eq!(line_count(&desk), before);
+}
+
+#[test]
+fn what_is_wrong_or_missing_is_told_in_words_as_it_is_filled_in() {
+    let mut desk = solved_desk();
+    desk.key(Key::B, Modifiers::NONE);
+    desk.frame(Vec::new());
+    assert!(told(&desk).contains("no points yet"), "{}", told(&desk));
+    desk.tab_to(place_id(0, 0));
+    desk.type_in("tower-sw");
+    desk.frame(Vec::new());
+    assert!(told(&desk).contains("a polygon needs three"), "{}", told(&desk));
+    desk.key(Key::Tab, Modifiers::NONE);
+    desk.type_in("steeple");
+    desk.frame(Vec::new());
+    assert!(told(&desk).contains("no point called steeple"), "{}", told(&desk));
+    // Up and Down go through the names that there are
+    desk.key(Key::A, Modifiers::COMMAND);
+    desk.type_in("tower-se-t");
+    desk.key(Key::ArrowDown, Modifiers::NONE);
+    desk.key(Key::Tab, Modifiers::NONE);
+    desk.type_in("tower-sw-top");
+    desk.frame(Vec::new());
+    assert!(told(&desk).contains("it can be made"), "{}", told(&desk));
+    desk.click_words("column");
+    assert!(told(&desk).contains("upper rim"), "{}", told(&desk));
+    desk.click_words("polygon");
+    desk.click_words("Make");
+    let made = shape(&desk, "shape 1");
+    assert_eq!((made.kind, made.points.join(" ").as_str()), (Kind::Polygon, "tower-sw tower-se-top tower-sw-top"));
+}
+
+#[test]
+fn a_shape_of_the_project_is_changed_and_removed() {
+    let mut desk = solved_desk();
+    let before = desk.app.document().text().to_owned();
+    desk.key(Key::B, Modifiers::SHIFT);
+    desk.click_words("upright");
+    desk.click_words("in steps");
+    for _ in 0..2 {
+        desk.frame(Vec::new());
+    }
+    assert!(told(&desk).contains("one step apart"), "{}", told(&desk));
+    desk.key(Key::Escape, Modifiers::NONE);
+    assert_eq!(desk.app.document().text(), before, "nothing was changed");
+    desk.key(Key::B, Modifiers::SHIFT);
+    desk.click_words("upright");
+    // a corner less
+    let corner = shape(&desk, "tower").points[4].clone();
+    desk.click_words("upper front left");
+    desk.key(Key::A, Modifiers::COMMAND);
+    desk.key(Key::Delete, Modifiers::NONE);
+    desk.key(Key::Enter, Modifiers::NONE);
+    let changed = shape(&desk, "tower");
+    assert_eq!((changed.upright, changed.points[4].as_str()), (true, "-"), "{corner}");
+    assert!(desk.app.document().text().contains("# by tape"));
+    desk.key(Key::Z, Modifiers::COMMAND);
+    assert_eq!(desk.app.document().text(), before);
+    desk.key(Key::B, Modifiers::SHIFT);
+    desk.click_words("Remove the shape");
+    assert!(desk.app.document().project().file.shape.is_empty());
+}
+
+#[test]
+fn one_is_marked_and_eight_are_there() {
+    let mut desk = solved_desk();
+    let before = line_count(&desk);
+    desk.key(Key::B, Modifiers::SHIFT);
+    desk.click_words("in steps");
+    let points_of_the_step = 8;
+    desk.tab_to(place_id(points_of_the_step, 0));
+    for name in ["tower-sw", "tower-se"] {
+        desk.type_in(name);
+        desk.key(Key::Tab, Modifiers::NONE);
+    }
+    desk.frame(Vec::new());
+    let two = told(&desk);
+    assert!(two.contains("length"), "{two}");
+    desk.click_words("Change");
+    let row = shape(&desk, "tower");
+    let repeat = row.repeat.clone().unwrap();
+    assert_eq!((repeat.count, repeat.step), (2, Some(["tower-sw".to_owned(), "tower-se".to_owned()])));
+    desk.rest();
+    let of_two = line_count(&desk);
+    assert!(of_two > before);
+    desk.key(Key::B, Modifiers::SHIFT);
+    desk.settle();
+    let at = desk.find("2");
+    desk.click(at, Modifiers::NONE);
+    desk.key(Key::A, Modifiers::COMMAND);
+    desk.type_in("8");
+    desk.key(Key::Enter, Modifiers::NONE);
+    assert_eq!(shape(&desk, "tower").repeat.unwrap().count, 8);
+    desk.rest();
+    assert!(line_count(&desk) > of_two, "{} {of_two}", line_count(&desk));
+}
+
+#[test]
+fn edges_that_photographs_show_are_drawn_for_a_shape() {
+    let mut desk = solved_desk();
+    desk.key(Key::B, Modifiers::SHIFT);
+    desk.click_words("Draw in the photographs");
+    let (left, right) = (desk.shows("tower-sw", 0), desk.shows("tower-se", 0));
+    for part in [0.1, 0.9] {
+        desk.click(desk.at(0, left.lerp(right, part)) + Vec2::new(0.0, 1.0), Modifiers::NONE);
+    }
+    // another one by the keyboard's cursor, and away with it
+    desk.key(Key::C, Modifiers::NONE);
+    desk.key(Key::Enter, Modifiers::ALT);
+    (0..4).for_each(|_| desk.key(Key::ArrowUp, Modifiers::NONE));
+    desk.key(Key::Enter, Modifiers::ALT);
+    desk.key(Key::Delete, Modifiers::NONE);
+    desk.key(Key::Escape, Modifiers::NONE);
+    desk.frame(Vec::new());
+    desk.click_words("Change");
+    let edges = shape(&desk, "tower").edges;
+    assert_eq!(edges.len(), 1, "{edges:?}");
+    assert_eq!((edges[0].photograph.as_str(), edges[0].between), ("photo-1.png", Some([0, 1])));
+    desk.rest();
+    assert!(desk.solved().wrong_shapes.is_empty(), "{:?}", desk.solved().wrong_shapes);
+}
+
+#[test]
+fn page_down_goes_on_to_the_next_shape_and_keeps_what_was_changed() {
+    let mut desk = solved_desk();
+    for _ in 0..3 {
+        desk.key(Key::Tab, Modifiers::NONE);
+        desk.key(Key::X, Modifiers::NONE);
+    }
+    desk.key(Key::B, Modifiers::NONE);
+    desk.key(Key::Enter, Modifiers::NONE);
+    desk.key(Key::B, Modifiers::SHIFT);
+    desk.frame(Vec::new());
+    desk.key(Key::PageDown, Modifiers::NONE);
+    desk.frame(Vec::new());
+    desk.click_words("closed");
+    desk.key(Key::PageUp, Modifiers::NONE);
+    desk.frame(Vec::new());
+    desk.key(Key::Escape, Modifiers::NONE);
+    let closed = |name: &str| shape(&desk, name).watertight;
+    assert!(closed("tower") == closed("shape 1"), "one of the two was changed, whichever was open: {:?}", desk.app.message());
+}
+
+#[test]
+fn no_words_of_a_dialog_are_cut_off() {
+    let mut desk = solved_desk();
+    let behind: Vec<String> = desk.words().into_iter().map(|(words, ..)| words).collect();
+    let check = |desk: &mut Desk, what: &str| {
+        (0..3).for_each(|_| desk.frame(Vec::new()));
+        let words = desk.words().into_iter().filter(|(words, ..)| !behind.contains(words));
+        let mut count = 0;
+        for (words, place, clip) in words.filter(|(_, place, clip)| clip.contains(place.center())) {
+            let is_wide = place.left() < clip.left() - 1.0 || place.right() > clip.right() + 1.0;
+            assert!(!is_wide, "{what}: {words} at {place:?} in {clip:?}");
+            count += 1;
+        }
+        assert!(count > 4, "{what}: a dialog is open");
+    };
+    desk.key(Key::B, Modifiers::NONE);
+    for kind in ["polygon", "box", "gable", "cylinder", "column", "arch", "revolution", "extrusion"] {
+        desk.click_words(kind);
+        check(&mut desk, kind);
+    }
+    desk.click_words("around an axis");
+    check(&mut desk, "around an axis");
+    desk.key(Key::Escape, Modifiers::NONE);
+    for (key, what) in [(Key::L, "lens"), (Key::D, "direction"), (Key::F1, "help")] {
+        for _ in 0..2 {
+            desk.key(Key::Tab, Modifiers::NONE);
+            desk.key(Key::X, Modifiers::NONE);
+        }
+        desk.key(key, if key == Key::F1 { Modifiers::NONE } else { Modifiers::SHIFT });
+        check(&mut desk, what);
+        desk.key(Key::Escape, Modifiers::NONE);
+        desk.key(Key::Escape, Modifiers::NONE);
+    }
+}
