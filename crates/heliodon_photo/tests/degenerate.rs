@@ -142,6 +142,22 @@ fn mirrored_coordinates_are_told() {
 }
 
 #[test]
+fn a_measured_corner_that_no_photograph_shows_is_there() {
+    let (mut problem, _) = scene(&ring(3), &cloud(12, false), Focal::Known(1700.0));
+    let behind = DVec3::new(4.0, 5.0, -6.0);
+    problem.points.push(Reference { name: "behind".to_owned(), known_m: Some(behind), ground: false });
+    problem.points.push(Reference { name: "nowhere".to_owned(), known_m: None, ground: false });
+    let solution = solve(&problem, &Params::default());
+    match &solution.points[12..] {
+        [PointResult::Solved(solved), PointResult::Unsolved(why)] => {
+            assert_eq!((solved.position_m, solved.marks), (behind, 0));
+            assert!(why.contains("nowhere"), "{why}");
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
 fn marks_that_are_not_numbers_or_come_twice_are_passed_over() {
     let (mut problem, _) = scene(&ring(4), &cloud(20, false), Focal::Known(1700.0));
     problem.marks[5].pixel.x = f64::NAN;

@@ -309,8 +309,8 @@ impl MarkApp {
             let ends = if first.is_some() { "click its other end" } else { "click one end of an edge" };
             return format!("edges along {axis}: {ends}; X, Y or Z for another axis, Delete removes one, Esc ends");
         }
-        if let Tool::Witness { between, first } = self.tool {
-            let edge = self.witness_name(between);
+        if let Tool::Witness { which, first } = self.tool {
+            let edge = self.witness_name(which);
             let ends = if first.is_some() { "click its other end" } else { "click one end of it" };
             return format!("the {edge} edge of the shape: {ends}; Delete removes one, Esc goes back to the shape");
         }

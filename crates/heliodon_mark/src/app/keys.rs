@@ -242,8 +242,8 @@ impl MarkApp {
             self.say("let go: the mark stays as it was".to_owned());
         } else if let Tool::Edge { axis, first: Some(_) } = self.tool {
             self.tool = Tool::Edge { axis, first: None };
-        } else if let Tool::Witness { between, first: Some(_) } = self.tool {
-            self.tool = Tool::Witness { between, first: None };
+        } else if let Tool::Witness { which, first: Some(_) } = self.tool {
+            self.tool = Tool::Witness { which, first: None };
         } else if self.tool != Tool::Mark {
             self.end_drawing();
         } else if self.cursor_mode {

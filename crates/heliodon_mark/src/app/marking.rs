@@ -145,11 +145,11 @@ impl MarkApp {
                     self.tool = Tool::Edge { axis, first: None };
                 }
             },
-            Tool::Witness { between, first } => match begun(first) {
-                None => self.tool = Tool::Witness { between, first: Some((index, pixel)) },
+            Tool::Witness { which, first } => match begun(first) {
+                None => self.tool = Tool::Witness { which, first: Some((index, pixel)) },
                 Some(start) => {
-                    self.add_witness(photo, between, [start, pixel]);
-                    self.tool = Tool::Witness { between, first: None };
+                    self.add_witness(photo, which, [start, pixel]);
+                    self.tool = Tool::Witness { which, first: None };
                 }
             },
         }

@@ -19,7 +19,7 @@ use glam::DVec2;
 use heliodon_photo::formats::cameras_file::CAMERAS_FILE_NAME;
 use heliodon_photo::project::AxisEntry;
 use marking::Drag;
-use shape::{Preview, ShapeDraft};
+use shape::{Preview, ShapeDraft, Which};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
@@ -47,7 +47,7 @@ enum Tool {
     /// Draws edges along an axis of the building, from end to end.
     Edge { axis: AxisEntry, first: Option<(usize, DVec2)> },
     /// Draws an edge of the shape that is put together: between two of its corners, or along the side of a shaft.
-    Witness { between: Option<[usize; 2]>, first: Option<(usize, DVec2)> },
+    Witness { which: Which, first: Option<(usize, DVec2)> },
 }
 
 /// One of the photographs side by side.

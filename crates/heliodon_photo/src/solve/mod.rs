@@ -197,7 +197,18 @@ fn finish(mut state: State<'_>, judged: wrong::Judged, refusal: Option<String>, 
     let points = (0..problem.points.len())
         .map(|point| {
             let Some(position_m) = state.points[point] else {
-                return PointResult::Unsolved(unsolved_point(&state, point));
+                // a corner that no photograph shows, but that somebody has measured
+                let known_m = problem.points[point].known_m.filter(|_| state.marks_of[point].is_empty());
+                return match known_m {
+                    Some(position_m) => PointResult::Solved(SolvedPoint {
+                        position_m,
+                        covariance_m2: Some(DMat3::ZERO),
+                        marks: 0,
+                        rms_px: 0.0,
+                        parallax_rad: 0.0,
+                    }),
+                    None => PointResult::Unsolved(unsolved_point(&state, point)),
+                };
             };
             let number = extract.points.binary_search(&point).ok();
             PointResult::Solved(SolvedPoint {

@@ -87,8 +87,10 @@ fn lines(draft: &ShapeDraft) -> Vec<Line> {
         is_hidden,
     };
     match draft.kind {
-        Kind::Box => roles::edges(Kind::Box).iter().map(|(ends, _)| between(&BOX, *ends, ends.contains(&3))).collect(),
-        Kind::Gable => roles::edges(Kind::Gable).iter().map(|(ends, _)| between(&GABLE, *ends, ends.contains(&3))).collect(),
+        Kind::Box => roles::named_edges(Kind::Box).iter().map(|(ends, _)| between(&BOX, *ends, ends.contains(&3))).collect(),
+        Kind::Gable => {
+            roles::named_edges(Kind::Gable).iter().map(|(ends, _)| between(&GABLE, *ends, ends.contains(&3))).collect()
+        }
         Kind::Polygon => {
             let count = corner_count(draft);
             vec![line((0..=count).map(|i| corner(Kind::Polygon, i % count, count)).collect(), None)]
@@ -205,11 +207,11 @@ pub(super) fn show(ui: &mut Ui, draft: &ShapeDraft) -> Option<(usize, usize)> {
     let room = rect.shrink(8.0);
     let place = |p: Pos2| room.min + p.to_vec2() * room.size();
     let active = draft.groups.get(draft.active.0).map(|group| group.list);
-    let edge = roles::edges(draft.kind).get(draft.edge).filter(|_| !draft.edges.is_empty()).map(|(ends, _)| *ends);
+    let edge = roles::named_edges(draft.kind).get(draft.edge).filter(|_| !draft.edges.is_empty()).map(|(ends, _)| *ends);
     for (number, line) in lines(draft).iter().enumerate() {
         let points: Vec<Pos2> = line.points.iter().map(|p| place(*p)).collect();
         let is_active = line.list.is_some() && line.list == active;
-        let is_edge = edge.is_some() && roles::edges(draft.kind).get(number).map(|(ends, _)| *ends) == edge;
+        let is_edge = edge.is_some() && roles::named_edges(draft.kind).get(number).map(|(ends, _)| *ends) == edge;
         let colour = if is_active {
             ACTIVE
         } else if is_edge {

@@ -38,6 +38,7 @@ pub(in crate::app) struct ShapeDraft {
     pub watertight: bool,
     pub upright: bool,
     pub flatten: bool,
+    pub as_listed: bool,
     pub entasis: bool,
     pub depth_m: String,
     pub sides: String,
@@ -66,6 +67,7 @@ impl ShapeDraft {
             watertight: false,
             upright: false,
             flatten: false,
+            as_listed: false,
             entasis: false,
             depth_m: String::new(),
             sides: String::new(),
@@ -93,7 +95,7 @@ impl ShapeDraft {
         let lists = mains.chain(rings).chain(more_lists(row.kind));
         draft.groups = lists.map(|list| Group { list, slots: slots_of(row, list) }).collect();
         (draft.watertight, draft.upright) = (row.watertight, row.upright);
-        (draft.flatten, draft.entasis) = (row.flatten, row.entasis);
+        (draft.flatten, draft.as_listed, draft.entasis) = (row.flatten, row.as_listed, row.entasis);
         (draft.depth_m, draft.tolerance_m) = (shown(row.depth_m), shown(row.tolerance_m));
         draft.sides = row.sides.map(|sides| sides.to_string()).unwrap_or_default();
         if let Some(repeat) = &row.repeat {
@@ -123,6 +125,7 @@ impl ShapeDraft {
         let knows = settings(kind);
         self.upright &= knows.upright;
         self.flatten &= knows.flatten;
+        self.as_listed &= knows.flatten;
         self.entasis &= knows.entasis;
         self.edge = 0;
         self.edges.clear();
@@ -247,10 +250,11 @@ impl ShapeDraft {
             rings: rings.collect(),
             along: pair(List::Along, "the way that it is drawn along")?,
             axis: pair(List::Axis, "its axis")?,
-            edges: if knows.edges { self.edges.clone() } else { Vec::new() },
+            edges: self.edges.clone(),
             depth_m: if knows.depth { metres(&self.depth_m, "depth")? } else { None },
             upright: self.upright && knows.upright,
             flatten: self.flatten && knows.flatten,
+            as_listed: self.as_listed && knows.flatten,
             entasis: self.entasis && knows.entasis,
             watertight: self.watertight,
             sides,

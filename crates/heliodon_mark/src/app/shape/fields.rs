@@ -2,7 +2,7 @@
 
 use super::Wish;
 use super::draft::{Again, ShapeDraft, is_main};
-use super::roles::{self, List};
+use super::roles::{self, List, Which};
 use crate::app::dialogs::{QUIET, focus_once, number_field};
 use crate::app::panes::ACTIVE;
 use eframe::egui::{
@@ -165,6 +165,8 @@ pub(super) fn settings(ui: &mut Ui, draft: &mut ShapeDraft, names: &[String]) ->
         }
         if knows.flatten {
             ui.checkbox(&mut draft.flatten, "flat").on_hover_text("It is laid onto the plane nearest to its points");
+            ui.checkbox(&mut draft.as_listed, "front as listed")
+                .on_hover_text("Its front is where its corners run counter-clockwise, and not where the photographs are");
         }
         if knows.entasis {
             ui.checkbox(&mut draft.entasis, "swells").on_hover_text("Its shaft has an entasis");
@@ -179,7 +181,7 @@ pub(super) fn settings(ui: &mut Ui, draft: &mut ShapeDraft, names: &[String]) ->
         number_field(ui, "rough by", &mut draft.tolerance_m, "0.005", "m")
             .on_hover_text("How far stone is from such a shape anyhow; counts beside the points' own uncertainty");
     });
-    let drawn = if knows.edges { edges(ui, draft) } else { None };
+    let drawn = edges(ui, draft);
     ui.horizontal_wrapped(|ui| {
         ui.label("It stands");
         for (again, word) in [
@@ -223,20 +225,20 @@ pub(super) fn settings(ui: &mut Ui, draft: &mut ShapeDraft, names: &[String]) ->
 /// Edges that photographs bear witness of.
 fn edges(ui: &mut Ui, draft: &mut ShapeDraft) -> Option<Wish> {
     let mut removed = None;
-    let has_corners = !roles::edges(draft.kind).is_empty();
+    let known = roles::edges(draft.kind, draft.main_points().len());
     let wish = ui.horizontal_wrapped(|ui| {
         ui.label("Seen edges").on_hover_text("What photographs show of its edges counts beside its points");
-        if has_corners {
-            let shown = roles::edges(draft.kind).get(draft.edge).map_or("", |(_, name)| name);
+        if !known.is_empty() {
+            let shown = known.get(draft.edge).map_or_else(String::new, |which| roles::edge(draft.kind, *which));
             ComboBox::from_id_salt("which edge").selected_text(shown).width(150.0).show_ui(ui, |ui| {
-                for (number, (_, name)) in roles::edges(draft.kind).iter().enumerate() {
-                    ui.selectable_value(&mut draft.edge, number, *name);
+                for (number, which) in known.iter().enumerate() {
+                    ui.selectable_value(&mut draft.edge, number, roles::edge(draft.kind, *which));
                 }
             });
         }
         let draw = ui.button("Draw in the photographs");
         for (number, edge) in draft.edges.iter().enumerate() {
-            let name = roles::edge(draft.kind, edge.between);
+            let name = roles::edge(draft.kind, Which::of(edge));
             let told = format!("{name}, {}", edge.photograph);
             ui.label(RichText::new(told).small());
             if ui.small_button("x").on_hover_text("Remove this edge").clicked() {

@@ -8,6 +8,7 @@ mod roles;
 
 pub(super) use draft::ShapeDraft;
 pub(super) use preview::Preview;
+pub(super) use roles::Which;
 
 use super::dialogs::{Dialog, FAULT, choices, sheet, turned_page};
 use super::panels::GOOD;
@@ -15,7 +16,6 @@ use super::{MarkApp, Tool};
 use crate::document::Edit;
 use eframe::egui::{Context, Label, Pos2, RichText, Ui};
 use glam::DVec2;
-use heliodon_photo::model::table::EdgeRow;
 
 /// What is to become of a shape's dialog.
 enum Wish {
@@ -88,8 +88,9 @@ impl MarkApp {
 
     /// The dialog makes room for edges to be drawn.
     fn draw_edges(&mut self, draft: &ShapeDraft) {
-        let between = roles::edges(draft.kind).get(draft.edge).map(|(ends, _)| *ends);
-        self.tool = Tool::Witness { between, first: None };
+        let known = roles::edges(draft.kind, draft.main_points().len());
+        let which = known.get(draft.edge).copied().unwrap_or(Which::Side);
+        self.tool = Tool::Witness { which, first: None };
         self.aside = Some(Box::new(draft.clone()));
         self.say("click both ends of the edge, in any photographs; Esc goes back to the shape".to_owned());
     }
@@ -103,20 +104,20 @@ impl MarkApp {
     }
 
     /// An edge that was drawn between two pixels of a photograph.
-    pub(super) fn add_witness(&mut self, photograph: String, between: Option<[usize; 2]>, ends: [DVec2; 2]) {
+    pub(super) fn add_witness(&mut self, photograph: String, which: Which, ends: [DVec2; 2]) {
         let [from, to] = ends.map(|end| end.to_array().map(|x| (x * 100.0).round() / 100.0));
         if from == to {
             self.complain("an edge needs two different ends".to_owned());
         } else if let Some(draft) = &mut self.aside {
-            draft.edges.push(EdgeRow { photograph, from, to, between });
-            let edge = roles::edge(draft.kind, between);
+            draft.edges.push(which.row(photograph, [from, to]));
+            let edge = roles::edge(draft.kind, which);
             self.say(format!("{edge} edge drawn; draw another, or Esc to go back to the shape"));
         }
     }
 
     /// What an edge is called that is drawn now.
-    pub(super) fn witness_name(&self, between: Option<[usize; 2]>) -> &'static str {
-        self.draft().map_or("side", |draft| roles::edge(draft.kind, between))
+    pub(super) fn witness_name(&self, which: Which) -> String {
+        self.draft().map_or_else(|| "side".to_owned(), |draft| roles::edge(draft.kind, which))
     }
 
     /// The preview follows the draft, and is gone without one.

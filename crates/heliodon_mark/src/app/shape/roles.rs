@@ -1,6 +1,6 @@
 //! What the places of a shape are called, and what a kind has of them: said here once, for the dialog's words, its drawing and its photographs.
 
-use heliodon_photo::model::table::Kind;
+use heliodon_photo::model::table::{EdgeRow, Kind, Rim};
 
 /// All kinds, as the dialog names them.
 pub(super) const KINDS: [(Kind, &str); 8] = [
@@ -44,6 +44,34 @@ const BOX: [&str; 8] = [
 ];
 const GABLE: [&str; 6] =
     ["eaves front left", "eaves front right", "eaves back right", "eaves back left", "ridge left end", "ridge right end"];
+
+/// Which edge of a shape a photograph shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::app) enum Which {
+    /// Where what is round ends to the eye.
+    Side,
+    /// Between two corners.
+    Between([usize; 2]),
+    /// Of an arch's front.
+    Rim(Rim),
+}
+
+impl Which {
+    /// That of an edge as the project's file has it.
+    pub fn of(edge: &EdgeRow) -> Self {
+        edge.between.map(Self::Between).or(edge.of.map(Self::Rim)).unwrap_or(Self::Side)
+    }
+
+    /// As the file has it.
+    pub fn row(self, photograph: String, [from, to]: [[f64; 2]; 2]) -> EdgeRow {
+        let (between, of) = match self {
+            Self::Side => (None, None),
+            Self::Between(corners) => (Some(corners), None),
+            Self::Rim(rim) => (None, Some(rim)),
+        };
+        EdgeRow { photograph, from, to, between, of }
+    }
+}
 
 /// Edges between two corners.
 type Edges = &'static [([usize; 2], &'static str)];
@@ -99,8 +127,8 @@ fn faces(kind: Kind) -> &'static [(&'static str, &'static str)] {
     }
 }
 
-/// Edges that photographs may bear witness of, by the corners that they run between.
-pub(super) fn edges(kind: Kind) -> Edges {
+/// Edges between corners that have names.
+pub(super) fn named_edges(kind: Kind) -> Edges {
     match kind {
         Kind::Box => BOX_EDGES,
         Kind::Gable => GABLE_EDGES,
@@ -108,11 +136,28 @@ pub(super) fn edges(kind: Kind) -> Edges {
     }
 }
 
+/// Edges that photographs may bear witness of, where there is a choice; of a shape with so many corners.
+pub(super) fn edges(kind: Kind, corners: usize) -> Vec<Which> {
+    match kind {
+        Kind::Box | Kind::Gable => named_edges(kind).iter().map(|(ends, _)| Which::Between(*ends)).collect(),
+        Kind::Polygon | Kind::Extrusion => (0..corners).map(|i| Which::Between([i, (i + 1) % corners])).collect(),
+        Kind::Arch => vec![Which::Rim(Rim::Inner), Which::Rim(Rim::Outer)],
+        Kind::Cylinder | Kind::Column | Kind::Revolution => Vec::new(),
+    }
+}
+
 /// What an edge is called.
-pub(super) fn edge(kind: Kind, between: Option<[usize; 2]>) -> &'static str {
-    let is_it = |ends: [usize; 2], [a, b]: [usize; 2]| ends == [a, b] || ends == [b, a];
-    let found = between.and_then(|between| edges(kind).iter().find(|(ends, _)| is_it(*ends, between)));
-    found.map_or("side", |(_, name)| name)
+pub(super) fn edge(kind: Kind, which: Which) -> String {
+    match which {
+        Which::Side => "side".to_owned(),
+        Which::Rim(Rim::Inner) => "inner".to_owned(),
+        Which::Rim(Rim::Outer) => "outer".to_owned(),
+        Which::Between([a, b]) => {
+            let is_it = |ends: [usize; 2]| ends == [a, b] || ends == [b, a];
+            let named = named_edges(kind).iter().find(|(ends, _)| is_it(*ends));
+            named.map_or_else(|| format!("{} to {}", a + 1, b + 1), |(_, name)| (*name).to_owned())
+        }
+    }
 }
 
 /// The lists that make a kind, in the order in which chosen points fill them.
@@ -214,7 +259,6 @@ pub(super) struct Settings {
     pub entasis: bool,
     pub depth: bool,
     pub sides: bool,
-    pub edges: bool,
 }
 
 pub(super) fn settings(kind: Kind) -> Settings {
@@ -226,6 +270,27 @@ pub(super) fn settings(kind: Kind) -> Settings {
         entasis: kind == Kind::Column,
         depth: kind == Kind::Arch,
         sides: is_shaft || matches!(kind, Kind::Arch | Kind::Revolution),
-        edges: has_corners || is_shaft,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_names_the_edges_that_its_file_knows() {
+        let row = |which: Which| which.row("a.jpg".to_owned(), [[1.0, 2.0], [3.0, 4.0]]);
+        for (kind, _) in KINDS {
+            let known = edges(kind, 4);
+            for which in known.iter().copied().chain([Which::Side]) {
+                assert_eq!(Which::of(&row(which)), which);
+            }
+            let mut names: Vec<String> = known.iter().map(|which| edge(kind, *which)).collect();
+            names.sort();
+            names.dedup();
+            assert_eq!(names.len(), known.len(), "{kind:?}");
+        }
+        assert_eq!(edge(Kind::Polygon, edges(Kind::Polygon, 4)[3]), "4 to 1");
+        assert_eq!((edges(Kind::Box, 0).len(), edges(Kind::Arch, 0).len(), edges(Kind::Revolution, 9).len()), (12, 2, 0));
     }
 }
