@@ -77,6 +77,13 @@ impl Files {
         read(&self.autosave_path()).ok().flatten().filter(|text| Some(text) != self.held.as_ref())
     }
 
+    /// Nothing of what was written here is to be found again.
+    pub fn forget_own_autosave(&mut self) {
+        if self.autosaved.is_some() {
+            self.forget_autosave();
+        }
+    }
+
     /// Nothing is to be found again.
     pub fn forget_autosave(&mut self) {
         self.autosaved = None;

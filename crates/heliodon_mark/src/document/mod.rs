@@ -168,12 +168,17 @@ impl Document {
         DocumentError(format!("{} cannot be written: {error}", self.files.path().display()))
     }
 
-    /// Writes unsaved work beside the file, to be found after a crash. Tells whether there was something new to write.
+    /// Writes unsaved work beside the file, to be found after a crash, and takes it away where there no longer is any. Tells whether there was something new to write.
     ///
     /// # Errors
     /// Where the folder cannot be written to.
     pub fn autosave(&mut self) -> Result<bool, DocumentError> {
-        if !self.is_changed() || self.left_by_a_crash.is_some() {
+        if self.left_by_a_crash.is_some() {
+            return Ok(false);
+        }
+        if !self.is_changed() {
+            // what was undone, or given up for what another program wrote, is nothing to be found again
+            self.files.forget_own_autosave();
             return Ok(false);
         }
         self.files.autosave(&self.text).map_err(|error| self.told(&error))

@@ -43,6 +43,14 @@ fn without_changes_it_closes_at_once() {
     desk.rest();
     desk.close();
     assert!(desk.commands.is_empty());
+    // what was done and undone leaves nothing to be found the next time
+    desk.key(Key::N, Modifiers::NONE);
+    desk.time += 11.0;
+    desk.frame(Vec::new());
+    assert!(autosave(&desk).exists());
+    desk.key(Key::Z, Modifiers::COMMAND);
+    desk.close();
+    assert!(desk.commands.is_empty() && !autosave(&desk).exists());
     // a dialog that only looks at a shape keeps nothing open
     desk.key(Key::B, Modifiers::SHIFT);
     desk.close();

@@ -19,6 +19,9 @@ impl MarkApp {
             if !is_asked {
                 self.waiting = std::mem::replace(&mut self.dialog, Dialog::Close);
             }
+        } else if let Err(error) = self.document.autosave() {
+            // without changes it takes away what was written before they were undone
+            self.complain(error.to_string());
         }
     }
 
