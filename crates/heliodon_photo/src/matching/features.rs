@@ -134,6 +134,10 @@ pub(super) fn extracted(log: &str) -> Vec<Extracted> {
     for line in log.lines() {
         // `Name:            north/a b.jpg`; from glog of later versions with a date and `] ` before it
         let line = line.split_once("] ").filter(|(before, _)| !before.contains('[')).map_or(line, |(_, words)| words).trim();
+        // A new run begins: what it complains of first is its own.
+        if line.starts_with("$ colmap") {
+            at = None;
+        }
         let Some((key, value)) = line.split_once(':') else { continue };
         let value = value.trim();
         if key == "Name" {

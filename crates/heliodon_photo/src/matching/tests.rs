@@ -145,6 +145,14 @@ fn photographs_left_out_are_told_with_a_reason_each() {
 }
 
 #[test]
+fn what_a_run_complains_of_is_no_photographs_fault() {
+    let log = "$ colmap feature_extractor\n  Name: a.jpg\n  Camera: #1 - RADIAL\n  Features: 43\n$ colmap feature_extractor\n\
+               ERROR: Failed to parse options\n";
+    let [photo] = &extracted(log)[..] else { panic!() };
+    assert_eq!((photo.camera, photo.features, &photo.error), (Some(1), 43, &None));
+}
+
+#[test]
 fn what_a_colmap_that_fails_half_way_has_made_is_kept() {
     // The matcher dies after some pairs, the mapper in its second model; a third was being written.
     let stand = Stand::new(&format!(
