@@ -30,7 +30,7 @@ fn plan(folder: &Path) -> Result<Plan, String> {
     fs::write(folder.join("wall.obj"), WALL).unwrap();
     SrgbImage::filled(8, 8, [150, 140, 120, 255]).write_png(folder.join("atlas.png")).unwrap();
     HdrImage::filled(32, 16, Vec3::ONE).write_hdr(folder.join("sky.hdr")).unwrap();
-    Plan::new(Site::read(folder).unwrap(), BakeOptions::new(&folder.join("bundle"))).map_err(|error| error.to_string())
+    Plan::new(Site::read(folder).unwrap(), BakeOptions::new(folder.join("bundle"))).map_err(|error| error.to_string())
 }
 
 #[test]
