@@ -151,7 +151,7 @@ fn what_does_not_come_about_is_told_with_its_line() {
     let (_folder, mut player) = player(Scheme::Pad, &[]).unwrap();
     for (text, wanted) in [
         ("wait 0.1\n\nexpect held mallet", "line 3, `expect held mallet`"),
-        ("until task stop within 0.3", "it is go"),
+        ("until task stop within 0.3", "it is none"),
         ("look \"nobody\"", "no actor, region, view or part `nobody`"),
         ("press jump", "no action `jump`"),
         ("press up", "no action `up`"),
