@@ -104,6 +104,8 @@ fn marks_become_cameras_a_model_and_its_texture() {
     assert_eq!((views.layers.len() as u64, views.size()), (3, [atlas.width, atlas.height]));
     assert_eq!(textured["texture"]["views"].as_u64(), Some(3));
     assert!(fs::read_to_string(folder.join("textured/The-walls.obj")).unwrap().contains("\nvt "));
+    done(&[&"photo", &"texture", &folder, &"--side", &"256", &"-o", &to]);
+    assert!(!to.join(VIEWS_FILE).exists(), "views of an atlas that is no more");
     // the mesh of a part that is no more goes; what somebody else put there stays
     fs::write(folder.join("made/mine.obj"), "v 0 0 0\n").unwrap();
     let toml = fs::read_to_string(folder.join("photos.toml")).unwrap();

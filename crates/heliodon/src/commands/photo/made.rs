@@ -4,6 +4,7 @@ use super::turns::turns;
 use crate::App;
 use crate::failure::wrong_arguments;
 use anyhow::{Context, Result};
+use heliodon_bake::photo::surroundings;
 use heliodon_bake::report::Reporter;
 use heliodon_image::view_layers::{MOST_LAYERS, VIEWS_FILE};
 use heliodon_mesh::Mesh;
@@ -103,7 +104,9 @@ pub(super) fn run_texture(app: &App, args: &TextureArgs) -> Result<()> {
         .collect();
     app.progress.stage("photographs", photographs.len() as u64);
     let params = TextureParams { most_side: args.side, oversampling: args.oversampling, ..TextureParams::default() };
-    let mut survey = Survey::new(&model.parts, &[], &photographs, &params)?;
+    let around = surroundings(&project)?;
+    let occluders: Vec<&Mesh> = around.iter().collect();
+    let mut survey = Survey::new(&model.parts, &occluders, &photographs, &params)?;
     app.progress.finished();
     app.progress.stage("blending", 0);
     let gains = survey.equalize();
@@ -118,6 +121,12 @@ pub(super) fn run_texture(app: &App, args: &TextureArgs) -> Result<()> {
         let layers = survey.view_layers(most.into());
         layers.write(&report.folder)?;
         views = layers.layers.len();
+    } else {
+        // those of an earlier atlas fit this one no more
+        let old = report.folder.join(VIEWS_FILE);
+        if old.is_file() {
+            std::fs::remove_file(&old).with_context(|| format!("cannot remove {}, which fits no more", old.display()))?;
+        }
     }
     app.progress.finished();
     let told = TextureTold {
