@@ -230,3 +230,24 @@ fn uncertainties_say_how_far_solutions_scatter() {
     println!("squared errors over variances: turns {turn:.2}, places {place:.2}");
     assert!((2.4..3.6).contains(&place) && (1.0..3.0).contains(&turn));
 }
+
+/// A quarter of the marks is three times as coarse as the others: those that are left out for it are no slips, and what to set is said.
+#[test]
+fn marks_of_worn_corners_are_told_from_slips() {
+    let mut worn = temple(0.5, 0.0, Focal::Guess(2700.0), 5);
+    let mut random = Random::new(9);
+    for mark in worn.problem.marks.iter_mut().step_by(4) {
+        mark.pixel += DVec2::new(random.normal(), random.normal()) * 2.0;
+    }
+    let told = |notes: &[String]| notes.iter().find(|n| n.contains("mark_sigma_px")).cloned();
+    let solution = solve(&worn.problem, &Params::default());
+    let note = told(&solution.notes).expect("a note");
+    let set: f64 = note.split("mark_sigma_px = ").nth(1).unwrap().split('`').next().unwrap().parse().unwrap();
+    let wrong = |s: &Solution| s.marks.iter().filter(|m| matches!(m, MarkResult::Wrong(_))).count();
+    let again = solve(&worn.problem, &Params { mark_sigma_px: set, least_sigma_px: set, ..Params::default() });
+    println!("{note}; then {} of {} wrong", wrong(&again), wrong(&solution));
+    assert!(4 * wrong(&again) < wrong(&solution) && told(&again.notes).is_none());
+    // Slips are no reason for it.
+    let slips = solve(&temple(0.5, 0.1, Focal::Guess(2700.0), 5).problem, &Params::default());
+    assert_eq!(told(&slips.notes), None);
+}

@@ -106,7 +106,9 @@ impl Project {
     pub fn params(&self) -> Params {
         let base = Params::default();
         let info = &self.file.project;
-        Params { mark_sigma_px: info.mark_sigma_px.unwrap_or(base.mark_sigma_px), seed: info.seed.unwrap_or(base.seed), ..base }
+        // Who says what marks are good to knows the stone: no fit of a few of them shall narrow that.
+        let sigmas = info.mark_sigma_px.map_or([base.mark_sigma_px, base.least_sigma_px], |sigma| [sigma; 2]);
+        Params { mark_sigma_px: sigmas[0], least_sigma_px: sigmas[1], seed: info.seed.unwrap_or(base.seed), ..base }
     }
 
     /// The problem to solve. `facts` are of the photographs, in their order; cameras taken over are found by the photographs' names.

@@ -53,7 +53,7 @@ pub struct ProjectInfo {
     /// For people.
     #[serde(default)]
     pub name: String,
-    /// The standard deviation of a mark's coordinate; half a pixel where it is not given.
+    /// The standard deviation of a mark's coordinate; half a pixel, or less if so they fit, where it is not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mark_sigma_px: Option<f64>,
     /// Of all random draws.

@@ -154,7 +154,7 @@ fn resect_known(state: &mut State<'_>) {
 
 fn finish(mut state: State<'_>, judged: wrong::Judged, refusal: Option<String>, mut notes: Vec<String>) -> Solution {
     let problem = state.problem;
-    notes.extend(judged.notes);
+    notes.extend(judged.notes.iter().cloned());
     let aligned = align::align(&state);
     align::carry(&mut state, &aligned.similarity);
     let given = problem.photos.iter().any(|p| p.pose.is_some());
@@ -238,10 +238,39 @@ fn finish(mut state: State<'_>, judged: wrong::Judged, refusal: Option<String>, 
             notes.push(format!("the focal length of lens {name} is a guess ({focal:.0} px): two photographs do not tell it; add a third, or give it"));
         }
     }
+    notes.extend(soft_marks(problem, &judged, &state.params));
     if covariances.is_none() && state.poses.iter().flatten().count() > 0 && !problem.marks.is_empty() {
         notes.push("uncertainties cannot be told: too few marks for what is solved".to_owned());
     }
     Solution { lenses, photos, points, marks: judged.marks, alignment: aligned.alignment, sigma_px: judged.sigma_px, notes }
+}
+
+/// So many marks left out, and this part of all, are no slips of a hand ...
+const MANY_WRONG: (usize, f64) = (8, 0.05);
+
+/// ... if most of them lie within so many limits: slips go anywhere.
+const NEAR_LIMITS: f64 = 3.0;
+
+/// Where a good part of the marks misses by little, corners are softer than marks were taken to be: what setting takes that in.
+fn soft_marks(problem: &Problem, judged: &wrong::Judged, params: &Params) -> Option<String> {
+    let limit_px = params.wrong_from * judged.sigma_px;
+    let wrong: Vec<f64> =
+        judged.marks.iter().filter_map(|m| if let MarkResult::Wrong(off) = m { Some(off.length()) } else { None }).collect();
+    let (near, far): (Vec<f64>, Vec<f64>) = wrong.into_iter().partition(|off| *off < NEAR_LIMITS * limit_px);
+    let many = (MANY_WRONG.1 * problem.marks.len() as f64).max(MANY_WRONG.0 as f64);
+    if (near.len() as f64) < many || near.len() < 2 * far.len() {
+        return None;
+    }
+    let farthest = near.iter().copied().fold(0.0, f64::max);
+    // With which the farthest of them would just not have been left out, up to a tenth.
+    let would = (10.0 * farthest / params.wrong_from).ceil() / 10.0;
+    Some(format!(
+        "{} of {} marks were left out by less than {farthest:.1} px: if their corners are worn or hard to tell, say so by \
+         `mark_sigma_px = {would:.1}` under [project], which is {} now",
+        near.len(),
+        problem.marks.len(),
+        params.mark_sigma_px
+    ))
 }
 
 fn largest_sigma(covariance: &SMatrix<f64, 3, 3>) -> f64 {

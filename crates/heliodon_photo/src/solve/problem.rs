@@ -114,6 +114,9 @@ pub struct Problem {
 pub struct Params {
     /// The standard deviation of a mark's coordinate: what a careful hand reaches. A larger one forgives more.
     pub mark_sigma_px: f64,
+    /// Marks are judged no more sharply than if this were their standard deviation: few of them tell their spread badly, and a lucky fit must not
+    /// condemn honest ones.
+    pub least_sigma_px: f64,
     /// The most draws of every robust start; more find a way through more wrong marks.
     pub rounds: usize,
     /// How many standard deviations a mark may be off before it counts as wrong.
@@ -127,7 +130,7 @@ pub struct Params {
 impl Default for Params {
     fn default() -> Self {
         // 4.5 standard deviations in two dimensions: one right mark of 25,000 is called wrong.
-        Self { mark_sigma_px: 0.5, rounds: 2000, wrong_from: 4.5, min_parallax_rad: 0.02, seed: 1 }
+        Self { mark_sigma_px: 0.5, least_sigma_px: 0.25, rounds: 2000, wrong_from: 4.5, min_parallax_rad: 0.02, seed: 1 }
     }
 }
 

@@ -82,8 +82,7 @@ pub(super) fn cleaned(state: &mut State<'_>) -> Judged {
             used.push((m, residual, h * (1.0 / (declared * declared))));
         }
         let pairs: Vec<(DVec2, DMat2)> = used.iter().map(|(_, r, h)| (*r, *h)).collect();
-        // Few marks tell their spread badly, and a lucky fit must not condemn honest marks.
-        sigma_px = spread_px(&pairs).unwrap_or(declared).max(0.5 * declared);
+        sigma_px = spread_px(&pairs).unwrap_or(declared).max(state.params.least_sigma_px);
         let limit = state.params.wrong_from * state.params.wrong_from * sigma_px * sigma_px;
         let mut suspects: Vec<(f64, usize)> = used
             .iter()

@@ -6,7 +6,9 @@ use super::{TextureError, TextureParams};
 use crate::camera::Camera;
 use crate::model::Part;
 use glam::{Vec2, Vec3};
+use heliodon_math::sphere::sample_cosine_hemisphere;
 use heliodon_mesh::packing::{FlatChart, PackParams, Packing, pack};
+use heliodon_rays::{Hit, Ray};
 use rayon::prelude::*;
 
 /// A texel of the atlas that shows something.
@@ -29,6 +31,8 @@ pub(super) struct Layout {
     pub starts: Vec<usize>,
     /// For each face, texels for a metre.
     pub per_m: Vec<f32>,
+    /// For each face, whether it lies inside of something, so that nobody will ever see it.
+    pub buried: Vec<bool>,
     /// For each triangle, where its corners lie in the atlas, texels.
     pub corners: Vec<[Vec2; 3]>,
     pub utilisation: f32,
@@ -41,6 +45,11 @@ const MOST_PROBES: usize = 1024;
 const PERCENTILE: f32 = 0.9;
 /// What no photograph shows gets this part of the others' mean resolution: there is nothing to see.
 const UNSEEN: f32 = 0.125;
+/// And so much of it what nobody will see either.
+const BURIED: f32 = 0.01;
+/// From so many places of a face, and in so many directions from each, rays meet nothing but backs where it is buried.
+const BURIED_PROBES: usize = 8;
+const BURIED_RAYS: usize = 32;
 
 impl Layout {
     pub fn new(surface: &Surface, parts: &[Part], cameras: &[Camera], params: &TextureParams) -> Result<Self, TextureError> {
@@ -51,8 +60,14 @@ impl Layout {
             return Err(TextureError::NothingSeen);
         }
         let mean = seen.iter().sum::<f32>() / seen.len() as f32;
-        let wanted = |finest: &Option<f32>| (finest.unwrap_or(UNSEEN * mean) * params.oversampling).min(params.most_per_m);
-        let wanted: Vec<f32> = finest.iter().map(wanted).collect();
+        let buried: Vec<bool> = (surface.faces.par_iter().zip(&finest))
+            .map(|(face, finest)| finest.is_none() && is_buried(surface, &face.triangles, params))
+            .collect();
+        let wanted = |(finest, buried): (&Option<f32>, &bool)| {
+            let unseen = if *buried { BURIED } else { UNSEEN };
+            (finest.unwrap_or(unseen * mean) * params.oversampling).min(params.most_per_m)
+        };
+        let wanted: Vec<f32> = finest.iter().zip(&buried).map(wanted).collect();
         let flat = |t: u32| {
             let part = surface.starts.partition_point(|start| *start <= t) - 1;
             parts[part].flat[(t - surface.starts[part]) as usize]
@@ -80,7 +95,7 @@ impl Layout {
         }));
         let per_m = wanted.iter().map(|scale| scale * packing.per_m).collect();
         let texels = of_faces.into_iter().flatten().collect();
-        Ok(Self { size, texels, starts, per_m, corners, utilisation: packing.utilisation })
+        Ok(Self { size, texels, starts, per_m, buried, corners, utilisation: packing.utilisation })
     }
 
     /// Which of the atlas' pixels a texel is, rows from the top.
@@ -90,36 +105,73 @@ impl Layout {
     }
 }
 
-/// The finest that photographs show most of a face, pixels for a metre; none where none shows it.
-fn probed(surface: &Surface, triangles: &[u32], cameras: &[Camera], params: &TextureParams) -> Option<f32> {
-    let each = (LEAST_PROBES / triangles.len()).clamp(1, LEAST_PROBES);
-    let stride = (triangles.len() * each).div_ceil(MOST_PROBES);
-    // the golden ratio's multiples spread over a triangle evenly, however many there are
+/// A place of a triangle, and the area that it stands for, square metres.
+#[derive(Clone, Copy)]
+struct Probe {
+    triangle: u32,
+    place: Vec3,
+    area_m2: f32,
+}
+
+/// Places spread evenly over a face: at least so many, or one of each triangle, and at most so many.
+fn probes(surface: &Surface, triangles: &[u32], least: usize, most: usize) -> Vec<Probe> {
+    let each = (least / triangles.len()).clamp(1, least);
+    let stride = (triangles.len() * each).div_ceil(most);
     let weights = |k: usize| {
-        let [u, v] = [0.754_877_7, 0.569_840_3].map(|step: f64| (step * (k as f64 + 0.5)).fract() as f32);
+        let [u, v] = spread(k);
         if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] }
     };
-    let mut best: Vec<(f32, f32)> = Vec::new();
-    for &t in triangles.iter().step_by(stride) {
-        let triangle = &surface.triangles[t as usize];
-        let [a, b, c] = triangle.corners;
-        let area = 0.5 * (b - a).cross(c - a).length() / each as f32;
-        for k in 0..each {
+    let of_triangle = |&triangle: &u32| {
+        let [a, b, c] = surface.triangles[triangle as usize].corners;
+        let area_m2 = 0.5 * (b - a).cross(c - a).length() / each as f32;
+        (0..each).map(move |k| {
             let [u, v] = weights(k);
-            let place = a + (b - a) * u + (c - a) * v;
-            let finest = cameras.iter().filter_map(|camera| {
-                let shown = shown(camera, place, triangle.normal)?;
-                if shown.cosine < params.least_cosine() {
-                    return None;
-                }
-                let ray = to_camera(camera, place, triangle.normal, params.offset_m + surface.scene.start_offset());
-                let mut occluded = [0];
-                surface.scene.occluded(&[ray], &mut occluded);
-                (occluded[0] == 0).then_some(shown.px_per_m)
-            });
-            best.extend(finest.max_by(f32::total_cmp).map(|px_per_m| (px_per_m, area)));
-        }
-    }
+            Probe { triangle, place: a + (b - a) * u + (c - a) * v, area_m2 }
+        })
+    };
+    triangles.iter().step_by(stride).flat_map(of_triangle).collect()
+}
+
+/// The k-th of places that fill a square evenly, however many there are.
+fn spread(k: usize) -> [f32; 2] {
+    [0.754_877_7, 0.569_840_3].map(|step: f64| (step * (k as f64 + 0.5)).fract() as f32)
+}
+
+/// Whether a face lies inside of other bodies, or of its own: whatever its places see is a back. What stands in photographs' way without being part of the
+/// model counts as open air.
+fn is_buried(surface: &Surface, triangles: &[u32], params: &TextureParams) -> bool {
+    probes(surface, triangles, BURIED_PROBES, MOST_PROBES).iter().all(|probe| {
+        let normal = surface.triangles[probe.triangle as usize].normal;
+        let origin = probe.place + normal * (params.offset_m + surface.scene.start_offset());
+        let ray =
+            |k: usize| Ray { origin, direction: sample_cosine_hemisphere(normal, spread(k)), t_min: 0.0, t_max: f32::INFINITY };
+        let rays: [Ray; BURIED_RAYS] = std::array::from_fn(ray);
+        let mut hits = [Hit::MISS; BURIED_RAYS];
+        surface.scene.closest(&rays, &mut hits);
+        let is_back = |(ray, hit): (&Ray, &Hit)| {
+            surface.triangles.get(hit.triangle as usize).is_some_and(|met| met.normal.dot(ray.direction) > 0.0)
+        };
+        normal != Vec3::ZERO && rays.iter().zip(&hits).all(is_back)
+    })
+}
+
+/// The finest that photographs show most of a face, pixels for a metre; none where none shows it.
+fn probed(surface: &Surface, triangles: &[u32], cameras: &[Camera], params: &TextureParams) -> Option<f32> {
+    let finest = |probe: &Probe| {
+        let normal = surface.triangles[probe.triangle as usize].normal;
+        let of_camera = |camera: &Camera| {
+            let shown = shown(camera, probe.place, normal)?;
+            if shown.cosine < params.least_cosine() {
+                return None;
+            }
+            let ray = to_camera(camera, probe.place, normal, params.offset_m + surface.scene.start_offset());
+            let mut occluded = [0];
+            surface.scene.occluded(&[ray], &mut occluded);
+            (occluded[0] == 0).then_some(shown.px_per_m)
+        };
+        cameras.iter().filter_map(of_camera).max_by(f32::total_cmp).map(|px_per_m| (px_per_m, probe.area_m2))
+    };
+    let mut best: Vec<(f32, f32)> = probes(surface, triangles, LEAST_PROBES, MOST_PROBES).iter().filter_map(finest).collect();
     best.sort_by(|a, b| a.0.total_cmp(&b.0));
     let whole: f32 = best.iter().map(|(_, area)| area).sum();
     let mut sum = 0.0;

@@ -53,6 +53,8 @@ pub struct FaceReport {
     pub area_m2: f32,
     /// The part of it that a photograph saw.
     pub seen: f32,
+    /// Whether it lies inside of the model, where nobody can see it: it hardly gets texels.
+    pub buried: bool,
     /// Texels for a metre.
     pub texels_per_m: f32,
 }
@@ -72,7 +74,7 @@ pub struct Textured {
     pub gains: Vec<PhotoGain>,
     /// What became of each face.
     pub faces: Vec<FaceReport>,
-    /// The part of the model's area that a photograph saw.
+    /// The part of the model's area that a photograph saw, of all that can be seen at all.
     pub seen: f32,
     /// The part of the atlas that triangles cover.
     pub utilisation: f32,
@@ -114,8 +116,9 @@ pub(super) fn textured(
     let atlas = Arc::new(Texture { source: "photographs".into(), image, wrap: [TextureWrap::Clamp; 2] });
     let faces: Vec<FaceReport> =
         (0..surface.faces.len()).map(|face| report(face, surface, layout, &colors[range(face)])).collect();
-    let area: f32 = faces.iter().map(|face| face.area_m2).sum();
-    let seen = faces.iter().map(|face| face.area_m2 * face.seen).sum::<f32>() / area.max(f32::MIN_POSITIVE);
+    let open = || faces.iter().filter(|face| !face.buried);
+    let area: f32 = open().map(|face| face.area_m2).sum();
+    let seen = open().map(|face| face.area_m2 * face.seen).sum::<f32>() / area.max(f32::MIN_POSITIVE);
     let meshes = parts.iter().enumerate().map(|(index, part)| mesh(part, index, surface, layout, &atlas)).collect();
     let evidence = Evidence { width, height, codes };
     Textured { meshes, atlas, linear, evidence, gains, faces, seen, utilisation: layout.utilisation, warnings }
@@ -150,6 +153,7 @@ fn report(face: usize, surface: &Surface, layout: &Layout, colors: &[Option<Vec3
         face: of_face.number,
         area_m2: of_face.triangles.iter().map(area).sum(),
         seen: seen as f32 / all.max(1) as f32,
+        buried: layout.buried[face],
         texels_per_m: layout.per_m[face],
     }
 }

@@ -201,6 +201,36 @@ fn what_no_photograph_saw_is_marked_and_plain() {
     }
 }
 
+/// A small block in the middle of the large one, and one that stands halfway out of it to the east.
+#[test]
+fn what_lies_inside_of_something_gets_no_texels() {
+    let bench = &*BENCH;
+    let photographs = bench.photographs();
+    let made = |shift_m: Option<f32>| {
+        let mut parts = bench.parts.clone();
+        if let Some(shift_m) = shift_m {
+            let mut small = parts[0].clone();
+            let middle = small.mesh.positions.iter().sum::<Vec3>() / small.mesh.positions.len() as f32;
+            let to = middle + Vec3::new(shift_m, 0.0, 0.0);
+            small.mesh.positions.iter_mut().for_each(|p| *p = to + (*p - middle) * 0.5);
+            small.flat.iter_mut().flatten().for_each(|p| *p *= 0.5);
+            small.name = "small".into();
+            parts.push(small);
+        }
+        let params = TextureParams { most_side: 512, ..TextureParams::default() };
+        texture(&parts, &[&bench.panel], &photographs, &params).unwrap()
+    };
+    let (alone, inside, out) = (made(None), made(Some(0.0)), made(Some(1.2)));
+    let buried =
+        |textured: &Textured| textured.faces.iter().filter(|face| face.buried).map(|face| face.part).collect::<Vec<_>>();
+    assert_eq!((buried(&alone), buried(&inside), buried(&out)), (vec![], vec![3; 6], vec![3]));
+    assert!((inside.seen - alone.seen).abs() < 0.002, "{} {}", inside.seen, alone.seen);
+    let per_m = |textured: &Textured| {
+        textured.faces.iter().filter(|f| f.part == 0 && f.seen > 0.0).map(|f| f.texels_per_m).fold(0.0, f32::max)
+    };
+    assert!(per_m(&inside) > 0.98 * per_m(&alone), "{} {}", per_m(&inside), per_m(&alone));
+}
+
 #[test]
 fn who_walked_by_is_outvoted() {
     // the panel is not told: a few photographs show it, most do not
