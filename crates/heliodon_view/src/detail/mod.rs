@@ -16,7 +16,7 @@ use heliodon_bundle::site::{Along, DetailMapping};
 use heliodon_bundle::{BundleReader, DetailInfo, ReadError, ViewsInfo};
 use heliodon_image::detail::DetailTexture;
 use heliodon_image::view_layers::ViewLayers;
-use views::{ViewTextures, views_on_gpu};
+use views::{PreparedViews, ViewTextures, views_on_gpu};
 
 /// WGSL of what a fragment reads of a detail; it names its bind group `DETAIL_GROUP`.
 pub const DETAIL_WGSL: &str = include_str!("detail.wgsl");
@@ -43,14 +43,15 @@ pub struct PreparedDetail {
     side: u32,
     /// Codes of all levels, the finest first, and how many levels.
     levels: (Vec<u8>, u32),
-    views: Option<ViewLayers>,
+    views: Option<PreparedViews>,
 }
 
 impl PreparedDetail {
-    /// Makes the levels of a pattern; without one there are views alone.
+    /// Makes the levels of a pattern and of views, or of one of both.
     #[must_use]
     pub fn new(pattern: Option<(&DetailInfo, &DetailTexture)>, views: Option<ViewLayers>) -> Self {
-        let layers = views.as_ref().map_or(0, |views| views.layers.len() as u32);
+        let views = views.map(PreparedViews::new);
+        let layers = views.as_ref().map_or(0, |views| views.layers() as u32);
         let Some((info, texture)) = pattern else {
             let uniform = DetailUniform { scale: [0.0; 4], mapping: [0, 0, layers, 0] };
             return Self { uniform, side: 1, levels: (vec![128], 1), views };
@@ -70,8 +71,7 @@ impl PreparedDetail {
     /// Bytes of its levels and views.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let of_layer = |[width, height]: [u32; 2]| 8 * width as usize * height as usize;
-        self.levels.0.len() + self.views.as_ref().map_or(0, |views| views.layers.len() * of_layer(views.size()))
+        self.levels.0.len() + self.views.as_ref().map_or(0, PreparedViews::bytes)
     }
 }
 

@@ -16,36 +16,66 @@ pub struct ViewTextures {
     pub directions: TextureView,
 }
 
-/// Puts views on the GPU; of none, a texel that is never read. Images larger than the device takes are halved until it does.
-pub fn views_on_gpu(device: &RenderDevice, queue: &RenderQueue, views: Option<&ViewLayers>) -> ViewTextures {
-    let one = || SrgbImage::filled(1, 1, [128, 128, 128, 0]);
-    let none = ViewLayers { layers: vec![ViewLayer { colors: one(), directions: one() }] };
-    let views = views.unwrap_or(&none);
-    let decode = linear_from_srgb8_table();
-    let most = device.limits().max_texture_dimension_2d;
-    let of = |pick: fn(&ViewLayer) -> &SrgbImage, smaller: &dyn Fn(&SrgbImage) -> SrgbImage| {
-        let fitting = |layer| {
-            let mut image = Cow::Borrowed(pick(layer));
-            while image.width.max(image.height) > most {
-                image = Cow::Owned(smaller(&image));
+/// Views on their way to the GPU, with the levels of their colours: these take their time, and are made where bundles are read.
+#[derive(Clone, Debug)]
+pub struct PreparedViews {
+    /// Of each layer, the finest level first, down to one texel.
+    colors: Vec<Vec<SrgbImage>>,
+    /// Of each layer.
+    directions: Vec<SrgbImage>,
+}
+
+impl PreparedViews {
+    /// Makes the levels of a part's views.
+    pub fn new(views: ViewLayers) -> Self {
+        let decode = linear_from_srgb8_table();
+        let levelled = |mut image: SrgbImage| {
+            let mut levels = Vec::new();
+            while image.width.max(image.height) > 1 {
+                let smaller = halved(&image, &decode);
+                levels.push(std::mem::replace(&mut image, smaller));
             }
-            image
+            levels.push(image);
+            levels
         };
-        views.layers.iter().map(fitting).collect::<Vec<_>>()
-    };
-    let colors = of(|layer| &layer.colors, &|image| halved(image, &decode));
-    let directions = of(|layer| &layer.directions, &thinned);
-    let levelled = |mut image: SrgbImage| {
-        let mut levels = Vec::new();
-        while image.width.max(image.height) > 1 {
-            let smaller = halved(&image, &decode);
-            levels.push(std::mem::replace(&mut image, smaller));
+        let (colors, directions) = views.layers.into_iter().map(|layer| (levelled(layer.colors), layer.directions)).unzip();
+        Self { colors, directions }
+    }
+
+    /// A texel that is never read.
+    fn none() -> Self {
+        let one = || SrgbImage::filled(1, 1, [128, 128, 128, 0]);
+        Self::new(ViewLayers { layers: vec![ViewLayer { colors: one(), directions: one() }] })
+    }
+
+    /// How many layers.
+    pub fn layers(&self) -> usize {
+        self.colors.len()
+    }
+
+    /// Bytes on the device.
+    pub fn bytes(&self) -> usize {
+        self.colors.iter().flatten().chain(&self.directions).map(|image| 4 * image.pixels.len()).sum()
+    }
+}
+
+/// Puts views on the GPU; of none, a texel that is never read. Images larger than the device takes lose their finest levels.
+pub fn views_on_gpu(device: &RenderDevice, queue: &RenderQueue, views: Option<&PreparedViews>) -> ViewTextures {
+    let none = PreparedViews::none();
+    let views = views.unwrap_or(&none);
+    let most = device.limits().max_texture_dimension_2d;
+    let fits = |image: &SrgbImage| image.width.max(image.height) <= most;
+    let colors: Vec<&[SrgbImage]> =
+        views.colors.iter().map(|levels| &levels[levels.iter().position(fits).unwrap_or(0)..]).collect();
+    let fitting = |image: &SrgbImage| {
+        let mut image = Cow::Borrowed(image);
+        while !fits(&image) {
+            image = Cow::Owned(thinned(&image));
         }
-        levels.push(image);
-        levels
+        image.into_owned()
     };
-    let colors: Vec<Vec<SrgbImage>> = colors.into_iter().map(|image| levelled(image.into_owned())).collect();
-    let directions: Vec<Vec<SrgbImage>> = directions.into_iter().map(|image| vec![image.into_owned()]).collect();
+    let directions: Vec<SrgbImage> = views.directions.iter().map(fitting).collect();
+    let directions: Vec<&[SrgbImage]> = directions.iter().map(std::slice::from_ref).collect();
     ViewTextures {
         colors: array(device, queue, &colors, TextureFormat::Rgba8UnormSrgb),
         directions: array(device, queue, &directions, TextureFormat::Rgba8Unorm),
@@ -61,7 +91,7 @@ fn thinned(image: &SrgbImage) -> SrgbImage {
 }
 
 /// A texture of layers, each with the same levels, the finest first.
-fn array(device: &RenderDevice, queue: &RenderQueue, layers: &[Vec<SrgbImage>], format: TextureFormat) -> TextureView {
+fn array(device: &RenderDevice, queue: &RenderQueue, layers: &[&[SrgbImage]], format: TextureFormat) -> TextureView {
     let (width, height) = layers.first().and_then(|levels| levels.first()).map_or((1, 1), |image| (image.width, image.height));
     let texture = device.create_texture(&TextureDescriptor {
         label: Some("photographs_views"),
@@ -90,6 +120,15 @@ fn array(device: &RenderDevice, queue: &RenderQueue, layers: &[Vec<SrgbImage>], 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn levels_go_down_to_a_texel_and_are_counted() {
+        let layer = || ViewLayer { colors: SrgbImage::filled(8, 4, [9; 4]), directions: SrgbImage::filled(8, 4, [9; 4]) };
+        let views = PreparedViews::new(ViewLayers { layers: vec![layer(), layer()] });
+        let sizes = |levels: &Vec<SrgbImage>| levels.iter().map(|image| (image.width, image.height)).collect::<Vec<_>>();
+        assert_eq!(views.colors.iter().map(sizes).collect::<Vec<_>>(), vec![vec![(8, 4), (4, 2), (2, 1), (1, 1)]; 2]);
+        assert_eq!((views.layers(), views.bytes()), (2, 2 * 4 * (32 + 8 + 2 + 1 + 32)));
+    }
 
     #[test]
     fn thinned_images_keep_every_other_texel() {
