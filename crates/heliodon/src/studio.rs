@@ -113,12 +113,17 @@ impl Studio {
 
     /// What the viewer would show and these pictures do not, if they are traced.
     pub fn left_out(&self) -> Option<String> {
-        let details = self.bundle.manifest().parts.iter().any(|part| part.detail.is_some());
+        let manifest = self.bundle.manifest();
+        let details = manifest.parts.iter().any(|part| part.detail.is_some());
+        let views = manifest.parts.iter().any(|part| part.views.is_some());
+        let purged = !manifest.rooms.is_empty() && manifest.parameters.prepare.as_ref().is_some_and(|prepare| prepare.purge);
         let there = [
             ("actors", !self.bundle.actors().is_empty()),
             ("films", !self.bundle.living().films.is_empty()),
             ("lamps", !self.bundle.lamps().is_empty()),
             ("details", details),
+            ("photographs' views", views),
+            ("what no room sees, so that light comes in where that was ([prepare], purge = false keeps it)", purged),
         ];
         let names: Vec<&str> = there.into_iter().filter_map(|(name, there)| there.then_some(name)).collect();
         let traced = matches!(self.painter, Painter::Reference(_));
