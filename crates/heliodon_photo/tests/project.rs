@@ -5,10 +5,11 @@
 use glam::DVec3;
 use heliodon_photo::camera::{Camera, Intrinsics, Pose};
 use heliodon_photo::formats::cameras_file::CamerasFile;
-use heliodon_photo::project::{PROJECT_FILE_NAME, Project};
+use heliodon_photo::project::{PROJECT_FILE_NAME, Project, ProjectFile};
 use heliodon_photo::report::describe;
 use heliodon_photo::solve::solve;
 use std::fmt::Write;
+use std::path::Path;
 
 /// A project of four photographs of twenty points, whose files are not there; one mark is off by 50 px.
 fn text() -> String {
@@ -67,4 +68,24 @@ fn a_saved_project_reads_as_it_was() {
     assert_eq!(std::fs::read_to_string(&path).unwrap(), once);
     let error = Project::read(folder.path().join("nothing")).unwrap_err().to_string();
     assert!(error.contains("photos.toml"), "{error}");
+}
+
+#[test]
+fn the_committed_schema_is_current() {
+    let path = Path::new("../../schema/photos.schema.json");
+    let current = ProjectFile::json_schema();
+    if std::env::var_os("HELIODON_BLESS").is_some() {
+        std::fs::write(path, &current).unwrap();
+    }
+    let committed = std::fs::read_to_string(path).unwrap_or_default();
+    assert!(
+        committed == current,
+        "schema/photos.schema.json is old: HELIODON_BLESS=1 cargo test -p heliodon_photo --test project"
+    );
+    // Editors go by it: what can be chosen from is listed, and slips of the pen are seen.
+    let schema: serde_json::Value = serde_json::from_str(&committed).unwrap();
+    assert_eq!(schema["additionalProperties"], false);
+    for word in ["north", "exif", "radial-2", "openmvg", "column", "revolution", "mark_sigma_px", "between"] {
+        assert!(committed.contains(&format!("\"{word}\"")), "{word}");
+    }
 }

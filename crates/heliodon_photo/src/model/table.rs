@@ -12,11 +12,12 @@
 //! repeat = { count = 8, step = ["base west", "second base west"] }
 //! ```
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// What a shape is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// A polygon whose vertices are `points`, in order. Polygons of one part share the vertices that they name alike.
@@ -40,7 +41,7 @@ pub enum Kind {
 }
 
 /// One `[[shape]]`.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ShapeRow {
     /// What messages call it.
@@ -118,7 +119,7 @@ pub struct ShapeRow {
 }
 
 /// An edge of a shape as a photograph shows it.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EdgeRow {
     /// The photograph.
@@ -137,7 +138,7 @@ pub struct EdgeRow {
 }
 
 /// An edge of an arch's front.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rim {
     /// The inner.
@@ -147,7 +148,7 @@ pub enum Rim {
 }
 
 /// How often a shape stands, and where: either along `step` or around `around`.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RepeatRow {
     /// How many there are, the first one included.

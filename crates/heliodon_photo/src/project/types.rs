@@ -1,11 +1,13 @@
 //! What stands in `photos.toml`.
 
 use crate::model::table::ShapeRow;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// A project's file.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProjectFile {
     /// What it is about.
@@ -46,8 +48,18 @@ pub struct ProjectFile {
     pub around: Vec<AroundEntry>,
 }
 
+impl ProjectFile {
+    /// The JSON schema of `photos.toml`, as committed in `schema/photos.schema.json`.
+    #[must_use]
+    pub fn json_schema() -> String {
+        let mut text = serde_json::to_string_pretty(&schemars::schema_for!(Self)).unwrap_or_default();
+        text.push('\n');
+        text
+    }
+}
+
 /// The project itself.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProjectInfo {
     /// For people.
@@ -65,7 +77,7 @@ pub struct ProjectInfo {
 }
 
 /// Which program wrote cameras.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CameraFormat {
     /// A folder with cameras, images and points3D, text or binary.
@@ -81,7 +93,7 @@ pub enum CameraFormat {
 }
 
 /// Cameras taken over.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CamerasEntry {
     /// The file or folder, from the project's own folder.
@@ -142,8 +154,21 @@ impl<'de> Deserialize<'de> for FocalEntry {
     }
 }
 
+impl JsonSchema for FocalEntry {
+    fn schema_name() -> Cow<'static, str> {
+        "FocalEntry".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "A focal length in pixels; exif: as the photographs' EXIF says, a start that marks correct; free: nothing is known.",
+            "anyOf": [{ "type": "number", "exclusiveMinimum": 0 }, { "enum": ["exif", "free"] }]
+        })
+    }
+}
+
 /// How much of a lens's distortion is solved for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DistortionEntry {
     /// None.
@@ -160,7 +185,7 @@ pub enum DistortionEntry {
 }
 
 /// A lens at one setting.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LensEntry {
     /// What photographs call it by.
@@ -183,7 +208,7 @@ pub struct LensEntry {
 }
 
 /// A photograph.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PhotoEntry {
     /// The file, from the project's own folder; marks call the photograph by its last part.
@@ -203,7 +228,7 @@ pub struct PhotoEntry {
 }
 
 /// The sky over the photographs.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SkyEntry {
     /// Degrees north.
@@ -245,7 +270,7 @@ pub struct SkyEntry {
 }
 
 /// A place of known albedo in a photograph: a grey card that lay on the model's surface, or stone that was measured.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GreyEntry {
     /// The photograph's name.
@@ -260,7 +285,7 @@ pub struct GreyEntry {
 }
 
 /// One albedo, or one for each colour.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum GreyAlbedo {
     /// The same for all colours.
@@ -281,7 +306,7 @@ impl GreyAlbedo {
 }
 
 /// What stands about the model.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AroundEntry {
     /// A mesh in the project's place and metres, from the project's own folder.
@@ -300,7 +325,7 @@ impl PhotoEntry {
 }
 
 /// A reference point.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointEntry {
     /// Its name.
@@ -321,7 +346,7 @@ fn is_false(value: &bool) -> bool {
 }
 
 /// An axis of the building.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum AxisEntry {
     /// East, or along the building.
@@ -333,7 +358,7 @@ pub enum AxisEntry {
 }
 
 /// Edges along one axis in one photograph.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EdgeEntry {
     /// Which axis they run along.
@@ -345,7 +370,7 @@ pub struct EdgeEntry {
 }
 
 /// A known distance.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DistanceEntry {
     /// Two points.
@@ -355,7 +380,7 @@ pub struct DistanceEntry {
 }
 
 /// A known direction.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DirectionEntry {
     /// The point where it begins.
@@ -429,6 +454,20 @@ impl Serialize for Toward {
             Self::Bearing(bearing_deg) => serializer.serialize_f64(*bearing_deg),
             known => serializer.collect_str(known),
         }
+    }
+}
+
+impl JsonSchema for Toward {
+    fn schema_name() -> Cow<'static, str> {
+        "Toward".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let words = Self::WORDS.map(|(_, word)| word);
+        json_schema!({
+            "description": "A word, or a level direction by its compass bearing, degrees clockwise from north.",
+            "anyOf": [{ "type": "number" }, { "enum": words }]
+        })
     }
 }
 
