@@ -4,7 +4,7 @@
 
 HELIODON is the program. Two small sites are made of an open ground on which as many skeletons walk, all in view 8 to 40 m away: captured for 8 m, and skinned. `heliodon bench frame` draws
 both off screen at 1024x768, the day at rest, in turn. Prints a JSON object of medians, in milliseconds by the clock and of a processor: `impostors` with shadows of everybody,
-`without_shadows`, `nearest` (one view each, without shadows), `skinned`, of whom the eight nearest cast shadows, and `empty`, the same ground with nobody on it. `frames_cheaper` compares whole
+`eight_shadows` of the eight nearest, as many as of skinned people, `without_shadows`, `nearest` (one view each, without shadows), `skinned`, of whom the eight nearest cast shadows, and `empty`, the same ground with nobody on it. `frames_cheaper` compares whole
 frames of the processor; `people_cheaper` what the people add to the empty one.
 """
 
@@ -98,6 +98,7 @@ def measure(folder):
         make(folder)
     kinds = {
         "impostors": ("impostors",),
+        "eight_shadows": ("impostors", "--impostor-shadows", 8),
         "without_shadows": ("impostors", "--no-impostor-shadows"),
         "nearest": ("impostors", "--no-impostor-shadows", "--impostors", "nearest"),
         "skinned": ("skinned",),

@@ -11,6 +11,7 @@ use heliodon_image::HdrImage;
 use heliodon_script::action::Action;
 use heliodon_view::Pose;
 use heliodon_view::headless::{RenderOptions, Renderer, Shot};
+use heliodon_view::lamps::{Cone, Lamp, Lamps};
 use heliodon_view::particles::Particles;
 use heliodon_view::story::Wishes;
 use tempfile::TempDir;
@@ -138,4 +139,83 @@ fn what_a_frame_takes_is_told_and_bounded() {
     // what splashes is four where it was one
     assert!(told.sources == 1000 && told.particles > 1000 && told.particles < 2 * particles.options.most, "{told:?}");
     assert!(told.ms > 0.0 && told.maps <= 12, "{told:?}");
+}
+
+/// The court with dust before its columns, without and with a lamp, and the lamp alone.
+struct Dusty {
+    scene: Scene,
+    /// What dust adds to the picture without a lamp.
+    unlit: Vec3,
+    bare: HdrImage,
+}
+
+impl Dusty {
+    fn new() -> Self {
+        let bare = Scene::new().picture(5.0);
+        let mut scene = Scene::new();
+        scene.add(ParticleKind::Dust, Vec3::new(1.0, 0.8, 1.0));
+        let unlit = changed(&bare, &scene.picture(5.0)).1;
+        Self { scene, unlit, bare }
+    }
+
+    /// What dust adds under a lamp, beyond what it adds without.
+    fn under(&mut self, lamp: Lamp) -> (Vec3, HdrImage) {
+        let mut alone = Scene::new();
+        for scene in [&mut alone, &mut self.scene] {
+            scene.renderer.app_mut().world_mut().resource_mut::<Lamps>().lamps = vec![lamp];
+        }
+        let (alone, dusty) = (alone.picture(5.0), self.scene.picture(5.0));
+        (changed(&alone, &dusty).1 - self.unlit, dusty)
+    }
+}
+
+#[test]
+fn dust_takes_lamps_light_within_their_cones_and_not_behind_stone() {
+    let mut dusty = Dusty::new();
+    let white = dusty.bare.pixels.iter().map(|pixel| pixel.max_element()).fold(0.0, f32::max);
+    let cone = |direction| Some(Cone { direction, half_angle_rad: 0.35, edge: 0.3 });
+    let above = Lamp {
+        place: PLACE + Vec3::Y * 3.0,
+        intensity: Vec3::new(30.0, 20.0, 10.0) * white,
+        cone: cone(Vec3::NEG_Y),
+        reach_m: 12.0,
+        shadows: true,
+    };
+    let (lit, first) = dusty.under(above);
+    assert!(lit.x > lit.y && lit.y > lit.z && lit.z > 0.0, "{lit}");
+    let (away, _) = dusty.under(Lamp { cone: cone(Vec3::Y), ..above });
+    assert!(away.abs().max_element() < 0.01 * lit.x, "it shines elsewhere: {away} of {lit}");
+    // the same from below the court's floor
+    let below = Lamp { place: PLACE - Vec3::Y * 4.0, cone: cone(Vec3::Y), ..above };
+    let (hidden, _) = dusty.under(below);
+    let (through, _) = dusty.under(Lamp { shadows: false, ..below });
+    println!("lit {lit}, lamp turned away {away}, behind stone {hidden}, without shadows {through}");
+    assert!(through.x > 0.2 * lit.x, "{through} of {lit}");
+    assert!(hidden.abs().max_element() < 0.02 * through.x, "{hidden} of {through}");
+    assert_eq!(changed(&first, &dusty.under(above).1).0, 0, "a function of the time");
+}
+
+#[test]
+fn smoke_takes_lamps_light_and_not_behind_stone() {
+    let grey = |lamps: &[Lamp]| {
+        let mut scene = Scene::new();
+        scene.add(ParticleKind::Smoke, Vec3::splat(0.2));
+        scene.renderer.app_mut().world_mut().resource_mut::<Lamps>().lamps = lamps.to_vec();
+        scene.picture(5.0)
+    };
+    let alone = |lamps: &[Lamp]| {
+        let mut scene = Scene::new();
+        scene.renderer.app_mut().world_mut().resource_mut::<Lamps>().lamps = lamps.to_vec();
+        scene.picture(5.0)
+    };
+    let (bare, unlit) = (alone(&[]), grey(&[]));
+    let before = changed(&bare, &unlit).1;
+    let intensity = Vec3::splat(40.0 * bare.pixels.iter().map(|pixel| pixel.max_element()).fold(0.0, f32::max));
+    let near = Lamp { place: PLACE + Vec3::new(0.0, 4.0, 0.0), intensity, cone: None, reach_m: 5.0, shadows: true };
+    let below = Lamp { place: PLACE - Vec3::Y * 2.5, reach_m: 8.0, ..near };
+    let more = |lamps: &[Lamp]| changed(&alone(lamps), &grey(lamps)).1 - before;
+    let (lit, hidden, through) = (more(&[near]), more(&[below]), more(&[Lamp { shadows: false, ..below }]));
+    println!("lit {lit}, behind stone {hidden}, without shadows {through}");
+    assert!(through.x > 10.0 * hidden.x.abs() && through.x > 0.0, "{hidden} of {through}");
+    assert!(lit.x > 0.0, "{lit}");
 }

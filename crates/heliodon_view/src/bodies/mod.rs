@@ -18,6 +18,7 @@ mod walk;
 use crate::actors::Actors;
 use crate::costs::FrameTold;
 use crate::hands::{BOTH, Hands, HandsSet};
+use crate::impostor::Impostors;
 use crate::navigation::Visitor;
 use crate::navigation::walk::Fall;
 use crate::stage::Stage;
@@ -79,8 +80,28 @@ enum Learning {
     Done,
 }
 
-/// A thing's name, where it belongs, and its hull, where it has one.
-type Learned = (String, Affine3A, Option<Hull>);
+/// A thing's name, where it belongs, its hull, where it has one, and whether it is shown by pictures.
+type Learned = (String, Affine3A, Option<Hull>, bool);
+
+/// Who is on the stage.
+#[derive(Clone, Copy)]
+struct Scene<'a> {
+    actors: &'a Actors,
+    impostors: &'a Impostors,
+}
+
+impl Scene<'_> {
+    fn is_complete(self) -> bool {
+        self.actors.is_complete() && self.impostors.is_complete()
+    }
+
+    /// Where somebody is whom nobody directs, what their hull goes around, and whether they are shown by pictures.
+    fn learn(self, name: &str) -> Option<(Affine3A, Vec<Vec3>, bool)> {
+        let model = || Some((self.actors.undirected(name)?, self.actors.at_rest(name)?, false));
+        let pictures = || Some((self.impostors.undirected(name, self.actors)?, self.impostors.corners(name)?, true));
+        model().or_else(pictures)
+    }
+}
 
 /// What is asked of a thing until the next step.
 #[derive(Clone, Copy, Debug)]
@@ -110,6 +131,8 @@ struct Thing {
     /// Its number among the actors, where it is one.
     number: Option<usize>,
     hull: Hull,
+    /// Whether it stays upright, as pictures do.
+    upright: bool,
     collider_scale: Vec3,
     collider: Collider,
     reach_m: f32,
@@ -131,6 +154,7 @@ impl Thing {
         let (scale, ..) = home.to_scale_rotation_translation();
         Self {
             number: None,
+            upright: false,
             collider_scale: scale,
             collider: hull.collider(scale),
             reach_m: hull.reach_m(scale),
@@ -153,8 +177,31 @@ impl Thing {
     }
 
     /// Where the actor is whom nobody directs.
-    fn undirected(&self, name: &str, actors: &Actors) -> Option<Affine3A> {
-        self.number.map_or_else(|| actors.undirected(name), |number| actors.on_course(number))
+    fn undirected(&self, name: &str, scene: Scene<'_>) -> Option<Affine3A> {
+        match self.number {
+            Some(number) => scene.actors.on_course(number),
+            None if self.upright => scene.impostors.undirected(name, scene.actors),
+            None => scene.actors.undirected(name),
+        }
+    }
+
+    /// A motion as its body can have it.
+    fn held_upright(&self, motion: Motion) -> Motion {
+        if !self.upright {
+            return motion;
+        }
+        let forward = motion.turn * Vec3::Z;
+        let turn = Quat::from_rotation_y(libm::atan2f(forward.x, forward.z));
+        Motion { turn, spin: Vec3::Y * motion.spin.y, ..motion }
+    }
+
+    fn add_body(&mut self, name: &str, motion: Motion, asleep: bool, space: &mut Space) {
+        let body = space.add_thing(name, &self.collider, motion, asleep);
+        if self.upright {
+            space.keep_upright(body);
+        }
+        self.body = Some(body);
+        (self.before, self.now) = (motion, motion);
     }
 
     fn lose_body(&mut self, space: &mut Space) {
@@ -233,13 +280,13 @@ impl Bodies {
     }
 
     /// Learns what things there are, once they are there.
-    fn learn(&mut self, stage: &Stage, actors: &Actors, patient: bool) {
+    fn learn(&mut self, stage: &Stage, scene: Scene<'_>, patient: bool) {
         match &self.learning {
-            Learning::Nothing if actors.is_complete() => {
+            Learning::Nothing if scene.is_complete() => {
                 let bundle = stage.bundle().into_iter().flat_map(|bundle| bundle.actors());
                 let carried = bundle.filter(|actor| actor.thing.as_ref().is_some_and(|thing| thing.carried));
                 let names: BTreeSet<&str> = carried.map(|actor| actor.display_name()).collect();
-                self.learn_hulls(actors, names.into_iter());
+                self.learn_hulls(scene, names.into_iter());
             }
             Learning::Hulls(hulls) => {
                 let hulls = if patient { Some(hulls.wait()) } else { hulls.take() };
@@ -248,10 +295,10 @@ impl Bodies {
                     warn_once!("things stay where they are: their hulls could not be made");
                     Vec::new()
                 });
-                for (name, home, hull) in hulls {
+                for (name, home, hull, upright) in hulls {
                     if let Some(hull) = hull.filter(|_| parts(home).is_some()) {
-                        let number = actors.number(&name);
-                        self.things.insert(name, Thing { number, ..Thing::new(hull, home) });
+                        let number = scene.actors.number(&name);
+                        self.things.insert(name, Thing { number, upright, ..Thing::new(hull, home) });
                     }
                 }
                 self.learning = Learning::Done;
@@ -259,20 +306,22 @@ impl Bodies {
             // A script puts into hands what the site does not mean for them.
             Learning::Done => {
                 let unknown = self.asked.keys().filter(|name| !self.things.contains_key(*name));
-                let names: Vec<String> = unknown.filter(|name| actors.number(name).is_some()).cloned().collect();
-                self.learn_hulls(actors, names.iter().map(String::as_str));
+                let names: Vec<String> = unknown.filter(|name| scene.learn(name).is_some()).cloned().collect();
+                self.learn_hulls(scene, names.iter().map(String::as_str));
             }
             Learning::Nothing => {}
         }
     }
 
     /// Learns the hulls of some actors; who has none is asked for no more.
-    fn learn_hulls<'a>(&mut self, actors: &Actors, names: impl Iterator<Item = &'a str>) {
+    fn learn_hulls<'a>(&mut self, scene: Scene<'_>, names: impl Iterator<Item = &'a str>) {
         let known: Vec<_> = names
             .filter(|name| self.hulled.insert((*name).to_owned()))
-            .filter_map(|name| Some((name.to_owned(), actors.undirected(name)?, actors.at_rest(name)?)))
+            .filter_map(|name| scene.learn(name).map(|learned| (name.to_owned(), learned)))
             .collect();
-        let hull = |(name, home, positions): (String, Affine3A, Vec<Vec3>)| (name, home, Hull::around(&positions));
+        let hull = |(name, (home, positions, upright)): (String, (Affine3A, Vec<Vec3>, bool))| {
+            (name, home, Hull::around(&positions), upright)
+        };
         self.learning = match known.is_empty() {
             true => Learning::Done,
             false => Learning::Hulls(Background::start(move || known.into_iter().map(hull).collect())),
@@ -290,7 +339,14 @@ impl Bodies {
     }
 
     /// Follows what hands, scripts and whoever hides a thing want of it.
-    fn obey(&mut self, actors: &mut Actors, in_hands: [Option<&str>; 2], eyes: &[Vec3], space: &mut Space, stone: &Stone) {
+    fn obey(
+        &mut self,
+        actors: &mut Actors,
+        impostors: &Impostors,
+        in_hands: [Option<&str>; 2],
+        eyes: &[Vec3],
+        (space, stone): (&mut Space, &Stone),
+    ) {
         if matches!(self.learning, Learning::Done) {
             let things = &self.things;
             self.asked.retain(|name, _| {
@@ -305,7 +361,10 @@ impl Bodies {
             let direction = actors.directions.get(name);
             let hidden = direction.is_some_and(|direction| direction.hidden);
             let told = direction.and_then(|direction| direction.world_from_model);
-            let is_at = told.or_else(|| thing.undirected(name, actors)).filter(|at| parts(*at).is_some()).unwrap_or(thing.at);
+            let is_at = told
+                .or_else(|| thing.undirected(name, Scene { actors, impostors }))
+                .filter(|at| parts(*at).is_some())
+                .unwrap_or(thing.at);
             let in_hand = in_hands.iter().flatten().any(|held| held == name);
             let moved_by_others = is_at != thing.at;
             if hidden || in_hand || moved_by_others {
@@ -326,15 +385,15 @@ impl Bodies {
                         (thing.home, thing.home.to_scale_rotation_translation())
                     });
                     let [velocity, spin] = [velocity, spin].map(|v| if v.is_finite() { v } else { Vec3::ZERO });
-                    let mut motion = Motion { place, turn, velocity, spin };
+                    let mut motion = thing.held_upright(Motion { place, turn, velocity, spin });
                     thing.lose_body(space);
                     if hidden || !stone.is_built(&[thing.needs(&motion)]) {
                         continue;
                     }
                     thing.scale_to(scale);
                     motion.place = place::free(space, &thing.collider, motion, eyes);
-                    thing.body = Some(space.add_thing(name, &thing.collider, motion, false));
-                    (thing.before, thing.now, thing.at, thing.moved) = (motion, motion, at, true);
+                    thing.add_body(name, motion, false, space);
+                    (thing.at, thing.moved) = (at, true);
                     actors.directions.entry(name.clone()).or_default().world_from_model = Some(at);
                     self.asked.remove(name);
                 }
@@ -342,10 +401,9 @@ impl Bodies {
                 None if !(hidden || thing.held || in_hand || moved_by_others) && thing.body.is_none() => {
                     let (scale, turn, place) = thing.at.to_scale_rotation_translation();
                     thing.scale_to(scale);
-                    let motion = Motion::rest(place, turn);
+                    let motion = thing.held_upright(Motion::rest(place, turn));
                     place::tell_of_overlap(space, name, &thing.collider, motion);
-                    thing.body = Some(space.add_thing(name, &thing.collider, motion, true));
-                    (thing.before, thing.now) = (motion, motion);
+                    thing.add_body(name, motion, true, space);
                 }
                 None => {}
             }
@@ -380,7 +438,7 @@ impl Bodies {
     }
 
     /// Shows what has moved where it is between its last two steps.
-    fn show(&mut self, actors: &mut Actors, lowest_m: Option<f32>, space: &mut Space) {
+    fn show(&mut self, actors: &mut Actors, impostors: &Impostors, lowest_m: Option<f32>, space: &mut Space) {
         let along = self.behind_s / STEP_S;
         for (name, thing) in &mut self.things {
             let lowest_m = lowest_m.unwrap_or(f32::INFINITY).min(thing.home.translation.y) - LOST_M;
@@ -388,7 +446,7 @@ impl Bodies {
                 warn_once!("{name} fell out of the stage, and is back where it belongs");
                 thing.lose_body(space);
                 (thing.now, thing.before) = (Motion::default(), Motion::default());
-                let course = thing.undirected(name, actors);
+                let course = thing.undirected(name, Scene { actors, impostors });
                 thing.at = course.unwrap_or(thing.home);
                 let direction = actors.directions.entry(name.clone()).or_default();
                 direction.world_from_model = course.is_none().then_some(thing.home);
@@ -421,6 +479,7 @@ impl Plugin for BodiesPlugin {
         // After hands and scripts have had their say, and before actors are lit where they are.
         app.init_resource::<Bodies>()
             .init_resource::<Actors>()
+            .init_resource::<Impostors>()
             .add_systems(Update, (told.of("bodies", fall), told.of("bodies", tell)).chain().after(HandsSet));
     }
 }
@@ -450,7 +509,7 @@ fn fall(
     clock: Option<Res<TimeUpdateStrategy>>,
     stage: Res<Stage>,
     hands: Option<Res<Hands>>,
-    mut actors: ResMut<Actors>,
+    (mut actors, impostors): (ResMut<Actors>, Res<Impostors>),
     bodies: ResMut<Bodies>,
     visitors: Query<&Visitor>,
 ) {
@@ -465,7 +524,7 @@ fn fall(
     let Some(ground) = stage.footing().filter(|_| !time.delta().is_zero()) else { return };
     // Where time is counted out by hand, what comes of it does not depend on how fast the machine is.
     let patient = clock.is_some_and(|clock| !matches!(*clock, TimeUpdateStrategy::Automatic));
-    bodies.learn(&stage, &actors, patient);
+    bodies.learn(&stage, Scene { actors: &actors, impostors: &impostors }, patient);
     if bodies.things.is_empty() && walkers.is_empty() {
         bodies.asked.retain(|_, _| !matches!(bodies.learning, Learning::Done));
         return;
@@ -480,7 +539,7 @@ fn fall(
     let mut stone = bodies.stone.take().unwrap_or_else(|| Stone::new(ground));
     let eyes: Vec<Vec3> = visitors.iter().map(|visitor| visitor.pose.eye).collect();
     let in_hands = hands.as_ref().map_or([None; 2], |hands| BOTH.map(|hand| hands.held(hand)));
-    bodies.obey(&mut actors, in_hands, &eyes, &mut space, &stone);
+    bodies.obey(&mut actors, &impostors, in_hands, &eyes, (&mut space, &stone));
     let needs = bodies.needs(&space);
     let released = bodies.asked.iter().filter_map(|(name, asked)| match asked {
         Asked::Release(at, velocity, _) if at.is_finite() && velocity.is_finite() => {
@@ -504,7 +563,7 @@ fn fall(
     } else if stone.is_built(&needs) {
         bodies.step(time.delta_secs().min(LONGEST_FRAME_S), &mut space);
         let lowest_m = ground.bounds().map(|(low, _)| low.y);
-        bodies.show(&mut actors, lowest_m, &mut space);
+        bodies.show(&mut actors, &impostors, lowest_m, &mut space);
     }
     let told = Told { awake: needs.len(), triangles: stone.built().1, ms: start.elapsed().as_secs_f32() * 1e3, ..bodies.told };
     bodies.told = told;

@@ -196,6 +196,13 @@ impl Space {
         body
     }
 
+    /// Lets a thing turn about the vertical alone: what is shown by pictures has none of it lying.
+    pub fn keep_upright(&mut self, body: Entity) {
+        if let Ok(mut body) = self.world.get_entity_mut(body) {
+            body.insert(LockedAxes::new().lock_rotation_x().lock_rotation_z());
+        }
+    }
+
     /// Adds somebody who stands in the way and is moved by nobody here.
     pub fn add_actor(&mut self, name: &str, collider: Collider, place: Vec3) -> Entity {
         let layers = CollisionLayers::from_bits(layer::ACTOR, layer::THING);

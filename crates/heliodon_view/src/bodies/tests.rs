@@ -2,10 +2,12 @@
 
 use super::space::Space;
 use super::*;
+use crate::actors::course::Course;
 use crate::daylight::chunk::KeptChunk;
 use crate::daylight::cluster::cluster;
 use crate::navigation::walk::{BODY_RADIUS_M, EYE_HEIGHT_M};
 use bevy::time::TimeUpdateStrategy;
+use glam::Vec3A;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -434,4 +436,60 @@ fn a_picture_without_time_moves_nothing_and_makes_no_space() {
     (0..5).for_each(|_| app.update());
     assert!(app.world().resource::<Bodies>().space.is_none());
     assert_eq!(app.world().resource::<Bodies>().told(), Told::default());
+}
+
+/// Where a thing is shown.
+fn shown(app: &App, name: &str) -> Affine3A {
+    app.world().resource::<Actors>().directions[name].world_from_model.unwrap()
+}
+
+#[test]
+fn what_is_shown_by_pictures_falls_as_models_do_and_stays_upright() {
+    let mut app = app(20);
+    let info = crate::impostor::outline::tests::of_a_box(Vec3::new(0.4, 0.6, 0.2));
+    let course = Course::stands(Vec3::new(1.0, 0.0, 0.0), 0.0);
+    app.world_mut().resource_mut::<Impostors>().place("jar", info, course);
+    add(&mut app, "model", Vec3::X * 3.0);
+    (0..5).for_each(|_| app.update());
+    assert_eq!(height(&app, "jar"), None, "nobody touched it");
+    // as a hand lets go of it: turned aside, leaning and tumbling
+    let leaning = Affine3A::from_rotation_translation(Quat::from_euler(EulerRot::YXZ, 0.7, 0.5, 0.3), Vec3::Y * 3.0);
+    let let_go = |app: &mut App, name: &str| {
+        app.world_mut().resource_mut::<Bodies>().release(name, leaning, Vec3::ZERO, Vec3::new(4.0, 1.0, 4.0));
+    };
+    let_go(&mut app, "jar");
+    (0..3).for_each(|_| app.update());
+    // the actor is known by now: both begin at once
+    let_go(&mut app, "jar");
+    let_go(&mut app, "model");
+    (0..25).for_each(|_| app.update());
+    let [jar, model] = ["jar", "model"].map(|name| height(&app, name).unwrap());
+    // half a second, less a step or two; the model tumbles about its middle
+    assert!((3.0 - jar - 1.23).abs() < 0.2 && (jar - model).abs() < 0.4, "the jar is at {jar}, the model at {model}");
+    let at = shown(&app, "jar");
+    assert!((at.matrix3.y_axis - Vec3A::Y).length() < 1e-3, "{at:?}");
+    let turned = libm::atan2f(at.matrix3.z_axis.x, at.matrix3.z_axis.z);
+    assert!(turned > 0.8 && turned < 1.6, "it is turned as the hand did, and goes on turning: {turned}");
+    (0..200).for_each(|_| app.update());
+    assert!(!app.world().resource::<Bodies>().is_falling("jar"), "there is no floor: it is back where it belongs");
+    let course = app.world().resource::<Impostors>().whereabouts("jar", app.world().resource::<Actors>()).unwrap().0;
+    assert_eq!(course.translation.x, 1.0);
+}
+
+#[test]
+fn a_thing_that_stays_upright_lands_on_its_foot() {
+    let mut space = space_of(&ground([floor(0.0)]));
+    let info = crate::impostor::outline::tests::of_a_box(Vec3::new(0.2, 0.6, 0.2));
+    let jar = Hull::around(&crate::impostor::outline::corners(&info)).unwrap().collider(Vec3::ONE);
+    // on the edge of a step, which tips over what is free to
+    let [upright, free] = [0.0, 4.0].map(|z| {
+        let corners = [[0.0, -1.0], [0.0, 1.0], [1.0, 1.0], [1.0, -1.0]].map(|[x, along]| Vec3::new(0.03 + x, 0.2, z + along));
+        space.add_stone(Collider::trimesh(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]));
+        space.add_thing("jar", &jar, at(0.0, 0.5, z), false)
+    });
+    space.keep_upright(upright);
+    steps(&mut space, 240);
+    let [upright, free] = [upright, free].map(|body| space.motion(body).unwrap());
+    assert!((upright.turn * Vec3::Y).y > 0.999 && (upright.place.y - 0.2).abs() < 0.02, "{upright:?}");
+    assert!((free.turn * Vec3::Y).y < 0.9, "{free:?}");
 }

@@ -152,11 +152,12 @@ fn the_shaders_of_the_air_are_valid_for_every_target() {
     use crate::over_stone::CAMERA_BYTES;
     use crate::particles::quad::QUAD_BYTES;
     use crate::particles::render::{MAP_BYTES, air_wgsl, compose_wgsl};
-    for samples in [1, 4] {
-        let module = compile(&air_wgsl(samples));
+    for (samples, lamps) in [(1, false), (1, true), (4, true)] {
+        let module = compile(&air_wgsl(samples, lamps));
         for (name, bytes) in [("Camera", CAMERA_BYTES), ("Quad", QUAD_BYTES), ("Map", MAP_BYTES)] {
             assert_eq!(size_of_struct(&module, name), Some(bytes as u32));
         }
+        assert_eq!(size_of_struct(&module, "Lamps"), lamps.then_some(LAMPS_BYTES as u32));
         assert!(bound_groups(&module) <= 4, "no more than portable devices have");
     }
     for curve in [ToneCurve::Clamp, ToneCurve::Filmic, ToneCurve::Linear] {

@@ -5,6 +5,7 @@
 //! farthest on, over stone and guests, and go softly into what is before them.
 
 mod load;
+pub(crate) mod outline;
 mod render;
 pub(crate) mod uniform;
 
@@ -72,8 +73,8 @@ pub struct ImpostorOptions {
     pub views: Views,
     /// How many times a view is looked for by its depths, 0 to 3: the fewer, the more views of a coarse ring part from one another.
     pub steps: u32,
-    /// Whether they cast shadows.
-    pub shadows: bool,
+    /// How many of them cast shadows at most: those nearest to each head. On software Vulkan 500 take a sixth of a frame.
+    pub casters: u32,
 }
 
 /// Which views of an impostor are shown.
@@ -88,7 +89,7 @@ pub enum Views {
 
 impl Default for ImpostorOptions {
     fn default() -> Self {
-        Self { views: Views::Blended, steps: 2, shadows: true }
+        Self { views: Views::Blended, steps: 2, casters: u32::MAX }
     }
 }
 
@@ -124,6 +125,20 @@ pub struct Person {
 }
 
 impl Impostors {
+    /// Puts somebody of a name on the stage, without texels.
+    #[cfg(test)]
+    pub(crate) fn place(&mut self, name: &str, info: ImpostorInfo, course: Course) {
+        let texture = heliodon_image::ktx2::Ktx2 {
+            format: heliodon_image::ktx2::TexelFormat::Bc7,
+            width: info.frame_px[0],
+            height: info.frame_px[1],
+            layers: 2 * info.rings.iter().map(|ring| ring.views).sum::<u32>(),
+            levels: Vec::new(),
+        };
+        self.kinds.push(Arc::new(Kind::new(Impostor { info, texture })));
+        self.people.push(Person { name: name.into(), ..Person::alone(self.kinds.len() - 1, course) });
+    }
+
     /// Puts people on the stage beside the bundle's own, until another bundle is opened: one on each course, all with the impostor's first clip.
     pub fn add(&mut self, impostor: Impostor, courses: Vec<Course>) {
         self.added.push((Arc::new(Kind::new(impostor)), courses));
@@ -138,6 +153,20 @@ impl Impostors {
         let ([low, high], around) = (info.heights_m.map(|height| height * person.scale), info.around_m * person.scale);
         let at = Vec3::from(stands.translation);
         Some((stands, (at + Vec3::new(-around, low, -around), at + Vec3::new(around, high, around))))
+    }
+
+    /// Where the first of that name is now whom nobody directs.
+    #[must_use]
+    pub(crate) fn undirected(&self, name: &str, actors: &Actors) -> Option<Affine3A> {
+        self.people.iter().find(|person| *person.name == *name).map(|person| person.stands(actors.seconds as f32, None))
+    }
+
+    /// The corners of the prism that the first of that name fills, about where it stands, at its scale.
+    #[must_use]
+    pub(crate) fn corners(&self, name: &str) -> Option<Vec<Vec3>> {
+        let person = self.people.iter().find(|person| *person.name == *name)?;
+        let corners = outline::corners(self.kinds[person.kind].info());
+        Some(corners.into_iter().map(|corner| corner * person.scale).collect())
     }
 
     /// How long a clip of somebody takes, seconds.

@@ -7,7 +7,7 @@ use crate::daylight::pipelines::{StagePipelines, resolved};
 use crate::daylight::prepare::StageGpu;
 use crate::film::FilmsGpu;
 use crate::over_stone::{
-    BOX_CORNERS, BoundCamera, CAMERA_WGSL, CameraLayouts, DrawnView, Grown, QUAD_CORNERS, Seen, SeenCamera, begin, begin_solid,
+    BOX_STRIP, BoundCamera, CAMERA_WGSL, CameraLayouts, DrawnView, Grown, QUAD_CORNERS, Seen, SeenCamera, begin, begin_solid,
 };
 use crate::particles::render::AirGpu;
 use crate::stage::frame::StageFrame;
@@ -76,7 +76,9 @@ pub struct ImpostorsGpu {
     cameras: HashMap<Entity, CameraGpu>,
     layouts: Option<Layouts>,
     made: HashMap<ImpostorKey, CachedRenderPipelineId>,
-    shadows: bool,
+    casters: u32,
+    /// The strip around a shadow's volume.
+    strip: Option<Buffer>,
 }
 
 struct Layouts {
@@ -169,7 +171,12 @@ pub fn prepare(
         })
         .collect();
     gpu.people = Some(people);
-    gpu.shadows = frame.options.shadows;
+    gpu.strip.get_or_insert_with(|| {
+        let contents = bytemuck::cast_slice(&BOX_STRIP);
+        let usage = BufferUsages::INDEX;
+        device.create_buffer_with_data(&BufferInitDescriptor { label: Some("impostor_shadows"), contents, usage })
+    });
+    gpu.casters = frame.options.casters;
     let mut before = std::mem::take(&mut gpu.cameras);
     for camera in &cameras {
         let Some(seen) = Seen::new(camera, stage.curve) else { continue };
@@ -217,6 +224,7 @@ fn queue_pipeline(
         vertex: VertexState { shader: shader.clone(), entry_point: Some(entries[0].into()), ..default() },
         primitive: PrimitiveState {
             topology: PrimitiveTopology::TriangleStrip,
+            strip_index_format: shadows.then_some(IndexFormat::Uint16),
             // of the shadow's box the far side, which is there also for who stands within
             cull_mode: shadows.then_some(Face::Front),
             ..default()
@@ -323,12 +331,21 @@ pub fn draw(
     let Some(own) = gpu.cameras.get(&entity) else { return };
     let [Some(shadows), Some(people), Some(solids)] = own.pipelines.map(|id| cache.get_render_pipeline(id)) else { return };
     let Some(head) = gpu.heads.get(own.head) else { return };
-    let all = |pass: &mut wgpu::RenderPass, pipeline: &RenderPipeline, corners: u32| {
+    // the nearest come last
+    let nearest = |pass: &mut wgpu::RenderPass, pipeline: &RenderPipeline, strip: Option<&Buffer>, most: u32| {
+        let first = head.runs.last().map_or(0, |(_, run)| run.end.saturating_sub(most));
         pass.set_pipeline(pipeline);
-        for (kind, run) in &head.runs {
+        if let Some(strip) = strip {
+            pass.set_index_buffer(*strip.slice(..), IndexFormat::Uint16);
+        }
+        for (kind, run) in head.runs.iter().filter(|(_, run)| run.end > first) {
             let Some(kind) = gpu.kinds.get(*kind) else { continue };
             pass.set_bind_group(2, &**kind, &[]);
-            pass.draw(0..corners, run.clone());
+            let run = run.start.max(first)..run.end;
+            match strip {
+                Some(_) => pass.draw_indexed(0..BOX_STRIP.len() as u32, 0, run),
+                None => pass.draw(0..QUAD_CORNERS, run),
+            }
         }
     };
     let (camera, _, depth, resolution) = seen;
@@ -336,10 +353,10 @@ pub fn draw(
         let mut pass = begin(&mut context, "impostors", seen);
         pass.set_bind_group(0, &*own.bound.over, &[]);
         pass.set_bind_group(1, &*head.group, &[]);
-        if gpu.shadows {
-            all(&mut pass, shadows, BOX_CORNERS);
+        if gpu.strip.is_some() {
+            nearest(&mut pass, shadows, gpu.strip.as_ref(), gpu.casters);
         }
-        all(&mut pass, people, QUAD_CORNERS);
+        nearest(&mut pass, people, None, u32::MAX);
     }
     if !later.is_there(entity, extracted) {
         return;
@@ -347,5 +364,5 @@ pub fn draw(
     let mut pass = begin_solid(&mut context, "impostor_solids", (camera, depth, resolution));
     pass.set_bind_group(0, &*own.bound.solid, &[]);
     pass.set_bind_group(1, &*head.group, &[]);
-    all(&mut pass, solids, QUAD_CORNERS);
+    nearest(&mut pass, solids, None, u32::MAX);
 }

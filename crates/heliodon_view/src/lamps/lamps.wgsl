@@ -1,24 +1,7 @@
-// The light of lamps: `LampsUniform` in lamps/uniform.rs. Prepended to stone.wgsl, after actors/shade.wgsl, where there are lamps.
+// The light of lamps on surfaces. Prepended to stone.wgsl, after actors/shade.wgsl and lamps/shared.wgsl, where there are lamps.
 
-const LAMPS: u32 = 8u;
-const LAMP_TILES_ACROSS: u32 = 8u;
-const LAMP_TILE_PX: f32 = 512.0;
 // How far off the surface, in texels, a shadow is looked for: two, as far as samples are taken, where light grazes it, and a little for rounding.
 const LAMP_OFFSET: vec2<f32> = vec2<f32>(0.3, 2.0);
-const LAMP_BIAS: f32 = 2e-5;
-
-struct Lamps {
-    // xyz: where a lamp is, w: 1 / the square of its reach.
-    place: array<vec4<f32>, 8>,
-    // rgb: irradiance / pi one metre away, times exposure; w: 1 / the cosines over which a spot light fades.
-    light: array<vec4<f32>, 8>,
-    // xyz: unit direction of a spot light, w: the cosine at its edge.
-    cone: array<vec4<f32>, 8>,
-    // x: its first tile, below 0 where nothing casts shadows; y: its faces; z: what a texel is wide, one metre away.
-    shadow: array<vec4<f32>, 8>,
-    // World to clip space, for each tile.
-    clip_from_world: array<mat4x4<f32>, 48>,
-}
 
 @group(1) @binding(2) var<uniform> lamps: Lamps;
 @group(1) @binding(3) var lamp_stone: texture_depth_2d;
@@ -33,18 +16,13 @@ var<private> lamp_shine: vec3<f32>;
 fn lamp_passes(lamp: u32, place: vec3<f32>, normal: vec3<f32>, to: vec3<f32>) -> f32 {
     let shadow = lamps.shadow[lamp];
     let casts = shadow.x >= 0.0;
-    let away = -to;
-    let size = abs(away);
-    let by_z = select(select(5u, 4u, away.z > 0.0), select(3u, 2u, away.y > 0.0), size.y >= size.z);
-    let of_cube = select(by_z, select(1u, 0u, away.x > 0.0), size.x >= size.y && size.x >= size.z);
-    let tile = u32(max(shadow.x, 0.0)) + select(of_cube, 0u, shadow.y < 2.0);
+    let tile = lamp_tile(shadow, -to);
     // The more obliquely light falls, the farther off the surface.
     let cosine = clamp(dot(normal, to) * inverseSqrt(dot(to, to)), 0.0, 1.0);
     let off = normal * (dot(LAMP_OFFSET, vec2<f32>(1.0, sqrt(1.0 - cosine * cosine))) * shadow.z * length(to));
     let clip = lamps.clip_from_world[tile] * vec4<f32>(place + off, 1.0);
     let at = clip.xyz / clip.w;
-    let corner = vec2<f32>(f32(tile % LAMP_TILES_ACROSS), f32(tile / LAMP_TILES_ACROSS));
-    let px = (corner + 0.5 + vec2<f32>(0.5, -0.5) * clamp(at.xy, vec2<f32>(-0.99), vec2<f32>(0.99))) * LAMP_TILE_PX - 0.5;
+    let px = lamp_texel(tile, at.xy);
     let first = floor(px);
     let part = px - first;
     let depth = at.z - LAMP_BIAS;
@@ -76,15 +54,9 @@ fn lamp_light(place: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
     while (near != 0u) {
         let lamp = firstTrailingBit(near);
         near &= near - 1u;
-        let at = lamps.place[lamp];
-        let to = at.xyz - place;
+        let to = lamps.place[lamp].xyz - place;
         let square = max(dot(to, to), 1e-4);
-        let cosines = vec2<f32>(dot(normal, to), -dot(lamps.cone[lamp].xyz, to)) * inverseSqrt(square);
-        let inside = clamp((cosines.y - lamps.cone[lamp].w) * lamps.light[lamp].w, 0.0, 1.0);
-        // Faded out at the reach (B. Karis: "Real Shading in Unreal Engine 4", SIGGRAPH 2013).
-        let left = square * at.w;
-        let window = clamp(1.0 - left * left, 0.0, 1.0);
-        let falls = max(cosines.x, 0.0) / square * window * window * inside * inside * (3.0 - 2.0 * inside);
+        let falls = max(dot(normal, to) * inverseSqrt(square), 0.0) * lamp_falls(lamp, to);
         let reaches = lamps.light[lamp].rgb * (falls * lamp_passes(lamp, place, normal, to));
         sum += reaches;
 #ifdef COVERED

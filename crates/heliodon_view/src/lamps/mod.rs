@@ -20,8 +20,11 @@ use bevy::render::{Render, RenderApp, RenderSystems};
 use glam::DVec3;
 use maps::LampsGpu;
 
-/// WGSL of the lamps' light.
-pub(crate) const LAMPS_WGSL: &str = include_str!("lamps.wgsl");
+/// WGSL of what shaders know of lamps; `lamps` is to be bound.
+pub(crate) const LAMPS_SHARED_WGSL: &str = include_str!("shared.wgsl");
+
+/// WGSL of the lamps' light on surfaces.
+pub(crate) const LAMPS_WGSL: &str = concat!(include_str!("shared.wgsl"), include_str!("lamps.wgsl"));
 
 /// WGSL that takes the stone's normals out of what is baked.
 pub(crate) const NORMALS_WGSL: &str = include_str!("normals.wgsl");

@@ -66,6 +66,20 @@ pub(crate) fn arrives(lamp: &Lamp, place: Vec3) -> Option<(Vec3, Vec3)> {
     (falls > 0.0).then_some((to, lamp.intensity * falls))
 }
 
+/// The most that a lamp may give to anything within `radius` of a place and no nearer to it than `least_m`: the greatest channel of [`arrives`]; 0 beyond reach and cone.
+pub(crate) fn arrives_within(lamp: &Lamp, place: Vec3, radius: f32, least_m: f32) -> f32 {
+    let away = place - lamp.place;
+    let nearest = (away.length() - radius).max(least_m);
+    let outside = lamp.cone.map_or(f32::NEG_INFINITY, |cone| {
+        let ahead = away.dot(cone.direction);
+        let aside = (away.length_squared() - ahead * ahead).max(0.0).sqrt();
+        aside * libm::cosf(cone.half_angle_rad) - ahead * libm::sinf(cone.half_angle_rad)
+    });
+    let left = (nearest / lamp.reach_m).powi(2);
+    let window = (1.0 - left * left).clamp(0.0, 1.0);
+    if outside >= radius { 0.0 } else { lamp.intensity.max_element() * (FRAC_1_PI * window * window / (nearest * nearest)) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -86,6 +100,25 @@ mod tests {
         assert_eq!(arrives(&spot, Vec3::ZERO).unwrap().1, near);
         assert!(arrives(&spot, Vec3::new(3.0, 0.0, 0.0)).is_none());
         assert_eq!(Reach::default().of(Vec3::ZERO, &[lamp, spot], &Ground::default()).count(), 2);
+    }
+
+    #[test]
+    fn what_a_lamp_may_give_within_a_ball_is_no_less_than_what_it_gives_there() {
+        let cone = Some(Cone { direction: unit_or(Vec3::new(0.3, -1.0, 0.2), Vec3::NEG_Y), half_angle_rad: 0.5, edge: 0.3 });
+        let lamp =
+            Lamp { place: Vec3::new(0.0, 3.0, 0.0), intensity: Vec3::splat(8.0), cone: None, reach_m: 5.0, shadows: true };
+        let mut random = heliodon_math::random::Pcg32::new(3, 1);
+        for lamp in [lamp, Lamp { cone, ..lamp }] {
+            let (mut lit, mut dark) = (0, 0);
+            for _ in 0..2000 {
+                let [middle, off] = [4.0, 0.5].map(|far| Vec3::from([0, 1, 2].map(|_| random.range_f32(-far, far))));
+                let within = arrives_within(&lamp, middle, off.length(), 0.01);
+                let there = arrives(&lamp, middle + off).map_or(0.0, |(_, light)| light.max_element());
+                assert!(within >= there * 0.999, "{middle} and {off}: {within} of {there}");
+                (lit, dark) = (lit + u32::from(there > 0.0), dark + u32::from(within == 0.0));
+            }
+            assert!(lit > 100 && dark > 100, "{lit} lit, {dark} dark");
+        }
     }
 
     #[test]

@@ -18,6 +18,9 @@ pub const CAMERA_WGSL: &str = include_str!("camera.wgsl");
 
 /// Corners of the strip around a shadow's box, and of a quad.
 pub const BOX_CORNERS: u32 = 14;
+/// Which of a box's eight corners each of the strip's is, a bit for its side along each axis: for what asks much of a corner, which is then worked out once. As `BOX_X`, `BOX_Y`
+/// and `BOX_Z` of camera.wgsl.
+pub const BOX_STRIP: [u16; BOX_CORNERS as usize] = [6, 7, 2, 3, 1, 7, 5, 6, 4, 2, 0, 1, 4, 5];
 /// See [`BOX_CORNERS`].
 pub const QUAD_CORNERS: u32 = 4;
 
@@ -117,5 +120,22 @@ fn set_viewport(pass: &mut wgpu::RenderPass, camera: &ExtractedCamera, resolutio
         let (at, size) = (viewport.physical_position, viewport.physical_size);
         let [x, y, width, height] = [at.x, at.y, size.x, size.y].map(|v| v as f32);
         pass.set_viewport(x, y, width, height, viewport.depth.start, viewport.depth.end);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_strip_goes_around_the_box_as_the_shaders_does() {
+        let [x, y, z] = ["BOX_X", "BOX_Y", "BOX_Z"].map(|name| {
+            let bits = CAMERA_WGSL.split(&format!("{name}: u32 = 0x")).nth(1).unwrap();
+            u32::from_str_radix(bits.split('u').next().unwrap(), 16).unwrap()
+        });
+        for (corner, sides) in BOX_STRIP.into_iter().enumerate() {
+            let bit = |word: u32| word >> corner & 1;
+            assert_eq!(u32::from(sides), bit(x) | bit(y) << 1 | bit(z) << 2, "{corner}");
+        }
     }
 }

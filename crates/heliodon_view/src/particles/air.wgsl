@@ -12,6 +12,8 @@ struct Quad {
     sun: vec4<f32>,
     // Shape, random number, age, map of the sun or -1.
     what: vec4<f32>,
+    // How much of what lamps send to it it sends on, as radiance of irradiance / pi.
+    given: vec4<f32>,
 }
 
 // Where the sun shines in a box: `SunMap` of sun_map.rs.
@@ -56,6 +58,11 @@ struct Fragment {
     // To the sun, across the quad, and towards the eye.
     @location(5) @interpolate(flat) sunward: vec3<f32>,
     @location(6) @interpolate(flat) place: vec4<f32>,
+#ifdef LAMPS
+    // Lamps that may light a disc of haze, a bit each, and what it gives of their light.
+    @location(7) @interpolate(flat) lamps: u32,
+    @location(8) @interpolate(flat) given: vec3<f32>,
+#endif
 }
 
 // Henyey and Greenstein, "Diffuse radiation in the galaxy", 1941: of an isotropic medium 1 in every direction.
@@ -114,7 +121,22 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u
     let scattered = phase(dot(-facing, sun));
     // what is wholly about the eye would fill the picture
     let near = clamp(distance / max(2.0 * radius, 0.02) - 0.25, 0.0, 1.0);
-    out.glow = quad.glow * (fainter * near);
+    var glow = quad.glow;
+#ifdef LAMPS
+    out.lamps = 0u;
+    if (any(quad.given.rgb > vec3<f32>(0.0))) {
+        let lit_by = lamps_near(quad.place.xyz, radius * 1.42);
+        if (shape == HAZE) {
+            out.lamps = lit_by;
+        } else if (shape == SMOKE) {
+            glow += vec4<f32>(quad.given.rgb * lamps_scattered_in(lit_by, quad.place.xyz, radius, to_eye), 0.0);
+        } else {
+            glow += vec4<f32>(quad.given.rgb * lamps_scattered(lit_by, quad.place.xyz, to_eye), 0.0);
+        }
+    }
+    out.given = quad.given.rgb * (fainter * near);
+#endif
+    out.glow = glow * (fainter * near);
     let by_phase = select(select(scattered, 0.55 + 0.45 * scattered, shape == SMOKE), 1.0, shape == MARK);
     out.sun = vec4<f32>(quad.sun.rgb * (by_phase * fainter * near), quad.sun.w);
     out.what = quad.what;
@@ -211,8 +233,12 @@ fn haze(in: Fragment, r: f32, before: f32) -> vec4<f32> {
     if (in.what.w >= 0.0) {
         lit = sun_at(i32(in.what.w), in.world);
     }
+    var light = in.sun.rgb * lit;
+#ifdef LAMPS
+    light += in.given * lamps_scattered(in.lamps, in.world, camera.eye.xyz - in.world);
+#endif
     let soft = 1.0 - r * r;
-    return vec4<f32>(in.sun.rgb * (lit * soft * soft * before), 0.0);
+    return vec4<f32>(light * (soft * soft * before), 0.0);
 }
 
 fn mote(in: Fragment, r: f32, before: f32) -> vec4<f32> {

@@ -1,11 +1,14 @@
-//! Dust: motes that hang in the air, and the beams that the sun makes of air in which they do.
+//! Dust: motes that hang in the air, and the beams that sun and lamps make of air in which they do.
 //!
 //! Motes too small to be seen one by one are a haze. It is drawn as slices, soft discs that face the eye all through the box; each asks the sun's map where it
-//! is pierced, so that few and large ones suffice and beams have edges nevertheless. Where the sun does not reach there is nothing to draw.
+//! is pierced, so that few and large ones suffice and beams have edges nevertheless; of lamps' light it asks the maps of their shadows in the same way. Where neither reaches there is
+//! nothing to draw.
 
 use super::light::Reached;
 use super::quad::{Quad, Shape};
 use super::source::Source;
+use crate::lamps::Lamp;
+use crate::lamps::uniform::may_light;
 use glam::{UVec3, Vec3};
 use heliodon_math::random::{Pcg32, hash2_u32, hash3_u32, unit_f32};
 use std::f32::consts::TAU;
@@ -40,7 +43,7 @@ pub fn mote_count(source: &Source) -> f32 {
 /// How many cells along each side a source's haze has, and the width that they have about.
 #[must_use]
 pub fn cells(source: &Source, share: f32) -> ([u32; 3], f32) {
-    let cell = (source.volume_m3() / (MOST_CELLS * share.max(0.02))).cbrt().max(LEAST_CELL_M);
+    let cell = (source.volume_m3() / MOST_CELLS).cbrt().max(LEAST_CELL_M) / share.max(0.02).cbrt();
     ((2.0 * source.extent / cell).ceil().max(Vec3::ONE).as_uvec3().to_array(), cell)
 }
 
@@ -48,11 +51,23 @@ pub fn cells(source: &Source, share: f32) -> ([u32; 3], f32) {
 pub fn dust(source: &Source, share: f32, now_s: f64, reached: &Reached, out: &mut Vec<Quad>) {
     let there = source.span.presence(now_s, SETTLES_S);
     // until it is known where the sun shines, there would be dust in the shade
-    if there <= 0.0 || reached.air.sun == Vec3::ZERO || reached.map.is_none() {
+    let map = reached.map.filter(|_| reached.air.sun != Vec3::ZERO);
+    let (low, high) = source.bounds();
+    let lamps: Vec<Lamp> = reached.lamps.iter().filter(|lamp| may_light(&[**lamp], (low, high))).copied().collect();
+    let reached = Reached { map, lamps: &lamps, ..*reached };
+    if there <= 0.0 || (map.is_none() && lamps.is_empty()) {
         return;
     }
-    motes(source, share, now_s, reached, there, out);
-    haze(source, share, now_s, reached, there, out);
+    motes(source, share, now_s, &reached, there, out);
+    haze(source, share, now_s, &reached, there, out);
+}
+
+impl Quad {
+    /// Dust that scatters so much of what the sun sends to it, and of lamps' light where they reach it.
+    fn dusty(self, reached: &Reached, lit: f32, scatters: f32, by_lamps: bool) -> Self {
+        let given = if by_lamps { scatters } else { 0.0 };
+        self.in_sun(reached.air.sun * (lit * scatters)).under_lamps(Vec3::splat(given))
+    }
 }
 
 fn motes(source: &Source, share: f32, now_s: f64, reached: &Reached, there: f32, out: &mut Vec<Quad>) {
@@ -69,21 +84,21 @@ fn motes(source: &Source, share: f32, now_s: f64, reached: &Reached, there: f32,
         let drift = Vec3::new(x, 0.4 * y - 0.25, z) * (0.022 * (age_s - 0.5 * MOTE_S));
         let sway = Vec3::new((0.7 * age_s + phase).sin(), (0.5 * age_s + 2.0 * phase).sin(), (0.6 * age_s + 3.0 * phase).cos());
         let place = source.place + at * source.extent + drift + sway * 0.03;
-        let lit = reached.sun_at(place);
-        if lit <= 0.0 {
+        let lit = reached.map.map_or(0.0, |(map, _)| map.at(place));
+        let by_lamps = reached.lamps_reach(place, 0.0);
+        if lit <= 0.0 && !by_lamps {
             continue;
         }
         let radius = MOTE_M * source.size * (0.6 + 1.4 * own * own * own);
         // it turns, and shows now its face and now its edge
         let turned = 0.55 + 0.45 * (random.range_f32(0.8, 3.5) * age_s + phase).sin();
         let ends = (age * 6.0).min(1.0).min((1.0 - age) * 6.0);
-        let radiance = reached.air.sun * (MOTE_SHINES * lit * turned * ends * there);
-        out.push(Quad::new(Shape::Mote, place, radius, own).in_sun(radiance));
+        let scatters = MOTE_SHINES * turned * ends * there;
+        out.push(Quad::new(Shape::Mote, place, radius, own).dusty(reached, lit, scatters, by_lamps));
     }
 }
 
 fn haze(source: &Source, share: f32, now_s: f64, reached: &Reached, there: f32, out: &mut Vec<Quad>) {
-    let Some((map, number)) = reached.map else { return };
     let ([columns, rows, layers], cell) = cells(source, share);
     let radius = OVERLAP * cell;
     // the discs' profile (1 - r^2)^2 covers a third of their area: this thickness makes them as thick as their cell all together
@@ -97,14 +112,17 @@ fn haze(source: &Source, share: f32, now_s: f64, reached: &Reached, there: f32, 
                 let off = Vec3::from([1, 2, 3].map(|axis| unit_f32(hash2_u32(at, axis))));
                 let grid = Vec3::new(x as f32, y as f32, z as f32) + 0.2 + 0.6 * off;
                 let place = source.place - source.extent + grid * widths;
-                if !map.reaches(place, radius) {
+                let map = reached.map.filter(|(map, _)| map.reaches(place, radius));
+                let by_lamps = reached.lamps_reach(place, radius);
+                if map.is_none() && !by_lamps {
                     continue;
                 }
                 // clouds of it drift by
                 let phase = place.dot(Vec3::new(1.9, 2.3, 1.7)) as f64;
                 let cloud = 1.0 + 0.35 * (phase + now_s * 0.31).sin() as f32 * (1.7 * phase - now_s * 0.23).sin() as f32;
-                let quad = Quad::new(Shape::Haze, place, radius, off.x).with_map(Some(number));
-                out.push(quad.in_sun(reached.air.sun * (scatters * cloud)));
+                let quad = Quad::new(Shape::Haze, place, radius, off.x).with_map(map.map(|(_, number)| number));
+                let lit = if map.is_some() { 1.0 } else { 0.0 };
+                out.push(quad.dusty(reached, lit, scatters * cloud, by_lamps));
             }
         }
     }
@@ -113,6 +131,7 @@ fn haze(source: &Source, share: f32, now_s: f64, reached: &Reached, there: f32, 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lamps::Cone;
     use crate::particles::light::tests::noon;
     use crate::particles::source::tests::source;
     use crate::particles::sun_map::SunMap;
@@ -132,6 +151,31 @@ mod tests {
         out.clear();
         dust(&source, 1.0, 5.0, &light, &mut out);
         assert!(out.is_empty());
+    }
+
+    #[test]
+    fn dust_is_seen_in_the_cone_of_a_lamp() {
+        let source = Source { extent: Vec3::splat(2.0), ..source(ParticleKind::Dust, Vec3::ZERO) };
+        let cone = Some(Cone { direction: Vec3::NEG_Y, half_angle_rad: 0.3, edge: 0.2 });
+        let lamp = Lamp { place: Vec3::Y * 3.0, intensity: Vec3::ONE, cone, reach_m: 8.0, shadows: true };
+        let dusty = |lamp: Lamp| {
+            let mut light = Reached { lamps: &[lamp], ..noon() };
+            light.air.sun = Vec3::ZERO;
+            let mut out = Vec::new();
+            dust(&source, 1.0, 5.0, &light, &mut out);
+            out
+        };
+        let lit = dusty(lamp);
+        assert!(lit.len() > 200 && lit.iter().all(|quad| quad.of_lamps().x > 0.0 && quad.of_sun() == Vec3::ZERO));
+        let off_axis = |quad: &Quad| {
+            let away = quad.middle() - lamp.place;
+            Vec3::new(away.x, 0.0, away.z).length() - 0.31 * -away.y
+        };
+        assert!(lit.iter().all(|quad| off_axis(quad) < 1.1 * quad.reach_m()), "none is outside the cone");
+        assert!(lit.iter().any(|quad| quad.middle().y > 1.0) && lit.iter().any(|quad| quad.middle().y < -1.0));
+        let away = Some(Cone { direction: Vec3::Y, half_angle_rad: 0.3, edge: 0.2 });
+        assert!(dusty(Lamp { cone: away, ..lamp }).is_empty(), "it shines elsewhere");
+        assert!(dusty(Lamp { intensity: Vec3::splat(1e-4), ..lamp }).is_empty(), "too faint to be seen");
     }
 
     #[test]

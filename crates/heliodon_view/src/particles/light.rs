@@ -2,7 +2,7 @@
 
 use super::sun_map::SunMap;
 use crate::lamps::Lamp;
-use crate::lamps::reaching::arrives;
+use crate::lamps::reaching::arrives_within;
 use glam::Vec3;
 use heliodon_bundle::grid::{AXES, Grid};
 use heliodon_bundle::moment::Moment;
@@ -16,8 +16,10 @@ const FLAME: f32 = 0.75;
 /// The most that fire is exposed to, and its light with it. At night both would be white through and through otherwise, as on overexposed film.
 const MOST_EXPOSED: f32 = 2.2;
 
-/// Nearer than this nothing is lit more by a lamp, metres.
+/// Nearer than this nothing is lit more by a lamp, metres: a flame is no point. `LAMP_FLAME_M2` of lamps.wgsl is its square.
 const FLAME_M: f32 = 0.35;
+/// Exposed radiance of a white plane in a lamp's light below which that is not seen in the air: four metres of the thickest dust scatter a third of it, less than half a code of eight bits.
+const FAINTEST: f32 = 0.004;
 
 /// The light of a frame.
 #[derive(Clone, Copy, Debug)]
@@ -69,15 +71,11 @@ impl Reached<'_> {
         self.map.map_or(1.0, |(map, _)| map.at(place))
     }
 
-    /// Exposed radiance of what scatters all of the lamps' light to all sides, at a place. Nothing shades it: a fire's smoke is near it.
+    /// Whether any lamp's light may be seen on something within `radius` of a place. What hides it from the lamp is known where it is drawn.
     #[must_use]
-    pub fn lamps_at(&self, place: Vec3) -> Vec3 {
-        let light = |lamp: &Lamp| {
-            let square = (place - lamp.place).length_squared().max(1e-4);
-            // a flame is no point
-            arrives(lamp, place).map(|(_, irradiance)| irradiance * (square / (square + FLAME_M * FLAME_M)))
-        };
-        self.lamps.iter().filter_map(light).sum::<Vec3>() * (0.25 * self.air.exposure)
+    pub fn lamps_reach(&self, place: Vec3, radius: f32) -> bool {
+        let seen = |lamp: &Lamp| arrives_within(lamp, place, radius, FLAME_M) * self.air.exposure > FAINTEST;
+        self.lamps.iter().any(seen)
     }
 }
 

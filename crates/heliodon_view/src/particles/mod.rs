@@ -20,7 +20,7 @@ use crate::costs::FrameTold;
 use crate::daylight::view::frustum_planes;
 use crate::daylight::{DaylightCamera, StereoPair};
 use crate::impostor::{Head, heads};
-use crate::lamps::{Lamp, Lamps, SettleLamps};
+use crate::lamps::{Lamp, Lamps, SettleLamps, uniform};
 use crate::over_stone::let_depth_be_read;
 use crate::stage::Stage;
 use crate::stage::background::Background;
@@ -257,7 +257,7 @@ fn arrange(
     let lit: Vec<usize> = if now.has_sun { particles.follow_sun(&stage, &seen, moment.sun_direction) } else { Vec::new() };
     particles.share(&mut seen);
     let maps: Vec<Arc<SunMap>> = lit.iter().filter_map(|number| particles.maps.get(number)).cloned().collect();
-    let lamps: Vec<Lamp> = lamps.map_or_else(Vec::new, |lamps| lamps.all().copied().collect());
+    let lamps: Vec<Lamp> = lamps.map_or_else(Vec::new, |lamps| uniform::lit(lamps.all()));
     let made: Vec<Vec<Quad>> = seen
         .par_iter()
         .map(|seen| {

@@ -147,8 +147,10 @@ pub fn smoke(source: &Source, share: f32, now_s: f64, reached: &Reached, out: &m
         let opacity = (thick * thin * (age * 7.0).min(1.0) * (1.0 - age).powf(0.8)).min(0.9);
         let reach = reached.sun_at(place);
         // scattered more than once, the light of the brightest side is that of all
-        let around = (reached.ambient.lerp(reached.brightest, 0.4) + reached.lamps_at(place)) * SMOKE_ALBEDO;
-        let quad = Quad::new(Shape::Smoke, place, radius, own).glowing(around, opacity);
+        let around = reached.ambient.lerp(reached.brightest, 0.4) * SMOKE_ALBEDO;
+        // a quarter of what is scattered to all sides, as of a ball
+        let given = if reached.lamps_reach(place, radius) { SMOKE_ALBEDO * 0.25 } else { Vec3::ZERO };
+        let quad = Quad::new(Shape::Smoke, place, radius, own).glowing(around, opacity).under_lamps(given);
         out.push(quad.in_sun(reached.air.sun * SMOKE_ALBEDO * (0.5 * reach)).aged(age));
     }
 }
@@ -229,14 +231,15 @@ mod tests {
         let dying = fire_light(&burning, 4.5, 2.0).unwrap();
         assert!(dying.intensity.x < 0.8 * lamp.intensity.x && dying.place == lamp.place, "its shadows stay");
         assert_eq!(fire_light(&burning, 6.0, 2.0), None);
-        let light = |lamps| {
+        let given = |lamps: &[Lamp]| {
             let reached = Reached { lamps, ..noon() };
             let mut out = Vec::new();
             smoke(&source(ParticleKind::Smoke, Vec3::ZERO), 1.0, 3.0, &reached, &mut out);
-            out.iter().map(Quad::radiance).sum::<Vec3>()
+            out.iter().map(Quad::of_lamps).sum::<Vec3>()
         };
-        let more = light(&[lamp]) - light(&[]);
-        assert!(more.x > more.y && more.y > more.z && more.z > 0.0, "{more}");
+        assert_eq!(given(&[]), Vec3::ZERO);
+        assert!(given(&[lamp]).min_element() > 0.0);
+        assert_eq!(given(&[Lamp { place: Vec3::X * 2.0 * lamp.reach_m, ..lamp }]), Vec3::ZERO, "beyond its reach");
     }
 
     #[test]

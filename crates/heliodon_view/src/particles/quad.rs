@@ -32,6 +32,8 @@ pub struct Quad {
     sun: Vec4,
     /// Its shape, a random number in [0, 1), its age from 0 to 1, and its map of the sun or -1.
     what: Vec4,
+    /// How much it sends on of what lamps send to it: radiance of irradiance / pi at normal incidence.
+    given: Vec4,
 }
 
 /// Size of `Quad` in air.wgsl, which a test compares with what the shader's compiler says.
@@ -47,6 +49,7 @@ impl Quad {
             glow: Vec4::ZERO,
             sun: Vec3::ZERO.extend(radius_m.max(0.01)),
             what: Vec4::new(f32::from(shape as u8), random, 0.0, -1.0),
+            given: Vec4::ZERO,
         }
     }
 
@@ -68,6 +71,12 @@ impl Quad {
         Self { sun: radiance.extend(self.sun.w), ..self }
     }
 
+    /// It sends on so much of what lamps send to it; how much that is is known where it is drawn.
+    #[must_use]
+    pub fn under_lamps(self, given: Vec3) -> Self {
+        Self { given: given.extend(0.0), ..self }
+    }
+
     /// It is so many times as long in a unit direction as it is wide.
     #[must_use]
     pub fn stretched(self, along: Vec3, times: f32) -> Self {
@@ -86,6 +95,12 @@ impl Quad {
         Self { what: self.what.with_w(map.map_or(-1.0, |map| map as f32)), ..self }
     }
 
+    /// Whether it sends on any of the lamps' light.
+    #[must_use]
+    pub fn is_under_lamps(&self) -> bool {
+        self.given != Vec4::ZERO
+    }
+
     /// Its middle.
     #[must_use]
     pub fn middle(&self) -> Vec3 {
@@ -102,6 +117,12 @@ impl Quad {
     #[cfg(test)]
     pub(crate) fn radiance(&self) -> Vec3 {
         self.glow.truncate()
+    }
+
+    /// How much it sends on of lamps' light.
+    #[cfg(test)]
+    pub(crate) fn of_lamps(&self) -> Vec3 {
+        self.given.truncate()
     }
 
     /// What the sun adds.

@@ -9,6 +9,9 @@ use super::quad::{QUAD_BYTES, Quad};
 use super::sun_map::{OPEN, SunMap};
 use crate::daylight::pipelines::{StagePipelines, resolved};
 use crate::daylight::prepare::StageGpu;
+use crate::lamps::LAMPS_SHARED_WGSL;
+use crate::lamps::maps::LampsGpu;
+use crate::lamps::uniform::LAMPS_BYTES;
 use crate::over_stone::{CAMERA_BYTES, CAMERA_WGSL, Grown, Seen, SeenCamera};
 use crate::stage::frame::StageFrame;
 use crate::tonemap::DisplayKey;
@@ -28,6 +31,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 const AIR_WGSL: &str = include_str!("air.wgsl");
+const LAMPS_WGSL: &str = include_str!("lamps.wgsl");
 const COMPOSE_WGSL: &str = include_str!("compose.wgsl");
 
 /// Pixels of the picture in one of the air's along each side, where a processor draws and the eye moves.
@@ -35,10 +39,12 @@ const COARSE: u32 = 3;
 /// The same of the haze's, where a processor draws and where a GPU does.
 const HAZE_COARSE: [u32; 2] = [3, 2];
 
-/// The shader that draws quads, for depths with one sample a pixel or with several.
+/// The shader that draws quads, for depths with one sample a pixel or with several, and where lamps light any of them.
 #[must_use]
-pub fn air_wgsl(samples: u32) -> String {
-    resolved(&format!("{CAMERA_WGSL}{AIR_WGSL}"), &[("ONE_SAMPLE", samples == 1), ("MANY_SAMPLES", samples > 1)])
+pub fn air_wgsl(samples: u32, lamps: bool) -> String {
+    let of_lamps = if lamps { [LAMPS_SHARED_WGSL, LAMPS_WGSL].concat() } else { String::new() };
+    let defined = [("ONE_SAMPLE", samples == 1), ("MANY_SAMPLES", samples > 1), ("LAMPS", lamps)];
+    resolved(&format!("{CAMERA_WGSL}{of_lamps}{AIR_WGSL}"), &defined)
 }
 
 /// The shader that lays them over the picture, for depths with one sample a pixel or with several.
@@ -96,7 +102,12 @@ pub struct AirGpu {
     maps: Vec<Arc<SunMap>>,
     heads: Vec<HeadGpu>,
     cameras: HashMap<Entity, CameraGpu>,
-    quads: HashMap<u32, CachedRenderPipelineId>,
+    /// By samples of a pixel, and whether there are lamps.
+    quads: HashMap<(u32, bool), CachedRenderPipelineId>,
+    /// What is bound of the lamps, and its number among what [`LampsGpu`] had so far.
+    lamps: Option<(u64, BindGroup)>,
+    /// Whether they light any of it in this frame.
+    under_lamps: bool,
     compose: HashMap<(DisplayKey, u32), CachedRenderPipelineId>,
     sampler: Option<Sampler>,
 }
@@ -113,6 +124,7 @@ struct Layouts {
     /// A camera of a target with one sample a pixel, and with several.
     camera: [BindGroupLayoutDescriptor; 2],
     quads: BindGroupLayoutDescriptor,
+    lamps: BindGroupLayoutDescriptor,
     compose: BindGroupLayoutDescriptor,
 }
 
@@ -169,6 +181,10 @@ impl Default for Layouts {
                 "air_quads",
                 &BindGroupLayoutEntries::sequential(both, (storage(QUAD_BYTES), storage(4), storage(MAP_BYTES), storage(4))),
             ),
+            lamps: BindGroupLayoutDescriptor::new(
+                "air_lamps",
+                &BindGroupLayoutEntries::sequential(both, (uniform(LAMPS_BYTES), texture_depth_2d(), texture_depth_2d())),
+            ),
             compose: BindGroupLayoutDescriptor::new(
                 "air_compose",
                 &BindGroupLayoutEntries::sequential(
@@ -194,7 +210,7 @@ type AirCamera =
 pub fn prepare(
     frame: Res<AirFrame>,
     (stage, stone): (Res<StageFrame>, Res<StageGpu>),
-    mut gpu: ResMut<AirGpu>,
+    (mut gpu, lamps): (ResMut<AirGpu>, Option<ResMut<LampsGpu>>),
     mut pipelines: ResMut<StagePipelines>,
     mut cache: ResMut<PipelineCache>,
     (device, queue): (Res<RenderDevice>, Res<RenderQueue>),
@@ -207,6 +223,8 @@ pub fn prepare(
     }
     let both = (&*device, &*queue);
     gpu.write(&frame, both, &cache);
+    gpu.bind_lamps(lamps.filter(|_| frame.quads.iter().any(Quad::is_under_lamps)), &device, &cache);
+    let under_lamps = gpu.under_lamps;
     gpu.cameras.retain(|entity, _| cameras.contains(*entity));
     for (camera, target, smaller, exact) in &cameras {
         let copied = target.main_texture().usage().contains(TextureUsages::COPY_SRC) && smaller.is_none();
@@ -218,7 +236,9 @@ pub fn prepare(
         let scales = [HAZE_COARSE[usize::from(!stone.software)], of_rest];
         let layouts = gpu.layouts.get_or_insert_with(Layouts::default);
         let found = [
-            *gpu.quads.entry(samples).or_insert_with(|| queue_quads(&mut cache, &mut pipelines, layouts, samples)),
+            *gpu.quads
+                .entry((samples, under_lamps))
+                .or_insert_with(|| queue_quads(&mut cache, &mut pipelines, layouts, (samples, under_lamps))),
             *gpu.compose
                 .entry((display, samples))
                 .or_insert_with(|| queue_compose(&mut cache, &mut pipelines, layouts, (display, samples))),
@@ -263,6 +283,18 @@ pub fn prepare(
 }
 
 impl AirGpu {
+    /// The lamps' light and shadows, where any of the air is in it.
+    fn bind_lamps(&mut self, lamps: Option<ResMut<LampsGpu>>, device: &RenderDevice, cache: &PipelineCache) {
+        self.under_lamps = lamps.is_some();
+        let Some(mut lamps) = lamps else { return };
+        let (serial, uniform, [stone, actors]) = lamps.bindings(device);
+        if self.lamps.as_ref().is_none_or(|(known, _)| *known != serial) {
+            let layout = cache.get_bind_group_layout(&self.layouts.get_or_insert_with(Layouts::default).lamps);
+            let entries = BindGroupEntries::sequential((uniform.as_entire_binding(), stone, actors));
+            self.lamps = Some((serial, device.create_bind_group("air_lamps", &layout, &entries)));
+        }
+    }
+
     /// Quads, maps, and what each head sees.
     fn write(&mut self, frame: &AirFrame, gpu: (&RenderDevice, &RenderQueue), cache: &PipelineCache) {
         let layouts = self.layouts.get_or_insert_with(Layouts::default);
@@ -401,15 +433,17 @@ fn queue_quads(
     cache: &mut PipelineCache,
     pipelines: &mut StagePipelines,
     layouts: &Layouts,
-    samples: u32,
+    (samples, lamps): (u32, bool),
 ) -> CachedRenderPipelineId {
-    let shader = pipelines.shader(cache, air_wgsl(samples), "air");
+    let shader = pipelines.shader(cache, air_wgsl(samples, lamps), "air");
+    let mut layout = vec![layouts.camera[usize::from(samples > 1)].clone(), layouts.quads.clone()];
+    layout.extend(lamps.then(|| layouts.lamps.clone()));
     let over =
         |src_factor| BlendComponent { src_factor, dst_factor: BlendFactor::OneMinusSrcAlpha, operation: BlendOperation::Add };
     let blend = BlendState { color: over(BlendFactor::One), alpha: over(BlendFactor::One) };
     cache.queue_render_pipeline(RenderPipelineDescriptor {
         label: Some("air".into()),
-        layout: vec![layouts.camera[usize::from(samples > 1)].clone(), layouts.quads.clone()],
+        layout,
         vertex: VertexState { shader: shader.clone(), entry_point: Some("vertex".into()), ..default() },
         primitive: PrimitiveState { topology: PrimitiveTopology::TriangleStrip, ..default() },
         fragment: Some(FragmentState {
@@ -473,6 +507,9 @@ pub fn draw(view: ViewQuery<&ViewTarget>, gpu: Res<AirGpu>, cache: Res<PipelineC
         pass.set_pipeline(quads);
         pass.set_bind_group(0, &*layer.group, &[]);
         pass.set_bind_group(1, &*head.group, &[]);
+        if let Some((_, lamps)) = gpu.lamps.as_ref().filter(|_| gpu.under_lamps) {
+            pass.set_bind_group(2, &**lamps, &[]);
+        }
         pass.draw(0..4, range.clone());
     }
     let (at, size) = part;

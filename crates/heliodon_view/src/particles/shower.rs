@@ -136,7 +136,9 @@ fn drop(place: Vec3, radius: f32, own: f32, reached: &Reached) -> Quad {
     // few of them at a time turn the sun to the eye
     let turned = ((own * 57.0 + place.y * 3.1).fract() - 0.8).max(0.0) * 5.0;
     let sun = reached.air.sun * (reached.sun_at(place) * (0.15 + GLINT * turned * turned));
-    Quad::new(Shape::Mote, place, radius, own).glowing(reached.brightest * DROP_SHINES, 0.5).in_sun(sun)
+    let given = if reached.lamps_reach(place, radius) { 0.25 * DROP_SHINES } else { 0.0 };
+    let quad = Quad::new(Shape::Mote, place, radius, own).glowing(reached.brightest * DROP_SHINES, 0.5);
+    quad.in_sun(sun).under_lamps(Vec3::splat(given))
 }
 
 #[cfg(test)]

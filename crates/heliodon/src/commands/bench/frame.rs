@@ -31,6 +31,9 @@ pub struct Args {
     /// For frame: impostors cast no shadows
     #[arg(long)]
     no_impostor_shadows: bool,
+    /// For frame: how many impostors cast shadows, the nearest [default: all]
+    #[arg(long, value_name = "N", conflicts_with = "no_impostor_shadows")]
+    impostor_shadows: Option<u32>,
     /// For frame: the bundle's films are left out
     #[arg(long)]
     no_films: bool,
@@ -96,7 +99,7 @@ pub fn run(args: &super::Args) -> Result<Figures> {
         (bench.frames, bench.warm_up) = (frames, bench.warm_up.min(frames));
     }
     bench.without_films = asked.no_films;
-    bench.impostors.shadows = !asked.no_impostor_shadows;
+    bench.impostors.casters = if asked.no_impostor_shadows { 0 } else { asked.impostor_shadows.unwrap_or(u32::MAX) };
     bench.impostors.views = match asked.impostors {
         ImpostorViews::Blended => Views::Blended,
         ImpostorViews::Nearest => Views::Nearest,
