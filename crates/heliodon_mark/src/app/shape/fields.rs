@@ -1,7 +1,7 @@
 //! The fields of a shape's dialog.
 
 use super::Wish;
-use super::draft::{Again, ShapeDraft, is_main};
+use super::draft::{Again, ShapeDraft, is_main, is_marked};
 use super::roles::{self, List, Which};
 use crate::app::dialogs::{QUIET, focus_once, number_field};
 use crate::app::panes::ACTIVE;
@@ -39,6 +39,7 @@ pub(super) fn heading(ui: &mut Ui, draft: &mut ShapeDraft, shapes: &[String], ch
             if ui.selectable_label(draft.kind == kind, word).clicked() && draft.kind != kind {
                 let points = draft.main_points();
                 draft.become_kind(kind, if points.is_empty() { chosen } else { &points });
+                draft.focus = Some(draft.active);
             }
         }
     });
@@ -98,10 +99,16 @@ fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
                     *text = next;
                 }
             }
-            let is_known = text.trim().is_empty() || text.trim() == "-" || names.iter().any(|name| name == text.trim());
+            // three words are a place by its coordinates
+            let is_known = !is_marked(text)
+                || text.split_whitespace().count() == 3
+                || names.iter().any(|name| name == text.trim());
             let words = if is_known { Color32::from_gray(235) } else { Color32::from_rgb(255, 128, 120) };
             let field = TextEdit::singleline(text).id(id).hint_text("-").text_color(words).desired_width(170.0);
-            let field = ui.add(field).on_hover_text("Type a name, press Down for the next that fits, or click its mark");
+            let field = ui.add(field).on_hover_text(
+                "Type a name, press Down for the next that fits, or click its mark; or metres east, up and south of the origin, \
+                 with points for any of them: foot+0.5 3.2 wall",
+            );
             if field.gained_focus() {
                 draft.active = (group, slot);
             }
