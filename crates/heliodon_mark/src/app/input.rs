@@ -7,8 +7,8 @@ use eframe::egui::{Context, Event, Key, RawInput};
 
 /// Keys that open a dialog, or a field to type into, from the photographs.
 const OPENS: [Key; 9] = [Key::B, Key::D, Key::E, Key::F1, Key::F2, Key::L, Key::P, Key::Questionmark, Key::Slash];
-/// Keys that end what is typed, or go on to another dialog.
-const CLOSES: [Key; 4] = [Key::Enter, Key::Escape, Key::PageDown, Key::PageUp];
+/// Keys that end what is typed, or go on to another field or dialog.
+const CLOSES: [Key; 5] = [Key::Enter, Key::Escape, Key::PageDown, Key::PageUp, Key::Tab];
 
 impl MarkApp {
     /// To be called on a frame's input before egui takes it up: what comes after a dialog is kept for when it is there, and Tab goes from point to point

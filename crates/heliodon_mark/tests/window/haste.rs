@@ -34,7 +34,7 @@ fn keys_of_one_frame_go_to_the_dialog_that_one_of_them_opens_and_to_the_window_b
     };
     let placed = |place: [&str; 3]| {
         let fields = place.iter().flat_map(|number| [typed(number), plain(Key::Tab)].concat());
-        struck(Key::P, Modifiers::NONE, "p").into_iter().chain(fields.take(8)).chain(plain(Key::Enter)).collect::<Vec<_>>()
+        struck(Key::P, Modifiers::NONE, "p").into_iter().chain(fields.take(7)).chain(plain(Key::Enter)).collect::<Vec<_>>()
     };
     let all = [renamed("crown"), placed(["1", "2.5", "-3"]), renamed("foot"), struck(Key::G, Modifiers::NONE, "g")].concat();
     desk.frame(all);

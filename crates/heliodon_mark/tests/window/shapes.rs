@@ -274,7 +274,6 @@ fn corners_that_no_photograph_shows_are_typed_into_places_and_become_points() {
         desk.frame(Vec::new());
     }
     assert!(told(&desk).contains("upper back right: here is neither metres nor a point"), "{}", told(&desk));
-    desk.tab_to(place_id(0, 6));
     desk.key(Key::A, Modifiers::COMMAND);
     desk.type_in("tower-sw+2 tower-sw+0.6 tower-sw");
     desk.frame(Vec::new());

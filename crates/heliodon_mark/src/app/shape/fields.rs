@@ -143,7 +143,9 @@ pub(super) fn picker(ui: &mut Ui, draft: &mut ShapeDraft, names: &[String]) {
     let of = draft.groups.get(group).map_or(List::Points, |group| group.list);
     ui.label(RichText::new(format!("for {}:", roles::place(draft.kind, of, slot))).color(ACTIVE));
     let mut picked = None;
-    ScrollArea::vertical().id_salt("names").max_height(150.0).min_scrolled_height(150.0).show(ui, |ui| {
+    // as high however few names fit: what is below it stays where it is
+    let area = ScrollArea::vertical().id_salt("names").max_height(150.0).min_scrolled_height(150.0).auto_shrink([true, false]);
+    area.show(ui, |ui| {
         ui.set_width(240.0);
         for name in names.iter().filter(|name| name.to_lowercase().contains(&typed)) {
             let is_used = draft.place_of(name).is_some();
@@ -204,13 +206,16 @@ pub(super) fn settings(ui: &mut Ui, draft: &mut ShapeDraft, names: &[String]) ->
                 }
             }
         }
-        if draft.again != Again::Once {
-            number_field(ui, "", &mut draft.count, "8", "times in all");
-        }
-        if draft.again == Again::Around {
-            number_field(ui, "every", &mut draft.angle_deg, "a full turn", "\u{b0}");
-        }
     });
+    // in a row of its own: fields that are wrapped are drawn over what stands before them
+    if draft.again != Again::Once {
+        ui.horizontal(|ui| {
+            number_field(ui, "in all", &mut draft.count, "8", "times");
+            if draft.again == Again::Around {
+                number_field(ui, "every", &mut draft.angle_deg, "a full turn", "\u{b0}");
+            }
+        });
+    }
     for group in 0..draft.groups.len() {
         match draft.groups[group].list {
             List::Repeat if draft.again != Again::Once => {
