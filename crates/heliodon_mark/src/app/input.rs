@@ -7,8 +7,8 @@ use eframe::egui::{Context, Event, Key, RawInput};
 
 /// Keys that open a dialog, or a field to type into, from the photographs.
 const OPENS: [Key; 9] = [Key::B, Key::D, Key::E, Key::F1, Key::F2, Key::L, Key::P, Key::Questionmark, Key::Slash];
-/// Keys that end what is typed, or go on to another field or dialog.
-const CLOSES: [Key; 5] = [Key::Enter, Key::Escape, Key::PageDown, Key::PageUp, Key::Tab];
+/// Keys that end what is typed, go on to another field or dialog, or press a button.
+const CLOSES: [Key; 6] = [Key::Enter, Key::Escape, Key::PageDown, Key::PageUp, Key::Space, Key::Tab];
 
 impl MarkApp {
     /// To be called on a frame's input before egui takes it up: what comes after a dialog is kept for when it is there, and Tab goes from point to point
@@ -24,8 +24,11 @@ impl MarkApp {
             Event::Key { key, pressed: true, .. } => (if is_typing { CLOSES.as_slice() } else { &OPENS }).contains(key),
             _ => false,
         };
-        // a list of places grows as one is filled: Tab goes to what is there after what was typed before it
-        let steps = |event: &Event| is_typing && matches!(event, Event::Key { key: Key::Tab, pressed: true, .. });
+        // what was typed goes to its field first: a list of places grows as one is filled, and whoever is clicked takes the keys at once
+        let steps = |event: &Event| match event {
+            Event::Key { key: Key::Tab, pressed, .. } | Event::PointerButton { pressed, .. } => is_typing && *pressed,
+            _ => false,
+        };
         let step = input.events.iter().skip(1).position(steps).map(|at| at + 1);
         // the letter that a key itself writes is no part of what is typed next
         let writes = |at: usize| matches!(input.events.get(at + 1), Some(Event::Text(_)));

@@ -67,8 +67,8 @@ fn folded(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
     let of = &draft.groups[group];
     let is_used = of.slots.iter().any(|name| !name.trim().is_empty());
     let title = roles::title(draft.kind, of.list);
-    let header = CollapsingHeader::new(RichText::new(title).color(QUIET)).id_salt((draft.kind as usize, group));
-    header.default_open(is_used).show(ui, |ui| rows(ui, draft, group, names));
+    let header = CollapsingHeader::new(RichText::new(&title).color(QUIET)).id_salt((draft.kind as usize, &title));
+    header.open(is_used.then_some(true)).show(ui, |ui| rows(ui, draft, group, names));
 }
 
 fn list(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
@@ -89,6 +89,10 @@ fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
             }
             let id = Id::new(("place of a shape", group, slot));
             let is_focused = ui.memory(|memory| memory.has_focus(id));
+            if draft.focus == Some((group, slot)) {
+                draft.focus = None;
+                ui.memory_mut(|memory| memory.request_focus(id));
+            }
             let text = &mut draft.groups[group].slots[slot];
             if is_focused {
                 let step = ui.input_mut(|input| {
@@ -111,10 +115,6 @@ fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
             );
             if field.gained_focus() {
                 draft.active = (group, slot);
-            }
-            if draft.focus == Some((group, slot)) {
-                draft.focus = None;
-                field.request_focus();
             }
             ui.end_row();
         }
