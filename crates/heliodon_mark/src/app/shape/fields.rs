@@ -89,8 +89,9 @@ fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
             }
             let id = Id::new(("place of a shape", group, slot));
             let is_focused = ui.memory(|memory| memory.has_focus(id));
-            if draft.focus == Some((group, slot)) {
-                draft.focus = None;
+            let is_wanted = draft.focus == Some((group, slot));
+            // before it is drawn, to hear what is typed in this frame already; fields let go of the keys again where something was clicked
+            if is_wanted && !ui.input(|input| input.pointer.any_released()) {
                 ui.memory_mut(|memory| memory.request_focus(id));
             }
             let text = &mut draft.groups[group].slots[slot];
@@ -115,6 +116,10 @@ fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
             );
             if field.gained_focus() {
                 draft.active = (group, slot);
+            }
+            if is_wanted {
+                draft.focus = None;
+                field.request_focus();
             }
             ui.end_row();
         }
