@@ -266,10 +266,12 @@ fn corners_that_no_photograph_shows_are_typed_into_places_and_become_points() {
     desk.type_in(" stair");
     desk.click_words("box");
     // chosen with a kind, its first place is typed into at once
-    let typed = ["tower-sw tower-sw tower-sw+1.5", "tower-sw+2, tower-sw, tower-sw+1.5", "tower-sw+2 0.5 here", "tower-sw"];
-    let places = [0, 1, 6, 3];
+    desk.frame(Vec::new());
+    assert_eq!(desk.ctx.memory(|memory| memory.focused()), Some(place_id(0, 0)));
+    let typed = ["tower-sw tower-sw tower-sw+1.5", "tower-sw+2, tower-sw, tower-sw+1.5", "tower-sw", "tower-sw+2 0.5 here"];
+    let places = ["lower front left", "lower front right", "lower back left", "upper back right"];
     for (place, words) in places.into_iter().zip(typed) {
-        desk.tab_to(place_id(0, place));
+        desk.click_words(place);
         desk.type_in(words);
         desk.frame(Vec::new());
     }
