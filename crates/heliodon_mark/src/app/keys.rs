@@ -46,6 +46,7 @@ pub(super) const HELP: [Group; 6] = [
             ("B, Shift+B", "a shape of the chosen points; change one"),
             ("click a mark", "in the dialog: it goes into the yellow place"),
             ("Down, Up", "in a place: complete its name, next name"),
+            ("x y z", "in a place: a corner by metres, or by points"),
             ("PageUp, PageDown", "in the dialog: other shapes"),
             ("B, Esc", "back from drawing its edges"),
         ],

@@ -2,6 +2,7 @@
 
 mod actions;
 mod dialogs;
+mod input;
 mod keys;
 mod marking;
 mod overlay;
@@ -14,7 +15,7 @@ use crate::document::Document;
 use crate::pictures::{Loading, Pictures, Tiles, View};
 use crate::solving::{Outcome, Solver};
 use dialogs::Dialog;
-use eframe::egui::{self, Context, RawInput, TextureHandle, Ui};
+use eframe::egui::{self, Context, Event, TextureHandle, Ui};
 use glam::DVec2;
 use heliodon_photo::formats::cameras_file::CAMERAS_FILE_NAME;
 use heliodon_photo::project::AxisEntry;
@@ -122,6 +123,8 @@ pub struct MarkApp {
     shown: Shown,
     message: Option<Message>,
     tabs: i32,
+    /// What was pressed after a key that opens or closes a dialog, for the next frame.
+    held_back: Vec<Event>,
     seen_text: String,
     changed_at: f64,
     autosaved_at: f64,
@@ -169,6 +172,7 @@ impl MarkApp {
             shown,
             message: None,
             tabs: 0,
+            held_back: Vec::new(),
             changed_at: f64::NEG_INFINITY,
             autosaved_at: 0.0,
             watched_at: 0.0,
@@ -210,22 +214,6 @@ impl MarkApp {
     #[must_use]
     pub fn message(&self) -> Option<&str> {
         self.message.as_ref().map(|message| message.text.as_str())
-    }
-
-    /// To be called on a frame's input before egui takes it up: Tab goes from point to point here, not from button to button.
-    pub fn take_input(&mut self, ctx: &Context, input: &mut RawInput) {
-        if ctx.egui_wants_keyboard_input() || self.dialog != Dialog::None {
-            return;
-        }
-        input.events.retain(|event| match event {
-            egui::Event::Key { key: egui::Key::Tab, pressed, modifiers, .. } => {
-                if *pressed {
-                    self.tabs += if modifiers.shift { -1 } else { 1 };
-                }
-                false
-            }
-            _ => true,
-        });
     }
 
     /// One frame.
@@ -333,7 +321,9 @@ impl MarkApp {
         }
         // A window that nobody touches draws itself no oftener than it has to look at its file: without a graphics card each frame is work.
         let is_due = self.shown.solve_as_marked && is_new && has_marks;
-        let wait = if self.is_busy() {
+        let wait = if !self.held_back.is_empty() {
+            0.0
+        } else if self.is_busy() {
             0.1
         } else if is_due {
             0.4

@@ -72,6 +72,8 @@ pub enum Edit {
         /// Which of its segments.
         segment: usize,
     },
+    /// Several, undone together; told by the last.
+    Together(Vec<Edit>),
     /// A new shape.
     AddShape(Box<ShapeRow>),
     /// A shape becomes another.
@@ -143,6 +145,7 @@ impl Edit {
             Self::SetGround { name, ground: false } => format!("{name} need not lie on the ground"),
             Self::AddSegment { photo, .. } => format!("edge drawn in {photo}"),
             Self::RemoveSegment { .. } => "edge removed".to_owned(),
+            Self::Together(all) => all.last().map_or_else(String::new, Self::what),
             Self::AddShape(row) => format!("shape {} added", row.name),
             Self::SetShape { row, .. } => format!("shape {} changed", row.name),
             Self::RemoveShape { name } => format!("shape {name} removed"),
@@ -203,6 +206,7 @@ impl Edit {
                 }
                 Ok(())
             }
+            Self::Together(all) => all.iter().try_for_each(|edit| edit.apply(doc)),
             Self::AddShape(row) => {
                 let row = shape_table(row)?;
                 pushed(doc, "shape", row)

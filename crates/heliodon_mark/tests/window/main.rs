@@ -2,6 +2,7 @@
 
 mod closing;
 mod desk;
+mod haste;
 mod known;
 mod marking;
 #[path = "../../examples/scene/mod.rs"]

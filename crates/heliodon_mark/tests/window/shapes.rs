@@ -255,3 +255,56 @@ fn no_words_of_a_dialog_are_cut_off() {
         desk.key(Key::Escape, Modifiers::NONE);
     }
 }
+
+#[test]
+fn corners_that_no_photograph_shows_are_typed_into_places_and_become_points() {
+    let mut desk = solved_desk();
+    let before = desk.app.document().text().to_owned();
+    let points = desk.app.document().project().file.point.len();
+    let lines = line_count(&desk);
+    desk.key(Key::B, Modifiers::NONE);
+    desk.type_in(" stair");
+    desk.click_words("box");
+    // chosen with a kind, its first place is typed into at once
+    desk.frame(Vec::new());
+    assert_eq!(desk.ctx.memory(|memory| memory.focused()), Some(place_id(0, 0)));
+    let typed = ["tower-sw tower-sw tower-sw+1.5", "tower-sw+2, tower-sw, tower-sw+1.5", "tower-sw", "tower-sw+2 0.5 here"];
+    let places = ["lower front left", "lower front right", "lower back left", "upper back right"];
+    for (place, words) in places.into_iter().zip(typed) {
+        desk.click_words(place);
+        desk.type_in(words);
+        desk.frame(Vec::new());
+    }
+    assert!(told(&desk).contains("upper back right: here is neither metres nor a point"), "{}", told(&desk));
+    desk.key(Key::A, Modifiers::COMMAND);
+    desk.type_in("tower-sw+2 tower-sw+0.6 tower-sw");
+    desk.frame(Vec::new());
+    let told = told(&desk);
+    assert!(["length 2.0", "height 0.6", "width 1.5"].iter().all(|size| told.contains(size)), "{told}");
+    let at = desk.solved().position_m("tower-sw").unwrap();
+    desk.key(Key::Enter, Modifiers::NONE);
+    let made = desk.app.document().project().file.shape.last().unwrap().points.clone();
+    let file = &desk.app.document().project().file;
+    assert_eq!((file.point.len(), made[3].as_str(), made[2].as_str()), (points + 3, "tower-sw", "-"), "{made:?}");
+    let corner = file.point.iter().find(|point| point.name == made[6]).unwrap();
+    assert!(corner.name.ends_with("stair-upper-back-right") && corner.marks.is_empty(), "{}", corner.name);
+    let known = glam::DVec3::from(corner.known_m.unwrap());
+    assert!(known.distance(at + glam::DVec3::new(2.0, 0.6, 0.0)) < 0.001, "{known} {at}");
+    assert!(line_count(&desk) >= lines + 9, "the wire is there before anything is solved again");
+    desk.rest();
+    assert!(line_count(&desk) >= lines + 9 && desk.solved().wrong_shapes.is_empty(), "{:?}", desk.solved().wrong_shapes);
+    // the same corner again is the same point; both go with one step back
+    desk.key(Key::B, Modifiers::NONE);
+    for (place, words) in typed.into_iter().take(2).chain(["0 3 0"]).enumerate() {
+        desk.tab_to(place_id(0, place));
+        desk.type_in(words);
+    }
+    desk.key(Key::Enter, Modifiers::NONE);
+    let again = &desk.app.document().project().file;
+    assert_eq!(again.shape.last().unwrap().points[..2], made[..2]);
+    assert_eq!(again.point.len(), points + 4);
+    for _ in 0..2 {
+        desk.key(Key::Z, Modifiers::COMMAND);
+    }
+    assert_eq!(desk.app.document().text(), before);
+}

@@ -43,6 +43,7 @@ pub(super) enum Dialog {
 impl MarkApp {
     pub(super) fn show_dialog(&mut self, ctx: &Context) {
         let mut dialog = std::mem::replace(&mut self.dialog, Dialog::None);
+        let was_open = dialog != Dialog::None;
         let stays = match &mut dialog {
             Dialog::None => false,
             Dialog::Help => help::help(ctx),
@@ -59,6 +60,14 @@ impl MarkApp {
         // What it did may have opened another.
         if stays && self.dialog == Dialog::None {
             self.dialog = dialog;
+        }
+        // a field of a dialog that is gone would hold on to the keys for a frame more
+        if was_open && self.dialog == Dialog::None {
+            ctx.memory_mut(|memory| {
+                if let Some(focused) = memory.focused() {
+                    memory.surrender_focus(focused);
+                }
+            });
         }
     }
 

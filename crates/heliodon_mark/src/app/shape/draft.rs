@@ -307,7 +307,8 @@ impl ShapeDraft {
     }
 }
 
-fn is_marked(name: &str) -> bool {
+/// Whether a place is filled.
+pub(super) fn is_marked(name: &str) -> bool {
     !name.trim().is_empty() && name.trim() != UNMARKED
 }
 

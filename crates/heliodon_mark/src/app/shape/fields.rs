@@ -1,7 +1,7 @@
 //! The fields of a shape's dialog.
 
 use super::Wish;
-use super::draft::{Again, ShapeDraft, is_main};
+use super::draft::{Again, ShapeDraft, is_main, is_marked};
 use super::roles::{self, List, Which};
 use crate::app::dialogs::{QUIET, focus_once, number_field};
 use crate::app::panes::ACTIVE;
@@ -39,6 +39,7 @@ pub(super) fn heading(ui: &mut Ui, draft: &mut ShapeDraft, shapes: &[String], ch
             if ui.selectable_label(draft.kind == kind, word).clicked() && draft.kind != kind {
                 let points = draft.main_points();
                 draft.become_kind(kind, if points.is_empty() { chosen } else { &points });
+                draft.focus = Some(draft.active);
             }
         }
     });
@@ -66,8 +67,8 @@ fn folded(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
     let of = &draft.groups[group];
     let is_used = of.slots.iter().any(|name| !name.trim().is_empty());
     let title = roles::title(draft.kind, of.list);
-    let header = CollapsingHeader::new(RichText::new(title).color(QUIET)).id_salt((draft.kind as usize, group));
-    header.default_open(is_used).show(ui, |ui| rows(ui, draft, group, names));
+    let header = CollapsingHeader::new(RichText::new(&title).color(QUIET)).id_salt((draft.kind as usize, &title));
+    header.open(is_used.then_some(true)).show(ui, |ui| rows(ui, draft, group, names));
 }
 
 fn list(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
@@ -88,6 +89,11 @@ fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
             }
             let id = Id::new(("place of a shape", group, slot));
             let is_focused = ui.memory(|memory| memory.has_focus(id));
+            let is_wanted = draft.focus == Some((group, slot));
+            // before it is drawn, to hear what is typed in this frame already; fields let go of the keys again where something was clicked
+            if is_wanted && !ui.input(|input| input.pointer.any_released()) {
+                ui.memory_mut(|memory| memory.request_focus(id));
+            }
             let text = &mut draft.groups[group].slots[slot];
             if is_focused {
                 let step = ui.input_mut(|input| {
@@ -98,14 +104,20 @@ fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
                     *text = next;
                 }
             }
-            let is_known = text.trim().is_empty() || text.trim() == "-" || names.iter().any(|name| name == text.trim());
+            // three words are a place by its coordinates
+            let is_known = !is_marked(text)
+                || text.split_whitespace().count() == 3
+                || names.iter().any(|name| name == text.trim());
             let words = if is_known { Color32::from_gray(235) } else { Color32::from_rgb(255, 128, 120) };
             let field = TextEdit::singleline(text).id(id).hint_text("-").text_color(words).desired_width(170.0);
-            let field = ui.add(field).on_hover_text("Type a name, press Down for the next that fits, or click its mark");
+            let field = ui.add(field).on_hover_text(
+                "Type a name, press Down for the next that fits, or click its mark; or metres east, up and south of the origin, \
+                 with points for any of them: foot+0.5 3.2 wall",
+            );
             if field.gained_focus() {
                 draft.active = (group, slot);
             }
-            if draft.focus == Some((group, slot)) {
+            if is_wanted {
                 draft.focus = None;
                 field.request_focus();
             }
@@ -136,7 +148,9 @@ pub(super) fn picker(ui: &mut Ui, draft: &mut ShapeDraft, names: &[String]) {
     let of = draft.groups.get(group).map_or(List::Points, |group| group.list);
     ui.label(RichText::new(format!("for {}:", roles::place(draft.kind, of, slot))).color(ACTIVE));
     let mut picked = None;
-    ScrollArea::vertical().id_salt("names").max_height(150.0).min_scrolled_height(150.0).show(ui, |ui| {
+    // as high however few names fit: what is below it stays where it is
+    let area = ScrollArea::vertical().id_salt("names").max_height(150.0).min_scrolled_height(150.0).auto_shrink([true, false]);
+    area.show(ui, |ui| {
         ui.set_width(240.0);
         for name in names.iter().filter(|name| name.to_lowercase().contains(&typed)) {
             let is_used = draft.place_of(name).is_some();
@@ -197,13 +211,16 @@ pub(super) fn settings(ui: &mut Ui, draft: &mut ShapeDraft, names: &[String]) ->
                 }
             }
         }
-        if draft.again != Again::Once {
-            number_field(ui, "", &mut draft.count, "8", "times in all");
-        }
-        if draft.again == Again::Around {
-            number_field(ui, "every", &mut draft.angle_deg, "a full turn", "\u{b0}");
-        }
     });
+    // in a row of its own: fields that are wrapped are drawn over what stands before them
+    if draft.again != Again::Once {
+        ui.horizontal(|ui| {
+            number_field(ui, "in all", &mut draft.count, "8", "times");
+            if draft.again == Again::Around {
+                number_field(ui, "every", &mut draft.angle_deg, "a full turn", "\u{b0}");
+            }
+        });
+    }
     for group in 0..draft.groups.len() {
         match draft.groups[group].list {
             List::Repeat if draft.again != Again::Once => {

@@ -4,6 +4,7 @@ mod diagram;
 mod draft;
 mod fields;
 mod preview;
+mod reckoned;
 mod roles;
 
 pub(super) use draft::ShapeDraft;
@@ -16,6 +17,7 @@ use super::{MarkApp, Tool};
 use crate::document::Edit;
 use eframe::egui::{Context, Label, Pos2, RichText, Ui};
 use glam::DVec2;
+use reckoned::{Meant, NewCorner, meant};
 
 /// What is to become of a shape's dialog.
 enum Wish {
@@ -122,15 +124,15 @@ impl MarkApp {
 
     /// The preview follows the draft, and is gone without one.
     pub(super) fn follow_draft(&mut self, ctx: &Context) {
-        let Some((row, was)) = self.draft().map(|draft| (draft.row(), draft.was.clone())) else {
+        let outcome = self.outcome.as_ref();
+        let file = &self.document.project().file;
+        let Some((meant, was)) = self.draft().map(|draft| (meant(draft, file, outcome), draft.was.clone())) else {
             self.preview = None;
             return;
         };
-        let outcome = self.outcome.as_ref();
-        let file = &self.document.project().file;
         let kept = self.preview.take().filter(|preview| preview.is_of(outcome, was.as_deref()));
         let mut preview = kept.unwrap_or_else(|| Preview::new(file, outcome, was.as_deref()));
-        if preview.follow(row, file, outcome) {
+        if preview.follow(meant, file, outcome) {
             ctx.request_repaint();
         }
         if let Some(outcome) = outcome {
@@ -154,8 +156,8 @@ impl MarkApp {
 
     /// Puts the shape into the project.
     pub(super) fn make(&mut self, draft: &ShapeDraft) -> bool {
-        let row = match draft.row() {
-            Ok(row) => row,
+        let Meant { row, corners } = match meant(draft, &self.document.project().file, self.outcome.as_ref()) {
+            Ok(meant) => meant,
             Err(why) => {
                 self.complain(why);
                 return false;
@@ -166,11 +168,14 @@ impl MarkApp {
             self.complain(format!("there is a shape called {} already", row.name));
             return false;
         }
-        let edit = match draft.was.clone() {
+        let points = corners.into_iter().flat_map(|NewCorner { name, place_m }| {
+            [Edit::AddPoint { name: name.clone() }, Edit::SetKnown { name, known_m: Some(place_m.to_array()) }]
+        });
+        let shape = match draft.was.clone() {
             Some(was) => Edit::SetShape { was, row: Box::new(row) },
             None => Edit::AddShape(Box::new(row)),
         };
-        if !self.edit(&edit) {
+        if !self.edit(&Edit::Together(points.chain([shape]).collect())) {
             return false;
         }
         // the model goes on as it was seen here, until it is solved again

@@ -1,9 +1,11 @@
 //! The model with a shape as it is put together, and what is to be said of that shape before it is in the project.
 
+use super::reckoned::{Meant, NewCorner};
 use crate::solving::Outcome;
 use crate::wires::{Drawn, Wires};
+use glam::DMat3;
 use heliodon_photo::model::table::ShapeRow;
-use heliodon_photo::model::{Measure, ModelError, Part, ShapeReport, build};
+use heliodon_photo::model::{Measure, ModelError, NamedPoint, Part, ShapeReport, build};
 use heliodon_photo::project::ProjectFile;
 use std::collections::BTreeMap;
 
@@ -28,7 +30,7 @@ pub(in crate::app) struct Preview {
     /// Which text was solved, and which shape of it is left out.
     of: (Option<String>, Option<String>),
     others: Vec<Part>,
-    row: Option<Result<ShapeRow, String>>,
+    meant: Option<Result<Meant, String>>,
     wires: Wires,
     lines: BTreeMap<String, Vec<Drawn>>,
     told: Vec<Told>,
@@ -42,7 +44,7 @@ impl Preview {
         Self {
             of: Self::key(outcome, was),
             others: others.unwrap_or_default(),
-            row: None,
+            meant: None,
             wires: Wires::new(&[]),
             lines: BTreeMap::new(),
             told: Vec::new(),
@@ -58,28 +60,32 @@ impl Preview {
         self.of.0.as_deref() == outcome.map(|outcome| outcome.text.as_str()) && self.of.1.as_deref() == was
     }
 
-    /// Takes up another row, and tells whether it was another.
-    pub fn follow(&mut self, row: Result<ShapeRow, String>, file: &ProjectFile, outcome: Option<&Outcome>) -> bool {
-        if self.row.as_ref() == Some(&row) {
+    /// Takes up what is meant now, and tells whether it was something else.
+    pub fn follow(&mut self, meant: Result<Meant, String>, file: &ProjectFile, outcome: Option<&Outcome>) -> bool {
+        if self.meant.as_ref() == Some(&meant) {
             return false;
         }
         self.told.clear();
         let mut parts = self.others.clone();
-        match &row {
+        match &meant {
             Err(why) => self.told.push(Told::fault(why.clone())),
-            Ok(row) => {
+            Ok(Meant { row, corners }) => {
                 let namesake = |other: &&ShapeRow| other.name == row.name && Some(other.name.as_str()) != self.of.1.as_deref();
                 if file.shape.iter().any(|other| namesake(&other)) {
                     self.told.push(Told::fault(format!("there is a shape called {} already", row.name)));
                 }
-                let is_unknown = |name: &&&String| file.point.iter().all(|point| point.name != ***name);
+                let is_reckoned = |name: &str| corners.iter().any(|corner| corner.name == name);
+                let is_marked = |name: &str| file.point.iter().any(|point| point.name == name);
+                let is_unknown = |name: &&&String| !is_marked(name) && !is_reckoned(name);
                 let unknown: Vec<&String> =
                     names(row).into_iter().filter(|name| is_unknown(&name)).take(MOST_UNKNOWN).collect();
                 self.told.extend(unknown.iter().map(|name| Told::fault(format!("there is no point called {name}"))));
                 match outcome.filter(|_| unknown.is_empty()) {
                     Some(outcome) => {
                         let witnesses = &outcome.witnesses;
-                        let mut made = build(std::slice::from_ref(row), &witnesses.points, &witnesses.photographs);
+                        let points: Vec<NamedPoint> =
+                            witnesses.points.iter().cloned().chain(corners.iter().map(as_point)).collect();
+                        let mut made = build(std::slice::from_ref(row), &points, &witnesses.photographs);
                         parts.append(&mut made.parts);
                         self.told.extend(made.refused.iter().map(|why| Told::fault(refusal(why))));
                         self.told.extend(made.shapes.iter().flat_map(report));
@@ -94,7 +100,7 @@ impl Preview {
         }
         self.wires = Wires::new(&parts);
         self.lines.clear();
-        self.row = Some(row);
+        self.meant = Some(meant);
         true
     }
 
@@ -122,6 +128,11 @@ impl Preview {
     pub fn told(&self) -> &[Told] {
         &self.told
     }
+}
+
+/// A corner as shapes are fitted to it: certain, and seen in no photograph.
+fn as_point(corner: &NewCorner) -> NamedPoint {
+    NamedPoint { name: corner.name.clone(), position: corner.place_m, covariance: DMat3::ZERO, seen_in: Vec::new() }
 }
 
 /// All points that a row names.
