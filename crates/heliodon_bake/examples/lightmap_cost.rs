@@ -116,8 +116,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let worked = processor_s().zip(processor).map_or(f64::NAN, |(now, then)| now - then);
     let notes = &map.notes;
     let mut told = format!(
-        "\"size\": {side}, \"seconds\": {seconds:.2}, \"processor_s\": {worked:.2}, \"texels\": {}, \"sampled\": {:?}, \"rays\": {}, \"mean\": {:?}, \"seam\": {}",
-        notes.texels, notes.sampled, notes.rays, notes.mean, notes.widest_seam
+        "\"size\": {side}, \"seconds\": {seconds:.2}, \"processor_s\": {worked:.2}, \"texels\": {}, \"sampled\": {:?}, \"rays\": {}, \"mean\": {:?}, \"seam\": {}, \"codes\": {}, \"places\": {:?}",
+        notes.texels, notes.sampled, notes.rays, notes.mean, notes.widest_seam, notes.widest_seam_codes, notes.seam_places
     );
     if let Some(file) = value("--beside") {
         let bytes = std::fs::read(file)?;
@@ -130,6 +130,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     if let Some(file) = value("--keep") {
         let bytes: Vec<u8> = map.light.iter().flat_map(Vec3::to_array).flat_map(f32::to_le_bytes).collect();
         std::fs::write(file, bytes)?;
+        let inner = inner(&texels);
+        let flags: Vec<u8> = (0..texels.len()).map(|i| u8::from(texels[i].is_covered) | u8::from(inner[i]) << 1 | u8::from(map.valid[i]) << 2 | u8::from(map.matched[i]) << 3).collect();
+        std::fs::write(format!("{file}.flags"), flags)?;
+        let pos: Vec<u8> = texels.iter().flat_map(|t| { let p = t.mix(mesh.triangles[t.triangle as usize].map(|v| mesh.positions[v as usize])); [p.x, p.y, p.z, t.triangle as f32] }).flat_map(f32::to_le_bytes).collect();
+        std::fs::write(format!("{file}.pos"), pos)?;
     }
     Ok(())
 }

@@ -119,37 +119,55 @@ impl Seams {
     /// # Panics
     /// When there are not as many values as texels.
     pub fn close(&self, values: &mut [f32], tolerance: f32) -> f32 {
-        self.close_above(values, tolerance, f32::NEG_INFINITY)
+        self.bring_together(values, f32::NEG_INFINITY, |off, _| (off, off.abs() <= tolerance));
+        self.widest(values)
     }
 
-    /// As [`Seams::close`], where no value may become less than `least` (as light may not become negative where the edge of a shadow crosses a border).
+    /// Changes several values of each texel, one after the other in `values`, all at least 0, until both sides of all places are shown within `codes` of one another ([`shown_codes`]), or it
+    /// does not get better. A place that is nearer than half of that already changes nothing: where charts are a few texels wide, all their borders make one net in which equality
+    /// everywhere asks for what nobody sees.
     ///
     /// # Panics
     /// As [`Seams::close`].
-    pub fn close_above(&self, values: &mut [f32], tolerance: f32, least: f32) -> f32 {
+    pub fn close_shown(&self, values: &mut [f32], white: f32, codes: f32) {
+        let excess = |off: f32, middle: f32| {
+            // no code is narrower than those of what is darkest
+            if shown_codes(off, 0.0, white) <= 0.5 * codes {
+                return (0.0, true);
+            }
+            let shown = shown_codes(off, middle, white);
+            (off * (1.0 - (0.5 * codes / shown).min(1.0)), shown <= codes)
+        };
+        if self.texels > 0 {
+            values.par_chunks_mut(self.texels).for_each(|values| self.bring_together(values, 0.0, excess));
+        }
+    }
+
+    /// Kaczmarz's rounds: `excess` tells of two sides' difference and their mean by how much they are to come nearer, and whether they are near enough; no value becomes less than `least`.
+    fn bring_together(&self, values: &mut [f32], least: f32, excess: impl Fn(f32, f32) -> (f32, bool)) {
         let mut own = self.of_touched(values);
         for _ in 0..MOST_ROUNDS {
-            let mut most = 0.0_f32;
+            let mut all_near = true;
             for matched in &self.matches {
-                let off = matched.off(&own);
-                most = most.max(off.abs());
+                let [one, other] = matched.sides(&own);
+                let (off, is_near) = excess(one - other, 0.5 * (one + other));
+                all_near &= is_near;
                 let ease = |i: usize| self.ease[matched.texels[i] as usize];
                 let sum: f32 = (0..8).map(|i| ease(i) * matched.weights[i] * matched.weights[i]).sum();
-                if sum > 0.0 {
+                if sum > 0.0 && off != 0.0 {
                     for i in 0..8 {
                         let value = &mut own[matched.texels[i] as usize];
                         *value = (*value - off * ease(i) * matched.weights[i] / sum).max(least);
                     }
                 }
             }
-            if most <= tolerance {
+            if all_near {
                 break;
             }
         }
         for (&texel, value) in self.touched.iter().zip(&own) {
             values[texel as usize] = *value;
         }
-        self.most_off(&own)
     }
 
     fn of_touched(&self, values: &[f32]) -> Vec<f32> {
@@ -157,22 +175,13 @@ impl Seams {
         self.touched.iter().map(|&texel| values[texel as usize]).collect()
     }
 
-    fn most_off(&self, own: &[f32]) -> f32 {
-        self.matches.iter().map(|matched| matched.off(own).abs()).fold(0.0, f32::max)
-    }
-
     /// As [`Seams::close`], for several values of each texel, one after the other in `values`.
     pub fn close_all(&self, values: &mut [f32], tolerance: f32) -> f32 {
-        self.close_all_above(values, tolerance, f32::NEG_INFINITY)
-    }
-
-    /// As [`Seams::close_above`], for several values of each texel, one after the other in `values`.
-    pub fn close_all_above(&self, values: &mut [f32], tolerance: f32, least: f32) -> f32 {
         let count = self.texels;
         if count == 0 {
             return 0.0;
         }
-        values.par_chunks_mut(count).map(|values| self.close_above(values, tolerance, least)).reduce(|| 0.0, f32::max)
+        values.par_chunks_mut(count).map(|values| self.close(values, tolerance)).reduce(|| 0.0, f32::max)
     }
 
     /// By how much both sides differ at most.
@@ -181,14 +190,51 @@ impl Seams {
     /// As [`Seams::close`].
     #[must_use]
     pub fn widest(&self, values: &[f32]) -> f32 {
-        self.most_off(&self.of_touched(values))
+        self.most(values, |[one, other]| (one - other).abs())
+    }
+
+    /// By how many codes of eight bits both sides are shown apart at most ([`shown_codes`]), of one value of each texel.
+    ///
+    /// # Panics
+    /// As [`Seams::close`].
+    #[must_use]
+    pub fn widest_shown(&self, values: &[f32], white: f32) -> f32 {
+        self.most(values, |[one, other]| shown_codes(one - other, 0.5 * (one + other), white))
+    }
+
+    fn most(&self, values: &[f32], apart: impl Fn([f32; 2]) -> f32) -> f32 {
+        let own = self.of_touched(values);
+        self.matches.iter().map(|matched| apart(matched.sides(&own))).fold(0.0, f32::max)
+    }
+
+    /// The texels that each place is filtered from, on both sides.
+    pub(crate) fn places(&self) -> impl Iterator<Item = impl Iterator<Item = u32> + Clone + '_> + '_ {
+        let touched = self.touched.as_slice();
+        self.matches.iter().map(move |&Match { texels, weights }| {
+            (0..8).filter(move |&i| weights[i] != 0.0).map(move |i| touched[texels[i] as usize])
+        })
     }
 }
 
 impl Match {
-    fn off(&self, values: &[f32]) -> f32 {
-        (0..8).map(|i| self.weights[i] * values[self.texels[i] as usize]).sum()
+    /// What is filtered on one side and on the other.
+    fn sides(&self, values: &[f32]) -> [f32; 2] {
+        let sum = |places: std::ops::Range<usize>| -> f32 {
+            places.map(|i| self.weights[i] * values[self.texels[i] as usize]).sum()
+        };
+        [sum(0..4), -sum(4..8)]
     }
+}
+
+/// By how many of the 255 steps of eight bits something white is shown apart under two lights that differ by `off` about `middle`: exposed so that light of `white`, and wherever there is more, that,
+/// is shown as white, and encoded as sRGB is. What is darker than white is shown apart by less: the code's steps are the wider the brighter it is, and no brighter than white.
+#[must_use]
+pub fn shown_codes(off: f32, middle: f32, white: f32) -> f32 {
+    let exposed = white.max(middle).max(f32::MIN_POSITIVE);
+    let at = middle.max(0.0) / exposed;
+    // the slope of the curve (IEC 61966-2-1)
+    let slope = if at <= 0.003_130_8 { 12.92 } else { 1.055 / 2.4 * libm::powf(at, 1.0 / 2.4 - 1.0) };
+    255.0 * slope * off.abs() / exposed
 }
 
 const NOBODY: u32 = u32::MAX;

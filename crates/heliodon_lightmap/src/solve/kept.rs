@@ -1,6 +1,6 @@
 //! What the rays of texels have met, kept for the bounces that ask again: a ray is looked up in a nanosecond or two, and traced in hundreds.
 
-use super::directions::{Block, EVEN};
+use super::directions::Lookouts;
 use super::stage::{Met, Stage};
 use heliodon_rays::{Hit, Ray};
 use rayon::prelude::*;
@@ -127,14 +127,15 @@ impl Kept {
     }
 
     /// Asks again what was met where texels stand for both sides of a wall, since this is known; returns the number of rays.
-    pub fn part(&mut self, stage: &Stage, blocks: &[Block]) -> u64 {
+    pub fn part(&mut self, stage: &Stage, lookouts: &Lookouts) -> u64 {
         let part_one = |(texel, looks): (usize, &mut Option<Box<Looks>>)| {
             let Some(looks) = looks else { return 0 };
             let is_parted = |met: u32| stage.is_parted(met);
             if !looks.met.iter().any(|&met| is_parted(met)) {
                 return 0;
             }
-            let directions = blocks[..looks.starts.len()].iter().flat_map(|block| &block.directions[..EVEN as usize]);
+            let blocks = &lookouts.sky(lookouts.set(texel as u32))[..looks.starts.len()];
+            let directions = blocks.iter().flat_map(|block| &block.directions[..block.even]);
             let faced = directions.filter(|direction| stage.faces(texel as u32, **direction));
             let (at, rays): (Vec<usize>, Vec<Ray>) = faced
                 .enumerate()
