@@ -13,8 +13,9 @@ use rayon::prelude::*;
 const UNIT: usize = 512;
 /// Units between which there is a look at how much is kept.
 const BATCH: usize = 128;
-/// Blocks of directions that every texel looks in.
-const LEAST_BLOCKS: u32 = 4;
+/// Blocks of directions that every texel looks in, and those beyond a chart's rim, which filtering mixes with others.
+const LEAST_BLOCKS: usize = 4;
+const LEAST_BEYOND: usize = 2;
 /// A texel of whose rays more than this part meets backs lies inside something (as of vertices: rays that escape below the horizon do not count, up to half of all),
 /// if next to nothing escapes above it: under a roof that is a single sheet one sees its back as well.
 const BACK_LIMIT: f32 = 0.5;
@@ -26,6 +27,7 @@ const ENCLOSED: f32 = 0.9;
 const SHUT: f32 = 0.02;
 /// Rays upwards that tell then.
 const THROUGH: usize = 32;
+const AGREEING: usize = 8;
 
 /// What a texel has found.
 #[derive(Clone, Copy, Debug)]
@@ -144,11 +146,11 @@ impl Gather<'_> {
             }
             rays += follow(self, paths, |of, light| sums[of as usize].of_block.light += light);
             open.numbers.iter().for_each(|&of| sums[of as usize].end_block());
-            let all = number + 1 >= LEAST_BLOCKS as usize;
             open = open
                 .partition(|of| {
                     let texel = texels[of as usize] as usize;
-                    if !all {
+                    let least = if self.stage.scene.texels[texel].is_covered { LEAST_BLOCKS } else { LEAST_BEYOND };
+                    if number + 1 < least {
                         let is_inside = self.valid.get(texel).map_or_else(|| sums[of as usize].is_enclosed(), |valid| !valid);
                         return !is_inside || sums[of as usize].mean != 0.0;
                     }
@@ -222,9 +224,18 @@ impl Gather<'_> {
         let ray = |&direction: &Vec3| Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
         let through: Vec<Ray> = upwards.map(ray).collect();
         let mut counts = vec![0; through.len()];
-        self.stage.scene.rays.enclosures(&through, &mut counts);
-        *rays += through.len() as u64;
-        2 * counts.iter().filter(|count| **count > 0).count() > through.len()
+        let (mut asked, mut within) = (0, 0);
+        // a few that all say the same are enough
+        for until in [through.len().min(AGREEING), through.len()] {
+            self.stage.scene.rays.enclosures(&through[asked..until], &mut counts[asked..until]);
+            *rays += (until - asked) as u64;
+            asked = until;
+            within = counts[..until].iter().filter(|count| **count > 0).count();
+            if [0, until].contains(&within) {
+                break;
+            }
+        }
+        2 * within > asked
     }
 }
 
