@@ -20,8 +20,8 @@ const EASY: f32 = 2.0;
 /// Normals with a lesser cosine between them are a crease.
 const SMOOTH: f32 = 0.999;
 /// Rounds over seams at most, and from one over all of them to the next.
-const MOST_ROUNDS: usize = 3200;
-const ALONE: usize = 16;
+const MOST_ROUNDS: usize = 16 * 1024;
+const ALONE: usize = 64;
 
 /// One place on a border: what it takes from the texels around it on one side is to be what it takes on the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +30,16 @@ struct Match {
     texels: [u32; 8],
     /// Positive on one side, negative on the other; each side's are 1 together.
     weights: [f32; 8],
+}
+
+/// When two sides are near enough.
+struct Near<F> {
+    /// The most that they may be apart.
+    tolerance: f32,
+    /// Those that are no further apart than this are left.
+    enough: f32,
+    /// What a difference of 1 counts, of the difference that there is and of the mean.
+    shown: F,
 }
 
 /// All borders at which a surface goes on smoothly.
@@ -120,7 +130,7 @@ impl Seams {
     /// # Panics
     /// When there are not as many values as texels.
     pub fn close(&self, values: &mut [f32], tolerance: f32) -> f32 {
-        self.bring_together(values, f32::NEG_INFINITY, |off, _| (off, off.abs() <= tolerance));
+        self.bring_together(values, f32::NEG_INFINITY, &Near { tolerance, enough: 0.0, shown: |_, _| 1.0 });
         self.widest(values)
     }
 
@@ -131,33 +141,36 @@ impl Seams {
     /// # Panics
     /// As [`Seams::close`].
     pub fn close_shown(&self, values: &mut [f32], white: f32, codes: f32) {
-        let excess = |off: f32, middle: f32| {
-            // no code is narrower than those of what is darkest
-            if shown_codes(off, 0.0, white) <= 0.5 * codes {
-                return (0.0, true);
-            }
-            let shown = shown_codes(off, middle, white);
-            (off * (1.0 - (0.5 * codes / shown).min(1.0)), shown <= codes)
+        let shown = |off: f32, middle: f32| {
+            // no code is narrower than those of what is darkest: most places are near enough by these
+            let least = shown_codes(1.0, 0.0, white);
+            if off.abs() * least <= 0.5 * codes { least } else { shown_codes(1.0, middle, white) }
         };
+        let near = Near { tolerance: codes, enough: 0.5 * codes, shown };
         if self.texels > 0 {
-            values.par_chunks_mut(self.texels).for_each(|values| self.bring_together(values, 0.0, excess));
+            values.par_chunks_mut(self.texels).for_each(|values| self.bring_together(values, 0.0, &near));
         }
     }
 
-    /// Kaczmarz's rounds: `excess` tells of two sides' difference and their mean by how much they are to come nearer, and whether they are near enough; no value becomes less than `least`.
-    fn bring_together(&self, values: &mut [f32], least: f32, excess: impl Fn(f32, f32) -> (f32, bool)) {
+    /// Kaczmarz's rounds; no value becomes less than `least`.
+    fn bring_together(&self, values: &mut [f32], least: f32, near: &Near<impl Fn(f32, f32) -> f32>) {
         let mut own = self.of_touched(values);
-        let mut apart: Vec<&Match> = self.matches.iter().collect();
+        let mut apart: Vec<(&Match, f32)> = Vec::new();
         for round in 0..MOST_ROUNDS {
             // most places come together at once: what is still apart is asked alone between rounds over all of them
-            if round % ALONE == 0 {
-                apart = self.matches.iter().collect();
+            let is_whole = round % ALONE == 0;
+            if is_whole {
+                let shown = |matched: &Match| {
+                    let [one, other] = matched.sides(&own);
+                    (near.shown)(one - other, 0.5 * (one + other))
+                };
+                apart = self.matches.iter().map(|matched| (matched, shown(matched))).collect();
             }
-            let before = apart.len();
-            apart.retain(|matched| {
+            apart.retain(|(matched, shown)| {
                 let [one, other] = matched.sides(&own);
-                let (off, is_near) = excess(one - other, 0.5 * (one + other));
-                if off != 0.0 {
+                let apart = (one - other).abs() * shown;
+                if apart > near.enough {
+                    let off = (one - other) * (1.0 - near.enough / apart);
                     let ease = |i: usize| self.ease[matched.texels[i] as usize];
                     let sum: f32 = (0..8).map(|i| ease(i) * matched.weights[i] * matched.weights[i]).sum();
                     for i in (0..8).filter(|_| sum > 0.0) {
@@ -165,9 +178,9 @@ impl Seams {
                         *value = (*value - off * ease(i) * matched.weights[i] / sum).max(least);
                     }
                 }
-                !is_near
+                apart > near.tolerance
             });
-            if apart.is_empty() && before == self.matches.len() {
+            if is_whole && apart.is_empty() {
                 break;
             }
         }
