@@ -1,10 +1,10 @@
 //! What a light map of a site costs, and how far it is off another one:
-//! `cargo run -p heliodon_bake --example lightmap_cost -- SITE [--size N] [--error E] [--samples N] [--bounces N] [--stride N] [--seed N] [--lamps] [--keep FILE] [--beside FILE] [--seams N]`.
+//! `cargo run -p heliodon_bake --example lightmap_cost -- SITE [--size N] [--error E] [--samples N] [--bounces N] [--stride N] [--seed N] [--lamps] [--keep FILE] [--beside FILE]`.
 //!
 //! The charts and the sky are those of `heliodon lightmap SITE --sky even`, without the site's lamps unless they are asked for. One line of JSON: seconds of the solve by the clock and (Linux)
 //! of the processor, what was sampled, and the difference to the map in `--beside`, the root mean square over covered texels whose eight neighbours are covered as
 //! well, as a part of the mean; `scripts/lightmap/cycles_bake.py` measures the same of files. Of two maps that differ in their seed alone, it is the noise of one times the root of two. `--keep`
-//! writes the light (little-endian `f32`, three for each texel). `--seams` lists the worst borders.
+//! writes the light (little-endian `f32`, three for each texel).
 
 use glam::Vec3;
 use heliodon_bake::report::Silent;
@@ -130,11 +130,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     if let Some(file) = value("--keep") {
         let bytes: Vec<u8> = map.light.iter().flat_map(Vec3::to_array).flat_map(f32::to_le_bytes).collect();
         std::fs::write(file, bytes)?;
-        let inner = inner(&texels);
-        let flags: Vec<u8> = (0..texels.len()).map(|i| u8::from(texels[i].is_covered) | u8::from(inner[i]) << 1 | u8::from(map.valid[i]) << 2 | u8::from(map.matched[i]) << 3).collect();
-        std::fs::write(format!("{file}.flags"), flags)?;
-        let pos: Vec<u8> = texels.iter().flat_map(|t| { let p = t.mix(mesh.triangles[t.triangle as usize].map(|v| mesh.positions[v as usize])); [p.x, p.y, p.z, t.triangle as f32] }).flat_map(f32::to_le_bytes).collect();
-        std::fs::write(format!("{file}.pos"), pos)?;
     }
     Ok(())
 }

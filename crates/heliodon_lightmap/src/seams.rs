@@ -238,9 +238,8 @@ impl Seams {
 impl Match {
     /// What is filtered on one side and on the other.
     fn sides(&self, values: &[f32]) -> [f32; 2] {
-        let sum = |places: std::ops::Range<usize>| -> f32 {
-            places.map(|i| self.weights[i] * values[self.texels[i] as usize]).sum()
-        };
+        let sum =
+            |places: std::ops::Range<usize>| -> f32 { places.map(|i| self.weights[i] * values[self.texels[i] as usize]).sum() };
         [sum(0..4), -sum(4..8)]
     }
 }

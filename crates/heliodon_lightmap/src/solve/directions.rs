@@ -7,8 +7,8 @@
 //! Flat charts that face one way, as walls and floors do, share directions of their own where they are many: as dense as their cosine is great, so that fewer rays
 //! tell as much.
 
-use super::stage::Stage;
 use super::models::Illumination;
+use super::stage::Stage;
 use glam::Vec3;
 use heliodon_math::dome::Environment;
 use heliodon_math::random::{hash2_u32, unit_f32};
