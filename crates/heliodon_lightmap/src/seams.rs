@@ -19,8 +19,9 @@ const A_TEXEL: f32 = 4.0;
 const EASY: f32 = 2.0;
 /// Normals with a lesser cosine between them are a crease.
 const SMOOTH: f32 = 0.999;
-/// Rounds over all seams at most.
-const MOST_ROUNDS: usize = 400;
+/// Rounds over seams at most, and from one over all of them to the next.
+const MOST_ROUNDS: usize = 16 * 1024;
+const ALONE: usize = 64;
 
 /// One place on a border: what it takes from the texels around it on one side is to be what it takes on the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +30,16 @@ struct Match {
     texels: [u32; 8],
     /// Positive on one side, negative on the other; each side's are 1 together.
     weights: [f32; 8],
+}
+
+/// When two sides are near enough.
+struct Near<F> {
+    /// The most that they may be apart.
+    tolerance: f32,
+    /// Those that are no further apart than this are left.
+    enough: f32,
+    /// What a difference of 1 counts, of the difference that there is and of the mean.
+    shown: F,
 }
 
 /// All borders at which a surface goes on smoothly.
@@ -119,37 +130,63 @@ impl Seams {
     /// # Panics
     /// When there are not as many values as texels.
     pub fn close(&self, values: &mut [f32], tolerance: f32) -> f32 {
-        self.close_above(values, tolerance, f32::NEG_INFINITY)
+        self.bring_together(values, f32::NEG_INFINITY, &Near { tolerance, enough: 0.0, shown: |_, _| 1.0 });
+        self.widest(values)
     }
 
-    /// As [`Seams::close`], where no value may become less than `least` (as light may not become negative where the edge of a shadow crosses a border).
+    /// Changes several values of each texel, one after the other in `values`, all at least 0, until both sides of all places are shown within `codes` of one another ([`shown_codes`]), or it
+    /// does not get better. A place that is nearer than half of that already changes nothing: where charts are a few texels wide, all their borders make one net in which equality
+    /// everywhere asks for what nobody sees.
     ///
     /// # Panics
     /// As [`Seams::close`].
-    pub fn close_above(&self, values: &mut [f32], tolerance: f32, least: f32) -> f32 {
+    pub fn close_shown(&self, values: &mut [f32], white: f32, codes: f32) {
+        let shown = |off: f32, middle: f32| {
+            // no code is narrower than those of what is darkest: most places are near enough by these
+            let least = shown_codes(1.0, 0.0, white);
+            if off.abs() * least <= 0.5 * codes { least } else { shown_codes(1.0, middle, white) }
+        };
+        let near = Near { tolerance: codes, enough: 0.5 * codes, shown };
+        if self.texels > 0 {
+            values.par_chunks_mut(self.texels).for_each(|values| self.bring_together(values, 0.0, &near));
+        }
+    }
+
+    /// Kaczmarz's rounds; no value becomes less than `least`.
+    fn bring_together(&self, values: &mut [f32], least: f32, near: &Near<impl Fn(f32, f32) -> f32>) {
         let mut own = self.of_touched(values);
-        for _ in 0..MOST_ROUNDS {
-            let mut most = 0.0_f32;
-            for matched in &self.matches {
-                let off = matched.off(&own);
-                most = most.max(off.abs());
-                let ease = |i: usize| self.ease[matched.texels[i] as usize];
-                let sum: f32 = (0..8).map(|i| ease(i) * matched.weights[i] * matched.weights[i]).sum();
-                if sum > 0.0 {
-                    for i in 0..8 {
+        let mut apart: Vec<(&Match, f32)> = Vec::new();
+        for round in 0..MOST_ROUNDS {
+            // most places come together at once: what is still apart is asked alone between rounds over all of them
+            let is_whole = round % ALONE == 0;
+            if is_whole {
+                let shown = |matched: &Match| {
+                    let [one, other] = matched.sides(&own);
+                    (near.shown)(one - other, 0.5 * (one + other))
+                };
+                apart = self.matches.iter().map(|matched| (matched, shown(matched))).collect();
+            }
+            apart.retain(|(matched, shown)| {
+                let [one, other] = matched.sides(&own);
+                let apart = (one - other).abs() * shown;
+                if apart > near.enough {
+                    let off = (one - other) * (1.0 - near.enough / apart);
+                    let ease = |i: usize| self.ease[matched.texels[i] as usize];
+                    let sum: f32 = (0..8).map(|i| ease(i) * matched.weights[i] * matched.weights[i]).sum();
+                    for i in (0..8).filter(|_| sum > 0.0) {
                         let value = &mut own[matched.texels[i] as usize];
                         *value = (*value - off * ease(i) * matched.weights[i] / sum).max(least);
                     }
                 }
-            }
-            if most <= tolerance {
+                apart > near.tolerance
+            });
+            if is_whole && apart.is_empty() {
                 break;
             }
         }
         for (&texel, value) in self.touched.iter().zip(&own) {
             values[texel as usize] = *value;
         }
-        self.most_off(&own)
     }
 
     fn of_touched(&self, values: &[f32]) -> Vec<f32> {
@@ -157,22 +194,13 @@ impl Seams {
         self.touched.iter().map(|&texel| values[texel as usize]).collect()
     }
 
-    fn most_off(&self, own: &[f32]) -> f32 {
-        self.matches.iter().map(|matched| matched.off(own).abs()).fold(0.0, f32::max)
-    }
-
     /// As [`Seams::close`], for several values of each texel, one after the other in `values`.
     pub fn close_all(&self, values: &mut [f32], tolerance: f32) -> f32 {
-        self.close_all_above(values, tolerance, f32::NEG_INFINITY)
-    }
-
-    /// As [`Seams::close_above`], for several values of each texel, one after the other in `values`.
-    pub fn close_all_above(&self, values: &mut [f32], tolerance: f32, least: f32) -> f32 {
         let count = self.texels;
         if count == 0 {
             return 0.0;
         }
-        values.par_chunks_mut(count).map(|values| self.close_above(values, tolerance, least)).reduce(|| 0.0, f32::max)
+        values.par_chunks_mut(count).map(|values| self.close(values, tolerance)).reduce(|| 0.0, f32::max)
     }
 
     /// By how much both sides differ at most.
@@ -181,14 +209,50 @@ impl Seams {
     /// As [`Seams::close`].
     #[must_use]
     pub fn widest(&self, values: &[f32]) -> f32 {
-        self.most_off(&self.of_touched(values))
+        self.most(values, |[one, other]| (one - other).abs())
+    }
+
+    /// By how many codes of eight bits both sides are shown apart at most ([`shown_codes`]), of one value of each texel.
+    ///
+    /// # Panics
+    /// As [`Seams::close`].
+    #[must_use]
+    pub fn widest_shown(&self, values: &[f32], white: f32) -> f32 {
+        self.most(values, |[one, other]| shown_codes(one - other, 0.5 * (one + other), white))
+    }
+
+    fn most(&self, values: &[f32], apart: impl Fn([f32; 2]) -> f32) -> f32 {
+        let own = self.of_touched(values);
+        self.matches.iter().map(|matched| apart(matched.sides(&own))).fold(0.0, f32::max)
+    }
+
+    /// The texels that each place is filtered from, on both sides.
+    pub(crate) fn places(&self) -> impl Iterator<Item = impl Iterator<Item = u32> + Clone + '_> + '_ {
+        let touched = self.touched.as_slice();
+        self.matches.iter().map(move |&Match { texels, weights }| {
+            (0..8).filter(move |&i| weights[i] != 0.0).map(move |i| touched[texels[i] as usize])
+        })
     }
 }
 
 impl Match {
-    fn off(&self, values: &[f32]) -> f32 {
-        (0..8).map(|i| self.weights[i] * values[self.texels[i] as usize]).sum()
+    /// What is filtered on one side and on the other.
+    fn sides(&self, values: &[f32]) -> [f32; 2] {
+        let sum =
+            |places: std::ops::Range<usize>| -> f32 { places.map(|i| self.weights[i] * values[self.texels[i] as usize]).sum() };
+        [sum(0..4), -sum(4..8)]
     }
+}
+
+/// By how many of the 255 steps of eight bits something white is shown apart under two lights that differ by `off` about `middle`: exposed so that light of `white`, and wherever there is more, that,
+/// is shown as white, and encoded as sRGB is. What is darker than white is shown apart by less: the code's steps are the wider the brighter it is, and no brighter than white.
+#[must_use]
+pub fn shown_codes(off: f32, middle: f32, white: f32) -> f32 {
+    let exposed = white.max(middle).max(f32::MIN_POSITIVE);
+    let at = middle.max(0.0) / exposed;
+    // the slope of the curve (IEC 61966-2-1)
+    let slope = if at <= 0.003_130_8 { 12.92 } else { 1.055 / 2.4 * libm::powf(at, 1.0 / 2.4 - 1.0) };
+    255.0 * slope * off.abs() / exposed
 }
 
 const NOBODY: u32 = u32::MAX;

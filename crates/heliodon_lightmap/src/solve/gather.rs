@@ -1,6 +1,6 @@
 //! What texels see all around: the sky where nothing is met, and what surfaces reflect where something is.
 
-use super::directions::{Block, EVEN};
+use super::directions::{Block, Lookouts};
 use super::follow::{Path, follow};
 use super::kept::{End, Kept, Looks};
 use super::stage::{Onward, Stage, faces};
@@ -13,8 +13,9 @@ use rayon::prelude::*;
 const UNIT: usize = 512;
 /// Units between which there is a look at how much is kept.
 const BATCH: usize = 128;
-/// Blocks of directions that every texel looks in.
-const LEAST_BLOCKS: u32 = 4;
+/// Blocks of directions that every texel looks in, and those beyond a chart's rim, which filtering mixes with others.
+const LEAST_BLOCKS: usize = 4;
+const LEAST_BEYOND: usize = 2;
 /// A texel of whose rays more than this part meets backs lies inside something (as of vertices: rays that escape below the horizon do not count, up to half of all),
 /// if next to nothing escapes above it: under a roof that is a single sheet one sees its back as well.
 const BACK_LIMIT: f32 = 0.5;
@@ -26,6 +27,7 @@ const ENCLOSED: f32 = 0.9;
 const SHUT: f32 = 0.02;
 /// Rays upwards that tell then.
 const THROUGH: usize = 32;
+const AGREEING: usize = 8;
 
 /// What a texel has found.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +56,7 @@ pub(super) struct Gather<'a> {
     pub stage: &'a Stage<'a>,
     pub models: &'a Models<'a>,
     pub params: &'a SolveParams,
-    pub blocks: &'a [Block],
+    pub lookouts: &'a Lookouts,
     pub arriving: Arriving<'a>,
     /// Light that texels have already, beside which errors are to be seen; none where empty.
     pub beside: &'a [f32],
@@ -67,17 +69,15 @@ pub(super) struct Gather<'a> {
 impl Gather<'_> {
     /// What texels find, in their order, and how many rays it took. What is not kept is traced, and kept as long as there is room.
     pub fn all(&self, kept: &mut Kept, texels: &[u32]) -> (Vec<Found>, u64) {
-        let origins: Vec<Vec3> = texels.iter().map(|&texel| self.stage.origins[texel as usize]).collect();
-        let normals: Vec<Vec3> = texels.iter().map(|&texel| self.stage.planes[texel as usize]).collect();
-        let order = beam_order(&origins, Some(&normals));
+        let units = self.units(texels);
         let mut found = vec![Found::NOTHING; texels.len()];
         let mut rays = 0;
-        for batch in order.chunks(BATCH * UNIT) {
-            let units: Vec<OfUnit> = batch
-                .par_chunks(UNIT)
-                .map(|unit| self.unit(kept, &unit.iter().map(|&i| texels[i as usize]).collect::<Vec<_>>()))
-                .collect();
-            let mut at = batch.iter();
+        for batch in units.chunks(BATCH) {
+            let of = |(set, unit): &(u16, Vec<u32>)| {
+                self.unit(kept, *set, &unit.iter().map(|&i| texels[i as usize]).collect::<Vec<_>>())
+            };
+            let units: Vec<OfUnit> = batch.par_iter().map(of).collect();
+            let mut at = batch.iter().flat_map(|(_, unit)| unit);
             for unit in units {
                 rays += unit.rays;
                 for ((one, looks), &i) in unit.found.into_iter().zip(unit.looks).zip(&mut at) {
@@ -89,14 +89,30 @@ impl Gather<'_> {
         (found, rays)
     }
 
-    fn unit(&self, kept: &Kept, texels: &[u32]) -> OfUnit {
+    /// Which texels look around together: numbers in `texels`, of one set of directions and close to one another.
+    fn units(&self, texels: &[u32]) -> Vec<(u16, Vec<u32>)> {
+        let of_set = |set: u16| {
+            let own: Vec<u32> = (0..texels.len() as u32).filter(|&i| self.lookouts.set(texels[i as usize]) == set).collect();
+            let of = |all: &[Vec3]| own.iter().map(|&i| all[texels[i as usize] as usize]).collect::<Vec<_>>();
+            let order = beam_order(&of(&self.stage.origins), Some(&of(&self.stage.planes)));
+            let unit = |unit: &[u32]| (set, unit.iter().map(|&i| own[i as usize]).collect());
+            order.chunks(UNIT).map(unit).collect::<Vec<_>>()
+        };
+        (0..self.lookouts.sets()).flat_map(of_set).collect()
+    }
+
+    fn unit(&self, kept: &Kept, set: u16, texels: &[u32]) -> OfUnit {
+        let blocks: &[Block] = match self.arriving {
+            Arriving::Sky => self.lookouts.sky(set),
+            Arriving::Reflected(_) => self.lookouts.even(set),
+        };
         let mut sums = vec![Sums::default(); texels.len()];
         let mut looks = vec![Looks::default(); texels.len()];
         let mut open = Open::new(self.stage, texels);
         let is_kept = kept.has_room();
         let (mut active, mut hits) = (Vec::new(), Vec::new());
         let mut rays = 0;
-        for (number, block) in self.blocks.iter().enumerate() {
+        for (number, block) in blocks.iter().enumerate() {
             let mut paths = Vec::new();
             let key = (number * block.directions.len()) as u32;
             let mut end = |of: u32, d: usize, cosine: f32, end: End| {
@@ -108,7 +124,7 @@ impl Gather<'_> {
             };
             let (known, asking) = open.partition(|of| kept.blocks(texels[of as usize]) > number);
             for (i, &of) in known.numbers.iter().enumerate() {
-                let faced = (0..EVEN as usize).filter(|&d| known.faces(i, block.directions[d]));
+                let faced = (0..block.even).filter(|&d| known.faces(i, block.directions[d]));
                 let ends = kept.block(texels[of as usize], number).into_iter().flatten();
                 faced.zip(ends).for_each(|(d, met)| end(of, d, known.normals[i].dot(block.directions[d]), met));
             }
@@ -116,7 +132,7 @@ impl Gather<'_> {
                 asking.numbers.iter().for_each(|&of| looks[of as usize].begin_block());
             }
             for (d, &direction) in block.directions.iter().enumerate() {
-                let is_even = d < EVEN as usize;
+                let is_even = d < block.even;
                 let asking = if is_even { &asking } else { &open };
                 rays += asking.trace(self.stage, direction, &mut active, &mut hits);
                 for i in set_bits(&active) {
@@ -130,16 +146,18 @@ impl Gather<'_> {
             }
             rays += follow(self, paths, |of, light| sums[of as usize].of_block.light += light);
             open.numbers.iter().for_each(|&of| sums[of as usize].end_block());
-            let all = number + 1 >= LEAST_BLOCKS as usize;
             open = open
                 .partition(|of| {
                     let texel = texels[of as usize] as usize;
-                    if !all {
+                    let least = if self.stage.scene.texels[texel].is_covered { LEAST_BLOCKS } else { LEAST_BEYOND };
+                    if number + 1 < least {
                         let is_inside = self.valid.get(texel).map_or_else(|| sums[of as usize].is_enclosed(), |valid| !valid);
                         return !is_inside || sums[of as usize].mean != 0.0;
                     }
                     let beside = self.beside.get(texel).copied().unwrap_or(0.0) + self.floor;
-                    !sums[of as usize].is_certain(0.5 * self.params.error, beside)
+                    // what few blocks tell of their own error is not certain itself
+                    let part = if number + 1 < LEAST_BLOCKS { 0.25 } else { 0.5 };
+                    !sums[of as usize].is_certain(part * self.params.error, beside)
                 })
                 .0;
             if open.numbers.is_empty() {
@@ -204,13 +222,22 @@ impl Gather<'_> {
     /// Whether most rays upwards leave more surfaces than they enter: the corner of a block within another sees third ones that reach in as well, and may meet
     /// few backs first.
     fn is_within(&self, origin: Vec3, rays: &mut u64) -> bool {
-        let upwards = self.blocks.iter().flat_map(|block| &block.directions).filter(|d| d.y > 0.0).take(THROUGH);
+        let upwards = self.lookouts.sky(0).iter().flat_map(|block| &block.directions).filter(|d| d.y > 0.0).take(THROUGH);
         let ray = |&direction: &Vec3| Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
         let through: Vec<Ray> = upwards.map(ray).collect();
         let mut counts = vec![0; through.len()];
-        self.stage.scene.rays.enclosures(&through, &mut counts);
-        *rays += through.len() as u64;
-        2 * counts.iter().filter(|count| **count > 0).count() > through.len()
+        let (mut asked, mut within) = (0, 0);
+        // a few that all say the same are enough
+        for until in [through.len().min(AGREEING), through.len()] {
+            self.stage.scene.rays.enclosures(&through[asked..until], &mut counts[asked..until]);
+            *rays += (until - asked) as u64;
+            asked = until;
+            within = counts[..until].iter().filter(|count| **count > 0).count();
+            if [0, until].contains(&within) {
+                break;
+            }
+        }
+        2 * within > asked
     }
 }
 

@@ -1,6 +1,6 @@
 //! What the rays of texels have met, kept for the bounces that ask again: a ray is looked up in a nanosecond or two, and traced in hundreds.
 
-use super::directions::{Block, EVEN};
+use super::directions::Lookouts;
 use super::stage::{Met, Stage};
 use heliodon_rays::{Hit, Ray};
 use rayon::prelude::*;
@@ -126,31 +126,35 @@ impl Kept {
         }
     }
 
-    /// Asks again what was met where texels stand for both sides of a wall, since this is known; returns the number of rays.
-    pub fn part(&mut self, stage: &Stage, blocks: &[Block]) -> u64 {
+    /// Asks again which texel was met where it stands for both sides of a wall, since this is known; returns the number of rays.
+    pub fn part(&mut self, stage: &Stage, lookouts: &Lookouts) -> u64 {
         let part_one = |(texel, looks): (usize, &mut Option<Box<Looks>>)| {
             let Some(looks) = looks else { return 0 };
             let is_parted = |met: u32| stage.is_parted(met);
             if !looks.met.iter().any(|&met| is_parted(met)) {
                 return 0;
             }
-            let directions = blocks[..looks.starts.len()].iter().flat_map(|block| &block.directions[..EVEN as usize]);
+            let blocks = &lookouts.sky(lookouts.set(texel as u32))[..looks.starts.len()];
+            let directions = blocks.iter().flat_map(|block| &block.directions[..block.even]);
             let faced = directions.filter(|direction| stage.faces(texel as u32, **direction));
-            let (at, rays): (Vec<usize>, Vec<Ray>) = faced
-                .enumerate()
-                .filter(|(i, _)| is_parted(looks.met[*i]))
-                .map(|(i, &direction)| (i, Ray { origin: stage.origins[texel], direction, t_min: 0.0, t_max: f32::INFINITY }))
-                .unzip();
+            let (mut at, mut rays, mut asked) = (Vec::new(), Vec::new(), Vec::new());
+            for (i, &direction) in faced.enumerate().filter(|(i, _)| is_parted(looks.met[*i])) {
+                let origin = stage.origins[texel];
+                match stage.on_this_side(looks.met[i], origin + direction * looks.distance_m[i]) {
+                    Some(whole) => asked.push((i, whole)),
+                    // a path goes on from there: this asks for the triangle
+                    None => {
+                        at.push(i);
+                        rays.push(Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY });
+                    }
+                }
+            }
+            asked.drain(..).for_each(|(i, whole)| looks.met[i] = whole);
             let mut hits = vec![Hit::MISS; rays.len()];
             stage.scene.rays.closest(&rays, &mut hits);
             for (i, hit) in at.into_iter().zip(hits) {
-                looks.met[i] = match stage.met(&hit) {
-                    Met::Texel(texel) => texel,
-                    Met::Other => {
-                        looks.others.push(hit);
-                        OTHER | (looks.others.len() - 1) as u32
-                    }
-                };
+                looks.met[i] = OTHER | looks.others.len() as u32;
+                looks.others.push(hit);
             }
             rays.len() as u64
         };

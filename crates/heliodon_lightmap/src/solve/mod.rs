@@ -24,10 +24,11 @@ pub use denoise::DenoiseParams;
 use crate::lights::Light;
 use crate::refine::{Grid, RefineParams, Refined, Sampled, refine};
 use crate::seams::Seams;
+pub use crate::seams::shown_codes;
 use crate::texels::Texel;
 use crate::unwrap::Unwrapped;
 use denoise::denoise;
-use directions::{EVEN, even_blocks, sky_blocks};
+use directions::{EVEN, Lookouts};
 use gather::{Arriving, Found, Gather};
 use glam::Vec3;
 use heliodon_image::HdrImage;
@@ -37,7 +38,7 @@ use kept::Kept;
 use models::{Illumination, SurfaceModel};
 use serde::{Deserialize, Serialize};
 use stage::Stage;
-use walls::Walls;
+use walls::{DARK, Walls};
 
 /// What part of the light triangles reflect, linear Rec. 709, each component in [0, 1]: of a triangle, at the weights of its second and third corner.
 pub type Albedo<'a> = &'a (dyn Fn(u32, f32, f32) -> Vec3 + Sync);
@@ -179,6 +180,10 @@ pub struct Notes {
     pub denoised: bool,
     /// By how much both sides of borders between charts differ at most.
     pub widest_seam: f32,
+    /// The same in codes of eight bits ([`shown_codes`]), where white is what 95 of 100 texels do not exceed.
+    pub widest_seam_codes: f32,
+    /// At how many places of borders both sides were matched, and at how many they were not: there texels inside something or on a wall are dark beside lit ones.
+    pub seam_places: [usize; 2],
     /// The mean light of all texels that are covered and valid.
     pub mean: [f32; 3],
 }
@@ -190,7 +195,7 @@ pub struct LightMap {
     pub light: Vec<Vec3>,
     /// Whether it lies where light can be; others have borrowed what those beside them have, or show what there is inside.
     pub valid: Vec<bool>,
-    /// Whether it may be changed to match what is beyond a chart's border: not within things, nor where a wall stands on it.
+    /// Whether it may be changed to match what is beyond a chart's border: where it is dark within things, or where a wall stands on it, and what is beside it is not, it stays.
     pub matched: Vec<bool>,
     /// How it came to be.
     pub notes: Notes,
@@ -215,7 +220,7 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
     let mut stage = Stage::new(scene, params.offset_m.unwrap_or_else(|| scene.rays.start_offset()));
     let grid = Grid::new(scene.texels, &scene.unwrapped.chart, stage.places.clone());
     let blocks = (2 * params.samples).div_ceil(EVEN);
-    let first_blocks = sky_blocks(blocks, params.seed, models.illumination, scene.sky);
+    let lookouts = Lookouts::new(&stage, blocks, params.seed, models.illumination);
     let mut rays = 0;
     let mut kept = Kept::default();
     let mut first = |texels: &[u32], floor: f32| {
@@ -223,7 +228,7 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
             stage: &stage,
             models,
             params,
-            blocks: &first_blocks,
+            lookouts: &lookouts,
             arriving: Arriving::Sky,
             beside: &[],
             valid: &[],
@@ -236,22 +241,22 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
         found
     };
     let floor = params.dark * brightness(scene.texels.len(), |texels| first(texels, f32::MAX));
-    let refined = refine(&grid, 3, &refine_params(params, floor, Vec::new()), &mut |texels| sampled(first(texels, floor)));
+    let mut first_at_floor = |texels: &[u32]| sampled(first(texels, floor));
+    let mut refined = refine(&grid, 3, &refine_params(params, floor, Vec::new()), &mut first_at_floor);
+    let (walls, asked) = Walls::find(&stage, &grid, &refined.valid);
+    let mut parted = vec![false; scene.texels.len()];
+    walls.texels().for_each(|texel| parted[texel as usize] = true);
+    sample_parted(&mut refined, &parted, &mut first_at_floor);
+    rays += asked;
     let mut lights = vec![colors(&refined.values)];
     let Refined { valid, samples, .. } = refined;
     let mut notes_sampled = vec![samples];
     let mut light = lights[0].clone();
-    let (walls, asked) = Walls::find(&stage, &grid, &valid);
-    rays += asked;
-    let mut parted = vec![false; light.len()];
-    walls.texels().for_each(|texel| parted[texel as usize] = true);
     stage.whole = valid.iter().zip(&parted).map(|(valid, parted)| *valid && !parted).collect();
     stage.parted = parted;
-    rays += kept.part(&stage, &first_blocks);
+    rays += kept.part(&stage, &lookouts);
     let borrowers = grid.borrowers(&valid, FILTERED);
 
-    // the same directions, so that what the sky's have met need not be asked again
-    let further = even_blocks(blocks, params.seed);
     for _ in 0..models.illumination.bounces(params.bounces) {
         let beside: Vec<f32> = light.iter().map(|light| light.max_element()).collect();
         // What borrows need not be asked, nor what lies inside something and was dark until now.
@@ -260,7 +265,7 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
         let mut gathered = |texels: &[u32]| {
             let arriving = Arriving::Reflected(&lights);
             let gather =
-                Gather { stage: &stage, models, params, blocks: &further, arriving, beside: &beside, valid: &valid, floor };
+                Gather { stage: &stage, models, params, lookouts: &lookouts, arriving, beside: &beside, valid: &valid, floor };
             let asked: Vec<u32> = texels.iter().copied().filter(|texel| !is_idle(*texel)).collect();
             let (some, traced) = gather.all(&mut kept, &asked);
             rays += traced;
@@ -270,7 +275,8 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
             places.zip(some).for_each(|(i, some)| found[i] = Found { valid: valid[texels[i] as usize], ..some });
             sampled(found)
         };
-        let refined = refine(&grid, 3, &refine_params(params, floor, beside.clone()), &mut gathered);
+        let mut refined = refine(&grid, 3, &refine_params(params, floor, beside.clone()), &mut gathered);
+        sample_parted(&mut refined, &stage.parted, &mut gathered);
         notes_sampled.push(refined.samples);
         let more = colors(&refined.values);
         let most = more.iter().zip(&beside).map(|(more, beside)| more.max_element() / (beside + floor).max(f32::MIN_POSITIVE));
@@ -288,8 +294,8 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
     light.iter_mut().zip(&stage.places).for_each(|(light, place)| *light = models.surface.shown(*light, place));
     walls.darken(&mut light);
     let parted = stage.parted.iter().filter(|parted| **parted).count();
-    let matched = stage.whole;
-    let widest_seam = if params.match_seams { match_seams(scene, &matched, &mut light) } else { 0.0 };
+    let matched = may_be_matched(scene, &stage.whole, &light);
+    let widest = if params.match_seams { match_seams(scene, &matched, &mut light) } else { Widest::default() };
     let mut notes = Notes {
         illumination: models.illumination.name().to_owned(),
         surface: models.surface.name().to_owned(),
@@ -299,7 +305,9 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
         rays,
         parted,
         denoised: params.denoise.is_some(),
-        widest_seam,
+        widest_seam: widest.value,
+        widest_seam_codes: widest.codes,
+        seam_places: widest.places,
         mean: [0.0; 3],
     };
     notes.mean = mean(scene.texels, &light, &valid).to_array();
@@ -315,6 +323,21 @@ fn refine_params(params: &SolveParams, floor: f32, beside: Vec<f32>) -> RefinePa
         borrowed_from: FILTERED,
         reach: REACH,
         ..RefineParams::default()
+    }
+}
+
+/// Samples texels with a wall on them after all that were interpolated: what stands on them is narrower than they are, and those beside them need not know of it.
+fn sample_parted(refined: &mut Refined, parted: &[bool], sample: &mut dyn FnMut(&[u32]) -> Sampled) {
+    let is_asked = |&texel: &usize| parted[texel] && refined.valid[texel] && !refined.sampled[texel];
+    let asked: Vec<u32> = (0..parted.len()).filter(is_asked).map(|texel| texel as u32).collect();
+    let found = sample(&asked);
+    for ((&texel, values), valid) in asked.iter().zip(found.values.as_chunks::<3>().0).zip(found.valid) {
+        if valid {
+            let texel = texel as usize;
+            refined.values[3 * texel..][..3].copy_from_slice(values);
+            refined.sampled[texel] = true;
+            refined.samples += 1;
+        }
     }
 }
 
@@ -352,30 +375,64 @@ fn mean(texels: &[Texel], light: &[Vec3], valid: &[bool]) -> Vec3 {
     (sum / seen().count().max(1) as f64).as_vec3()
 }
 
-/// Of what is as bright as nearly all texels, so much may differ between both sides of a border: half of what eight bits show.
-const SEAM: f32 = 0.25 / 255.0;
+/// Both sides of a border may be shown apart by so many codes of eight bits.
+const SEAM_CODES: f32 = 0.5;
+
+/// By how much both sides of borders still differ at most.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Widest {
+    /// Of light.
+    pub value: f32,
+    /// In codes of eight bits ([`shown_codes`]).
+    pub codes: f32,
+    /// How many places were matched, and how many not.
+    pub places: [usize; 2],
+}
+
+/// Which texels may be changed: those that are whole, and others where no place of a border is filtered from dark and lit ones together, so that what is dark stays dark.
+fn may_be_matched(scene: &Scene, whole: &[bool], light: &[Vec3]) -> Vec<bool> {
+    let mut matched = vec![true; light.len()];
+    for place in scene.seams(&[]).places() {
+        let bright = |texel: u32| light[texel as usize].max_element();
+        let (least, most) =
+            place.clone().map(bright).fold((f32::INFINITY, 0.0_f32), |(least, most), l| (least.min(l), most.max(l)));
+        if least <= DARK * most && most > 0.0 {
+            place.filter(|&texel| !whole[texel as usize]).for_each(|texel| matched[texel as usize] = false);
+        }
+    }
+    matched
+}
 
 /// Matches both sides of borders between charts, where texels are `matched` ([`LightMap::matched`]); no colour becomes negative. `light` may be what was made of it, as the
-/// light times the albedo. Returns by how much both sides still differ at most.
+/// light times the albedo.
 ///
 /// # Panics
 /// When there is not a colour and a mark for each texel.
-pub fn match_seams(scene: &Scene, matched: &[bool], light: &mut [Vec3]) -> f32 {
-    let with_texels = &scene.triangles[..scene.unwrapped.triangles.len()];
-    let surface = (scene.positions, scene.normals, with_texels);
-    let seams = Seams::new(scene.unwrapped, surface, scene.texels, scene.sides, matched);
+pub fn match_seams(scene: &Scene, matched: &[bool], light: &mut [Vec3]) -> Widest {
+    let seams = scene.seams(matched);
     let mut bright: Vec<f32> = light.iter().map(|light| light.max_element()).collect();
     let white = nearly_brightest(&mut bright);
     let count = light.len();
     let mut values: Vec<f32> = (0..3).flat_map(|c| light.iter().map(move |light| light[c])).collect();
-    let widest = seams.close_all_above(&mut values, SEAM * white, 0.0);
+    seams.close_shown(&mut values, white, SEAM_CODES);
     for (i, light) in light.iter_mut().enumerate() {
         *light = Vec3::new(values[i], values[count + i], values[2 * count + i]);
     }
-    widest
+    let colors = || values.chunks(count.max(1));
+    Widest {
+        value: colors().map(|values| seams.widest(values)).fold(0.0, f32::max),
+        codes: colors().map(|values| seams.widest_shown(values, white)).fold(0.0, f32::max),
+        places: [seams.len(), scene.seams(&[]).len() - seams.len()],
+    }
 }
 
 impl Scene<'_> {
+    /// The borders of its charts, as far as they take from `valid` texels alone.
+    fn seams(&self, valid: &[bool]) -> Seams {
+        let surface = (self.positions, self.normals, &self.triangles[..self.unwrapped.triangles.len()]);
+        Seams::new(self.unwrapped, surface, self.texels, self.sides, valid)
+    }
+
     fn corners(&self, triangle: u32) -> [Vec3; 3] {
         self.triangles[triangle as usize].map(|v| self.positions[v as usize])
     }

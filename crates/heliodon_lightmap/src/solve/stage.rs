@@ -97,7 +97,11 @@ impl<'a> Stage<'a> {
             let at = ((a + (b - a) * hit.u + (c - a) * hit.v) * size).max(Vec2::ZERO).min(size - 1.0).as_uvec2();
             let texel = self.texel_at[cell(scene.sides, scene.unwrapped.sheet[hit.triangle as usize], at.x, at.y)];
             if texel != NOBODY {
-                let asked = if self.is_parted(texel) { self.on_this_side(texel, hit) } else { Some(texel) };
+                let place = || {
+                    let [a, b, c] = scene.corners(hit.triangle);
+                    a + (b - a) * hit.u + (c - a) * hit.v
+                };
+                let asked = if self.is_parted(texel) { self.on_this_side(texel, place()) } else { Some(texel) };
                 return asked.map_or(Met::Other, Met::Texel);
             }
         }
@@ -105,11 +109,9 @@ impl<'a> Stage<'a> {
     }
 
     /// The nearest of the texels around one with a wall on it that has none and sees a place of it.
-    fn on_this_side(&self, texel: u32, hit: &Hit) -> Option<u32> {
+    pub fn on_this_side(&self, texel: u32, place: Vec3) -> Option<u32> {
         let scene = self.scene;
         let own = &scene.texels[texel as usize];
-        let [a, b, c] = scene.corners(hit.triangle);
-        let place = a + (b - a) * hit.u + (c - a) * hit.v;
         let up = self.planes[texel as usize];
         let chart = |texel: &Texel| scene.unwrapped.chart[texel.triangle as usize];
         let beside = |dx: i32, dy: i32| {
@@ -117,19 +119,23 @@ impl<'a> Stage<'a> {
             let other =
                 *self.texel_at.get(cell(scene.sides, own.sheet, x, y)).filter(|_| x < scene.sides[0] && y < scene.sides[1])?;
             let is_asked = other != NOBODY && self.whole[other as usize] && chart(&scene.texels[other as usize]) == chart(own);
-            is_asked.then(|| (place.distance(self.places[other as usize].position), other))
+            is_asked.then(|| (place.distance_squared(self.places[other as usize].position), other))
         };
-        let around = (-AROUND..=AROUND).flat_map(|dy| (-AROUND..=AROUND).filter_map(move |dx| beside(dx, dy)));
-        let mut around: Vec<(f32, u32)> = around.collect();
-        around.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let sees = |&(far, other): &(f32, u32)| {
+        // no heap: this is asked of millions of hits
+        let mut around = [(f32::INFINITY, NOBODY); ((2 * AROUND + 1) * (2 * AROUND + 1)) as usize];
+        let all = (-AROUND..=AROUND).flat_map(|dy| (-AROUND..=AROUND).filter_map(move |dx| beside(dx, dy)));
+        around.iter_mut().zip(all).for_each(|(to, of)| *to = of);
+        let (asked, ..) = around.select_nth_unstable_by(ASKED, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        asked.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let sees = |&&(far_squared, other): &&(f32, u32)| {
+            let far = far_squared.sqrt();
             let start = place + up * (self.offset_m + ABOVE * far);
             let end = self.origins[other as usize] + self.planes[other as usize] * (ABOVE * far);
             let mut occluded = [0];
             scene.rays.occluded(&[Ray { origin: start, direction: end - start, t_min: 0.0, t_max: 1.0 }], &mut occluded);
             occluded == [0]
         };
-        around.into_iter().take(ASKED).find(sees).map(|(_, other)| other)
+        asked.iter().filter(|(_, other)| *other != NOBODY).find(sees).map(|(_, other)| *other)
     }
 
     /// Whether a texel stands for both sides of a wall.

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 const LYING: f32 = 1.0 / 4.0;
 /// What has less than this part of the light on the other side of a wall is dark. Where both sides are lit, each keeps its own: which of them a texel shows is a matter of half
 /// a texel, but a dark room stays dark.
-const DARK: f32 = 2e-3;
+pub(super) const DARK: f32 = 2e-3;
 /// Half of the ways to a texel's neighbours; the other half begins at those.
 const AHEAD: [[i32; 2]; 4] = [[1, 0], [0, 1], [1, 1], [-1, 1]];
 /// Texels that are asked together.
