@@ -387,8 +387,8 @@ fn impostors_fade_and_are_marked() {
     let course = Course::stands(Vec3::new(2.0, 0.0, 3.0), 0.3);
     scene.world().resource_mut::<Impostors>().add(impostor, vec![course]);
     // Those that a program adds have no name.
-    for shadows in [false, true] {
-        scene.world().resource_mut::<Impostors>().options.shadows = shadows;
+    for casters in [0, u32::MAX] {
+        scene.world().resource_mut::<Impostors>().options.casters = casters;
         scene.covering().fade("", 1.0, 0.0);
         let whole = scene.picture();
         scene.covering().fade("", 0.5, 0.0);
