@@ -156,7 +156,7 @@ impl Gather<'_> {
                     }
                     let beside = self.beside.get(texel).copied().unwrap_or(0.0) + self.floor;
                     // what few blocks tell of their own error is not certain itself
-                    let part = if number + 1 < LEAST_BLOCKS { 0.25 } else { 0.5 };
+                    let part = 0.5 * number as f32 / (number + 2) as f32;
                     !sums[of as usize].is_certain(part * self.params.error, beside)
                 })
                 .0;
@@ -178,7 +178,7 @@ impl Gather<'_> {
             End::Escaped => {
                 sums.escaped += even;
                 sums.sunk += if at.direction.y < 0.0 { even } else { 0.0 };
-                sums.of_block.light += at.escaped * weight;
+                sums.take(at.escaped, weight);
                 return;
             }
             End::Texel { distance_m, .. } => (distance_m, false),
@@ -188,11 +188,11 @@ impl Gather<'_> {
         sums.back += if is_back { even } else { 0.0 };
         let illumination = self.models.illumination;
         match (self.arriving, end) {
-            (Arriving::Sky, _) => sums.of_block.light += illumination.met(distance_m) * weight,
+            (Arriving::Sky, _) => sums.take(illumination.met(distance_m), weight),
             (Arriving::Reflected(lights), End::Texel { texel, .. }) => {
                 let light = lights.last().map_or(Vec3::ZERO, |light| light[texel as usize]);
                 let radiance = self.stage.albedo[texel as usize] * light;
-                sums.of_block.light += illumination.reflected(radiance, distance_m) * weight;
+                sums.take(illumination.reflected(radiance, distance_m), weight);
             }
             (Arriving::Reflected(lights), End::Other(hit)) => {
                 let Onward { origin, normal, albedo } = self.stage.goes_on(&hit, at.direction);
@@ -319,6 +319,9 @@ struct Sums {
     blocks: f32,
     mean: f32,
     squares: f32,
+    /// How many rays there were, and the least and the greatest light that one brought.
+    rays: f32,
+    span: Option<[f32; 2]>,
     /// Cosines times solid angles: of what escaped, of that the part below the horizon, of what met backs, and over the distances of all that was met.
     escaped: f32,
     sunk: f32,
@@ -327,6 +330,14 @@ struct Sums {
 }
 
 impl Sums {
+    /// Adds the light of one ray.
+    fn take(&mut self, light: Vec3, weight: f32) {
+        self.of_block.light += light * weight;
+        let light = light.element_sum();
+        self.rays += 1.0;
+        self.span = Some(self.span.map_or([light; 2], |[least, most]| [least.min(light), most.max(light)]));
+    }
+
     /// Whether it sees next to nothing but backs: it lies inside something, whatever more directions would tell.
     fn is_enclosed(&self) -> bool {
         self.escaped == 0.0 && self.back >= ENCLOSED * self.all.even
@@ -348,6 +359,9 @@ impl Sums {
     /// Whether the mean's standard error is no more than this part of it and of what is beside it.
     fn is_certain(&self, error: f32, beside: f32) -> bool {
         let most = error * (self.mean.abs() + 3.0 * beside);
-        self.squares <= most * most * self.blocks * (self.blocks - 1.0).max(0.0)
+        // Rays that count the same come in whole numbers: blocks that agree to the ray are still off by part of one (a step's variance is a twelfth of its square).
+        let step = self.span.map_or(0.0, |[least, most]| (most - least) * self.blocks / self.rays);
+        let further = (self.blocks - 1.0).max(0.0);
+        self.squares + further * step * step / 12.0 <= most * most * self.blocks * further
     }
 }
