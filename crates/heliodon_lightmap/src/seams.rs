@@ -130,6 +130,8 @@ impl Seams {
     /// # Panics
     /// When there are not as many values as texels.
     pub fn close(&self, values: &mut [f32], tolerance: f32) -> f32 {
+        // places that come later in a round move those before them again
+        let tolerance = 0.5 * tolerance;
         self.bring_together(values, f32::NEG_INFINITY, &Near { tolerance, enough: 0.0, shown: |_, _| 1.0 });
         self.widest(values)
     }
