@@ -20,10 +20,8 @@ const EASY: f32 = 2.0;
 /// Normals with a lesser cosine between them are a crease.
 const SMOOTH: f32 = 0.999;
 /// Rounds over seams at most, and from one over all of them to the next.
-const MOST_ROUNDS: usize = 24 * 1024;
-const ALONE: usize = 96;
-/// Between rounds over all, places move so much further than to where they are near enough: nets of narrow charts come together sooner.
-const FURTHER: f32 = 1.5;
+const MOST_ROUNDS: usize = 16 * 1024;
+const ALONE: usize = 64;
 
 /// One place on a border: what it takes from the texels around it on one side is to be what it takes on the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,6 +130,8 @@ impl Seams {
     /// # Panics
     /// When there are not as many values as texels.
     pub fn close(&self, values: &mut [f32], tolerance: f32) -> f32 {
+        // places that come later in a round move those before them again
+        let tolerance = 0.5 * tolerance;
         self.bring_together(values, f32::NEG_INFINITY, &Near { tolerance, enough: 0.0, shown: |_, _| 1.0 });
         self.widest(values)
     }
@@ -172,8 +172,7 @@ impl Seams {
                 let [one, other] = matched.sides(&own);
                 let apart = (one - other).abs() * shown;
                 if apart > near.enough {
-                    let further = if is_whole { 1.0 } else { FURTHER };
-                    let off = further * (one - other) * (1.0 - near.enough / apart);
+                    let off = (one - other) * (1.0 - near.enough / apart);
                     let ease = |i: usize| self.ease[matched.texels[i] as usize];
                     let sum: f32 = (0..8).map(|i| ease(i) * matched.weights[i] * matched.weights[i]).sum();
                     for i in (0..8).filter(|_| sum > 0.0) {
