@@ -128,53 +128,6 @@ fn window_of(view: View, at: vec3<f32>) -> vec2<f32> {
     return vec2<f32>(dot(at, view.right.xyz) - view.right.w, view.up.w - dot(at, view.up.xyz)) * view.window.xy;
 }
 
-// What the views around the eye show together, each as much as it counts.
-struct Gathered {
-    color: vec3<f32>,
-    normal: vec3<f32>,
-    place: vec3<f32>,
-    openness: f32,
-    covered: f32,
-}
-
-// What is seen of it in its light. `first` is the nearest view, `whole_uv` the place in its window.
-fn lit_of(in: Fragment, all: Gathered, first: u32, whole_uv: vec2<f32>, level: f32) -> vec4<f32> {
-    // How much of what is around a pixel is covered, where it is marked.
-    var coarse = 1.0;
-    for (var turns = 0u; turns < select(0u, 1u, in.worn.y > 0.0); turns += 1u) {
-        coarse = textureSampleLevel(texels, texel_sampler, in.turn.zw + whole_uv * kind.frame.xy, 2u * first, min(level + 2.0, kind.frame.w)).a;
-    }
-    let whole = 1.0 / max(all.covered, 1e-4);
-    let n = to_world(in.turn, normalize(all.normal + vec3<f32>(0.0, 1e-6, 0.0)));
-    let at = all.place * whole;
-    let world = in.place.xyz + to_world(in.turn, at) * in.place.w;
-
-    let open = all.openness * whole;
-    let squares = n * n;
-    let x = select(in.light_1.rgb, in.light_0.rgb, n.x >= 0.0);
-    let y = select(in.light_3.rgb, in.light_2.rgb, n.y >= 0.0);
-    let z = select(in.light_5.rgb, in.light_4.rgb, n.z >= 0.0);
-    let around = (x * squares.x + y * squares.y + z * squares.z) * open;
-    let height = clamp(at.y / kind.reach.z, -1.0, 1.0);
-    let beyond = select(in.light_0.a, in.light_2.a, height >= 0.0);
-    let reached = mix(in.light_1.a, beyond, abs(height));
-    // What hides the sky of a place hides the sun of it too, where that shines on it aslant (D. Chan, "Material Advances in Call of Duty: WWII", SIGGRAPH 2018 courses).
-    let cosine = max(dot(n, camera.sun_direction.xyz), 0.0);
-    let direct = cosine * clamp(cosine + 2.0 * open * open - 1.0, 0.0, 1.0) * reached;
-    let light = around + direct * camera.sun_over_pi.rgb;
-
-    let own = dot(camera.forward.xyz, world) + camera.forward.w;
-    let before = clamp((scene_depth(in.clip.xy) - own) / SOFT_M + 0.5, 0.0, 1.0);
-    // Marked: as other things are (covering/cover.wgsl), and bright where its picture ends.
-    let rim = clamp(2.0 - 2.0 * coarse, 0.0, 1.0);
-    let lit = light * all.color * whole;
-    let within = min(lit, vec3<f32>(select(65504.0, 1.5, in.worn.y > 0.0)));
-    let tinted = MARK * min(0.16 + 1.2 * dot(within, vec3<f32>(0.2126, 0.7152, 0.0722)), 1.0);
-    let filled = mix(within, tinted, in.worn.y * (0.1 + 0.25 * in.worn.z));
-    let shown = mix(filled, MARK, in.worn.y * 0.85 * rim);
-    return vec4<f32>(display(shown, in.clip.xy), min(all.covered, 1.0) * before * in.worn.x);
-}
-
 @fragment
 fn fragment(in: Fragment) -> @location(0) vec4<f32> {
     let turn = in.turn;
