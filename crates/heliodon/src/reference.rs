@@ -1,22 +1,32 @@
 //! The reference picture: the path tracer over a bundle's geometry, albedo, sky map and sun, with nothing of its baked light.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use glam::{Vec2, Vec3};
 use heliodon_bundle::moment::{Blend, Day, Moment};
 use heliodon_bundle::{BundleReader, LitChunk};
 use heliodon_image::{HdrImage, SrgbImage, TextureWrap};
-use heliodon_light::reference::{Camera, DirectSun, LatLongSky, ReferenceFrame, ReferenceParams, render};
+use heliodon_light::reference::{Camera, DirectSun, LatLongSky, ReferenceFrame, ReferenceParams, Shape, render, render_shape};
 use heliodon_light::{SurfaceAlbedo, Surfaces};
 use heliodon_rays::{BuildParams, TriangleScene};
 use heliodon_sky::mapping::Mapping;
 use heliodon_sky::probe::Probe;
 use heliodon_sky::sun::{FoundSun, SunParams, find_sun};
+use heliodon_view::navigation::pose::fov_deg;
 
 /// A bundle made ready for the path tracer.
 pub struct ReferenceStage {
     rays: TriangleScene,
     geometry: Geometry,
     params: ReferenceParams,
+    shape: Option<SeenShape>,
+}
+
+/// Another bundle's geometry, seen in place of the one that light travels through.
+struct SeenShape {
+    rays: TriangleScene,
+    geometry: Geometry,
+    /// For each of its triangles, as [`Shape::reach_rad`].
+    reach_rad: Vec<f32>,
 }
 
 #[derive(Default)]
@@ -44,6 +54,33 @@ impl Geometry {
         self.normals.extend(&chunk.normals);
         self.albedo.extend(&chunk.albedo);
         self.triangles.extend(chunk.triangles.iter().map(|triangle| triangle.map(|index| first + index)));
+    }
+
+    /// All of a bundle but its textures.
+    fn read(bundle: &BundleReader) -> Result<Self> {
+        let mut geometry = Self::default();
+        for index in 0..bundle.chunk_count() {
+            geometry.push(&bundle.read_chunk(index)?);
+        }
+        if !geometry.uvs.is_empty() {
+            geometry.uvs.resize(geometry.positions.len(), Vec2::ZERO);
+        }
+        Ok(geometry)
+    }
+
+    fn rays(&self) -> Result<TriangleScene> {
+        Ok(TriangleScene::build(&self.positions, &self.triangles, &BuildParams::default())?)
+    }
+
+    fn surfaces<'a>(&'a self, rays: &'a TriangleScene) -> Surfaces<'a> {
+        Surfaces {
+            rays,
+            positions: &self.positions,
+            normals: &self.normals,
+            triangles: &self.triangles,
+            albedo: self,
+            detail: None,
+        }
     }
 
     fn texture_of(&self, triangle: u32) -> Option<&(SrgbImage, [TextureWrap; 2])> {
@@ -75,26 +112,43 @@ impl ReferenceStage {
     /// # Errors
     /// If the bundle cannot be read.
     pub fn new(bundle: &BundleReader, samples: u32) -> Result<Self> {
-        let mut geometry = Geometry::default();
+        let mut geometry = Geometry::read(bundle)?;
         for index in 0..bundle.manifest().textures.len() {
             let name = &bundle.manifest().textures[index].name;
             let image = SrgbImage::from_bytes(&bundle.texture_bytes(index)?, name)?;
             geometry.textures.push((image, bundle.texture_wrap(index)));
         }
-        for index in 0..bundle.chunk_count() {
-            geometry.push(&bundle.read_chunk(index)?);
-        }
-        if !geometry.uvs.is_empty() {
-            geometry.uvs.resize(geometry.positions.len(), Vec2::ZERO);
-        }
-        let rays = TriangleScene::build(&geometry.positions, &geometry.triangles, &BuildParams::default())?;
+        let rays = geometry.rays()?;
         let params = ReferenceParams {
             samples,
             max_bounces: bundle.manifest().parameters.bake.bounces,
             offset_m: bundle.manifest().offset_m as f32,
             seed: 0,
         };
-        Ok(Self { rays, geometry, params })
+        Ok(Self { rays, geometry, params, shape: None })
+    }
+
+    /// Has the geometry of `prepared` seen in place of this one, wherever it may be off what it stands for by no more than was measured.
+    ///
+    /// # Errors
+    /// If the bundle cannot be read, or its preparation did not measure how far it is off.
+    pub fn show_shape_of(&mut self, prepared: &BundleReader) -> Result<()> {
+        let manifest = prepared.manifest();
+        // what a pixel of the site's display is wide, in its middle
+        let pixel_rad = 2.0 * libm::tanf(0.5 * fov_deg(manifest).to_radians()) / manifest.display.height_px as f32;
+        let parts = manifest.prepared.as_ref().map_or(&[][..], |prepared| &prepared.parts);
+        let mut reach_rad = Vec::new();
+        for index in 0..prepared.chunk_count() {
+            let chunk = prepared.read_chunk(index)?;
+            let measured = parts.get(usize::from(chunk.part)).and_then(|part| part.error);
+            let Some(error) = measured else {
+                bail!("the bundle of the shape was not prepared, or nobody measured how far it is off; see [prepare]")
+            };
+            reach_rad.resize(reach_rad.len() + chunk.triangles.len(), error.max_px as f32 * pixel_rad);
+        }
+        let geometry = Geometry::read(prepared)?;
+        self.shape = Some(SeenShape { rays: geometry.rays()?, geometry, reach_rad });
+        Ok(())
     }
 
     /// The picture at a moment: linear radiance, the sky behind the stone.
@@ -102,19 +156,15 @@ impl ReferenceStage {
     /// # Errors
     /// If a sky map cannot be read.
     pub fn render(&self, bundle: &BundleReader, moment: &Moment, camera: &Camera) -> Result<ReferenceFrame> {
-        let surfaces = Surfaces {
-            rays: &self.rays,
-            positions: &self.geometry.positions,
-            normals: &self.geometry.normals,
-            triangles: &self.geometry.triangles,
-            albedo: &self.geometry,
-            detail: None,
-        };
+        let surfaces = self.geometry.surfaces(&self.rays);
         let map = sky_without_sun(bundle, moment)?;
         let sky = LatLongSky::new(map.width, map.height, map.pixels)?;
         let sun = (moment.sun_irradiance.max_element() > 0.0)
             .then_some(DirectSun { direction: moment.sun_direction, irradiance: moment.sun_irradiance });
-        Ok(render(&surfaces, &sky, sun, camera, &self.params)?)
+        let Some(shape) = &self.shape else { return Ok(render(&surfaces, &sky, sun, camera, &self.params)?) };
+        let seen = shape.geometry.surfaces(&shape.rays);
+        let shape = Shape { surfaces: &seen, reach_rad: &shape.reach_rad };
+        Ok(render_shape(shape, &surfaces, &sky, sun, camera, &self.params)?)
     }
 }
 

@@ -111,6 +111,15 @@ impl Studio {
         Ok(Self { bundle, look, pose, fov_deg, painter })
     }
 
+    /// Has traced pictures show the geometry of another bundle, with this one's light, normals and colours.
+    ///
+    /// # Errors
+    /// If it cannot be read or was not prepared, or these pictures are not traced.
+    pub fn show_shape_of(&mut self, prepared: &Path) -> Result<()> {
+        let Painter::Reference(stage) = &mut self.painter else { bail!("only traced pictures show another bundle's shape") };
+        stage.show_shape_of(&BundleReader::open(prepared)?)
+    }
+
     /// What the viewer would show and these pictures do not, if they are traced.
     pub fn left_out(&self) -> Option<String> {
         let manifest = self.bundle.manifest();

@@ -7,7 +7,8 @@ mod common;
 use common::{Lit, UNIFORM_SKY, params};
 use glam::Vec3;
 use heliodon_light::reference::{
-    Camera, ConstantSky, DirectSun, Environment, HarmonicSky, LatLongSky, ReferenceParams, reference_light_at_points, render,
+    Camera, ConstantSky, DirectSun, Environment, HarmonicSky, LatLongSky, ReferenceParams, Shape, reference_light_at_points,
+    render, render_shape,
 };
 use heliodon_light::{Baked, LightParams, bake};
 use heliodon_testkit::scenes::{ball, cuboid, ground, rectangle};
@@ -185,6 +186,42 @@ fn pictures_are_the_same_for_any_number_of_threads() {
         pool.install(|| render(&lit.surfaces(), &ConstantSky(Vec3::splat(0.4)), sun, &camera, &p).unwrap())
     });
     assert!(one == many);
+}
+
+/// A ground that is meshed a centimetre too low, and without the block that stands on it.
+#[test]
+fn a_shape_shows_the_light_of_what_it_stands_for() {
+    let original = Lit::new(ground(6.0, 1).and(cuboid(Vec3::new(-0.3, 0.0, -0.3), Vec3::new(0.3, 0.6, 0.3), 1)), 0.5);
+    let seen = Lit::new(ground(6.0, 1).moved(Vec3::NEG_Y * 0.01), 0.1);
+    let camera = Camera::look_at(Vec3::new(0.0, 2.5, 2.5), Vec3::ZERO, Vec3::Y, 0.9, 40, 40);
+    let sun = Some(DirectSun { direction: Vec3::new(0.6, 0.8, 0.0), irradiance: Vec3::ONE });
+    let sky = ConstantSky(Vec3::splat(0.2));
+    let p = ReferenceParams::preview();
+    let truth = render(&original.surfaces(), &sky, sun, &camera, &p).unwrap();
+    let shaped = |reach_rad: f32| {
+        let reach_rad = vec![reach_rad; seen.scene.triangles.len()];
+        let shape = Shape { surfaces: &seen.surfaces(), reach_rad: &reach_rad };
+        render_shape(shape, &original.surfaces(), &sky, sun, &camera, &p).unwrap()
+    };
+    let off = |frame: &heliodon_light::reference::ReferenceFrame, x: usize, y: usize| {
+        (frame.radiance[40 * y + x] - truth.radiance[40 * y + x]).length()
+    };
+    let near = shaped(0.02);
+    near.validate().unwrap();
+    // sunlit ground, and ground in the block's shadow, which the low ground has not
+    for (x, y) in [(35, 20), (20, 36), (13, 20)] {
+        assert!(off(&near, x, y) < 0.02, "{x}, {y}: {} off", off(&near, x, y));
+    }
+    let (lit, shadow) = (truth.radiance[40 * 20 + 35].x, truth.radiance[40 * 20 + 13].x);
+    assert!(shadow < 0.6 * lit, "the block throws no shadow there: {shadow} beside {lit}");
+    // the top of the block is seen in the middle; of the shape it is ground that is seen there
+    assert!(off(&near, 20, 17) > 0.05, "{} off", off(&near, 20, 17));
+    // what lies beyond its reach shows what is seen straight on
+    let straight = shaped(1e-4);
+    assert!(straight.radiance == truth.radiance);
+    let few = [0.1];
+    let shape = Shape { surfaces: &seen.surfaces(), reach_rad: &few };
+    assert!(render_shape(shape, &original.surfaces(), &sky, sun, &camera, &p).is_err());
 }
 
 /// Two blocks a centimetre apart, whose triangles reach from the lit rim of the joint into its dark; one block is meshed too coarsely

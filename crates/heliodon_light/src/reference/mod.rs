@@ -10,17 +10,20 @@
 mod camera;
 mod path;
 mod sampler;
+mod shape;
 
 pub use camera::Camera;
 pub use heliodon_math::dome::{ConstantSky, Environment, HarmonicSky, LatLongSky};
+pub use shape::Shape;
 
 use crate::{Channels, LightError, Surfaces};
 use glam::Vec3;
 use path::{Start, light_at};
 use rayon::prelude::*;
 use sampler::PathSampler;
+use shape::closest;
 
-use heliodon_rays::{Hit, NO_HIT, Ray};
+use heliodon_rays::Ray;
 
 /// A sun without extent.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,6 +119,8 @@ impl ReferenceFrame {
 #[derive(Clone, Copy)]
 pub(crate) struct Stage<'a> {
     pub surfaces: &'a Surfaces<'a>,
+    /// What is seen, where it is not the surfaces.
+    pub shape: Option<Shape<'a>>,
     pub sky: &'a dyn Environment,
     pub sun: Option<DirectSun>,
     pub params: &'a ReferenceParams,
@@ -155,9 +160,36 @@ pub fn render_through(
     lens: PixelRay,
     params: &ReferenceParams,
 ) -> Result<ReferenceFrame, LightError> {
-    surfaces.validate()?;
-    params.validate()?;
-    let stage = Stage { surfaces, sky, sun, params };
+    traced(Stage { surfaces, shape: None, sky, sun, params }, size, lens)
+}
+
+/// Renders a picture of `shape` that shows the light, the normals and the albedo of `surfaces`, which paths travel through.
+///
+/// Each place of the shape shows what of the surfaces lies before or behind it along its normal, as far as [`Shape::reach_rad`] allows; where
+/// nothing does, what is seen of them straight on.
+///
+/// # Errors
+/// Invalid surfaces, shape or parameters.
+pub fn render_shape(
+    shape: Shape,
+    surfaces: &Surfaces,
+    sky: &dyn Environment,
+    sun: Option<DirectSun>,
+    camera: &Camera,
+    params: &ReferenceParams,
+) -> Result<ReferenceFrame, LightError> {
+    shape.surfaces.validate()?;
+    let (triangles, reaches) = (shape.surfaces.triangles.len(), shape.reach_rad.len());
+    if triangles != reaches {
+        return Err(LightError::Mismatch(format!("a shape of {triangles} triangles with {reaches} reaches")));
+    }
+    let lens: PixelRay = &|x, y, within| camera.ray(x, y, within);
+    traced(Stage { surfaces, shape: Some(shape), sky, sun, params }, [camera.width, camera.height], lens)
+}
+
+fn traced(stage: Stage, size: [u32; 2], lens: PixelRay) -> Result<ReferenceFrame, LightError> {
+    stage.surfaces.validate()?;
+    stage.params.validate()?;
     let [width, height] = size;
     let mut radiance = vec![Vec3::ZERO; width as usize * height as usize];
     let mut coverage = vec![0.0; radiance.len()];
@@ -189,11 +221,19 @@ fn render_pixels(stage: Stage, seen: (u32, PixelRay), first: usize, radiance: &m
                 lens(x as u32, y as u32, sampler.first_pair(0))
             })
             .collect();
-        let mut hits = vec![Hit { triangle: NO_HIT, t: f32::INFINITY, u: 0.0, v: 0.0, back: false }; rays.len()];
-        stage.surfaces.rays.closest(&rays, &mut hits);
+        let (rays, hits) = match stage.shape {
+            Some(shape) => {
+                let met = closest(shape.surfaces, &rays);
+                shape.shown(stage.surfaces, rays, &met)
+            }
+            None => {
+                let hits = closest(stage.surfaces, &rays);
+                (rays, hits)
+            }
+        };
         let mut starts = Vec::new();
         for (i, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
-            if hit.triangle == NO_HIT {
+            if !hit.is_some() {
                 radiance[i % pixels] += finite(stage.sky.radiance(ray.direction));
             } else {
                 met[i % pixels] += 1;
@@ -233,7 +273,7 @@ pub fn reference_light_at_points(
     if positions.len() != normals.len() {
         return Err(LightError::Normals { positions: positions.len(), normals: normals.len() });
     }
-    let stage = Stage { surfaces, sky, sun, params };
+    let stage = Stage { surfaces, shape: None, sky, sun, params };
     let at = |point: usize| {
         let mut sum = [0.0_f64; 3];
         for begin in (0..params.samples).step_by(BATCH) {

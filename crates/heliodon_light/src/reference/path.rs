@@ -2,10 +2,11 @@
 
 use crate::Channels;
 use crate::reference::sampler::PathSampler;
+use crate::reference::shape::closest;
 use crate::reference::{Stage, finite};
 use glam::Vec3;
 use heliodon_math::sphere::sample_cosine_hemisphere;
-use heliodon_rays::{Hit, NO_HIT, Ray};
+use heliodon_rays::Ray;
 use std::f32::consts::FRAC_1_PI;
 
 /// Where a path begins: a place off a surface, the surface's unit normal, the path's numbers.
@@ -87,11 +88,10 @@ fn go_on(stage: Stage, depth: u32, paths: Vec<Path>, light: &mut [Vec3]) -> Vec<
         sampled.push((path, direction));
     }
     let rays: Vec<Ray> = sampled.iter().map(|(path, direction)| endless(path.at.origin, *direction)).collect();
-    let mut hits = vec![Hit { triangle: NO_HIT, t: f32::INFINITY, u: 0.0, v: 0.0, back: false }; rays.len()];
-    stage.surfaces.rays.closest(&rays, &mut hits);
+    let hits = closest(stage.surfaces, &rays);
     let mut next = Vec::new();
     for ((mut path, direction), hit) in sampled.into_iter().zip(&hits) {
-        if hit.triangle == NO_HIT {
+        if !hit.is_some() {
             let cosine_density = path.at.normal.dot(direction).max(0.0) * FRAC_1_PI;
             let density = stage.sky.density(direction);
             if cosine_density > 0.0 {

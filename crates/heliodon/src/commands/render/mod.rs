@@ -41,6 +41,9 @@ pub struct Args {
     /// Trace the pictures with SPP paths a pixel
     #[arg(long, value_name = "SPP", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     reference: Option<u32>,
+    /// Show the geometry of this prepared bundle with the light, normals and colours of BUNDLE: what preparing changes by its shapes alone
+    #[arg(long, value_name = "PREPARED", requires = "reference")]
+    shape: Option<PathBuf>,
     /// Write as well, in grey, how much of each pixel shows geometry: a PNG, for a traced still
     #[arg(long, value_name = "FILE", requires = "reference")]
     coverage: Option<PathBuf>,
@@ -158,7 +161,10 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     args.coverage.as_deref().map_or(Ok(()), files::check_place)?;
     let begun = Instant::now();
     app.progress.stage("loading", 0);
-    let studio = Studio::open(&args.bundle, look, args.reference);
+    let studio = Studio::open(&args.bundle, look, args.reference).and_then(|mut studio| {
+        args.shape.as_deref().map_or(Ok(()), |shape| studio.show_shape_of(shape))?;
+        Ok(studio)
+    });
     app.progress.finished();
     let mut studio = studio?;
     if let Some(left_out) = studio.left_out() {
