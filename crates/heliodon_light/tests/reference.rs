@@ -191,8 +191,8 @@ fn pictures_are_the_same_for_any_number_of_threads() {
 /// A ground that is meshed a centimetre too low, and without the block that stands on it.
 #[test]
 fn a_shape_shows_the_light_of_what_it_stands_for() {
-    let original = Lit::new(ground(6.0, 1).and(cuboid(Vec3::new(-0.3, 0.0, -0.3), Vec3::new(0.3, 0.6, 0.3), 1)), 0.5);
-    let seen = Lit::new(ground(6.0, 1).moved(Vec3::NEG_Y * 0.01), 0.1);
+    let original = Lit::new(ground(40.0, 1).and(cuboid(Vec3::new(-0.3, 0.0, -0.3), Vec3::new(0.3, 0.6, 0.3), 1)), 0.5);
+    let seen = Lit::new(ground(40.0, 1).moved(Vec3::NEG_Y * 0.01), 0.1);
     let camera = Camera::look_at(Vec3::new(0.0, 2.5, 2.5), Vec3::ZERO, Vec3::Y, 0.9, 40, 40);
     let sun = Some(DirectSun { direction: Vec3::new(0.6, 0.8, 0.0), irradiance: Vec3::ONE });
     let sky = ConstantSky(Vec3::splat(0.2));
