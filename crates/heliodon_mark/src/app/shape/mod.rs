@@ -3,6 +3,7 @@
 mod diagram;
 mod draft;
 mod fields;
+mod line;
 mod preview;
 mod reckoned;
 mod roles;
@@ -36,7 +37,8 @@ impl MarkApp {
         let shapes = &self.document.project().file.shape;
         let is_free = |name: &String| shapes.iter().all(|shape| shape.name != *name);
         let name = (1..).map(|n| format!("shape {n}")).find(is_free).unwrap_or_default();
-        self.dialog = Dialog::Shape(Box::new(ShapeDraft::new(&self.selected, name)));
+        let is_level = self.outcome.as_ref().is_none_or(|outcome| outcome.is_level);
+        self.dialog = Dialog::Shape(Box::new(ShapeDraft::begun(&self.selected, name, shapes.last(), is_level)));
     }
 
     /// Opens a shape of the project to change it.
@@ -156,7 +158,12 @@ impl MarkApp {
 
     /// Puts the shape into the project.
     pub(super) fn make(&mut self, draft: &ShapeDraft) -> bool {
-        let Meant { row, corners } = match meant(draft, &self.document.project().file, self.outcome.as_ref()) {
+        let (file, outcome) = (&self.document.project().file, self.outcome.as_ref());
+        let meant = meant(draft, file, outcome).and_then(|meant| match preview::refused(&meant, file, outcome) {
+            Some(why) => Err(why),
+            None => Ok(meant),
+        });
+        let Meant { row, corners } = match meant {
             Ok(meant) => meant,
             Err(why) => {
                 self.complain(why);
@@ -195,6 +202,7 @@ impl MarkApp {
         let title = if draft.was.is_some() { "Shape" } else { "New shape" };
         let turned = turned_page(ctx, draft.was.as_ref(), &shapes).map(|name| Wish::Open(Some(name)));
         let is_new = draft.was.is_none();
+        fields::keys(ctx, draft, &chosen);
         let contents = |ui: &mut Ui| {
             ui.set_width(610.0);
             let opened = fields::heading(ui, draft, &shapes, &chosen);

@@ -5,7 +5,7 @@ use crate::solving::Outcome;
 use crate::wires::{Drawn, Wires};
 use glam::DMat3;
 use heliodon_photo::model::table::ShapeRow;
-use heliodon_photo::model::{Measure, ModelError, NamedPoint, Part, ShapeReport, build};
+use heliodon_photo::model::{Measure, Model, ModelError, NamedPoint, Part, ShapeReport, build};
 use heliodon_photo::project::ProjectFile;
 use std::collections::BTreeMap;
 
@@ -74,18 +74,11 @@ impl Preview {
                 if file.shape.iter().any(|other| namesake(&other)) {
                     self.told.push(Told::fault(format!("there is a shape called {} already", row.name)));
                 }
-                let is_reckoned = |name: &str| corners.iter().any(|corner| corner.name == name);
-                let is_marked = |name: &str| file.point.iter().any(|point| point.name == name);
-                let is_unknown = |name: &&&String| !is_marked(name) && !is_reckoned(name);
-                let unknown: Vec<&String> =
-                    names(row).into_iter().filter(|name| is_unknown(&name)).take(MOST_UNKNOWN).collect();
-                self.told.extend(unknown.iter().map(|name| Told::fault(format!("there is no point called {name}"))));
+                let unknown = unknown(row, corners, file);
+                self.told.extend(unknown.iter().map(|name| Told::fault(nameless(name))));
                 match outcome.filter(|_| unknown.is_empty()) {
                     Some(outcome) => {
-                        let witnesses = &outcome.witnesses;
-                        let points: Vec<NamedPoint> =
-                            witnesses.points.iter().cloned().chain(corners.iter().map(as_point)).collect();
-                        let mut made = build(std::slice::from_ref(row), &points, &witnesses.photographs);
+                        let mut made = made(row, corners, outcome);
                         parts.append(&mut made.parts);
                         self.told.extend(made.refused.iter().map(|why| Told::fault(refusal(why))));
                         self.told.extend(made.shapes.iter().flat_map(report));
@@ -128,6 +121,34 @@ impl Preview {
     pub fn told(&self) -> &[Told] {
         &self.told
     }
+}
+
+/// Why a shape cannot be made, if that is so. One whose points only wait for being solved can.
+pub(super) fn refused(meant: &Meant, file: &ProjectFile, outcome: Option<&Outcome>) -> Option<String> {
+    let Meant { row, corners } = meant;
+    if let Some(name) = unknown(row, corners, file).first() {
+        return Some(nameless(name));
+    }
+    let made = made(row, corners, outcome?);
+    made.refused.iter().find(|why| matches!(why, ModelError::Shape { .. })).map(|why| format!("{}: {}", row.name, refusal(why)))
+}
+
+fn nameless(name: &str) -> String {
+    format!("there is no point called {name}")
+}
+
+/// The first few names that are no points.
+fn unknown<'r>(row: &'r ShapeRow, corners: &[NewCorner], file: &ProjectFile) -> Vec<&'r String> {
+    let is_reckoned = |name: &str| corners.iter().any(|corner| corner.name == name);
+    let is_marked = |name: &str| file.point.iter().any(|point| point.name == name);
+    names(row).into_iter().filter(|name| !is_marked(name) && !is_reckoned(name)).take(MOST_UNKNOWN).collect()
+}
+
+/// A shape by itself.
+fn made(row: &ShapeRow, corners: &[NewCorner], outcome: &Outcome) -> Model {
+    let witnesses = &outcome.witnesses;
+    let points: Vec<NamedPoint> = witnesses.points.iter().cloned().chain(corners.iter().map(as_point)).collect();
+    build(std::slice::from_ref(row), &points, &witnesses.photographs)
 }
 
 /// A corner as shapes are fitted to it: certain, and seen in no photograph.
