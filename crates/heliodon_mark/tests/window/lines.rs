@@ -52,6 +52,29 @@ fn a_box_is_two_corners_in_a_line_and_stands_upright() {
 }
 
 #[test]
+fn what_can_stand_upright_does_once_it_is_known_what_is_level() {
+    let mut desk = solved_desk();
+    let upright = |desk: &mut Desk| {
+        begin(desk, "wall", Key::Num2);
+        // turned by a second corner of its foot: it is refused where it may lean
+        desk.type_in("0 0 0 / 2 0 -1 / 1.5 1 -2");
+        desk.key(Key::Enter, NONE);
+        let wall = desk.app.document().project().file.shape.iter().find(|shape| shape.name == "wall").map(|wall| wall.upright);
+        desk.key(Key::Escape, NONE);
+        wall
+    };
+    assert_eq!(upright(&mut desk), None, "{:?}", desk.app.message());
+    for name in ["tower-sw", "tower-se", "house-sw"] {
+        while desk.app.active_point() != Some(name) {
+            desk.key(Key::Tab, NONE);
+        }
+        desk.key(Key::G, NONE);
+    }
+    desk.rest();
+    assert_eq!(upright(&mut desk), Some(true), "{:?}", desk.app.message());
+}
+
+#[test]
 fn a_new_shape_is_of_the_kind_and_mesh_before_and_tab_goes_from_its_mesh_to_its_places() {
     let mut desk = solved_desk();
     desk.key(Key::B, NONE);
@@ -91,6 +114,15 @@ fn a_new_shape_is_of_the_kind_and_mesh_before_and_tab_goes_from_its_mesh_to_its_
     desk.key(Key::Enter, NONE);
     let made = desk.app.document().project().file.shape.last().unwrap();
     assert_eq!((made.kind, made.part.as_deref()), (Kind::Extrusion, Some("trim")));
+    // another mesh is typed over that one
+    desk.key(Key::B, NONE);
+    desk.key(Key::Tab, NONE);
+    desk.type_in("roof");
+    desk.key(Key::Num2, CTRL);
+    desk.type_in("0 2 0 / 1 3 1");
+    desk.key(Key::Enter, NONE);
+    let made = desk.app.document().project().file.shape.last().unwrap();
+    assert_eq!((made.kind, made.part.as_deref(), made.upright), (Kind::Box, Some("roof"), true));
 }
 
 #[test]
@@ -101,7 +133,7 @@ fn rings_are_radii_and_heights_about_a_plumb_axis() {
     desk.key(Key::Tab, NONE);
     desk.type_in("1 0 -2");
     desk.frame(Vec::new());
-    assert!(told(&desk).contains("height 3.0"), "{}", told(&desk));
+    assert!(told(&desk).contains("ring radius 1.500 m, ring radius 2.000 m, ring radius 0.500 m"), "{}", told(&desk));
     desk.key(Key::Enter, NONE);
     let made = shape(&desk, "lantern");
     let rings: Vec<DVec3> = made.rings.iter().flat_map(|ring| places(&desk, ring)).map(|(_, place)| place).collect();

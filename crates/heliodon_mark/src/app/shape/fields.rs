@@ -20,6 +20,10 @@ pub(super) fn heading(ui: &mut Ui, draft: &mut ShapeDraft, shapes: &[String], ch
         focus_once(ui, &field, &draft.name);
         ui.label("Mesh").on_hover_text("Shapes of one mesh go into one file, and polygons of it share points");
         let mesh = ui.add(TextEdit::singleline(&mut draft.part).hint_text("of its own").desired_width(120.0));
+        // the mesh is that of the shape before: whoever comes here has another in mind
+        if mesh.gained_focus() && is_tab(ui) {
+            type_over(ui, &mesh, &draft.part);
+        }
         // from here on its places are typed: kinds have keys of their own
         if mesh.lost_focus() && is_tab(ui) {
             draft.focus = Some(draft.active);
@@ -261,12 +265,16 @@ pub(super) fn settings(ui: &mut Ui, draft: &mut ShapeDraft, names: &[String]) ->
     // in a row of its own: fields that are wrapped are drawn over what stands before them
     if draft.again != Again::Once {
         ui.horizontal(|ui| {
-            let field = number_field(ui, "in all", &mut draft.count, "8", "times");
+            let mut last = number_field(ui, "in all", &mut draft.count, "8", "times");
             if std::mem::take(&mut draft.focus_count) {
-                type_over(ui, &field, &draft.count);
+                type_over(ui, &last, &draft.count);
             }
             if draft.again == Again::Around {
-                number_field(ui, "every", &mut draft.angle_deg, "a full turn", "\u{b0}");
+                last = number_field(ui, "every", &mut draft.angle_deg, "a full turn", "\u{b0}");
+            }
+            // its mirror stands between
+            if last.lost_focus() && is_tab(ui) {
+                draft.go_to(List::Repeat);
             }
         });
     }

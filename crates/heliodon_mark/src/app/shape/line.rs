@@ -38,10 +38,11 @@ impl ShapeDraft {
             }
             (_, None) => drop(self.groups[group].slots.splice(slot..=slot, pieces)),
             (_, Some(count)) => {
+                let is_first = of.slots.iter().enumerate().all(|(at, words)| at == slot || words.trim().is_empty());
                 let into: Vec<usize> = match (self.kind, list, pieces.len()) {
                     // from corner to corner; with a second one of its foot where it is turned
-                    (Kind::Box, List::Points, 2) => vec![0, 6],
-                    (Kind::Box, List::Points, 3) => vec![0, 1, 6],
+                    (Kind::Box, List::Points, 2) if is_first => vec![0, 6],
+                    (Kind::Box, List::Points, 3) if is_first => vec![0, 1, 6],
                     _ => (slot..count).collect(),
                 };
                 // what is too much stays with the last, and is told to be no point

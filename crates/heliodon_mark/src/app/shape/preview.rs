@@ -78,7 +78,7 @@ impl Preview {
                 self.told.extend(unknown.iter().map(|name| Told::fault(nameless(name))));
                 match outcome.filter(|_| unknown.is_empty()) {
                     Some(outcome) => {
-                        let mut made = made(row, corners, outcome);
+                        let mut made = made(row, corners, file, outcome);
                         parts.append(&mut made.parts);
                         self.told.extend(made.refused.iter().map(|why| Told::fault(refusal(why))));
                         self.told.extend(made.shapes.iter().flat_map(report));
@@ -129,7 +129,7 @@ pub(super) fn refused(meant: &Meant, file: &ProjectFile, outcome: Option<&Outcom
     if let Some(name) = unknown(row, corners, file).first() {
         return Some(nameless(name));
     }
-    let made = made(row, corners, outcome?);
+    let made = made(row, corners, file, outcome?);
     made.refused.iter().find(|why| matches!(why, ModelError::Shape { .. })).map(|why| format!("{}: {}", row.name, refusal(why)))
 }
 
@@ -145,9 +145,14 @@ fn unknown<'r>(row: &'r ShapeRow, corners: &[NewCorner], file: &ProjectFile) -> 
 }
 
 /// A shape by itself.
-fn made(row: &ShapeRow, corners: &[NewCorner], outcome: &Outcome) -> Model {
+fn made(row: &ShapeRow, corners: &[NewCorner], file: &ProjectFile, outcome: &Outcome) -> Model {
     let witnesses = &outcome.witnesses;
-    let points: Vec<NamedPoint> = witnesses.points.iter().cloned().chain(corners.iter().map(as_point)).collect();
+    let is_solved = |name: &str| witnesses.points.iter().any(|point| point.name == name);
+    // corners of a shape that was made a moment ago need no solving
+    let typed = file.point.iter().filter(|point| point.marks.is_empty() && !is_solved(&point.name));
+    let typed = typed.filter_map(|point| Some(NewCorner { name: point.name.clone(), place_m: point.known_m?.into() }));
+    let typed: Vec<NamedPoint> = typed.map(|corner| as_point(&corner)).collect();
+    let points: Vec<NamedPoint> = witnesses.points.iter().cloned().chain(typed).chain(corners.iter().map(as_point)).collect();
     build(std::slice::from_ref(row), &points, &witnesses.photographs)
 }
 

@@ -135,7 +135,7 @@ pub(in crate::app) fn meant(draft: &ShapeDraft, file: &ProjectFile, outcome: Opt
     let mut corners = Corners { file, shape: &draft.name, new: Vec::new() };
     named.spread_all(&|name| corners.is_point(name));
     // where the shape begins, and where its axis is: rings may rest on that
-    let (mut first, mut last, mut axis) = (None, None, None);
+    let (mut first, mut last, mut axis, mut is_plumb) = (None, None, None, false);
     let is_axis = |group: &Group| group.list == List::Axis;
     let order = (0..named.groups.len()).filter(|at| is_axis(&named.groups[*at]));
     let order: Vec<usize> = order.chain((0..named.groups.len()).filter(|at| !is_axis(&named.groups[*at]))).collect();
@@ -150,6 +150,8 @@ pub(in crate::app) fn meant(draft: &ShapeDraft, file: &ProjectFile, outcome: Opt
             } else if let Some(place_m) = grounds.reckoned(words) {
                 let role = roles::place(draft.kind, *list, slot);
                 let place_m = place_m.map_err(|why| format!("{role}: {why}"))?;
+                // what lies along the axes is upright, whatever else is level
+                is_plumb |= grounds.axis.is_some() && words.split_whitespace().count() == 2;
                 *words = corners.named(place_m, &role);
                 Some(place_m)
             } else {
@@ -158,7 +160,7 @@ pub(in crate::app) fn meant(draft: &ShapeDraft, file: &ProjectFile, outcome: Opt
             before = place_m.or(before);
         }
         match list {
-            List::Axis => axis = before,
+            List::Axis => axis = before.filter(|_| draft.upright || slots.iter().filter(|words| is_marked(words)).count() == 1),
             _ if !is_way => {
                 let of_first = || slots.iter().find(|words| is_marked(words)).map(|words| words.trim().to_owned());
                 if first.is_none()
@@ -172,6 +174,7 @@ pub(in crate::app) fn meant(draft: &ShapeDraft, file: &ProjectFile, outcome: Opt
             _ => {}
         }
     }
+    named.upright |= is_plumb;
     complete(&mut named, &mut corners, &place_of);
     Ok(Meant { row: named.row()?, corners: corners.new })
 }
@@ -205,23 +208,23 @@ fn complete(named: &mut ShapeDraft, corners: &mut Corners<'_>, place_of: &dyn Fn
     }
     let has_faces =
         named.groups.iter().any(|group| matches!(group.list, List::On(_)) && group.slots.iter().any(|words| is_marked(words)));
-    if kind == Kind::Box && named.upright && !has_faces {
-        square(&mut named.groups[0].slots, corners, &place);
+    if kind == Kind::Box && !has_faces {
+        named.upright |= square(&mut named.groups[0].slots, corners, &place);
     }
 }
 
-/// A box of two opposite corners lies along the axes: they go into the places that they are in then, and a third beside the first.
-fn square(slots: &mut Vec<String>, corners: &mut Corners<'_>, place: &dyn Fn(&Corners<'_>, &str) -> Option<DVec3>) {
+/// A box of two opposite corners lies along the axes: they go into the places that they are in then, and a third beside the first. Whether it is one.
+fn square(slots: &mut [String], corners: &mut Corners<'_>, place: &dyn Fn(&Corners<'_>, &str) -> Option<DVec3>) -> bool {
     let marked: Vec<usize> = (0..slots.len()).filter(|slot| is_marked(&slots[*slot])).collect();
-    let &[a, b] = marked.as_slice() else { return };
+    let &[a, b] = marked.as_slice() else { return false };
     if ![[0, 6], [1, 7], [2, 4], [3, 5]].contains(&[a, b]) {
-        return;
+        return false;
     }
     let names = [a, b].map(|slot| slots[slot].clone());
-    let (Some(p), Some(q)) = (place(corners, &names[0]), place(corners, &names[1])) else { return };
+    let (Some(p), Some(q)) = (place(corners, &names[0]), place(corners, &names[1])) else { return false };
     let way = q - p;
     if way.abs().min_element() < 1.0 / PARTS_OF_A_METRE {
-        return;
+        return false;
     }
     // places count along the front, then back, below and above
     let slot = |is_right: bool, is_back: bool, is_upper: bool| match (is_right, is_back) {
@@ -238,6 +241,7 @@ fn square(slots: &mut Vec<String>, corners: &mut Corners<'_>, place: &dyn Fn(&Co
     slots[slot(is_right, is_back, is_upper)] = first;
     slots[slot(!is_right, !is_back, !is_upper)] = other;
     slots[beside] = third;
+    true
 }
 
 #[cfg(test)]
