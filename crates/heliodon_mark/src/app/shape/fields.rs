@@ -155,7 +155,7 @@ fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
             let is_place = count == 3 || (count == 2 && matches!(of, List::Ring(_))) || is_line(text, &is_point);
             let is_known = !is_marked(text) || is_place || is_point(text.trim());
             let words = if is_known { Color32::from_gray(235) } else { Color32::from_rgb(255, 128, 120) };
-            let field = TextEdit::singleline(text).id(id).hint_text("-").text_color(words).desired_width(170.0);
+            let field = TextEdit::singleline(text).id(id).hint_text("-").text_color(words).desired_width(206.0);
             let field = ui.add(field).on_hover_text(
                 "Type a name, press Down for the next that fits, or click its mark; or metres east, up and south of the origin, \
                  with points for any of them: foot+0.5 3.2 wall. A dot is what the place before has: . .+0.4 . \

@@ -134,8 +134,12 @@ impl MarkApp {
         };
         let kept = self.preview.take().filter(|preview| preview.is_of(outcome, was.as_deref()));
         let mut preview = kept.unwrap_or_else(|| Preview::new(file, outcome, was.as_deref()));
-        if preview.follow(meant, file, outcome) {
+        let now = ctx.input(|input| input.time);
+        if preview.follow(meant, file, outcome, now) {
             ctx.request_repaint();
+        }
+        if let Some(left_s) = preview.rest(now) {
+            ctx.request_repaint_after_secs(left_s as f32);
         }
         if let Some(outcome) = outcome {
             for pane in 0..self.pane_count {

@@ -9,6 +9,8 @@ use heliodon_photo::model::{Measure, Model, ModelError, NamedPoint, Part, ShapeR
 use heliodon_photo::project::ProjectFile;
 use std::collections::BTreeMap;
 
+/// Seconds after the last change until its lines are drawn anew: which of them are hidden takes longer than a letter.
+const REST_S: f64 = 0.25;
 /// The most unknown names that are told at once.
 const MOST_UNKNOWN: usize = 3;
 
@@ -31,6 +33,9 @@ pub(in crate::app) struct Preview {
     of: (Option<String>, Option<String>),
     others: Vec<Part>,
     meant: Option<Result<Meant, String>>,
+    parts: Vec<Part>,
+    /// When it became another, where its lines are of what it was before.
+    changed_at: Option<f64>,
     wires: Wires,
     lines: BTreeMap<String, Vec<Drawn>>,
     told: Vec<Told>,
@@ -45,6 +50,8 @@ impl Preview {
             of: Self::key(outcome, was),
             others: others.unwrap_or_default(),
             meant: None,
+            parts: Vec::new(),
+            changed_at: None,
             wires: Wires::new(&[]),
             lines: BTreeMap::new(),
             told: Vec::new(),
@@ -61,7 +68,7 @@ impl Preview {
     }
 
     /// Takes up what is meant now, and tells whether it was something else.
-    pub fn follow(&mut self, meant: Result<Meant, String>, file: &ProjectFile, outcome: Option<&Outcome>) -> bool {
+    pub fn follow(&mut self, meant: Result<Meant, String>, file: &ProjectFile, outcome: Option<&Outcome>, now: f64) -> bool {
         if self.meant.as_ref() == Some(&meant) {
             return false;
         }
@@ -91,10 +98,25 @@ impl Preview {
                 }
             }
         }
-        self.wires = Wires::new(&parts);
-        self.lines.clear();
+        self.parts = parts;
+        self.changed_at = Some(now);
         self.meant = Some(meant);
         true
+    }
+
+    /// Takes up its lines once it rests, and tells after how many seconds that will be.
+    pub fn rest(&mut self, now: f64) -> Option<f64> {
+        let left = self.changed_at? + REST_S - now;
+        if left <= 0.0 {
+            self.draw_anew();
+        }
+        (left > 0.0).then_some(left)
+    }
+
+    fn draw_anew(&mut self) {
+        self.wires = Wires::new(&self.parts);
+        self.lines.clear();
+        self.changed_at = None;
     }
 
     /// Makes sure that its lines in a photograph are known.
@@ -111,6 +133,9 @@ impl Preview {
 
     /// Its lines in all photographs, for the model to go on with until it is solved again.
     pub fn into_lines(mut self, outcome: &Outcome) -> BTreeMap<String, Vec<Drawn>> {
+        if self.changed_at.is_some() {
+            self.draw_anew();
+        }
         for photo in outcome.photos.keys() {
             self.see(photo, outcome);
         }
