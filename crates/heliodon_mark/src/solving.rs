@@ -53,6 +53,8 @@ pub struct Outcome {
     pub witnesses: Witnesses,
     /// The model's lines in each photograph.
     pub lines: BTreeMap<String, Vec<Drawn>>,
+    /// Whether anything but how cameras are held says what is level.
+    pub is_level: bool,
     /// Marks that were found wrong, the worst first: photograph, point.
     pub wrong_marks: Vec<(String, String)>,
     /// What is wrong with shapes.
@@ -155,6 +157,7 @@ pub fn solved(project: &Project, text: &str) -> Result<Outcome, String> {
         lines,
         wrong_marks,
         wrong_shapes,
+        is_level: solution.alignment.level_from.is_some(),
         notes: checks.chain(folded(&file.notes)).collect(),
         file,
     })

@@ -4,6 +4,7 @@ mod closing;
 mod desk;
 mod haste;
 mod known;
+mod lines;
 mod marking;
 #[path = "../../examples/scene/mod.rs"]
 mod scene;

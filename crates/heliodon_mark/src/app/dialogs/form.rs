@@ -1,5 +1,7 @@
 //! What all dialogs are made of: their window, fields, and the buttons at their end.
 
+use eframe::egui::text::{CCursor, CCursorRange};
+use eframe::egui::text_edit::TextEditState;
 use eframe::egui::{self, Align2, Color32, Context, Key, RichText, ScrollArea, TextEdit, Ui, Vec2};
 
 pub(in crate::app) const FAULT: Color32 = Color32::from_rgb(255, 190, 120);
@@ -60,11 +62,20 @@ pub(in crate::app) fn finished(ui: &mut Ui, word: &str) -> Option<bool> {
     choices(ui, &[word, "Cancel"], true).map(|choice| choice == 0)
 }
 
-/// A field that is typed into from the moment that its window opens.
-pub(in crate::app) fn focus_once(ui: &Ui, field: &egui::Response) {
+/// A field that is typed into from the moment that its window opens, in place of what stands in it.
+pub(in crate::app) fn focus_once(ui: &Ui, field: &egui::Response, text: &str) {
     if ui.memory(|memory| memory.focused()).is_none() && !field.lost_focus() {
-        field.request_focus();
+        type_over(ui, field, text);
     }
+}
+
+/// What is typed next goes into a field, in place of what stands in it.
+pub(in crate::app) fn type_over(ui: &Ui, field: &egui::Response, text: &str) {
+    field.request_focus();
+    let mut state = TextEditState::load(ui.ctx(), field.id).unwrap_or_default();
+    let all = CCursorRange::two(CCursor::default(), CCursor::new(text.chars().count()));
+    state.cursor.set_char_range(Some(all));
+    state.store(ui.ctx(), field.id);
 }
 
 /// A field for a number, its name before it and its unit behind.

@@ -97,7 +97,7 @@ impl MarkApp {
             ui.label(format!("From {} to {}:", between[0], between[1]));
             ui.horizontal(|ui| {
                 let field = ui.add(TextEdit::singleline(metres).desired_width(120.0));
-                focus_once(ui, &field);
+                focus_once(ui, &field, metres);
                 ui.label("m");
             });
             quiet(ui, solved.as_deref());
@@ -131,7 +131,7 @@ impl MarkApp {
             });
             ui.horizontal(|ui| {
                 let field = ui.add(TextEdit::singleline(&mut draft.toward).hint_text("north or 37.5").desired_width(120.0));
-                focus_once(ui, &field);
+                focus_once(ui, &field, &draft.toward);
                 ui.label("or degrees, clockwise from north, level");
             });
             ui.horizontal(|ui| {
@@ -179,7 +179,7 @@ impl MarkApp {
                 .zip(ways)
                 .map(|(text, (name, unit))| ui.horizontal(|ui| number_field(ui, name, text, "0.0", unit)).inner);
             if let Some(first) = fields.collect::<Vec<_>>().first() {
-                focus_once(ui, first);
+                focus_once(ui, first, &draft.known_m[0]);
             }
             if let Some((place, sigma)) = solved {
                 let [x, y, z] = place.to_array();

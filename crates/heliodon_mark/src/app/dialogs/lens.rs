@@ -250,7 +250,7 @@ fn heading(ui: &mut Ui, draft: &mut LensDraft, lenses: &[String]) -> Option<Wish
     ui.horizontal(|ui| {
         ui.label("Name");
         let field = ui.add(TextEdit::singleline(&mut draft.name).desired_width(180.0));
-        focus_once(ui, &field);
+        focus_once(ui, &field, &draft.name);
     });
     if !lenses.is_empty() {
         ui.horizontal_wrapped(|ui| {

@@ -75,7 +75,7 @@ impl MarkApp {
         let done = window(ctx, "Rename", |ui| {
             ui.label(format!("Another name for {from}:"));
             let field = ui.add(TextEdit::singleline(to).desired_width(260.0));
-            focus_once(ui, &field);
+            focus_once(ui, &field, to);
             finished(ui, "Rename")
         });
         done.is_none_or(|is_wanted| {

@@ -24,6 +24,18 @@ pub(in crate::app) enum Again {
     Around,
 }
 
+impl Again {
+    /// The next way, after the last the first.
+    pub fn next(self) -> Self {
+        match self {
+            Self::Once => Self::Step,
+            Self::Step => Self::Span,
+            Self::Span => Self::Around,
+            Self::Around => Self::Once,
+        }
+    }
+}
+
 /// A shape as it is put together.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::app) struct ShapeDraft {
@@ -37,6 +49,8 @@ pub(in crate::app) struct ShapeDraft {
     pub active: (usize, usize),
     pub watertight: bool,
     pub upright: bool,
+    /// Whether a new shape is upright if its kind can be.
+    pub is_level: bool,
     pub flatten: bool,
     pub as_listed: bool,
     pub entasis: bool,
@@ -51,6 +65,8 @@ pub(in crate::app) struct ShapeDraft {
     pub edge: usize,
     /// The place whose field is to be typed into next.
     pub focus: Option<(usize, usize)>,
+    /// Whether how often it stands is to be typed next.
+    pub focus_count: bool,
 }
 
 impl ShapeDraft {
@@ -66,6 +82,7 @@ impl ShapeDraft {
             active: (0, 0),
             watertight: false,
             upright: false,
+            is_level: false,
             flatten: false,
             as_listed: false,
             entasis: false,
@@ -78,8 +95,21 @@ impl ShapeDraft {
             edges: Vec::new(),
             edge: 0,
             focus: None,
+            focus_count: false,
         };
         draft.become_kind(kind, points);
+        draft
+    }
+
+    /// Whatever stands upright does so from the first, where it is known what is level; without points it is of the kind and mesh that were made last.
+    pub fn begun(points: &[String], name: String, last: Option<&ShapeRow>, is_level: bool) -> Self {
+        let mut draft = Self::new(points, name);
+        draft.part = last.and_then(|row| row.part.clone()).unwrap_or_default();
+        if let Some(row) = last.filter(|_| points.is_empty()) {
+            draft.become_kind(row.kind, points);
+        }
+        draft.is_level = is_level;
+        draft.upright = is_level && settings(draft.kind).upright;
         draft
     }
 
@@ -123,7 +153,7 @@ impl ShapeDraft {
             lists.map(|list| Group { list, slots: kept_slots(list).filter(|_| !is_main(list)).unwrap_or_default() }).collect();
         self.watertight = kind != Kind::Polygon;
         let knows = settings(kind);
-        self.upright &= knows.upright;
+        self.upright = knows.upright && (self.upright || (self.was.is_none() && self.is_level));
         self.flatten &= knows.flatten;
         self.as_listed &= knows.flatten;
         self.entasis &= knows.entasis;
@@ -151,6 +181,23 @@ impl ShapeDraft {
         self.focus = Some(self.active);
     }
 
+    /// The place of a list's first point is typed into next.
+    pub fn go_to(&mut self, list: List) {
+        if let Some(group) = self.groups.iter().position(|group| group.list == list) {
+            self.active = (group, 0);
+            self.focus = Some(self.active);
+        }
+    }
+
+    /// How often it stands, which is twice at first, and is typed next.
+    pub fn stand(&mut self, again: Again) {
+        self.again = again;
+        self.focus_count = again != Again::Once;
+        if self.focus_count && self.count.is_empty() {
+            "2".clone_into(&mut self.count);
+        }
+    }
+
     /// Puts a point into the active place, and goes on to the next that is empty. A point that its list has already moves there.
     pub fn pick(&mut self, name: &str) {
         let (group, slot) = self.active;
@@ -170,7 +217,7 @@ impl ShapeDraft {
     }
 
     /// The first place without a point in the main lists from one on.
-    fn next_empty(&self, from: usize) -> Option<(usize, usize)> {
+    pub fn next_empty(&self, from: usize) -> Option<(usize, usize)> {
         let mut later = self.groups.iter().enumerate().skip(from).filter(|(_, group)| is_main(group.list));
         later.find_map(|(i, group)| Some((i, group.slots.iter().position(String::is_empty)?)))
     }

@@ -2,11 +2,12 @@
 
 use super::Wish;
 use super::draft::{Again, ShapeDraft, is_main, is_marked};
+use super::line::is_line;
 use super::roles::{self, List, Which};
-use crate::app::dialogs::{QUIET, focus_once, number_field};
+use crate::app::dialogs::{QUIET, focus_once, number_field, type_over};
 use crate::app::panes::ACTIVE;
 use eframe::egui::{
-    CollapsingHeader, Color32, ComboBox, Grid, Id, Key, Label, Modifiers, RichText, ScrollArea, Sense, TextEdit, Ui,
+    CollapsingHeader, Color32, ComboBox, Context, Grid, Id, Key, Label, Modifiers, RichText, ScrollArea, Sense, TextEdit, Ui,
 };
 use heliodon_photo::model::table::Kind;
 
@@ -16,9 +17,17 @@ pub(super) fn heading(ui: &mut Ui, draft: &mut ShapeDraft, shapes: &[String], ch
     ui.horizontal(|ui| {
         ui.label("Name");
         let field = ui.add(TextEdit::singleline(&mut draft.name).desired_width(190.0));
-        focus_once(ui, &field);
+        focus_once(ui, &field, &draft.name);
         ui.label("Mesh").on_hover_text("Shapes of one mesh go into one file, and polygons of it share points");
-        ui.add(TextEdit::singleline(&mut draft.part).hint_text("of its own").desired_width(120.0));
+        let mesh = ui.add(TextEdit::singleline(&mut draft.part).hint_text("of its own").desired_width(120.0));
+        // the mesh is that of the shape before: whoever comes here has another in mind
+        if mesh.gained_focus() && is_tab(ui) {
+            type_over(ui, &mesh, &draft.part);
+        }
+        // from here on its places are typed: kinds have keys of their own
+        if mesh.lost_focus() && is_tab(ui) {
+            draft.focus = Some(draft.active);
+        }
         if !shapes.is_empty() {
             let shown = draft.was.clone().unwrap_or_else(|| "new".to_owned());
             ComboBox::from_id_salt("which shape").selected_text(shown).width(120.0).show_ui(ui, |ui| {
@@ -35,16 +44,46 @@ pub(super) fn heading(ui: &mut Ui, draft: &mut ShapeDraft, shapes: &[String], ch
         }
     });
     ui.horizontal_wrapped(|ui| {
-        for (kind, word) in roles::KINDS {
-            if ui.selectable_label(draft.kind == kind, word).clicked() && draft.kind != kind {
-                let points = draft.main_points();
-                draft.become_kind(kind, if points.is_empty() { chosen } else { &points });
-                draft.focus = Some(draft.active);
+        for (number, (kind, word)) in roles::KINDS.into_iter().enumerate() {
+            let label = ui.selectable_label(draft.kind == kind, word).on_hover_text(format!("Ctrl+{}", number + 1));
+            if label.clicked() {
+                become_kind(draft, kind, chosen);
             }
         }
     });
     ui.add(Label::new(RichText::new(format!("It needs {}.", roles::needs(draft.kind))).small().color(QUIET)).wrap());
     wish
+}
+
+/// Another kind, whose places are typed next.
+fn become_kind(draft: &mut ShapeDraft, kind: Kind, chosen: &[String]) {
+    if draft.kind != kind {
+        let points = draft.main_points();
+        draft.become_kind(kind, if points.is_empty() { chosen } else { &points });
+    }
+    draft.focus = Some(draft.active);
+}
+
+/// Keys that spare the way to what they choose: the kind, its mirror, how often it stands.
+pub(super) fn keys(ctx: &Context, draft: &mut ShapeDraft, chosen: &[String]) {
+    const DIGITS: [Key; 8] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8];
+    let pressed = |key| ctx.input_mut(|input| input.consume_key(Modifiers::COMMAND, key));
+    for (key, (kind, _)) in DIGITS.into_iter().zip(roles::KINDS) {
+        if pressed(key) {
+            become_kind(draft, kind, chosen);
+        }
+    }
+    if pressed(Key::M) {
+        draft.go_to(List::Mirror);
+    }
+    if pressed(Key::R) {
+        draft.stand(draft.again.next());
+    }
+}
+
+/// Whether Tab goes on from here.
+fn is_tab(ui: &Ui) -> bool {
+    ui.input(|input| input.key_pressed(Key::Tab) && !input.modifiers.shift)
 }
 
 /// The lists of points, each place with its name.
@@ -66,9 +105,14 @@ pub(super) fn places(ui: &mut Ui, draft: &mut ShapeDraft, names: &[String]) {
 fn folded(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
     let of = &draft.groups[group];
     let is_used = of.slots.iter().any(|name| !name.trim().is_empty());
-    let title = roles::title(draft.kind, of.list);
+    let of = of.list;
+    let title = roles::title(draft.kind, of);
+    let is_open = is_used || draft.active.0 == group;
     let header = CollapsingHeader::new(RichText::new(&title).color(QUIET)).id_salt((draft.kind as usize, &title));
-    header.open(is_used.then_some(true)).show(ui, |ui| rows(ui, draft, group, names));
+    let header = header.open(is_open.then_some(true)).show(ui, |ui| rows(ui, draft, group, names));
+    if header.header_response.clicked() && !is_open {
+        draft.go_to(of);
+    }
 }
 
 fn list(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
@@ -78,6 +122,8 @@ fn list(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
 
 fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
     let (kind, of) = (draft.kind, draft.groups[group].list);
+    let is_point = |typed: &str| names.iter().any(|name| name == typed);
+    let mut left = None;
     Grid::new(("places", group)).num_columns(2).min_col_width(112.0).spacing([8.0, 3.0]).show(ui, |ui| {
         for slot in 0..draft.groups[group].slots.len() {
             let is_active = draft.active == (group, slot);
@@ -104,16 +150,20 @@ fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
                     *text = next;
                 }
             }
-            // three words are a place by its coordinates
-            let is_known = !is_marked(text)
-                || text.split_whitespace().count() == 3
-                || names.iter().any(|name| name == text.trim());
+            // three words are a place by its coordinates, two of a ring by its radius and height
+            let count = text.split_whitespace().count();
+            let is_place = count == 3 || (count == 2 && matches!(of, List::Ring(_))) || is_line(text, &is_point);
+            let is_known = !is_marked(text) || is_place || is_point(text.trim());
             let words = if is_known { Color32::from_gray(235) } else { Color32::from_rgb(255, 128, 120) };
-            let field = TextEdit::singleline(text).id(id).hint_text("-").text_color(words).desired_width(170.0);
+            let field = TextEdit::singleline(text).id(id).hint_text("-").text_color(words).desired_width(206.0);
             let field = ui.add(field).on_hover_text(
                 "Type a name, press Down for the next that fits, or click its mark; or metres east, up and south of the origin, \
-                 with points for any of them: foot+0.5 3.2 wall",
+                 with points for any of them: foot+0.5 3.2 wall. A dot is what the place before has: . .+0.4 . \
+                 All places in one line: 0 0 0 / 4 3 -2",
             );
+            if !field.has_focus() && !is_wanted && is_line(text, &is_point) {
+                left = Some((group, slot));
+            }
             if field.gained_focus() {
                 draft.active = (group, slot);
             }
@@ -124,6 +174,9 @@ fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
             ui.end_row();
         }
     });
+    if let Some(next) = left.and_then(|place| draft.spread(place)).filter(|_| is_tab(ui)) {
+        (draft.active, draft.focus) = (next, Some(next));
+    }
 }
 
 /// The name after or before the one that is typed; where that is none, the first or last that has it in it.
@@ -204,20 +257,24 @@ pub(super) fn settings(ui: &mut Ui, draft: &mut ShapeDraft, names: &[String]) ->
             (Again::Span, "from first to last"),
             (Again::Around, "around an axis"),
         ] {
-            if ui.selectable_label(draft.again == again, word).clicked() {
-                draft.again = again;
-                if again != Again::Once && draft.count.is_empty() {
-                    "2".clone_into(&mut draft.count);
-                }
+            if ui.selectable_label(draft.again == again, word).on_hover_text("Ctrl+R: the next of these").clicked() {
+                draft.stand(again);
             }
         }
     });
     // in a row of its own: fields that are wrapped are drawn over what stands before them
     if draft.again != Again::Once {
         ui.horizontal(|ui| {
-            number_field(ui, "in all", &mut draft.count, "8", "times");
+            let mut last = number_field(ui, "in all", &mut draft.count, "8", "times");
+            if std::mem::take(&mut draft.focus_count) {
+                type_over(ui, &last, &draft.count);
+            }
             if draft.again == Again::Around {
-                number_field(ui, "every", &mut draft.angle_deg, "a full turn", "\u{b0}");
+                last = number_field(ui, "every", &mut draft.angle_deg, "a full turn", "\u{b0}");
+            }
+            // its mirror stands between
+            if last.lost_focus() && is_tab(ui) {
+                draft.go_to(List::Repeat);
             }
         });
     }

@@ -3,6 +3,7 @@
 mod diagram;
 mod draft;
 mod fields;
+mod line;
 mod preview;
 mod reckoned;
 mod roles;
@@ -36,7 +37,8 @@ impl MarkApp {
         let shapes = &self.document.project().file.shape;
         let is_free = |name: &String| shapes.iter().all(|shape| shape.name != *name);
         let name = (1..).map(|n| format!("shape {n}")).find(is_free).unwrap_or_default();
-        self.dialog = Dialog::Shape(Box::new(ShapeDraft::new(&self.selected, name)));
+        let is_level = self.outcome.as_ref().is_none_or(|outcome| outcome.is_level);
+        self.dialog = Dialog::Shape(Box::new(ShapeDraft::begun(&self.selected, name, shapes.last(), is_level)));
     }
 
     /// Opens a shape of the project to change it.
@@ -132,8 +134,12 @@ impl MarkApp {
         };
         let kept = self.preview.take().filter(|preview| preview.is_of(outcome, was.as_deref()));
         let mut preview = kept.unwrap_or_else(|| Preview::new(file, outcome, was.as_deref()));
-        if preview.follow(meant, file, outcome) {
+        let now = ctx.input(|input| input.time);
+        if preview.follow(meant, file, outcome, now) {
             ctx.request_repaint();
+        }
+        if let Some(left_s) = preview.rest(now) {
+            ctx.request_repaint_after_secs(left_s as f32);
         }
         if let Some(outcome) = outcome {
             for pane in 0..self.pane_count {
@@ -156,7 +162,12 @@ impl MarkApp {
 
     /// Puts the shape into the project.
     pub(super) fn make(&mut self, draft: &ShapeDraft) -> bool {
-        let Meant { row, corners } = match meant(draft, &self.document.project().file, self.outcome.as_ref()) {
+        let (file, outcome) = (&self.document.project().file, self.outcome.as_ref());
+        let meant = meant(draft, file, outcome).and_then(|meant| match preview::refused(&meant, file, outcome) {
+            Some(why) => Err(why),
+            None => Ok(meant),
+        });
+        let Meant { row, corners } = match meant {
             Ok(meant) => meant,
             Err(why) => {
                 self.complain(why);
@@ -195,6 +206,7 @@ impl MarkApp {
         let title = if draft.was.is_some() { "Shape" } else { "New shape" };
         let turned = turned_page(ctx, draft.was.as_ref(), &shapes).map(|name| Wish::Open(Some(name)));
         let is_new = draft.was.is_none();
+        fields::keys(ctx, draft, &chosen);
         let contents = |ui: &mut Ui| {
             ui.set_width(610.0);
             let opened = fields::heading(ui, draft, &shapes, &chosen);

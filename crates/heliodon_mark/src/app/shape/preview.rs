@@ -5,10 +5,12 @@ use crate::solving::Outcome;
 use crate::wires::{Drawn, Wires};
 use glam::DMat3;
 use heliodon_photo::model::table::ShapeRow;
-use heliodon_photo::model::{Measure, ModelError, NamedPoint, Part, ShapeReport, build};
+use heliodon_photo::model::{Measure, Model, ModelError, NamedPoint, Part, ShapeReport, build};
 use heliodon_photo::project::ProjectFile;
 use std::collections::BTreeMap;
 
+/// Seconds after the last change until its lines are drawn anew: which of them are hidden takes longer than a letter.
+const REST_S: f64 = 0.25;
 /// The most unknown names that are told at once.
 const MOST_UNKNOWN: usize = 3;
 
@@ -31,6 +33,9 @@ pub(in crate::app) struct Preview {
     of: (Option<String>, Option<String>),
     others: Vec<Part>,
     meant: Option<Result<Meant, String>>,
+    parts: Vec<Part>,
+    /// When it became another, where its lines are of what it was before.
+    changed_at: Option<f64>,
     wires: Wires,
     lines: BTreeMap<String, Vec<Drawn>>,
     told: Vec<Told>,
@@ -45,6 +50,8 @@ impl Preview {
             of: Self::key(outcome, was),
             others: others.unwrap_or_default(),
             meant: None,
+            parts: Vec::new(),
+            changed_at: None,
             wires: Wires::new(&[]),
             lines: BTreeMap::new(),
             told: Vec::new(),
@@ -61,7 +68,7 @@ impl Preview {
     }
 
     /// Takes up what is meant now, and tells whether it was something else.
-    pub fn follow(&mut self, meant: Result<Meant, String>, file: &ProjectFile, outcome: Option<&Outcome>) -> bool {
+    pub fn follow(&mut self, meant: Result<Meant, String>, file: &ProjectFile, outcome: Option<&Outcome>, now: f64) -> bool {
         if self.meant.as_ref() == Some(&meant) {
             return false;
         }
@@ -74,18 +81,11 @@ impl Preview {
                 if file.shape.iter().any(|other| namesake(&other)) {
                     self.told.push(Told::fault(format!("there is a shape called {} already", row.name)));
                 }
-                let is_reckoned = |name: &str| corners.iter().any(|corner| corner.name == name);
-                let is_marked = |name: &str| file.point.iter().any(|point| point.name == name);
-                let is_unknown = |name: &&&String| !is_marked(name) && !is_reckoned(name);
-                let unknown: Vec<&String> =
-                    names(row).into_iter().filter(|name| is_unknown(&name)).take(MOST_UNKNOWN).collect();
-                self.told.extend(unknown.iter().map(|name| Told::fault(format!("there is no point called {name}"))));
+                let unknown = unknown(row, corners, file);
+                self.told.extend(unknown.iter().map(|name| Told::fault(nameless(name))));
                 match outcome.filter(|_| unknown.is_empty()) {
                     Some(outcome) => {
-                        let witnesses = &outcome.witnesses;
-                        let points: Vec<NamedPoint> =
-                            witnesses.points.iter().cloned().chain(corners.iter().map(as_point)).collect();
-                        let mut made = build(std::slice::from_ref(row), &points, &witnesses.photographs);
+                        let mut made = made(row, corners, file, outcome);
                         parts.append(&mut made.parts);
                         self.told.extend(made.refused.iter().map(|why| Told::fault(refusal(why))));
                         self.told.extend(made.shapes.iter().flat_map(report));
@@ -98,10 +98,25 @@ impl Preview {
                 }
             }
         }
-        self.wires = Wires::new(&parts);
-        self.lines.clear();
+        self.parts = parts;
+        self.changed_at = Some(now);
         self.meant = Some(meant);
         true
+    }
+
+    /// Takes up its lines once it rests, and tells after how many seconds that will be.
+    pub fn rest(&mut self, now: f64) -> Option<f64> {
+        let left = self.changed_at? + REST_S - now;
+        if left <= 0.0 {
+            self.draw_anew();
+        }
+        (left > 0.0).then_some(left)
+    }
+
+    fn draw_anew(&mut self) {
+        self.wires = Wires::new(&self.parts);
+        self.lines.clear();
+        self.changed_at = None;
     }
 
     /// Makes sure that its lines in a photograph are known.
@@ -118,6 +133,9 @@ impl Preview {
 
     /// Its lines in all photographs, for the model to go on with until it is solved again.
     pub fn into_lines(mut self, outcome: &Outcome) -> BTreeMap<String, Vec<Drawn>> {
+        if self.changed_at.is_some() {
+            self.draw_anew();
+        }
         for photo in outcome.photos.keys() {
             self.see(photo, outcome);
         }
@@ -128,6 +146,39 @@ impl Preview {
     pub fn told(&self) -> &[Told] {
         &self.told
     }
+}
+
+/// Why a shape cannot be made, if that is so. One whose points only wait for being solved can.
+pub(super) fn refused(meant: &Meant, file: &ProjectFile, outcome: Option<&Outcome>) -> Option<String> {
+    let Meant { row, corners } = meant;
+    if let Some(name) = unknown(row, corners, file).first() {
+        return Some(nameless(name));
+    }
+    let made = made(row, corners, file, outcome?);
+    made.refused.iter().find(|why| matches!(why, ModelError::Shape { .. })).map(|why| format!("{}: {}", row.name, refusal(why)))
+}
+
+fn nameless(name: &str) -> String {
+    format!("there is no point called {name}")
+}
+
+/// The first few names that are no points.
+fn unknown<'r>(row: &'r ShapeRow, corners: &[NewCorner], file: &ProjectFile) -> Vec<&'r String> {
+    let is_reckoned = |name: &str| corners.iter().any(|corner| corner.name == name);
+    let is_marked = |name: &str| file.point.iter().any(|point| point.name == name);
+    names(row).into_iter().filter(|name| !is_marked(name) && !is_reckoned(name)).take(MOST_UNKNOWN).collect()
+}
+
+/// A shape by itself.
+fn made(row: &ShapeRow, corners: &[NewCorner], file: &ProjectFile, outcome: &Outcome) -> Model {
+    let witnesses = &outcome.witnesses;
+    let is_solved = |name: &str| witnesses.points.iter().any(|point| point.name == name);
+    // corners of a shape that was made a moment ago need no solving
+    let typed = file.point.iter().filter(|point| point.marks.is_empty() && !is_solved(&point.name));
+    let typed = typed.filter_map(|point| Some(NewCorner { name: point.name.clone(), place_m: point.known_m?.into() }));
+    let typed: Vec<NamedPoint> = typed.map(|corner| as_point(&corner)).collect();
+    let points: Vec<NamedPoint> = witnesses.points.iter().cloned().chain(typed).chain(corners.iter().map(as_point)).collect();
+    build(std::slice::from_ref(row), &points, &witnesses.photographs)
 }
 
 /// A corner as shapes are fitted to it: certain, and seen in no photograph.
