@@ -4,12 +4,13 @@
 //! triangle (Linux; give one file for a clean figure).
 
 use heliodon_mesh::import::{ImportOptions, ImportReport, read_reporting};
+use heliodon_testkit::process::peak_bytes;
 use std::path::Path;
 use std::time::Instant;
 
 #[expect(clippy::print_stdout, reason = "a program for people")]
 fn main() {
-    let before = peak_bytes();
+    let before = peak_bytes().unwrap_or(0);
     for name in std::env::args().skip(1) {
         let start = Instant::now();
         let mut report = ImportReport::default();
@@ -22,7 +23,7 @@ fn main() {
                     "{name}: {} vertices, {triangles} triangles, {} materials, {seconds:.3} s, {:.0} bytes a triangle at the peak, {:.0} kept{}",
                     mesh.positions.len(),
                     mesh.materials.len(),
-                    (peak_bytes() - before) as f64 / triangles as f64,
+                    (peak_bytes().unwrap_or(0) - before) as f64 / triangles as f64,
                     mesh.memory_bytes() as f64 / triangles as f64,
                     mesh.validate().map_or_else(|error| format!(", INVALID: {error}"), |()| String::new()),
                 );
@@ -31,11 +32,4 @@ fn main() {
         }
         report.warnings.iter().for_each(|warning| println!("  {warning}"));
     }
-}
-
-/// The most memory that the process ever had, from `/proc`; 0 elsewhere.
-fn peak_bytes() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find(|line| line.starts_with("VmHWM:"));
-    line.and_then(|line| line.split_ascii_whitespace().nth(1)).and_then(|kb| kb.parse::<u64>().ok()).unwrap_or(0) * 1024
 }

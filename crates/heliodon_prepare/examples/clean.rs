@@ -8,6 +8,7 @@ use heliodon_mesh::import::{ImportOptions, ImportReport, read_reporting};
 use heliodon_prepare::clean::{CleanParams, clean};
 use heliodon_prepare::solids::{SolidsParams, unite};
 use heliodon_prepare::split::split;
+use heliodon_testkit::process::peak_bytes;
 use std::path::Path;
 use std::time::Instant;
 
@@ -80,10 +81,7 @@ fn noisy_ground(triangles: usize) -> Mesh {
     mesh
 }
 
-/// The most memory that the process has had, as Linux tells it.
+/// The most memory that the process has had; 0 where the system does not say.
 fn peak() -> String {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let kilobytes = line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<u64>().ok()).unwrap_or(0);
-    format!("peak {} MB", kilobytes >> 10)
+    format!("peak {} MB", peak_bytes().unwrap_or(0) / 1_000_000)
 }

@@ -9,6 +9,7 @@ use heliodon_mesh::import::{ImportOptions, ImportReport, read_reporting};
 use heliodon_prepare::purge::{CheckParams, PurgeParams, Surface, purge, verify};
 use heliodon_prepare::{Screen, ViewCell, Views};
 use heliodon_rays::{BuildParams, TriangleScene};
+use heliodon_testkit::process::peak_bytes;
 use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
@@ -62,9 +63,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The most memory that the process ever had, from `/proc`; 0 elsewhere.
+/// The most memory that the process ever had; 0 where the system does not say.
 fn peak_megabytes() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find(|line| line.starts_with("VmHWM:"));
-    line.and_then(|line| line.split_ascii_whitespace().nth(1)).and_then(|kb| kb.parse::<u64>().ok()).unwrap_or(0) / 1024
+    peak_bytes().unwrap_or(0) / 1_000_000
 }

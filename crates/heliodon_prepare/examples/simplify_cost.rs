@@ -14,6 +14,7 @@ use heliodon_mesh::temple::{TempleParams, build};
 use heliodon_mesh::{Mesh, MeshError};
 use heliodon_prepare::simplify::{SimplifyParams, measure, nearest_triangles, simplify};
 use heliodon_prepare::{Screen, ViewCell, Views};
+use heliodon_testkit::process::peak_bytes;
 use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
@@ -97,9 +98,7 @@ fn write(path: &Path, mesh: Mesh) -> Result<(), Box<dyn Error>> {
     Ok(write_glb(path, &Scene { nodes: vec![node], meshes: vec![mesh], ..Scene::default() })?)
 }
 
-/// The most memory that the process ever had, from `/proc`; 0 elsewhere.
+/// The most memory that the process ever had; 0 where the system does not say.
 fn peak_gb() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find(|line| line.starts_with("VmHWM:"));
-    line.and_then(|line| line.split_ascii_whitespace().nth(1)).and_then(|kb| kb.parse::<f64>().ok()).unwrap_or(0.0) * 1e-6
+    peak_bytes().unwrap_or(0) as f64 * 1e-9
 }

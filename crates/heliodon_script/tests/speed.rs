@@ -8,6 +8,7 @@ mod common;
 use common::*;
 use heliodon_script::limits::Limits;
 use heliodon_script::program::{Program, Source};
+use heliodon_testkit::process::peak_bytes;
 use std::time::{Duration, Instant};
 
 /// 10,000 events a second at 60 frames a second.
@@ -79,9 +80,7 @@ fn reload() -> Duration {
 
 /// The largest resident memory of this process so far, MiB; 0 where the system does not say.
 fn peak_mib() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<f64>().ok()).unwrap_or(0.0) / 1024.0
+    peak_bytes().unwrap_or(0) as f64 / f64::from(1 << 20)
 }
 
 /// A handler that holds as much as it can: a table that grows by an index, of texts as long as they may be.

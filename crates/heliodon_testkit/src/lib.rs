@@ -1,5 +1,6 @@
-//! Analytic scenes, the hostile corpus and image difference for Heliodon's tests.
+//! Analytic scenes, the hostile corpus, image difference and what a process takes, for Heliodon's tests.
 
 pub mod flip;
 pub mod hostile;
+pub mod process;
 pub mod scenes;

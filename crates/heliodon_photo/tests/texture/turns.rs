@@ -5,6 +5,7 @@ use heliodon_image::{ImageError, Picture, SrgbImage};
 use heliodon_photo::camera::{Camera, Intrinsics};
 use heliodon_photo::project::PhotoFile;
 use heliodon_photo::texture::{Photograph, PictureSource, Survey, TextureError, TextureParams, Textured, texture};
+use heliodon_testkit::process::peak_bytes;
 use std::cell::Cell;
 use std::time::Instant;
 
@@ -104,11 +105,9 @@ fn enlarged(camera: &Camera, picture: &Picture, times: u32) -> (Camera, SrgbImag
 
 /// What the process has had of memory at most since the last call, GB.
 fn peak_gb() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
-    let kilobytes: f64 = line.trim().trim_end_matches(" kB").parse().unwrap();
+    let peak = peak_bytes().unwrap();
     std::fs::write("/proc/self/clear_refs", "5").unwrap();
-    kilobytes * 1024.0 / 1.0e9
+    peak as f64 / 1.0e9
 }
 
 /// Eight photographs of 106 megapixels from files, then with all of them in memory as before: gigabytes, and minutes. Linux tells what it took.
