@@ -115,7 +115,7 @@ fn prepare(
         }
     }
     for (camera, msaa) in &cameras {
-        let Some(whole) = air.swarm_layer(camera).filter(|_| msaa.samples() > 1).map(Texture::size) else {
+        let Some(whole) = air.swarm_layer(camera).filter(|_| msaa.samples() > 1).map(|layer| layer.size()) else {
             gpu.fine.remove(&camera);
             continue;
         };
