@@ -124,8 +124,11 @@ fn a_swarm_gives_the_light_that_as_many_of_the_processors_particles_give() {
         let off = (swarm_more - more).abs().max_element() / more.abs().max_element();
         assert!(off < 0.3, "{kind:?}: {off}");
         assert!(changed(&first, &scene.picture(5.1)).0 > 100, "{kind:?} moves");
-        let still = scene.picture(5.1);
-        assert_eq!(changed(&still, &scene.picture(5.1)).0, 0, "{kind:?} stands where the visit's time does");
+        // the device keeps them in no order: what is laid over what may change, and nothing else does
+        let (still, again) = (scene.picture(5.1), scene.picture(5.1));
+        let shimmer = still.pixels.iter().zip(&again.pixels).map(|(a, b)| (*b - *a).abs().max_element()).sum::<f32>();
+        println!("{kind:?} shimmers by {} of its light", shimmer / more.abs().max_element());
+        assert!(shimmer < 0.1 * more.abs().max_element(), "{kind:?} stands where the visit's time does: {shimmer}");
     }
 }
 
@@ -145,7 +148,7 @@ fn scripts_stop_and_start_swarms() {
     scene.picture(7.0);
     scene.swarming(7.2);
     let again = changed(&bare, &scene.picture(8.0)).0;
-    assert!(again > dying, "and there again: {again}");
+    assert!(again > whole / 3, "and there again: {again}");
     // the visit goes on elsewhere in time, and back
     for actors_s in [300.0, 20.0] {
         let after = changed(&bare, &scene.picture(actors_s)).0;

@@ -161,7 +161,7 @@ fn flicker(seed: u32, now_s: f64) -> f32 {
 }
 
 /// Whither the air of a source streams, now; of length one at most.
-pub fn lean(seed: u32, now_s: f64) -> Vec2 {
+fn lean(seed: u32, now_s: f64) -> Vec2 {
     Vec2::new(wave(seed ^ 0x11, now_s * 0.9), wave(seed ^ 0x22, now_s * 1.1)) * 1.4 - 0.7
 }
 

@@ -21,7 +21,7 @@ const LOOK_WGSL: &str = include_str!("look.wgsl");
 pub const PLACE: &str = "swarm_place";
 /// How far to all sides, and its width.
 pub const EXTENT: &str = "swarm_extent";
-/// Between which ages this frame's births are, seconds, and whither the air streams.
+/// Between which ages this frame's births are, seconds; the time, and what is the source's own of the air's streams.
 pub const BORN: &str = "swarm_born";
 /// Heights of the ground, four each.
 pub const FLOORS: [&str; 7] =
@@ -203,6 +203,7 @@ var<private> properties_array_index: u32;
 var<private> seed: u32 = 0u;
 const tau: f32 = 6.2831855;
 fn pcg_hash(input: u32) -> u32 { return input * 747796405u; }
+fn to_float01(u: u32) -> f32 { return f32(u) / 4294967296.0; }
 fn frand() -> f32 { seed = pcg_hash(seed); return f32(seed) / 4294967296.0; }
 ";
 

@@ -21,6 +21,20 @@ fn swarm_floor(at: vec2<f32>) -> f32 {
     return heights[number / 4u][number % 4u];
 }
 
+// Smooth noise of one number, 0 to 1.
+fn swarm_wave(salt: u32, at: f32) -> f32 {
+    let whole = floor(at);
+    let part = at - whole;
+    let first = u32(i32(whole));
+    let values = vec2<f32>(to_float01(pcg_hash(salt ^ pcg_hash(first))), to_float01(pcg_hash(salt ^ pcg_hash(first + 1u))));
+    return mix(values.x, values.y, part * part * (3.0 - 2.0 * part));
+}
+
+// Whither the air streamed at a time.
+fn swarm_lean(salt: u32, at_s: f32) -> vec2<f32> {
+    return vec2<f32>(swarm_wave(salt, at_s * 0.9), swarm_wave(salt + 1u, at_s * 1.1)) * 1.4 - 0.7;
+}
+
 // `number` is another for every birth.
 fn swarm_born(particle: ptr<function, Particle>, number: u32) {
     seed = pcg_hash(seed ^ pcg_hash(number));
@@ -36,6 +50,7 @@ fn swarm_born(particle: ptr<function, Particle>, number: u32) {
     var radius = 0.0;
     var life = 1.0;
     var more = 0.0;
+    let age_s = mix(born.x, born.y, frand());
     if (KIND == SPARKS) {
         let tilt = sqrt(frand()) * 0.75;
         thrown = vec3<f32>(turn.x * sin(tilt), cos(tilt), turn.y * sin(tilt)) * (swarm_between(1.2, 3.6) * sqrt(size));
@@ -49,7 +64,8 @@ fn swarm_born(particle: ptr<function, Particle>, number: u32) {
         life = more + SPLASH_S;
     } else if (KIND == SMOKE) {
         base *= vec3<f32>(0.6, 1.0, 0.6);
-        thrown = vec3<f32>(born.z, swarm_between(0.85, 1.15), born.w);
+        let lean = swarm_lean(u32(born.w), born.z - age_s);
+        thrown = vec3<f32>(lean.x, swarm_between(0.85, 1.15), lean.y);
         radius = (0.5 * extent.w + 0.05) * size;
         life = PUFF_S * swarm_between(0.7, 1.0);
     } else {
@@ -66,7 +82,7 @@ fn swarm_born(particle: ptr<function, Particle>, number: u32) {
     (*particle).velocity = vec3<f32>(0.0);
     (*particle).lifetime = life;
     // births are spread over the frame, and this frame's time is added to all
-    (*particle).age = mix(born.x, born.y, frand()) - sim_params.delta_time;
+    (*particle).age = age_s - sim_params.delta_time;
 }
 
 // Whether it is still there.

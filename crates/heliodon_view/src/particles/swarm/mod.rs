@@ -13,7 +13,7 @@ use super::births::{Births, Span};
 use super::light::Reached;
 use super::source::Source;
 use super::sun_map::{MOST_TEXELS, SunMap};
-use super::{ArrangeAir, Particles, dust, plume};
+use super::{ArrangeAir, Particles, dust};
 use crate::actors::Actors;
 use crate::costs::FrameTold;
 use crate::lamps::Lamp;
@@ -318,7 +318,8 @@ fn born(births: &Births, since_s: f64, now_s: f64) -> (u32, Vec2) {
 
 /// Tells a swarm's shaders of its source.
 fn tell(source: &Source, now_s: f64, ages: Vec2, mut properties: Mut<'_, EffectProperties>) {
-    let lean = plume::lean(source.seed, now_s);
+    // numbers that single precision has to the millisecond
+    let (hour_s, salt) = (now_s.rem_euclid(3600.0) as f32, (source.seed & 0xffff) as f32);
     let mut set = |name: &str, value: Vec4| {
         if properties.get_stored(name) != Some(of_vector(value)) {
             properties.set(name, of_vector(value));
@@ -326,7 +327,7 @@ fn tell(source: &Source, now_s: f64, ages: Vec2, mut properties: Mut<'_, EffectP
     };
     set(PLACE, source.place.extend(source.size));
     set(EXTENT, source.extent.extend(source.width_m()));
-    set(BORN, Vec4::new(ages.x, ages.y, lean.x, lean.y));
+    set(BORN, Vec4::new(ages.x, ages.y, hour_s, salt));
     for (name, heights) in FLOORS.iter().zip(source.floors().chunks(4)) {
         set(name, Vec4::from_array(std::array::from_fn(|k| heights.get(k).copied().unwrap_or_default())));
     }
