@@ -33,8 +33,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             shot.actors_s += 1.0 / 30.0;
             renderer.render(&shot)
         };
-        for _ in 0..30 {
+        for frame in 0..40 {
             next(&mut renderer)?;
+            let told = renderer.app_mut().world().resource::<Particles>().told();
+            if frame > 5 && (told.by_device > 0) == (by == ParticlesBy::Device) {
+                break;
+            }
         }
         let start = Instant::now();
         for _ in 0..frames {
