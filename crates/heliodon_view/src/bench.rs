@@ -10,6 +10,7 @@ use crate::headless::fault::DeviceFault;
 use crate::headless::without_a_window;
 use crate::impostor::{ImpostorOptions, Impostors};
 use crate::navigation::pose::{Pose, fov_deg};
+use crate::particles::{Particles, ParticlesBy, ParticlesOptions, ParticlesTold};
 use crate::stage::frame::StageFrame;
 use crate::stage::{Stage, StageStatus};
 use crate::time_lapse::TimeLapse;
@@ -54,6 +55,10 @@ pub struct FrameBench {
     pub without_details: bool,
     /// Whether the bundle's films are left out.
     pub without_films: bool,
+    /// Who simulates sources of very many particles.
+    pub particles: ParticlesBy,
+    /// Particles of a frame at most, where the processor does.
+    pub most_particles: usize,
 }
 
 impl Default for FrameBench {
@@ -72,6 +77,8 @@ impl Default for FrameBench {
             impostors: ImpostorOptions::default(),
             without_details: false,
             without_films: false,
+            particles: ParticlesBy::Auto,
+            most_particles: ParticlesOptions::default().most,
         }
     }
 }
@@ -135,6 +142,8 @@ pub struct FrameTimes {
     pub stereo_passes: Option<u32>,
     /// What the actors of the last frame took.
     pub actors: Told,
+    /// What the particles of the last frame took.
+    pub particles: ParticlesTold,
     /// What films took: pictures of the frames that count, and milliseconds of the last one.
     pub films: FilmTold,
 }
@@ -202,6 +211,10 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
     if let Some(folder) = folder {
         let mut stage = app.world_mut().resource_mut::<Stage>();
         stage.open(folder)?;
+        let bundle = stage.bundle().cloned();
+        bench.particles.prepare(&mut app, bundle.as_ref().map_or(&[], |bundle| &bundle.living().particles));
+        app.world_mut().resource_mut::<Particles>().options.most = bench.most_particles;
+        let stage = app.world().resource::<Stage>();
         if let Some(manifest) = stage.manifest() {
             let pose = bench.pose.unwrap_or_else(|| Pose::home(manifest));
             let fov = fov_deg(manifest).to_radians();
@@ -218,7 +231,7 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
     app.insert_resource(clock.clone()).insert_resource(fault.clone()).add_systems(
         Update,
         move |stage: Res<Stage>,
-              (actors, impostors, films): (Res<Actors>, Res<Impostors>, Res<Films>),
+              (actors, impostors, films, particles): (Res<Actors>, Res<Impostors>, Res<Films>, Res<Particles>),
               clock: Res<Clock>,
               fault: Res<DeviceFault>,
               adapter: Option<Res<RenderAdapterInfo>>,
@@ -258,6 +271,7 @@ pub fn frame_times(folder: Option<&Path>, bench: FrameBench) -> Result<FrameTime
                         resident_bytes: resident_bytes(),
                         stereo_passes: bench.stereo.map(|_| if one_pass.count() > 0 { 1 } else { 2 }),
                         actors: actors.told(),
+                        particles: particles.told(),
                         films: films.told().since(&films_before),
                     }));
                 }

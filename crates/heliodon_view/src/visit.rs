@@ -6,6 +6,7 @@ use crate::daylight::StereoPasses;
 use crate::hud::HudVisibility;
 use crate::input::Input;
 use crate::kiosk::{Kiosk, frame_watch};
+use crate::particles::ParticlesBy;
 use crate::stage::Stage;
 use crate::story::StoryPlaces;
 use crate::time_lapse::{Blend, TimeLapse};
@@ -47,6 +48,8 @@ pub struct VisitOptions {
     pub display: Option<Arc<Display>>,
     /// Where its story comes from and goes to.
     pub story: StoryPlaces,
+    /// Who simulates sources of very many particles.
+    pub particles: ParticlesBy,
 }
 
 impl Default for VisitOptions {
@@ -59,6 +62,7 @@ impl Default for VisitOptions {
             actors: ActorsOptions::default(),
             display: None,
             story: StoryPlaces::default(),
+            particles: ParticlesBy::Auto,
         }
     }
 }
@@ -83,6 +87,9 @@ impl VisitOptions {
         world.insert_resource(self.story.clone());
         world.insert_resource(StereoPasses(display.display.passes));
         world.resource_mut::<Stage>().open(folder)?;
+        let bundle = world.resource::<Stage>().bundle().cloned();
+        self.particles.prepare(app, bundle.as_ref().map_or(&[], |bundle| &bundle.living().particles));
+        let world = app.world_mut();
         let (input, faults) = Input::new(&display.input);
         for fault in faults {
             let told = display.error_at(&["input", "bind", &fault.action], fault.message, fault.remedy);

@@ -4,6 +4,7 @@ use super::display;
 use crate::App;
 use crate::acting;
 use crate::failure::wrong_arguments;
+use crate::swarming::Particles;
 use crate::values::{self, Size};
 use anyhow::Result;
 use heliodon_bake::bake::bake;
@@ -46,6 +47,9 @@ pub struct Args {
     /// Samples a pixel: 1, 2, 4 or 8; more where a GPU has the time
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = values::samples)]
     samples: u32,
+    /// Who simulates sources of very many particles
+    #[arg(long, value_enum, value_name = "BY", default_value_t)]
+    particles: Particles,
     /// Screens, trackers and keys: display.toml, or desktop, monitor, flatworld, cave, ring [default: display.toml beside the site, or the user's own]
     #[arg(long, value_name = "FILE|PRESET")]
     display: Option<PathBuf>,
@@ -86,6 +90,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
         actors,
         display: display_of(args)?,
         story: story_places(&args.path, args.language.clone(), !args.forget),
+        particles: args.particles.into(),
     };
     let options = WindowOptions { size: args.size.map(|size| (size.width, size.height)), visit, preview: args.preview };
     if args.preview && options.visit.display.as_ref().is_none_or(|display| display.screens.is_empty()) {

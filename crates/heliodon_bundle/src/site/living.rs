@@ -217,9 +217,9 @@ pub struct Particles {
     /// How far they come from, to all sides of the place, metres.
     #[serde(default = "particle_m")]
     pub extent: [f64; 3],
-    /// How many there are beside what is usual.
+    /// How many there are beside what is usual. Where all sources together want more than some 20,000, a GPU simulates them in visits, or they are thinned.
     #[serde(default = "one")]
-    #[schemars(range(min = 0, max = 20))]
+    #[schemars(range(min = 0, max = 500))]
     pub density: f64,
     /// How large they are beside what is usual.
     #[serde(default = "one")]

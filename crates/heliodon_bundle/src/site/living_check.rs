@@ -193,7 +193,7 @@ fn check_particles(at: &[&str; 2], particles: &Particles) -> Checked {
     if particles.extent.iter().any(|&metres| metres < 0.0) {
         return fault(&key("extent"), "extent is below 0", "give three lengths from 0 up, metres");
     }
-    within(&key("density"), particles.density, 0.0, 20.0)?;
+    within(&key("density"), particles.density, 0.0, 500.0)?;
     within(&key("size"), particles.size, 0.01, 100.0)
 }
 

@@ -27,7 +27,7 @@ mod raster;
 mod relight;
 pub(crate) mod seen;
 #[cfg(test)]
-mod shader_tests;
+pub(crate) mod shader_tests;
 pub mod sight;
 mod slot;
 pub(crate) mod texels;

@@ -14,7 +14,7 @@ use bevy::render::render_resource::TextureFormat;
 use heliodon_bundle::LightLayout;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
-fn compile(source: &str) -> naga::Module {
+pub(crate) fn compile(source: &str) -> naga::Module {
     let module = naga::front::wgsl::parse_str(source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(source)));
     // Half floats read as words: every WebGPU device does that. Triangles are numbered where the device can.
     // Both eyes are drawn at once where it can, too.

@@ -141,8 +141,24 @@ impl Renderer {
     /// # Panics
     /// Without any Vulkan, Metal or DirectX driver, as Bevy does; a software one will do.
     pub fn new(folder: impl AsRef<Path>, width: u32, height: u32, options: RenderOptions) -> Result<Self, HeadlessError> {
+        Self::with(folder, [width, height], options, |_| {})
+    }
+
+    /// The same with what `more` adds to the app while plugins can be added to it.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    ///
+    /// # Panics
+    /// As [`Self::new`].
+    pub fn with(
+        folder: impl AsRef<Path>,
+        [width, height]: [u32; 2],
+        options: RenderOptions,
+        more: impl FnOnce(&mut App),
+    ) -> Result<Self, HeadlessError> {
         let samples = options.samples.clamp(1, 4);
-        let mut stepped = Stepped::new(folder.as_ref(), samples, |_| {})?;
+        let mut stepped = Stepped::new(folder.as_ref(), samples, more)?;
         stepped.check_size([width, height], samples)?;
         let size = UVec2::new(width, height);
         let drawn = size * samples;

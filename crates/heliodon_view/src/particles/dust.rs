@@ -19,11 +19,11 @@ const MOTES_PER_M3: f32 = 26.0;
 const MOST_MOTES: f32 = 2600.0;
 const FEWEST_MOTES: f32 = 40.0;
 /// Half the width of a mote: fluff and the coarsest of marble's dust.
-const MOTE_M: f32 = 0.0011;
+pub const MOTE_M: f32 = 0.0011;
 /// How long one is followed until another takes its part.
-const MOTE_S: f32 = 14.0;
+pub const MOTE_S: f32 = 14.0;
 /// How much brighter than white in the same sun a mote is to whoever looks across the light: its own size is less than that of its glare.
-const MOTE_SHINES: f32 = 3.0;
+pub const MOTE_SHINES: f32 = 3.0;
 /// How long dust takes to rise and to settle.
 pub const SETTLES_S: f64 = 3.0;
 /// What a metre of air scatters: a workshop in which stone is cut, a tenth of fog.
@@ -47,8 +47,8 @@ pub fn cells(source: &Source, share: f32) -> ([u32; 3], f32) {
     ((2.0 * source.extent / cell).ceil().max(Vec3::ONE).as_uvec3().to_array(), cell)
 }
 
-/// Dust at a time.
-pub fn dust(source: &Source, share: f32, now_s: f64, reached: &Reached, out: &mut Vec<Quad>) {
+/// Dust at a time; without its motes where those are elsewhere.
+pub fn dust(source: &Source, (share, elsewhere): (f32, bool), now_s: f64, reached: &Reached, out: &mut Vec<Quad>) {
     let there = source.span.presence(now_s, SETTLES_S);
     // until it is known where the sun shines, there would be dust in the shade
     let map = reached.map.filter(|_| reached.air.sun != Vec3::ZERO);
@@ -58,7 +58,9 @@ pub fn dust(source: &Source, share: f32, now_s: f64, reached: &Reached, out: &mu
     if there <= 0.0 || (map.is_none() && lamps.is_empty()) {
         return;
     }
-    motes(source, share, now_s, &reached, there, out);
+    if !elsewhere {
+        motes(source, share, now_s, &reached, there, out);
+    }
     haze(source, share, now_s, &reached, there, out);
 }
 
@@ -145,11 +147,11 @@ mod tests {
         let mut light = noon();
         light.map = Some((&map, 0));
         let mut out = Vec::new();
-        dust(&source, 1.0, 5.0, &light, &mut out);
+        dust(&source, (1.0, false), 5.0, &light, &mut out);
         assert!(out.len() > 500 && out.iter().all(|quad| quad.of_sun().x > 0.0 && quad.radiance() == Vec3::ZERO));
         light.air.sun = Vec3::ZERO;
         out.clear();
-        dust(&source, 1.0, 5.0, &light, &mut out);
+        dust(&source, (1.0, false), 5.0, &light, &mut out);
         assert!(out.is_empty());
     }
 
@@ -162,7 +164,7 @@ mod tests {
             let mut light = Reached { lamps: &[lamp], ..noon() };
             light.air.sun = Vec3::ZERO;
             let mut out = Vec::new();
-            dust(&source, 1.0, 5.0, &light, &mut out);
+            dust(&source, (1.0, false), 5.0, &light, &mut out);
             out
         };
         let lit = dusty(lamp);
@@ -203,7 +205,7 @@ mod tests {
         let light = Reached { map: Some((&map, 0)), ..noon() };
         let sum = |now_s: f64| {
             let mut out = Vec::new();
-            dust(&source, 1.0, now_s, &light, &mut out);
+            dust(&source, (1.0, false), now_s, &light, &mut out);
             out.iter().map(|quad| quad.of_sun().x).sum::<f32>()
         };
         let sums = [9.9, 11.5, 13.1].map(sum);

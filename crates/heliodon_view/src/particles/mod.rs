@@ -14,6 +14,7 @@ pub(crate) mod render;
 mod shower;
 mod source;
 mod sun_map;
+mod swarm;
 
 use crate::actors::Actors;
 use crate::costs::FrameTold;
@@ -44,6 +45,8 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 use sun_map::SunMap;
+use swarm::Swarms;
+pub use swarm::{ParticlesBy, SwarmPlugin};
 
 /// Sources that have a map of the sun at most: the nearest.
 const MOST_MAPS: usize = 12;
@@ -80,11 +83,13 @@ pub struct ParticlesOptions {
     pub most: usize,
     /// Whether a frame waits for what it needs, as stills and films do.
     pub wait: bool,
+    /// Who simulates sources that want very many; what it needs is added by [`ParticlesBy::prepare`].
+    pub by: ParticlesBy,
 }
 
 impl Default for ParticlesOptions {
     fn default() -> Self {
-        Self { most: 12_000, wait: false }
+        Self { most: 12_000, wait: false, by: ParticlesBy::Auto }
     }
 }
 
@@ -95,6 +100,8 @@ pub struct ParticlesTold {
     pub sources: usize,
     /// Particles that were drawn.
     pub particles: usize,
+    /// How many of them by the device, as far as is known here: they are counted where they live.
+    pub by_device: usize,
     /// Maps of the sun that they were lit by.
     pub maps: usize,
     /// Milliseconds that the processor took.
@@ -177,7 +184,7 @@ impl Plugin for ParticlesPlugin {
 }
 
 /// Takes up the sources of another bundle.
-fn follow_stage(stage: Res<Stage>, mut particles: ResMut<Particles>) {
+fn follow_stage(stage: Res<Stage>, swarms: Option<Res<Swarms>>, mut particles: ResMut<Particles>) {
     if particles.stage == stage.serial() {
         return;
     }
@@ -185,6 +192,9 @@ fn follow_stage(stage: Res<Stage>, mut particles: ResMut<Particles>) {
     let Some(bundle) = stage.bundle() else { return };
     particles.white = light::brightest_white(bundle.lapse());
     particles.sources = bundle.living().particles.iter().zip(0..).map(|(table, number)| Source::new(table, number)).collect();
+    if swarms.is_none() && !particles.options.wait && particles.has_swarms() {
+        warn!("very many particles are thinned, and drawn by the processor: the visit began without any");
+    }
 }
 
 /// Starts and stops what scripts ask for.
@@ -231,7 +241,7 @@ type Eyes<'w, 's> =
 fn arrange(
     (stage, now, stage_frame): (Res<Stage>, Res<Now>, Res<StageFrame>),
     (actors, lamps): (Res<Actors>, Option<Res<Lamps>>),
-    mut particles: ResMut<Particles>,
+    (mut particles, mut swarms): (ResMut<Particles>, Option<ResMut<Swarms>>),
     mut also: ResMut<AlsoInTheAir>,
     mut frame: ResMut<AirFrame>,
     cameras: Eyes<'_, '_>,
@@ -242,7 +252,7 @@ fn arrange(
     let mut quads = std::mem::take(&mut also.0);
     let mut boxes: Vec<(Vec3, Vec3)> = quad::bounds(&quads).into_iter().collect();
     if particles.sources.is_empty() && quads.is_empty() {
-        if !frame.quads.is_empty() {
+        if !(frame.quads.is_empty() && frame.swarms.is_empty()) {
             *frame = AirFrame::default();
         }
         particles.told = ParticlesTold::default();
@@ -255,28 +265,34 @@ fn arrange(
     particles.look_around(&stage, &seen);
     let air = AirLight::new(moment, now.has_sun, stage_frame.exposure_stops, particles.white);
     let lit: Vec<usize> = if now.has_sun { particles.follow_sun(&stage, &seen, moment.sun_direction) } else { Vec::new() };
+    let flies = |swarms: &Option<ResMut<Swarms>>, number: usize| swarms.as_ref().is_some_and(|swarms| swarms.flies(number));
+    seen.iter_mut().for_each(|seen| seen.flies = flies(&swarms, seen.source));
     particles.share(&mut seen);
     let maps: Vec<Arc<SunMap>> = lit.iter().filter_map(|number| particles.maps.get(number)).cloned().collect();
     let lamps: Vec<Lamp> = lamps.map_or_else(Vec::new, |lamps| uniform::lit(lamps.all()));
+    let reached = |seen: &Seen| {
+        let source = &particles.sources[seen.source];
+        let openness = source.around.as_ref().map_or(1.0, |around| around.openness);
+        let map = lit.iter().position(|number| *number == seen.source);
+        // smoke is where it has risen to
+        let risen = if source.kind == ParticleKind::Smoke { Vec3::Y * 1.5 } else { Vec3::ZERO };
+        let (mean, brightest) = ambient(moment, actors.grid(), source.place + risen, openness);
+        Reached {
+            air,
+            ambient: mean * air.exposure,
+            brightest: brightest * air.exposure,
+            map: map.map(|map| (&*maps[map], map as u32)),
+            lamps: &lamps,
+        }
+    };
     let made: Vec<Vec<Quad>> = seen
         .par_iter()
         .map(|seen| {
-            let source = &particles.sources[seen.source];
-            let openness = source.around.as_ref().map_or(1.0, |around| around.openness);
-            let map = lit.iter().position(|number| *number == seen.source);
-            // smoke is where it has risen to
-            let risen = if source.kind == ParticleKind::Smoke { Vec3::Y * 1.5 } else { Vec3::ZERO };
-            let (mean, brightest) = ambient(moment, actors.grid(), source.place + risen, openness);
-            let reached = Reached {
-                air,
-                ambient: mean * air.exposure,
-                brightest: brightest * air.exposure,
-                map: map.map(|map| (&*maps[map], map as u32)),
-                lamps: &lamps,
-            };
+            let (source, reached) = (&particles.sources[seen.source], reached(seen));
             let mut out = Vec::new();
             match source.kind {
-                ParticleKind::Dust => dust::dust(source, seen.share, now_s, &reached, &mut out),
+                ParticleKind::Dust => dust::dust(source, (seen.share, seen.flies), now_s, &reached, &mut out),
+                _ if seen.flies => {}
                 ParticleKind::Smoke => plume::smoke(source, seen.share, now_s, &reached, &mut out),
                 ParticleKind::Fire => plume::fire(source, seen.share, now_s, &reached, &mut out),
                 ParticleKind::Sparks => shower::sparks(source, seen.share, now_s, &reached, &mut out),
@@ -285,16 +301,29 @@ fn arrange(
             out
         })
         .collect();
+    let mut shown = Vec::new();
+    let mut by_device = 0;
+    if let Some(swarms) = &mut swarms {
+        for seen in seen.iter().filter(|seen| seen.flies) {
+            let (source, reached) = (&particles.sources[seen.source], reached(seen));
+            let map = reached.map.map(|(_, number)| &maps[number as usize]);
+            let light = (&reached, map, moment.sun_direction);
+            shown.extend(swarms.shown((seen.source, source), now_s, light, stage.footing()));
+            by_device += Swarms::living(source, now_s);
+            boxes.push(source.bounds());
+        }
+    }
     boxes.extend(made.iter().filter_map(|quads| quad::bounds(quads)));
     made.into_iter().for_each(|mut more| quads.append(&mut more));
-    particles.told = ParticlesTold { sources: seen.len(), particles: quads.len(), maps: maps.len(), ms: 0.0 };
+    particles.told =
+        ParticlesTold { sources: seen.len(), particles: quads.len() + by_device, by_device, maps: maps.len(), ms: 0.0 };
     let heads = heads.iter().map(|head| {
         let (haze, order) = from_afar(head.place, &quads);
         AirHead { cameras: head.cameras.clone(), order, haze }
     });
     let (heads, fine) = (Arc::new(heads.collect()), particles.options.wait);
-    *frame =
-        AirFrame { quads: Arc::new(quads), boxes: Arc::new(boxes), heads, maps, sun_direction: moment.sun_direction, fine };
+    let (quads, boxes, swarms) = (Arc::new(quads), Arc::new(boxes), Arc::new(shown));
+    *frame = AirFrame { quads, boxes, heads, maps, sun_direction: moment.sun_direction, fine, swarms };
     particles.told.ms = start.elapsed().as_secs_f32() * 1e3;
 }
 
@@ -322,6 +351,8 @@ struct Seen {
     distance_m: f32,
     /// The share of its particles that is shown.
     share: f32,
+    /// Whether the device has them: all but what dust is a haze of.
+    flies: bool,
 }
 
 impl Particles {
@@ -354,7 +385,8 @@ impl Particles {
             let distance = |head: &Head| head.place.distance(head.place.clamp(low, high));
             let distance_m = heads.iter().map(distance).fold(f32::INFINITY, f32::min);
             let shown_px = half.length() * pixels / distance_m.max(0.1);
-            seen.push(Seen { source: number, distance_m, share: (shown_px / WHOLE_PX).clamp(LEAST_SHARE, 1.0) });
+            let share = (shown_px / WHOLE_PX).clamp(LEAST_SHARE, 1.0);
+            seen.push(Seen { source: number, distance_m, share, flies: false });
         }
         seen.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
         seen
@@ -405,7 +437,15 @@ impl Particles {
 
     /// Divides the particles that a frame has among those that are seen.
     fn share(&self, seen: &mut [Seen]) {
-        let wanted: f64 = seen.iter().map(|seen| f64::from(seen.share) * count(&self.sources[seen.source])).sum();
+        let here = |seen: &Seen| {
+            let source = &self.sources[seen.source];
+            match (seen.flies, source.kind) {
+                (false, _) => count(source),
+                (true, ParticleKind::Dust) => slices(source),
+                (true, _) => 0.0,
+            }
+        };
+        let wanted: f64 = seen.iter().map(|seen| f64::from(seen.share) * here(seen)).sum();
         let part = (self.options.most as f64 / wanted.max(1.0)).min(1.0) as f32;
         seen.iter_mut().for_each(|seen| seen.share *= part);
     }
@@ -428,10 +468,12 @@ fn life_s(source: &Source) -> f64 {
 
 /// How many particles a source has at the most.
 fn count(source: &Source) -> f64 {
-    births(source).map_or_else(
-        || f64::from(dust::mote_count(source)) + dust::cells(source, 1.0).0.iter().map(|&n| f64::from(n)).product::<f64>(),
-        |births| births.per_s * births.most_s,
-    )
+    births(source).map_or_else(|| f64::from(dust::mote_count(source)) + slices(source), |births| births.per_s * births.most_s)
+}
+
+/// How many slices of haze dust has at the most.
+fn slices(source: &Source) -> f64 {
+    dust::cells(source, 1.0).0.iter().map(|&n| f64::from(n)).product()
 }
 
 #[cfg(test)]
@@ -445,14 +487,14 @@ mod tests {
         let place = |number: usize| Vec3::new(number as f32, 0.0, 0.0);
         let sources = (0..1000).map(|number| source(kinds[number % 5], place(number))).collect();
         let particles = Particles { sources, ..default() };
-        let mut seen: Vec<Seen> = (0..1000).map(|source| Seen { source, distance_m: 1.0, share: 1.0 }).collect();
+        let mut seen: Vec<Seen> = (0..1000).map(|source| Seen { source, distance_m: 1.0, share: 1.0, flies: false }).collect();
         particles.share(&mut seen);
         let light = light::tests::noon();
         let mut out = Vec::new();
         for seen in &seen {
             let source = &particles.sources[seen.source];
             match source.kind {
-                ParticleKind::Dust => dust::dust(source, seen.share, 3.0, &light, &mut out),
+                ParticleKind::Dust => dust::dust(source, (seen.share, false), 3.0, &light, &mut out),
                 ParticleKind::Smoke => plume::smoke(source, seen.share, 3.0, &light, &mut out),
                 ParticleKind::Fire => plume::fire(source, seen.share, 3.0, &light, &mut out),
                 ParticleKind::Sparks => shower::sparks(source, seen.share, 3.0, &light, &mut out),

@@ -22,13 +22,13 @@ const FIRELIGHT: Vec3 = Vec3::new(1.0, 0.40, 0.09);
 /// Puffs of smoke a second.
 const PUFFS_PER_S: f64 = 11.0;
 /// How long they are there.
-const PUFF_S: f32 = 7.5;
+pub const PUFF_S: f32 = 7.5;
 /// How fast smoke rises at first, metres a second.
-const RISE_M_PER_S: f32 = 0.95;
+pub const RISE_M_PER_S: f32 = 0.95;
 /// What smoke gives back of the light that falls on it.
-const SMOKE_ALBEDO: Vec3 = Vec3::new(0.62, 0.63, 0.66);
+pub const SMOKE_ALBEDO: Vec3 = Vec3::new(0.62, 0.63, 0.66);
 /// What a fresh puff takes away in its middle.
-const THICKNESS: f32 = 0.5;
+pub const THICKNESS: f32 = 0.5;
 
 /// The light that a fire gives to what is around it, where flames have so much radiance.
 #[must_use]

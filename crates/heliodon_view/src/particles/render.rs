@@ -7,6 +7,7 @@
 
 use super::quad::{QUAD_BYTES, Quad};
 use super::sun_map::{OPEN, SunMap};
+use super::swarm::SwarmShown;
 use crate::daylight::pipelines::{StagePipelines, resolved};
 use crate::daylight::prepare::StageGpu;
 use crate::lamps::LAMPS_SHARED_WGSL;
@@ -69,6 +70,8 @@ pub struct AirFrame {
     pub sun_direction: Vec3,
     /// Whether pictures are to be as fine as they can be.
     pub fine: bool,
+    /// Swarms in sight.
+    pub swarms: Arc<Vec<SwarmShown>>,
 }
 
 /// What a head sees.
@@ -110,9 +113,19 @@ pub struct AirGpu {
     under_lamps: bool,
     compose: HashMap<(DisplayKey, u32), CachedRenderPipelineId>,
     sampler: Option<Sampler>,
+    /// Whether this frame has swarms, which are drawn before the quads.
+    swarms: bool,
 }
 
 impl AirGpu {
+    /// The picture of light into which swarms are drawn before a camera's quads; its depth is of the same size.
+    #[must_use]
+    pub fn swarm_layer(&self, camera: Entity) -> Option<&Texture> {
+        let own = self.cameras.get(&camera).filter(|own| self.swarms && own.drawn.is_some())?;
+        let [_, rest] = &own.layers;
+        Some(&rest.light)
+    }
+
     /// Whether a camera sees any of it in this frame.
     #[must_use]
     pub fn has_any(&self, camera: Entity) -> bool {
@@ -218,7 +231,8 @@ pub fn prepare(
 ) {
     let gpu = &mut *gpu;
     gpu.cameras.values_mut().for_each(|camera| camera.drawn = None);
-    if frame.quads.is_empty() || frame.heads.is_empty() {
+    gpu.swarms = !frame.swarms.is_empty();
+    if (frame.quads.is_empty() && !gpu.swarms) || frame.heads.is_empty() {
         return;
     }
     let both = (&*device, &*queue);
@@ -232,7 +246,7 @@ pub fn prepare(
         let ((entity, main), samples, display) = (seen.entities, seen.samples, seen.display);
         let Some(head) = frame.heads.iter().position(|head| head.cameras.contains(&main)) else { continue };
         let Some(part) = touched(&frame.boxes, seen.clip_from_world, seen.corner, seen.size) else { continue };
-        let of_rest = if stone.software && !exact && !frame.fine { COARSE } else { 1 };
+        let of_rest = if stone.software && !exact && !frame.fine && !gpu.swarms { COARSE } else { 1 };
         let scales = [HAZE_COARSE[usize::from(!stone.software)], of_rest];
         let layouts = gpu.layouts.get_or_insert_with(Layouts::default);
         let found = [
@@ -490,7 +504,12 @@ pub fn draw(view: ViewQuery<&ViewTarget>, gpu: Res<AirGpu>, cache: Res<PipelineC
     let [Some(quads), Some(compose)] = pipelines.map(|id| cache.get_render_pipeline(id)) else { return };
     let Some(head) = gpu.heads.get(head) else { return };
     let encoder = context.command_encoder();
-    for (((layer, range), (at, size)), viewport) in own.layers.iter().zip(&head.ranges).zip(layer_parts).zip(viewports) {
+    let [of_haze, of_rest] = [false, gpu.swarms].map(|begun| match begun {
+        true => LoadOp::Load,
+        false => LoadOp::Clear(wgpu::Color::TRANSPARENT),
+    });
+    let layers = own.layers.iter().zip([of_haze, of_rest]).zip(&head.ranges);
+    for ((((layer, load), range), (at, size)), viewport) in layers.zip(layer_parts).zip(viewports) {
         let view = layer.light.create_view(&TextureViewDescriptor::default());
         let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
             label: Some("air"),
@@ -498,7 +517,7 @@ pub fn draw(view: ViewQuery<&ViewTarget>, gpu: Res<AirGpu>, cache: Res<PipelineC
                 view: &view,
                 depth_slice: None,
                 resolve_target: None,
-                ops: Operations { load: LoadOp::Clear(wgpu::Color::TRANSPARENT), store: StoreOp::Store },
+                ops: Operations { load, store: StoreOp::Store },
             })],
             ..default()
         });

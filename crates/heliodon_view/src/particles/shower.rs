@@ -9,31 +9,31 @@ use heliodon_math::frame::unit_or;
 use std::f32::consts::TAU;
 
 /// Gravity, metres a second squared.
-const GRAVITY: f32 = 9.81;
+pub const GRAVITY: f32 = 9.81;
 /// How long a picture is taken: streaks are as long as what moves goes meanwhile.
-const SHUTTER_S: f32 = 1.0 / 48.0;
+pub const SHUTTER_S: f32 = 1.0 / 48.0;
 /// Sparks a second.
 const SPARKS_PER_S: f64 = 42.0;
 /// The longest that a spark glows.
-const SPARK_S: f32 = 1.7;
+pub const SPARK_S: f32 = 1.7;
 /// Half the width of a spark: a splinter of charcoal.
-const SPARK_M: f32 = 0.0022;
+pub const SPARK_M: f32 = 0.0022;
 /// Of the gravity what pulls it in the hot air that it rises with.
-const SPARK_WEIGHT: f32 = 0.34;
+pub const SPARK_WEIGHT: f32 = 0.34;
 /// How fast air brakes it, a second.
-const SPARK_DRAG: f32 = 1.3;
+pub const SPARK_DRAG: f32 = 1.3;
 /// Drops a second from a source of the usual extent; wider ones have more, as their area.
 const DROPS_PER_S: f64 = 90.0;
 /// Half the width of a drop.
-const DROP_M: f32 = 0.0034;
+pub const DROP_M: f32 = 0.0034;
 /// How long what splashes from a drop is seen.
-const SPLASH_S: f32 = 0.32;
+pub const SPLASH_S: f32 = 0.32;
 /// Droplets that splash from a drop.
 const DROPLETS: u32 = 4;
 /// How much brighter a drop is than a white plane that faces where most light comes from: it is a lens that shows the window itself.
-const DROP_SHINES: f32 = 1.5;
+pub const DROP_SHINES: f32 = 1.5;
 /// How much brighter than white a drop is that turns the sun to the eye.
-const GLINT: f32 = 3.0;
+pub const GLINT: f32 = 3.0;
 
 /// The births of sparks.
 #[must_use]

@@ -100,6 +100,14 @@ impl Source {
         around.floor[part(z, self.place.z, self.extent.z)][part(x, self.place.x, self.extent.x)]
     }
 
+    /// Heights of the ground beneath, row by row along Z from its least corner on; far below until it was looked at.
+    #[must_use]
+    pub fn floors(&self) -> [f32; SIDE * SIDE] {
+        let unknown = [self.place.y - DEEP_M; SIDE * SIDE];
+        let known = self.around.as_ref().and_then(|around| around.floor.as_flattened().try_into().ok());
+        known.unwrap_or(unknown)
+    }
+
     /// How wide it is, metres to each side.
     #[must_use]
     pub fn width_m(&self) -> f32 {

@@ -2,6 +2,7 @@
 
 use super::{Figures, figures};
 use crate::failure::wrong_arguments;
+use crate::swarming::Particles;
 use crate::{acting, values};
 use anyhow::Result;
 use glam::Vec3;
@@ -37,6 +38,12 @@ pub struct Args {
     /// For frame: the bundle's films are left out
     #[arg(long)]
     no_films: bool,
+    /// For frame: who simulates sources of very many particles
+    #[arg(long, value_enum, value_name = "BY", default_value_t)]
+    particles: Particles,
+    /// For frame: particles that the processor draws at most [default: 12000]
+    #[arg(long, value_name = "N")]
+    most_particles: Option<usize>,
     /// For frame: the day stands still
     #[arg(long)]
     paused: bool,
@@ -99,6 +106,8 @@ pub fn run(args: &super::Args) -> Result<Figures> {
         (bench.frames, bench.warm_up) = (frames, bench.warm_up.min(frames));
     }
     bench.without_films = asked.no_films;
+    bench.particles = asked.particles.into();
+    bench.most_particles = asked.most_particles.unwrap_or(bench.most_particles);
     bench.impostors.casters = if asked.no_impostor_shadows { 0 } else { asked.impostor_shadows.unwrap_or(u32::MAX) };
     bench.impostors.views = match asked.impostors {
         ImpostorViews::Blended => Views::Blended,
@@ -122,6 +131,12 @@ pub fn run(args: &super::Args) -> Result<Figures> {
             figures.more.insert("actors_directions".to_owned(), told.directions as f64);
             figures.more.insert("actors_vertices".to_owned(), told.vertices as f64);
             figures.more.insert("actors_ms".to_owned(), f64::from(told.ms));
+        }
+        let told = times.particles;
+        if told.sources > 0 {
+            figures.more.insert("particles".to_owned(), told.particles as f64);
+            figures.more.insert("particles_by_device".to_owned(), told.by_device as f64);
+            figures.more.insert("particles_ms".to_owned(), f64::from(told.ms));
         }
         if times.films.films > 0 {
             figures.more.insert("films".to_owned(), times.films.films as f64);
