@@ -62,12 +62,12 @@ fn shaded_differences_across_borders_are_below_what_eight_bits_show() {
             |match_seams: bool| bench.solve(&SolveParams { bounces: 2, error, samples, match_seams, ..SolveParams::default() });
         let (open, closed) = (solve(false), solve(true));
         let notes = &closed.notes;
-        // a miss: 1.55 codes, in nets of charts much narrower than a texel, and still too slow to come together
-        let most = if name.ends_with("lamps") { 2.0 } else { 1.0 };
-        assert!(notes.widest_seam_codes < most, "{name}: {} codes", notes.widest_seam_codes);
-        let [matched, left] = notes.seam_places;
-        // those left lie within things, where what is dark stays dark
-        assert!(left * 3 <= matched, "{name}: {matched} places are matched, {left} are not");
+        // half of a code is what rounding to eight bits hides
+        assert!(notes.widest_seam_codes <= 0.5, "{name}: {} codes", notes.widest_seam_codes);
+        let ([matched, left], hidden) = (notes.seam_places, notes.hidden_seam_places);
+        println!("{name}: {} codes, {matched} places are matched, {left} are not, {hidden} hidden", notes.widest_seam_codes);
+        // those left lie where a wall parts light from darkness: what is dark stays dark
+        assert!((left - hidden) * 20 <= matched, "{name}: {matched} places are matched, {left} are not, {hidden} hidden");
         let mut bright: Vec<f32> = closed.light.iter().map(|light| light.max_element()).collect();
         bright.sort_by(f32::total_cmp);
         let white = bright[bright.len() * 95 / 100].max(1e-3);
