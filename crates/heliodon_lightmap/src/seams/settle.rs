@@ -108,7 +108,8 @@ impl Net {
             let [one, other] = matched.sides(own);
             let counts = shown(0.5 * (one + other));
             let mut row = Row { texels: [0; 8], weights: [0.0; 8], apart: counts * (one - other) };
-            for (i, (texel, weight)) in matched.asked().enumerate().filter(|(_, (texel, _))| number[*texel as usize] != NOBODY) {
+            for (i, (texel, weight)) in matched.asked().enumerate().filter(|(_, (texel, _))| number[*texel as usize] != NOBODY)
+            {
                 (row.texels[i], row.weights[i]) = (number[texel as usize], counts * weight);
             }
             row
