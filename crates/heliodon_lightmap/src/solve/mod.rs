@@ -13,6 +13,7 @@ mod directions;
 mod fill;
 mod follow;
 mod gather;
+mod guide;
 mod kept;
 mod lamps;
 mod matching;
