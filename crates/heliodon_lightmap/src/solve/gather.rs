@@ -2,7 +2,7 @@
 
 use super::directions::{Block, Lookouts, from_sky};
 use super::follow::{Path, follow};
-use super::guide::{Escaped, Openings};
+use super::guide::{Escaped, Openings, TOGETHER};
 use super::kept::{End, Kept, Looks};
 use super::stage::{Onward, Stage, faces};
 use super::{Models, SolveParams};
@@ -112,7 +112,7 @@ impl Gather<'_> {
         let mut looks = vec![Looks::default(); texels.len()];
         let mut open = Open::new(self.stage, texels);
         let is_sky = matches!(self.arriving, Arriving::Sky);
-        let (mut escaped, mut taken, mut openings) = (Escaped::new(texels.len()), vec![0; texels.len()], None);
+        let (mut escaped, mut taken, mut openings) = (Escaped::new(texels.len()), vec![0; texels.len()], Vec::new());
         let is_kept = kept.has_room();
         let (mut active, mut hits) = (Vec::new(), Vec::new());
         let mut rays = 0;
@@ -166,7 +166,9 @@ impl Gather<'_> {
                 };
                 let asking = open.partition(is_asking).0;
                 let seed = hash2_u32(texels[0], self.params.seed);
-                openings = Openings::find(self, asking, &blocks[..=number], &escaped, seed, &mut rays);
+                let groups = asking.chunks(TOGETHER);
+                let find = |group: Open| Openings::find(self, group, &blocks[..=number], &escaped, seed, &mut rays);
+                openings = groups.filter_map(find).collect();
             }
             open = open
                 .partition(|of| {
@@ -321,20 +323,46 @@ impl Open {
         parts
     }
 
+    /// So many at a time, in their order.
+    fn chunks(&self, count: usize) -> impl Iterator<Item = Self> + '_ {
+        let all = self.numbers.chunks(count).zip(self.origins.chunks(count));
+        let faces = self.planes.chunks(count).zip(self.normals.chunks(count));
+        all.zip(faces).map(|((numbers, origins), (planes, normals))| Self {
+            numbers: numbers.to_vec(),
+            origins: origins.to_vec(),
+            planes: planes.to_vec(),
+            normals: normals.to_vec(),
+        })
+    }
+
     /// Whether a direction is above both a texel's surface and what it is shaded as.
     pub fn faces(&self, i: usize, direction: Vec3) -> bool {
         faces(self.normals[i], self.planes[i], direction)
     }
 
     /// Traces a ray from each that faces a direction, marks those as active, and returns their number.
-    pub fn trace(&self, stage: &Stage, direction: Vec3, active: &mut Vec<u64>, hits: &mut Vec<Hit>) -> u64 {
+    fn trace(&self, stage: &Stage, direction: Vec3, active: &mut Vec<u64>, hits: &mut Vec<Hit>) -> u64 {
+        let rays = self.facing(direction, active);
+        hits.resize(self.numbers.len(), Hit::MISS);
+        stage.scene.rays.closest_parallel(&self.origins, direction, active, hits);
+        rays
+    }
+
+    /// As [`Open::trace`], but asks only whether anything is met.
+    pub fn ask(&self, stage: &Stage, direction: Vec3, active: &mut Vec<u64>, occluded: &mut Vec<u64>) -> u64 {
+        let rays = self.facing(direction, active);
+        occluded.resize(active.len(), 0);
+        stage.scene.rays.occluded_parallel(&self.origins, direction, active, occluded);
+        rays
+    }
+
+    /// Marks those that face a direction as active, and returns their number.
+    fn facing(&self, direction: Vec3, active: &mut Vec<u64>) -> u64 {
         active.clear();
         active.resize(self.numbers.len().div_ceil(64), 0);
-        hits.resize(self.numbers.len(), Hit::MISS);
         for i in 0..self.numbers.len() {
             active[i / 64] |= u64::from(self.faces(i, direction)) << (i % 64);
         }
-        stage.scene.rays.closest_parallel(&self.origins, direction, active, hits);
         active.iter().map(|word| u64::from(word.count_ones())).sum()
     }
 }

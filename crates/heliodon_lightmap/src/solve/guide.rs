@@ -14,7 +14,9 @@ use heliodon_rays::set_bits;
 use std::f32::consts::{PI, TAU};
 
 /// Directions through openings.
-const DIRECTIONS: u32 = 64;
+const DIRECTIONS: u32 = 32;
+/// Texels that look through the same ones: what lies a few steps further sees an opening elsewhere.
+pub(super) const TOGETHER: usize = 64;
 /// A cap has so many times the solid angle that an even direction stands for: caps of neighbours overlap.
 const CAP: f32 = 2.0;
 /// The greatest, a part of the sphere.
@@ -94,10 +96,11 @@ impl Openings {
         }
         let mut own = Escaped::new(open.numbers.len());
         own.begin(directions.len());
-        let (mut active, mut hits) = (Vec::new(), Vec::new());
+        let (mut active, mut occluded) = (Vec::new(), Vec::new());
         for (number, &direction) in directions.iter().enumerate() {
-            *rays += open.trace(gather.stage, direction, &mut active, &mut hits);
-            set_bits(&active).filter(|&i| !hits[i].is_some()).for_each(|i| own.add(number, i as u32));
+            *rays += open.ask(gather.stage, direction, &mut active, &mut occluded);
+            let escaped: Vec<u64> = active.iter().zip(&occluded).map(|(active, occluded)| active & !occluded).collect();
+            set_bits(&escaped).for_each(|i| own.add(number, i as u32));
         }
         Some(Self { open, caps, directions, escaped: own })
     }
