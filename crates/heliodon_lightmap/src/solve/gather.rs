@@ -204,7 +204,7 @@ impl Gather<'_> {
     }
 
     /// What comes from a direction in which nothing is met.
-    pub fn from_sky(&self, direction: Vec3) -> Vec3 {
+    pub fn escaping(&self, direction: Vec3) -> Vec3 {
         from_sky(self.models.illumination, self.stage.scene.sky, direction)
     }
 

@@ -120,7 +120,7 @@ impl Openings {
         let through_even: Vec<Vec<f32>> = blocks.iter().map(|block| through(&block.directions)).collect();
         let through_own = through(&self.directions);
         let even: Vec<f32> = self.directions.iter().map(|&d| gather.lookouts.density(gather.stage, set, d)).collect();
-        let from_sky: Vec<Vec3> = self.directions.iter().map(|&d| gather.from_sky(d)).collect();
+        let from_sky: Vec<Vec3> = self.directions.iter().map(|&d| gather.escaping(d)).collect();
         let of_texel = |i: usize| {
             let of = open.numbers[i];
             let count = taken[of as usize];
