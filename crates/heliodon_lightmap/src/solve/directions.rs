@@ -90,18 +90,6 @@ impl Spread {
     }
 }
 
-/// What comes from a direction in which nothing is met.
-pub(super) fn from_sky(illumination: &dyn Illumination, sky: &dyn Environment, direction: Vec3) -> Vec3 {
-    let light = illumination.escaped(sky, direction);
-    if light.is_finite() { light } else { Vec3::ZERO }
-}
-
-/// How many directions of a block lie in a solid angle there, `bright` of them where the sky is: the balance heuristic has each direction over the density of both ways to pick it (Veach,
-/// Guibas 1995).
-fn sky_density(spread: Spread, bright: usize, sky: &dyn Environment, direction: Vec3) -> f32 {
-    spread.density(direction) + if bright > 0 { bright as f32 * sky.density(direction) } else { 0.0 }
-}
-
 fn sky_block(block: u32, seed: u32, spread: Spread, illumination: &dyn Illumination, sky: &dyn Environment) -> Block {
     let mut directions = spread.directions(block, seed);
     let even = directions.len();
@@ -109,10 +97,15 @@ fn sky_block(block: u32, seed: u32, spread: Spread, illumination: &dyn Illuminat
         let numbers = (block * BRIGHT..(block + 1) * BRIGHT).map(|i| sobol2(i, seed ^ 0x5EED));
         directions.extend(numbers.filter_map(|numbers| Some(sky.sample(numbers)?.0)));
     }
-    let bright = directions.len() - even;
-    let solid_angle = |&d: &Vec3| 1.0 / sky_density(spread, bright, sky, d).max(f32::MIN_POSITIVE);
+    let bright = (directions.len() - even) as f32;
+    // the balance heuristic: each direction over the density of both ways to pick it (Veach, Guibas 1995)
+    let solid_angle = |&d: &Vec3| {
+        let density = spread.density(d) + if bright > 0.0 { bright * sky.density(d) } else { 0.0 };
+        1.0 / density.max(f32::MIN_POSITIVE)
+    };
     let solid_angles = directions.iter().map(solid_angle).collect();
-    let escaped = directions.iter().map(|&d| from_sky(illumination, sky, d)).collect();
+    let finite = |light: Vec3| if light.is_finite() { light } else { Vec3::ZERO };
+    let escaped = directions.iter().map(|&d| finite(illumination.escaped(sky, d))).collect();
     Block { directions, even, solid_angles, escaped }
 }
 
@@ -125,7 +118,6 @@ fn even_block(block: u32, seed: u32, spread: Spread) -> Block {
 
 /// Blocks of one spread.
 struct Set {
-    spread: Spread,
     sky: Vec<Block>,
     even: Vec<Block>,
 }
@@ -143,7 +135,6 @@ impl Lookouts {
     pub fn new(stage: &Stage, count: u32, seed: u32, illumination: &dyn Illumination) -> Self {
         let (normals, set) = flat_sets(stage);
         let of = |spread: Spread| Set {
-            spread,
             sky: (0..count).map(|block| sky_block(block, seed, spread, illumination, stage.scene.sky)).collect(),
             even: (0..count).map(|block| even_block(block, seed, spread)).collect(),
         };
@@ -164,13 +155,6 @@ impl Lookouts {
     /// The blocks of a set for light that escapes to the sky; the even directions of both kinds are the same.
     pub fn sky(&self, set: u16) -> &[Block] {
         &self.sets[usize::from(set)].sky
-    }
-
-    /// How many directions of one of these blocks lie in a solid angle there.
-    pub fn density(&self, stage: &Stage, set: u16, direction: Vec3) -> f32 {
-        let Set { spread, sky, .. } = &self.sets[usize::from(set)];
-        let bright = sky.first().map_or(0, |block| block.directions.len() - block.even);
-        sky_density(*spread, bright, stage.scene.sky, direction)
     }
 
     /// And for light that surfaces reflect.

@@ -1,13 +1,11 @@
 //! What texels see all around: the sky where nothing is met, and what surfaces reflect where something is.
 
-use super::directions::{Block, Lookouts, from_sky};
+use super::directions::{Block, Lookouts};
 use super::follow::{Path, follow};
-use super::guide::{Escaped, Openings, TOGETHER};
 use super::kept::{End, Kept, Looks};
 use super::stage::{Onward, Stage, faces};
 use super::{Models, SolveParams};
 use glam::Vec3;
-use heliodon_math::random::hash2_u32;
 use heliodon_rays::{Hit, Ray, beam_order, set_bits};
 use rayon::prelude::*;
 
@@ -111,21 +109,13 @@ impl Gather<'_> {
         let mut sums = vec![Sums::default(); texels.len()];
         let mut looks = vec![Looks::default(); texels.len()];
         let mut open = Open::new(self.stage, texels);
-        let is_sky = matches!(self.arriving, Arriving::Sky);
-        let (mut escaped, mut taken, mut openings) = (Escaped::new(texels.len()), vec![0; texels.len()], Vec::new());
         let is_kept = kept.has_room();
         let (mut active, mut hits) = (Vec::new(), Vec::new());
         let mut rays = 0;
         for (number, block) in blocks.iter().enumerate() {
             let mut paths = Vec::new();
             let key = (number * block.directions.len()) as u32;
-            if is_sky {
-                escaped.begin(block.directions.len());
-            }
             let mut end = |of: u32, d: usize, cosine: f32, end: End| {
-                if is_sky && matches!(end, End::Escaped) {
-                    escaped.add(key as usize + d, of);
-                }
                 let at =
                     Direction { direction: block.directions[d], solid_angle: block.solid_angles[d], escaped: block.escaped[d] };
                 self.add(&mut sums[of as usize], &at, cosine, end, |path| {
@@ -155,21 +145,7 @@ impl Gather<'_> {
                 }
             }
             rays += follow(self, paths, |of, light| sums[of as usize].of_block.light += light);
-            for &of in &open.numbers {
-                sums[of as usize].end_block();
-                taken[of as usize] = number + 1;
-            }
-            if is_sky && number + 1 == LEAST_BLOCKS {
-                let is_asking = |of: u32| {
-                    let sums = &sums[of as usize];
-                    sums.mean == 0.0 || !self.is_certain(sums, texels[of as usize] as usize, number)
-                };
-                let asking = open.partition(is_asking).0;
-                let seed = hash2_u32(texels[0], self.params.seed);
-                let groups = asking.chunks(TOGETHER);
-                let find = |group: Open| Openings::find(self, group, &blocks[..=number], &escaped, seed, &mut rays);
-                openings = groups.filter_map(find).collect();
-            }
+            open.numbers.iter().for_each(|&of| sums[of as usize].end_block());
             open = open
                 .partition(|of| {
                     let texel = texels[of as usize] as usize;
@@ -178,7 +154,10 @@ impl Gather<'_> {
                         let is_inside = self.valid.get(texel).map_or_else(|| sums[of as usize].is_enclosed(), |valid| !valid);
                         return !is_inside || sums[of as usize].mean != 0.0;
                     }
-                    !self.is_certain(&sums[of as usize], texel, number)
+                    let beside = self.beside.get(texel).copied().unwrap_or(0.0) + self.floor;
+                    // what few blocks tell of their own error is not certain itself
+                    let part = 0.5 * number as f32 / (number + 2) as f32;
+                    !sums[of as usize].is_certain(part * self.params.error, beside)
                 })
                 .0;
             if open.numbers.is_empty() {
@@ -186,26 +165,8 @@ impl Gather<'_> {
             }
         }
         let origins = texels.iter().map(|&texel| self.stage.origins[texel as usize]);
-        let mut found: Vec<Found> =
-            sums.iter().zip(origins).map(|(sums, origin)| self.found(sums, origin, &mut rays)).collect();
-        for (of, light) in openings.iter().flat_map(|openings: &Openings| openings.light(self, set, blocks, &escaped, &taken)) {
-            let Sums { met, all, .. } = &sums[of as usize];
-            found[of as usize].light = light + *met / all.even.max(f32::MIN_POSITIVE);
-        }
+        let found = sums.iter().zip(origins).map(|(sums, origin)| self.found(sums, origin, &mut rays)).collect();
         OfUnit { found, looks, rays }
-    }
-
-    /// Whether a texel needs no further blocks than those up to this one.
-    fn is_certain(&self, sums: &Sums, texel: usize, number: usize) -> bool {
-        let beside = self.beside.get(texel).copied().unwrap_or(0.0) + self.floor;
-        // what few blocks tell of their own error is not certain itself
-        let part = 0.5 * number as f32 / (number + 2) as f32;
-        sums.is_certain(part * self.params.error, beside)
-    }
-
-    /// What comes from a direction in which nothing is met.
-    pub fn escaping(&self, direction: Vec3) -> Vec3 {
-        from_sky(self.models.illumination, self.stage.scene.sky, direction)
     }
 
     /// Adds what comes from a direction.
@@ -227,11 +188,7 @@ impl Gather<'_> {
         sums.back += if is_back { even } else { 0.0 };
         let illumination = self.models.illumination;
         match (self.arriving, end) {
-            (Arriving::Sky, _) => {
-                let met = illumination.met(distance_m);
-                sums.met += met * weight;
-                sums.take(met, weight);
-            }
+            (Arriving::Sky, _) => sums.take(illumination.met(distance_m), weight),
             (Arriving::Reflected(lights), End::Texel { texel, .. }) => {
                 let light = lights.last().map_or(Vec3::ZERO, |light| light[texel as usize]);
                 let radiance = self.stage.albedo[texel as usize] * light;
@@ -293,12 +250,12 @@ struct OfUnit {
 
 /// Some texels of a unit, close together: a ray that nobody asks for costs as well.
 #[derive(Default)]
-pub(super) struct Open {
+struct Open {
     /// Which of the unit each is.
-    pub numbers: Vec<u32>,
+    numbers: Vec<u32>,
     origins: Vec<Vec3>,
     planes: Vec<Vec3>,
-    pub normals: Vec<Vec3>,
+    normals: Vec<Vec3>,
 }
 
 impl Open {
@@ -323,46 +280,20 @@ impl Open {
         parts
     }
 
-    /// So many at a time, in their order.
-    fn chunks(&self, count: usize) -> impl Iterator<Item = Self> + '_ {
-        let all = self.numbers.chunks(count).zip(self.origins.chunks(count));
-        let faces = self.planes.chunks(count).zip(self.normals.chunks(count));
-        all.zip(faces).map(|((numbers, origins), (planes, normals))| Self {
-            numbers: numbers.to_vec(),
-            origins: origins.to_vec(),
-            planes: planes.to_vec(),
-            normals: normals.to_vec(),
-        })
-    }
-
     /// Whether a direction is above both a texel's surface and what it is shaded as.
-    pub fn faces(&self, i: usize, direction: Vec3) -> bool {
+    fn faces(&self, i: usize, direction: Vec3) -> bool {
         faces(self.normals[i], self.planes[i], direction)
     }
 
     /// Traces a ray from each that faces a direction, marks those as active, and returns their number.
     fn trace(&self, stage: &Stage, direction: Vec3, active: &mut Vec<u64>, hits: &mut Vec<Hit>) -> u64 {
-        let rays = self.facing(direction, active);
-        hits.resize(self.numbers.len(), Hit::MISS);
-        stage.scene.rays.closest_parallel(&self.origins, direction, active, hits);
-        rays
-    }
-
-    /// As [`Open::trace`], but asks only whether anything is met.
-    pub fn ask(&self, stage: &Stage, direction: Vec3, active: &mut Vec<u64>, occluded: &mut Vec<u64>) -> u64 {
-        let rays = self.facing(direction, active);
-        occluded.resize(active.len(), 0);
-        stage.scene.rays.occluded_parallel(&self.origins, direction, active, occluded);
-        rays
-    }
-
-    /// Marks those that face a direction as active, and returns their number.
-    fn facing(&self, direction: Vec3, active: &mut Vec<u64>) -> u64 {
         active.clear();
         active.resize(self.numbers.len().div_ceil(64), 0);
+        hits.resize(self.numbers.len(), Hit::MISS);
         for i in 0..self.numbers.len() {
             active[i / 64] |= u64::from(self.faces(i, direction)) << (i % 64);
         }
+        stage.scene.rays.closest_parallel(&self.origins, direction, active, hits);
         active.iter().map(|word| u64::from(word.count_ones())).sum()
     }
 }
@@ -391,8 +322,6 @@ struct Sums {
     /// How many rays there were, and the least and the greatest light that one brought.
     rays: f32,
     span: Option<[f32; 2]>,
-    /// Light of what was met.
-    met: Vec3,
     /// Cosines times solid angles: of what escaped, of that the part below the horizon, of what met backs, and over the distances of all that was met.
     escaped: f32,
     sunk: f32,

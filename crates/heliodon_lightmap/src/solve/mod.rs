@@ -13,7 +13,6 @@ mod directions;
 mod fill;
 mod follow;
 mod gather;
-mod guide;
 mod kept;
 mod lamps;
 mod matching;
