@@ -184,8 +184,10 @@ pub struct Notes {
     pub widest_seam: f32,
     /// The same in codes of eight bits ([`shown_codes`]), where white is what 95 of 100 texels do not exceed.
     pub widest_seam_codes: f32,
-    /// At how many places of borders both sides were matched, and at how many they were not: there texels inside something or on a wall are dark beside lit ones.
+    /// At how many places of borders both sides were matched, and at how many they were not: there texels inside something or on a wall lie beside dark and lit ones.
     pub seam_places: [usize; 2],
+    /// How many of those that were not matched take from texels inside something alone: nobody sees them.
+    pub hidden_seam_places: usize,
     /// The mean light of all texels that are covered and valid.
     pub mean: [f32; 3],
 }
@@ -296,7 +298,7 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
     light.iter_mut().zip(&stage.places).for_each(|(light, place)| *light = models.surface.shown(*light, place));
     walls.darken(&mut light);
     let parted = stage.parted.iter().filter(|parted| **parted).count();
-    let matched = may_be_matched(scene, &stage.whole, &light);
+    let (matched, hidden) = may_be_matched(scene, &grid, &valid, &stage.whole, &light);
     let widest = if params.match_seams { match_seams(scene, &matched, &mut light) } else { Widest::default() };
     let mut notes = Notes {
         illumination: models.illumination.name().to_owned(),
@@ -310,6 +312,7 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
         widest_seam: widest.value,
         widest_seam_codes: widest.codes,
         seam_places: widest.places,
+        hidden_seam_places: hidden,
         mean: [0.0; 3],
     };
     notes.mean = mean(scene.texels, &light, &valid).to_array();

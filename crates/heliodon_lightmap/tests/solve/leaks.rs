@@ -103,12 +103,17 @@ fn inside_and_outside(bench: &Bench, map: &LightMap) -> (f32, f32) {
 
 #[test]
 fn seams_of_a_floor_under_walls_bring_no_light_into_a_room() {
-    let scene = slabs_on_floor(0.3, 9);
-    let all = scene.triangles.len();
-    let (bench, map) = bright(Bench::cut(scene, 192, all, ChartParams { longest: 0.12, ..ChartParams::default() }), 8);
-    assert!(bench.unwrapped.charts.len() > 40, "{} charts", bench.unwrapped.charts.len());
-    let (inside, outside) = inside_and_outside(&bench, &map);
-    assert!(inside == 0.0 && outside > 1000.0, "{inside} of {outside}");
+    // in the third a corner sees a little of the day, matched or not
+    for (thickness, side, longest, most) in
+        [(0.3, 192, 0.12, 0.0), (0.3, 128, 0.06, 0.0), (0.2, 192, 0.06, 1.0e-6), (0.2, 256, 0.12, 0.0)]
+    {
+        let scene = slabs_on_floor(thickness, 9);
+        let all = scene.triangles.len();
+        let (bench, map) = bright(Bench::cut(scene, side, all, ChartParams { longest, ..ChartParams::default() }), 8);
+        assert!(bench.unwrapped.charts.len() > 40, "{} charts", bench.unwrapped.charts.len());
+        let (inside, outside) = inside_and_outside(&bench, &map);
+        assert!(inside <= most * outside && outside > 1000.0, "{thickness} {side} {longest}: {inside} of {outside}");
+    }
 }
 
 #[test]

@@ -2,8 +2,10 @@
 
 use crate::bench::{Bench, WHITE, light, sun};
 use glam::Vec3;
+use heliodon_lightmap::charts::ChartParams;
 use heliodon_lightmap::lights::{Amount, LightSpec, PointSpec};
 use heliodon_lightmap::solve::SolveParams;
+use heliodon_mesh::temple::{self, TempleParams};
 use heliodon_mesh::workshop::{WorkshopParams, workshop};
 use heliodon_testkit::scenes::{Scene, ball, cuboid, ground};
 
@@ -22,10 +24,20 @@ fn hills(parts: u32) -> Scene {
 
 /// The sculptor's workshop: thousands of charts, many of them a texel or two wide, with boards and tiles on one another.
 fn studio() -> Scene {
-    let parts = workshop(&WorkshopParams::default()).parts.into_iter().map(|part| part.mesh);
+    all_of(workshop(&WorkshopParams::default()).parts.into_iter().map(|part| part.mesh))
+}
+
+/// A temple in ruins: drums, blocks that reach into the ground, and eroded ground, of 50,000 triangles.
+fn ruins() -> Scene {
+    all_of(
+        temple::build(&TempleParams { triangles: 50_000, ..TempleParams::default() }).parts.into_iter().map(|part| part.mesh),
+    )
+}
+
+fn all_of(meshes: impl Iterator<Item = heliodon_mesh::Mesh>) -> Scene {
     let scene =
         |mesh: heliodon_mesh::Mesh| Scene { positions: mesh.positions, normals: mesh.normals, triangles: mesh.triangles };
-    parts.map(scene).fold(Scene::default(), Scene::and)
+    meshes.map(scene).fold(Scene::default(), Scene::and)
 }
 
 /// An oil lamp, whose bowl has hundreds of times the light that there is elsewhere.
@@ -43,35 +55,42 @@ fn shaded_differences_across_borders_are_below_what_eight_bits_show() {
             ball(0.5, 24).moved(Vec3::Y * 0.5).and(ground(4.0, 8)).and(ball(0.3, 16).moved(Vec3::new(1.0, 0.3, 0.2))),
         ),
         ("room with a ball", cuboid(Vec3::ZERO, Vec3::splat(3.0), 4).inside_out().and(ball(0.7, 24).moved(Vec3::splat(1.2)))),
+        // a sharp shadow runs over borders of small charts
+        ("tower on tiles", ground(4.0, 24).and(cuboid(Vec3::new(-0.3, 0.0, -0.3), Vec3::new(0.3, 2.0, 0.3), 1))),
+        ("ruins", ruins()),
         ("workshop", studio()),
         ("workshop with lamps", studio()),
     ];
     for (name, scene) in meshes {
         let is_workshop = name.starts_with("workshop");
-        let side = if is_workshop { 384 } else { 256 };
-        let mut bench = Bench::new(scene, side).under(WHITE).reflecting(0.6);
+        let side = if is_workshop || name == "ruins" { 384 } else { 256 };
+        let (all, longest) = (scene.triangles.len(), if name.ends_with("tiles") { 0.1 } else { 1.0 });
+        let charts = ChartParams { longest, ..ChartParams::default() };
+        let mut bench = Bench::cut(scene, side, all, charts).under(WHITE).reflecting(0.6);
         bench = if is_workshop { bench } else { bench.lit(sun([0.5, 0.8, 0.3], 0.27, 2.0)) };
         if name.ends_with("lamps") {
             for place in [[-4.9, 1.733, 2.95], [-4.9, 1.733, -2.75], [6.3, 1.743, -3.2]] {
                 bench = bench.lit(light(&oil_lamp(place)));
             }
         }
-        let error = if is_workshop { 0.1 } else { 0.02 };
-        let samples = if is_workshop { 128 } else { 2048 };
+        let (error, samples) = if is_workshop || name == "ruins" { (0.1, 128) } else { (0.02, 2048) };
         let solve =
             |match_seams: bool| bench.solve(&SolveParams { bounces: 2, error, samples, match_seams, ..SolveParams::default() });
         let (open, closed) = (solve(false), solve(true));
         let notes = &closed.notes;
-        // a miss: 1.55 codes, in nets of charts much narrower than a texel, and still too slow to come together
-        let most = if name.ends_with("lamps") { 2.0 } else { 1.0 };
-        assert!(notes.widest_seam_codes < most, "{name}: {} codes", notes.widest_seam_codes);
-        let [matched, left] = notes.seam_places;
-        // those left lie within things, where what is dark stays dark
-        assert!(left * 3 <= matched, "{name}: {matched} places are matched, {left} are not");
+        // half of a code is what rounding to eight bits hides
+        assert!(notes.widest_seam_codes <= 0.5, "{name}: {} codes", notes.widest_seam_codes);
+        let ([matched, left], hidden) = (notes.seam_places, notes.hidden_seam_places);
+        println!("{name}: {} codes, {matched} places matched, {left} not, {hidden} hidden", notes.widest_seam_codes);
+        // those left lie where a wall parts light from darkness: what is dark stays dark
+        assert!((left - hidden) * 20 <= matched, "{name}: {matched} places are matched, {left} are not, {hidden} hidden");
         let mut bright: Vec<f32> = closed.light.iter().map(|light| light.max_element()).collect();
         bright.sort_by(f32::total_cmp);
         let white = bright[bright.len() * 95 / 100].max(1e-3);
         let moved = open.light.iter().zip(&closed.light).map(|(a, b)| (*a - *b).abs().max_element().min(white));
-        assert!(moved.sum::<f32>() < 0.01 * white * open.light.len() as f32, "{name}: texels stay what they were");
+        let moved = moved.sum::<f32>() / (white * open.light.len() as f32);
+        // charts of ruins are a few texels wide: nearly all lie at a border
+        let most = if name == "ruins" { 0.05 } else { 0.01 };
+        assert!(moved < most, "{name}: texels stay what they were, but for {moved}");
     }
 }

@@ -78,6 +78,40 @@ fn a_window_gives_its_form_factor_whole_and_half_hidden() {
 }
 
 #[test]
+fn a_hole_in_a_roof_is_as_bright_in_the_mean_as_it_is() {
+    let half = 0.15;
+    let far = 300.0;
+    // four sheets leave it open, seen from below
+    let sheet = |low: [f32; 2], high: [f32; 2]| {
+        let corner = Vec3::new(low[0], 1.0, low[1]);
+        rectangle(corner, Vec3::X * (high[0] - low[0]), Vec3::Z * (high[1] - low[1]), 1)
+    };
+    let roof = sheet([-far, -far], [-half, far])
+        .and(sheet([half, -far], [far, far]))
+        .and(sheet([-half, -far], [half, -half]))
+        .and(sheet([-half, half], [half, far]));
+    let bench = Bench::with_texels_on(ground(1.0, 1).and(roof), 96, 2).under(WHITE);
+    let truth = |p: Vec3| {
+        let corner = |x: f32, z: f32| {
+            let factor = corner_form_factor(f64::from(x.abs()), f64::from(z.abs()), 1.0) as f32;
+            if x == 0.0 || z == 0.0 { 0.0 } else { factor * x.signum() * z.signum() }
+        };
+        let along = |x: f32| corner(x - p.x, half - p.z) - corner(x - p.x, -half - p.z);
+        along(half) - along(-half)
+    };
+    let (mut squares, mut means) = (0.0, 0.0);
+    for seed in 1..=8 {
+        let params = SolveParams { bounces: 0, error: 0.1, samples: 128, first_stride: 1, seed, ..SolveParams::default() };
+        let found = bench.at(&bench.solve(&params), |p, _| p.length() < 0.5);
+        let (_, rms) = errors(&found, truth);
+        squares += rms * rms / 8.0;
+        means += found.iter().map(|(p, light)| light.x / truth(*p)).sum::<f32>() / found.len() as f32 / 8.0;
+    }
+    // of 128 directions three or four go through
+    assert!(squares.sqrt() < 0.35 && (means - 1.0).abs() < 0.02, "{}, {means}", squares.sqrt());
+}
+
+#[test]
 fn the_ground_before_an_endless_wall_sees_what_the_wall_leaves() {
     let wall = rectangle(Vec3::new(-300.0, 0.0, 0.0), Vec3::X * 600.0, Vec3::Y * 2.0, 1);
     let ground = rectangle(Vec3::new(-1.5, 0.0, 3.2), Vec3::X * 3.0, Vec3::NEG_Z * 3.0, 1);

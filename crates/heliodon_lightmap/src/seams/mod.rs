@@ -3,7 +3,9 @@
 //! Along every border both charts are filtered on grids of their own. Values of texels are changed, each as little as may be, until at four places on a texel's length both
 //! filtered values are equal (S. Kaczmarz: "Angenäherte Auflösung von Systemen linearer Gleichungen", 1937: begun at the values that were found, it comes to those
 //! nearest to them that fit). Texels that only filtering asks for change more easily than those that lie on the surface. At creases light changes, and nothing
-//! is matched.
+//! is matched. Where charts are much narrower than a texel rounds come together slowly: `settle` takes what they leave of it.
+
+mod settle;
 
 use crate::charts::for_each_pair;
 use crate::texels::{Texel, cell};
@@ -19,8 +21,9 @@ const A_TEXEL: f32 = 4.0;
 const EASY: f32 = 2.0;
 /// Normals with a lesser cosine between them are a crease.
 const SMOOTH: f32 = 0.999;
-/// Rounds over seams at most, and from one over all of them to the next.
+/// Rounds over seams at most, those before what is left is settled, and from one over all of them to the next.
 const MOST_ROUNDS: usize = 16 * 1024;
+const ROUNDS: usize = 512;
 const ALONE: usize = 64;
 
 /// One place on a border: what it takes from the texels around it on one side is to be what it takes on the other.
@@ -131,8 +134,10 @@ impl Seams {
     /// When there are not as many values as texels.
     pub fn close(&self, values: &mut [f32], tolerance: f32) -> f32 {
         // places that come later in a round move those before them again
-        let tolerance = 0.5 * tolerance;
-        self.bring_together(values, f32::NEG_INFINITY, &Near { tolerance, enough: 0.0, shown: |_, _| 1.0 });
+        let near = Near { tolerance: 0.5 * tolerance, enough: 0.0, shown: |_, _| 1.0 };
+        let mut own = self.of_touched(values);
+        self.bring_together(&mut own, f32::NEG_INFINITY, MOST_ROUNDS, &near);
+        self.put(&own, values);
         self.widest(values)
     }
 
@@ -150,26 +155,30 @@ impl Seams {
         };
         let near = Near { tolerance: codes, enough: 0.5 * codes, shown };
         if self.texels > 0 {
-            values.par_chunks_mut(self.texels).for_each(|values| self.bring_together(values, 0.0, &near));
+            values.par_chunks_mut(self.texels).for_each(|values| {
+                let mut own = self.of_touched(values);
+                self.bring_together(&mut own, 0.0, ROUNDS, &near);
+                self.settle(&mut own, codes, |middle| shown_codes(1.0, middle, white));
+                self.put(&own, values);
+            });
         }
     }
 
-    /// Kaczmarz's rounds; no value becomes less than `least`.
-    fn bring_together(&self, values: &mut [f32], least: f32, near: &Near<impl Fn(f32, f32) -> f32>) {
-        let mut own = self.of_touched(values);
+    /// So many of Kaczmarz's rounds over the values of touched texels; none becomes less than `least`.
+    fn bring_together(&self, own: &mut [f32], least: f32, rounds: usize, near: &Near<impl Fn(f32, f32) -> f32>) {
         let mut apart: Vec<(&Match, f32)> = Vec::new();
-        for round in 0..MOST_ROUNDS {
+        for round in 0..rounds {
             // most places come together at once: what is still apart is asked alone between rounds over all of them
             let is_whole = round % ALONE == 0;
             if is_whole {
                 let shown = |matched: &Match| {
-                    let [one, other] = matched.sides(&own);
+                    let [one, other] = matched.sides(own);
                     (near.shown)(one - other, 0.5 * (one + other))
                 };
                 apart = self.matches.iter().map(|matched| (matched, shown(matched))).collect();
             }
             apart.retain(|(matched, shown)| {
-                let [one, other] = matched.sides(&own);
+                let [one, other] = matched.sides(own);
                 let apart = (one - other).abs() * shown;
                 if apart > near.enough {
                     let off = (one - other) * (1.0 - near.enough / apart);
@@ -186,9 +195,10 @@ impl Seams {
                 break;
             }
         }
-        for (&texel, value) in self.touched.iter().zip(&own) {
-            values[texel as usize] = *value;
-        }
+    }
+
+    fn put(&self, own: &[f32], values: &mut [f32]) {
+        self.touched.iter().zip(own).for_each(|(&texel, value)| values[texel as usize] = *value);
     }
 
     fn of_touched(&self, values: &[f32]) -> Vec<f32> {
@@ -231,13 +241,17 @@ impl Seams {
     /// The texels that each place is filtered from, on both sides.
     pub(crate) fn places(&self) -> impl Iterator<Item = impl Iterator<Item = u32> + Clone + '_> + '_ {
         let touched = self.touched.as_slice();
-        self.matches.iter().map(move |&Match { texels, weights }| {
-            (0..8).filter(move |&i| weights[i] != 0.0).map(move |i| touched[texels[i] as usize])
-        })
+        self.matches.iter().map(move |matched| matched.asked().map(move |(texel, _)| touched[texel as usize]))
     }
 }
 
 impl Match {
+    /// Its texels and their weights, without those that count nothing.
+    fn asked(&self) -> impl Iterator<Item = (u32, f32)> + Clone + use<> {
+        let Self { texels, weights } = *self;
+        (0..8).filter(move |&i| weights[i] != 0.0).map(move |i| (texels[i], weights[i]))
+    }
+
     /// What is filtered on one side and on the other.
     fn sides(&self, values: &[f32]) -> [f32; 2] {
         let sum =

@@ -1,0 +1,235 @@
+//! What Kaczmarz's rounds leave apart: nets of narrow charts, in which each place that comes together moves others again, and what one chart needs reaches the next a round
+//! later.
+//!
+//! There half the squares of what places are shown apart beyond what is enough are brought to nothing, all of a net at once, by conjugate gradients (E. Polak, G. Ribière: "Note
+//! sur la convergence de méthodes de directions conjuguées", 1969). Begun where the rounds have ended, around the places that are still apart alone, and ended as soon as all
+//! are near enough: to be exactly equal along a net moves its values far from what was found. There is always an end, for a net whose values are all alike is one.
+
+use super::{Match, Seams};
+
+/// Steps between which it is asked anew what is apart, and what a difference counts.
+const STEPS: usize = 256;
+/// Texels change so many places around those that are apart, and twice as far each time.
+const REACH: usize = 16;
+/// How often at most, and how often it becomes twice as far.
+const MOST_TIMES: usize = 64;
+const WIDER: usize = 8;
+/// Steps to the least along a way; squares that begin somewhere are not one parabola.
+const ALONG: usize = 8;
+
+impl Seams {
+    /// Changes the values of touched texels, all at least 0, until no place is shown further apart than `codes`, as far as half of that; `shown` tells what a difference of 1 counts
+    /// about a value.
+    pub(super) fn settle(&self, own: &mut [f32], codes: f32, shown: impl Fn(f32) -> f32) {
+        let is_apart = |matched: &Match, own: &[f32]| {
+            let [one, other] = matched.sides(own);
+            (one - other).abs() * shown(0.5 * (one + other)) > codes
+        };
+        let mut asks: Option<Asks> = None;
+        for time in 0..MOST_TIMES {
+            let apart: Vec<u32> =
+                (0..).zip(&self.matches).filter(|(_, matched)| is_apart(matched, own)).map(|(i, _)| i).collect();
+            if apart.is_empty() {
+                break;
+            }
+            let asks = asks.get_or_insert_with(|| Asks::new(&self.matches, own.len()));
+            let mut net = Net::around(self, asks, &apart, REACH << time.min(WIDER), own, &shown);
+            net.relax(0.5 * codes, codes);
+            net.texels.iter().zip(&net.values).for_each(|(&texel, value)| own[texel as usize] = value.max(0.0));
+        }
+    }
+}
+
+/// Which places ask for a texel.
+struct Asks {
+    /// Where each texel's begin in `places`, and the end of all.
+    starts: Vec<u32>,
+    places: Vec<u32>,
+}
+
+impl Asks {
+    fn new(matches: &[Match], texels: usize) -> Self {
+        let mut pairs: Vec<(u32, u32)> =
+            (0..).zip(matches).flat_map(|(place, matched)| matched.asked().map(move |(texel, _)| (texel, place))).collect();
+        pairs.sort_unstable();
+        let starts = (0..=texels as u32).map(|texel| pairs.partition_point(|pair| pair.0 < texel) as u32).collect();
+        Self { starts, places: pairs.into_iter().map(|(_, place)| place).collect() }
+    }
+
+    fn of(&self, texel: u32) -> &[u32] {
+        &self.places[self.starts[texel as usize] as usize..self.starts[texel as usize + 1] as usize]
+    }
+}
+
+/// A place of a net: what its texels count, and by how many codes its sides are shown apart, with a sign.
+struct Row {
+    texels: [u32; 8],
+    weights: [f32; 8],
+    apart: f32,
+}
+
+impl Row {
+    fn sum(&self, values: &[f32]) -> f32 {
+        (0..8).map(|i| self.weights[i] * values[self.texels[i] as usize]).sum()
+    }
+}
+
+/// Texels that may change, and all places that ask for any of them.
+struct Net {
+    /// Numbers of [`Seams::touched`].
+    texels: Vec<u32>,
+    values: Vec<f32>,
+    /// How easily each changes: a code there is worth a code elsewhere.
+    ease: Vec<f32>,
+    rows: Vec<Row>,
+}
+
+impl Net {
+    fn around(seams: &Seams, asks: &Asks, apart: &[u32], reach: usize, own: &[f32], shown: &impl Fn(f32) -> f32) -> Self {
+        const NOBODY: u32 = u32::MAX;
+        let mut number = vec![NOBODY; own.len()];
+        let mut is_row = vec![false; seams.matches.len()];
+        let (mut texels, mut places) = (Vec::new(), apart.to_vec());
+        for _ in 0..reach {
+            let before = texels.len();
+            for (texel, _) in places.drain(..).flat_map(|place: u32| seams.matches[place as usize].asked()) {
+                if number[texel as usize] == NOBODY {
+                    number[texel as usize] = texels.len() as u32;
+                    texels.push(texel);
+                }
+            }
+            for &place in texels[before..].iter().flat_map(|&texel| asks.of(texel)) {
+                if !std::mem::replace(&mut is_row[place as usize], true) {
+                    places.push(place);
+                }
+            }
+        }
+        let row = |matched: &Match| {
+            let [one, other] = matched.sides(own);
+            let counts = shown(0.5 * (one + other));
+            let mut row = Row { texels: [0; 8], weights: [0.0; 8], apart: counts * (one - other) };
+            for (i, (texel, weight)) in matched.asked().enumerate().filter(|(_, (texel, _))| number[*texel as usize] != NOBODY)
+            {
+                (row.texels[i], row.weights[i]) = (number[texel as usize], counts * weight);
+            }
+            row
+        };
+        let rows = seams.matches.iter().zip(&is_row).filter(|(_, is_row)| **is_row).map(|(matched, _)| row(matched)).collect();
+        let values: Vec<f32> = texels.iter().map(|&texel| own[texel as usize]).collect();
+        let ease = |(&texel, &value): (&u32, &f32)| seams.ease[texel as usize] / (shown(value) * shown(value));
+        let ease = texels.iter().zip(&values).map(ease).collect();
+        Self { texels, values, ease, rows }
+    }
+
+    /// Steps until no place is further apart than `most`, as far as `enough`.
+    fn relax(&mut self, enough: f32, most: f32) {
+        let beyond = |apart: f32| apart - apart.clamp(-enough, enough);
+        let count = self.values.len();
+        let (mut way, mut gradient, mut before) = (vec![0.0_f32; count], vec![0.0_f32; count], vec![0.0_f32; count]);
+        let mut moved = vec![0.0_f32; self.rows.len()];
+        let mut length = f64::INFINITY;
+        for _ in 0..STEPS {
+            std::mem::swap(&mut gradient, &mut before);
+            gradient.fill(0.0);
+            for row in self.rows.iter().filter(|row| beyond(row.apart) != 0.0) {
+                (0..8).for_each(|i| gradient[row.texels[i] as usize] += beyond(row.apart) * row.weights[i]);
+            }
+            let dot = |other: &[f32]| -> f64 {
+                let products = self.ease.iter().zip(&gradient).zip(other);
+                products.map(|((ease, gradient), other)| f64::from(ease * gradient) * f64::from(*other)).sum()
+            };
+            let (square, with_before) = (dot(&gradient), dot(&before));
+            if square <= 0.0 {
+                break;
+            }
+            let share = ((square - with_before) / length).max(0.0) as f32;
+            length = square;
+            way.iter_mut().zip(&self.ease).zip(&gradient).for_each(|((way, ease), by)| *way = share * *way - ease * by);
+            moved.iter_mut().zip(&self.rows).for_each(|(moved, row)| *moved = row.sum(&way));
+            let step = self.least_along(&moved, beyond);
+            self.values.iter_mut().zip(&way).for_each(|(value, way)| *value += step * way);
+            self.rows.iter_mut().zip(&moved).for_each(|(row, moved)| row.apart += step * moved);
+            if self.rows.iter().all(|row| row.apart.abs() <= most) {
+                break;
+            }
+        }
+    }
+
+    /// How far along a way, by which places come apart by `moved`, their squares are least (Newton's steps).
+    fn least_along(&self, moved: &[f32], beyond: impl Fn(f32) -> f32) -> f32 {
+        let mut step = 0.0_f64;
+        for _ in 0..ALONG {
+            let (mut slope, mut bend) = (0.0, 0.0);
+            for (row, &moved) in self.rows.iter().zip(moved) {
+                let beyond = beyond(row.apart + step as f32 * moved);
+                if beyond != 0.0 {
+                    slope += f64::from(beyond) * f64::from(moved);
+                    bend += f64::from(moved) * f64::from(moved);
+                }
+            }
+            if bend <= 0.0 {
+                break;
+            }
+            step -= slope / bend;
+            if slope.abs() <= 1.0e-3 * bend * step.abs() {
+                break;
+            }
+        }
+        step as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Near, shown_codes};
+    use super::*;
+    use crate::packing::PackParams;
+    use crate::texels::texels;
+    use crate::unwrap::{UnwrapParams, unwrap};
+    use glam::Vec3;
+    use heliodon_math::random::Pcg32;
+
+    /// A curtain of folds, each side of one a chart of its own that is as wide as a texel, under noise that no neighbour shares.
+    #[test]
+    fn nets_of_narrow_charts_come_together_and_stay_what_they_were() {
+        const FOLDS: u32 = 120;
+        let corner = |i: u32| {
+            let [x, y] = [i / 2, i / 2 % 2].map(|n| n as f32);
+            Vec3::new(0.1 * x, 0.15 * y, (i % 2) as f32)
+        };
+        let positions: Vec<Vec3> = (0..2 * FOLDS + 2).map(corner).collect();
+        let triangles: Vec<[u32; 3]> =
+            (0..FOLDS).flat_map(|i| [[0, 1, 3], [0, 3, 2]].map(|t: [u32; 3]| t.map(|v| v + 2 * i))).collect();
+        let normals = vec![Vec3::Y; positions.len()];
+        let sides = [64; 2];
+        let pack = PackParams { width: sides[0], height: sides[1], ..PackParams::default() };
+        let unwrapped = unwrap(&positions, &triangles, &[], &UnwrapParams { pack, ..UnwrapParams::default() }).unwrap();
+        assert_eq!(unwrapped.charts.len(), FOLDS as usize);
+        let texels = texels(&unwrapped, sides[0], sides[1]);
+        let seams = Seams::new(&unwrapped, (&positions, &normals, &triangles), &texels, sides, &[]);
+        let mut rng = Pcg32::new(7, 7);
+        let place = |t: u32, weights: Vec3| {
+            let corners = triangles[t as usize].map(|v| positions[v as usize]);
+            corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z
+        };
+        let smooth = |p: Vec3| 0.5 + 0.3 * libm::sinf(p.x) * libm::cosf(2.0 * p.z);
+        let before: Vec<f32> =
+            texels.iter().map(|texel| smooth(place(texel.triangle, texel.weights)) + rng.range_f32(-0.1, 0.1)).collect();
+        let near = Near { tolerance: 0.5, enough: 0.25, shown: |_, middle| shown_codes(1.0, middle, 1.0) };
+        let mut own = seams.of_touched(&before);
+        seams.bring_together(&mut own, 0.0, super::super::ROUNDS, &near);
+        let mut rounds = before.clone();
+        seams.put(&own, &mut rounds);
+        assert!(seams.widest_shown(&rounds, 1.0) > 1.0, "{}", seams.widest_shown(&rounds, 1.0));
+        let mut values = before.clone();
+        seams.close_shown(&mut values, 1.0, 0.5);
+        assert!(seams.widest_shown(&values, 1.0) <= 0.5, "{}", seams.widest_shown(&values, 1.0));
+        // no further from what was found than the noise was, and smoother than that
+        let moved = |values: &[f32]| {
+            let squares: f32 = values.iter().zip(&before).map(|(a, b)| (a - b) * (a - b)).sum();
+            (squares / values.len() as f32).sqrt()
+        };
+        assert!(moved(&values) < 1.1 * moved(&rounds), "{} and {}", moved(&values), moved(&rounds));
+        assert!(values.iter().all(|value| *value >= 0.0));
+    }
+}
