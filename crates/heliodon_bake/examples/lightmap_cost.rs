@@ -19,19 +19,11 @@ use heliodon_lightmap::unwrap::{UnwrapParams, unwrap};
 use heliodon_math::dome::ConstantSky;
 use heliodon_mesh::albedo::MeshAlbedo;
 use heliodon_rays::{BuildParams, TriangleScene};
+use heliodon_testkit::process::processor_seconds;
 use std::collections::HashSet;
 use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
-
-/// Seconds that all threads of this process have worked, where the system tells.
-fn processor_s() -> Option<f64> {
-    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // the name, in brackets, may hold spaces; user and system time are the twelfth and the next after it, in hundredths
-    let after = stat.rsplit_once(") ")?.1;
-    let ticks = after.split(' ').skip(11).take(2).map(str::parse::<f64>);
-    ticks.sum::<Result<f64, _>>().ok().map(|ticks| ticks / 100.0)
-}
 
 /// Whether a texel and all around it are covered.
 fn inner(texels: &[Texel]) -> Vec<bool> {
@@ -97,7 +89,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         seed: number("--seed", 1.0)? as u32,
         ..SolveParams::default()
     };
-    let (begun, processor) = (Instant::now(), processor_s());
+    let (begun, processor) = (Instant::now(), processor_seconds());
     let albedo = MeshAlbedo::new(&mesh, 0.0);
     let scene = Scene {
         rays: &rays,
@@ -113,7 +105,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let map = solve(&scene, &Models { illumination: &Realistic, surface: &Lambertian }, &params)?;
     let seconds = begun.elapsed().as_secs_f64();
-    let worked = processor_s().zip(processor).map_or(f64::NAN, |(now, then)| now - then);
+    let worked = processor_seconds().zip(processor).map_or(f64::NAN, |(now, then)| now - then);
     let notes = &map.notes;
     let mut told = format!(
         "\"size\": {side}, \"seconds\": {seconds:.2}, \"processor_s\": {worked:.2}, \"texels\": {}, \"sampled\": {:?}, \"rays\": {}, \"mean\": {:?}, \"seam\": {}, \"codes\": {}, \"places\": {:?}",
