@@ -52,13 +52,16 @@ fn twin_of(main: MainEntity) -> RetainedViewEntity {
     RetainedViewEntity::new(main, Some(main), 0)
 }
 
+/// What a twin is made like.
+type TwinCamera = (Entity, &'static MainEntity, &'static ExtractedView, &'static Msaa);
+
 /// Gives each camera that may see swarms its twin, and takes it away.
 fn open_twins(
     mut commands: Commands,
     frame: Res<AirFrame>,
     mut gpu: ResMut<SwarmGpu>,
     mut phases: ResMut<ViewSortedRenderPhases<Transparent3d>>,
-    cameras: Query<(Entity, &MainEntity, &ExtractedView, &Msaa), (With<DaylightCamera>, With<ExtractedCamera>)>,
+    cameras: Query<TwinCamera, (With<DaylightCamera>, With<ExtractedCamera>)>,
 ) {
     let any = !frame.swarms.is_empty();
     gpu.twins.retain(|camera, twin| {
