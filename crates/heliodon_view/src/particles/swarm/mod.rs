@@ -48,8 +48,6 @@ const MOST: f64 = 1_000_000.0;
 const LONGEST_S: f64 = 1.0;
 /// Nothing lives so long, seconds.
 const GONE_S: f64 = 60.0;
-/// A layer that no camera looks at: swarms are seen in views of our own (render.rs).
-const UNSEEN_LAYER: usize = 30;
 /// Storage buffers that bevy_hanabi binds in a stage, and bind groups.
 const MOST_BUFFERS: u32 = 8;
 const GROUPS: u32 = 4;
@@ -345,7 +343,8 @@ impl Flight {
             ParticleEffect { handle: effect, prng_seed: Some(source.seed) },
             EffectMaterial { images: vec![light.clone()] },
             EffectProperties::default(),
-            RenderLayers::layer(UNSEEN_LAYER),
+            // no camera looks at it: swarms are seen in views of our own (render.rs)
+            RenderLayers::none(),
         ));
         if let Some(spawner) = spawner {
             made.insert(spawner);
