@@ -16,6 +16,7 @@ mod reference;
 mod slurm;
 #[cfg(feature = "viewer")]
 mod studio;
+#[cfg(feature = "viewer")]
 mod swarming;
 mod templates;
 #[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "some values only the viewer's commands take"))]

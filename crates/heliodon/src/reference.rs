@@ -56,18 +56,6 @@ impl Geometry {
         self.triangles.extend(chunk.triangles.iter().map(|triangle| triangle.map(|index| first + index)));
     }
 
-    /// All of a bundle but its textures.
-    fn read(bundle: &BundleReader) -> Result<Self> {
-        let mut geometry = Self::default();
-        for index in 0..bundle.chunk_count() {
-            geometry.push(&bundle.read_chunk(index)?);
-        }
-        if !geometry.uvs.is_empty() {
-            geometry.uvs.resize(geometry.positions.len(), Vec2::ZERO);
-        }
-        Ok(geometry)
-    }
-
     fn rays(&self) -> Result<TriangleScene> {
         Ok(TriangleScene::build(&self.positions, &self.triangles, &BuildParams::default())?)
     }
@@ -112,11 +100,17 @@ impl ReferenceStage {
     /// # Errors
     /// If the bundle cannot be read.
     pub fn new(bundle: &BundleReader, samples: u32) -> Result<Self> {
-        let mut geometry = Geometry::read(bundle)?;
+        let mut geometry = Geometry::default();
         for index in 0..bundle.manifest().textures.len() {
             let name = &bundle.manifest().textures[index].name;
             let image = SrgbImage::from_bytes(&bundle.texture_bytes(index)?, name)?;
             geometry.textures.push((image, bundle.texture_wrap(index)));
+        }
+        for index in 0..bundle.chunk_count() {
+            geometry.push(&bundle.read_chunk(index)?);
+        }
+        if !geometry.uvs.is_empty() {
+            geometry.uvs.resize(geometry.positions.len(), Vec2::ZERO);
         }
         let rays = geometry.rays()?;
         let params = ReferenceParams {
@@ -131,22 +125,27 @@ impl ReferenceStage {
     /// Has the geometry of `prepared` seen in place of this one, wherever it may be off what it stands for by no more than was measured.
     ///
     /// # Errors
-    /// If the bundle cannot be read, or its preparation did not measure how far it is off.
+    /// If the bundle cannot be read, or its preparation did not measure how far it is off as seen from a room.
     pub fn show_shape_of(&mut self, prepared: &BundleReader) -> Result<()> {
         let manifest = prepared.manifest();
         // what a pixel of the site's display is wide, in its middle
         let pixel_rad = 2.0 * libm::tanf(0.5 * fov_deg(manifest).to_radians()) / manifest.display.height_px as f32;
         let parts = manifest.prepared.as_ref().map_or(&[][..], |prepared| &prepared.parts);
-        let mut reach_rad = Vec::new();
+        if manifest.rooms.is_empty() {
+            bail!(
+                "the bundle of the shape was prepared for no room, from which it would be known how far it is off in pixels; give it a [[room]]"
+            )
+        }
+        let (mut geometry, mut reach_rad) = (Geometry::default(), Vec::new());
         for index in 0..prepared.chunk_count() {
             let chunk = prepared.read_chunk(index)?;
             let measured = parts.get(usize::from(chunk.part)).and_then(|part| part.error);
             let Some(error) = measured else {
                 bail!("the bundle of the shape was not prepared, or nobody measured how far it is off; see [prepare]")
             };
-            reach_rad.resize(reach_rad.len() + chunk.triangles.len(), error.max_px as f32 * pixel_rad);
+            geometry.push(&chunk);
+            reach_rad.resize(geometry.triangles.len(), error.max_px as f32 * pixel_rad);
         }
-        let geometry = Geometry::read(prepared)?;
         self.shape = Some(SeenShape { rays: geometry.rays()?, geometry, reach_rad });
         Ok(())
     }

@@ -69,6 +69,10 @@ fn a_still_looks_like_its_reference() {
     // shadow edges are as coarse as the mesh; everything else agrees
     let difference = difference(&live, &truth);
     assert!(difference < 6.0, "{difference} of 255");
+    let bundle = site.path("bundle");
+    let file = site.path("shape.png");
+    let ran = run(&[&"render", &bundle, &"-o", &file, &"--time", &"12:00", &"--reference", &"1", &"--shape", &bundle]);
+    assert!(ran.code == 1 && ran.err.contains("prepared") && !file.exists(), "it was not prepared: {}", ran.err);
 }
 
 #[test]
@@ -128,6 +132,7 @@ fn pictures_that_cannot_be_meant_are_refused() {
         &["-o", "a.png", "--time", "10:00", "--size", "0x0"],
         &["-o", "a.png", "--time", "10:00", "--fov", "nan"],
         &["-o", "a.png", "--time", "10:00", "--reference", "0"],
+        &["-o", "a.png", "--time", "10:00", "--shape", "prepared"],
     ] {
         let mut all: Vec<&dyn AsRef<OsStr>> = vec![&"render", &bundle];
         all.extend(arguments.iter().map(|argument| argument as &dyn AsRef<OsStr>));

@@ -2,7 +2,7 @@
 // into by effect.rs, which prepends KIND, the kinds and their constants.
 //
 // What is known of their light lies in the texture `material_texture_0`, whose texels are the bytes of numbers: bevy_hanabi lets a fragment read nothing else. Its first row
-// is `SwarmLight` of render.rs, the rows below are the map of the sun.
+// is `SwarmLight` of mod.rs, the rows below are the map of the sun.
 
 fn swarm_number(at: vec2<u32>) -> f32 {
     return bitcast<f32>(pack4x8unorm(textureLoad(material_texture_0, at, 0)));
