@@ -46,9 +46,11 @@ struct Near<F> {
 }
 
 /// All borders at which a surface goes on smoothly.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Seams {
     matches: Vec<Match>,
+    /// How many places are known that are not matched.
+    left: usize,
     /// The texels that matches know, ascending.
     touched: Vec<u32>,
     /// How easily each of them changes.
@@ -113,7 +115,27 @@ impl Seams {
         touched.iter().zip(0..).for_each(|(&texel, own)| number[texel as usize] = own);
         matches.iter_mut().for_each(|matched| matched.texels = matched.texels.map(|texel| number[texel as usize]));
         let ease = touched.iter().map(|&texel| if texels[texel as usize].is_covered { 1.0 } else { EASY }).collect();
-        Self { matches, touched, ease, texels: texels.len() }
+        Self { matches, left: 0, touched, ease, texels: texels.len() }
+    }
+
+    /// Leaves places open, of [`Seams::places`] those with `false`.
+    pub(crate) fn keep(&mut self, keep: &[bool]) {
+        assert_eq!(keep.len(), self.matches.len(), "a mark for each place");
+        let mut marks = keep.iter();
+        self.matches.retain(|_| marks.next() == Some(&true));
+        self.left += keep.len() - self.matches.len();
+    }
+
+    /// How many places were left open.
+    #[must_use]
+    pub fn left(&self) -> usize {
+        self.left
+    }
+
+    /// How many texels there are, those that no place knows counted.
+    #[must_use]
+    pub fn texel_count(&self) -> usize {
+        self.texels
     }
 
     /// How many places are matched.
@@ -143,11 +165,14 @@ impl Seams {
 
     /// Changes several values of each texel, one after the other in `values`, all at least 0, until both sides of all places are shown within `codes` of one another ([`shown_codes`]), or it
     /// does not get better. A place that is nearer than half of that already changes nothing: where charts are a few texels wide, all their borders make one net in which equality
-    /// everywhere asks for what nobody sees.
+    /// everywhere asks for what nobody sees. `white` and `codes` are above 0; where they are not, nothing is changed.
     ///
     /// # Panics
     /// As [`Seams::close`].
     pub fn close_shown(&self, values: &mut [f32], white: f32, codes: f32) {
+        if !(white > 0.0 && codes > 0.0) {
+            return;
+        }
         let shown = |off: f32, middle: f32| {
             // no code is narrower than those of what is darkest: most places are near enough by these
             let least = shown_codes(1.0, 0.0, white);

@@ -20,14 +20,14 @@ pub struct Widest {
     pub places: [usize; 2],
 }
 
-/// Which texels may be changed, so that what is dark stays dark: those that are whole, and of the others, which lie within something or have a wall on them, those that only lit texels, or only dark
-/// ones, are filtered with. Such a texel of a narrow chart below a wall shows a little of itself beside the wall, and has nobody in its own chart to borrow from. Returns at how many places that will
-/// not be matched none of the texels is valid as well: they lie within things.
-pub(super) fn may_be_matched(scene: &Scene, grid: &Grid, valid: &[bool], whole: &[bool], light: &[Vec3]) -> (Vec<bool>, usize) {
+/// The places of borders that may be matched, so that what is dark stays dark: those that take from whole texels alone, and of the others, which take from texels within something or with a wall on them,
+/// those whose texels only lit ones, or only dark ones, are filtered with. Such a texel of a narrow chart below a wall shows a little of itself beside the wall, and has nobody in its own chart to
+/// borrow from. `seen` are the texels that anybody can see. Returns of how many of the other places none of the texels is seen.
+pub(super) fn seams(scene: &Scene, grid: &Grid, seen: &[bool], whole: &[bool], light: &[Vec3]) -> (Seams, usize) {
     let of = |texel: u32| {
         let most = light[texel as usize].max_element();
-        // one that is not valid may be as dark as it is, nobody is to see that; what it has borrowed is not to come to what is dark
-        Span { least: if valid[texel as usize] { most } else { f32::INFINITY }, most }
+        // one that is not seen may be as dark as it is; what it has borrowed is not to come to what is dark
+        Span { least: if seen[texel as usize] { most } else { f32::INFINITY }, most }
     };
     let open = |texel: u32| !whole[texel as usize];
     let in_chart = |of: &dyn Fn(u32) -> Span| -> Vec<Span> {
@@ -36,24 +36,28 @@ pub(super) fn may_be_matched(scene: &Scene, grid: &Grid, valid: &[bool], whole: 
         (0..light.len() as u32).map(spans).collect()
     };
     let mut around = in_chart(&of);
-    let seams = scene.seams(&[]);
+    let surface = (scene.positions, scene.normals, &scene.triangles[..scene.unwrapped.triangles.len()]);
+    let mut seams = Seams::new(scene.unwrapped, surface, scene.texels, scene.sides, &[]);
     for place in seams.places() {
         let all = place.clone().map(of).fold(Span::NONE, Span::and);
         place.filter(|&texel| open(texel)).for_each(|texel| around[texel as usize] = around[texel as usize].and(all));
     }
     // one may border on what is lit, and the one beside it, with which it is filtered, on what is dark
     let further = in_chart(&|texel| around[texel as usize]);
-    let is_kept = |texel: u32| !open(texel) || further[texel as usize].is_of_one_side();
-    let mut matched: Vec<bool> = (0..light.len() as u32).map(is_kept).collect();
-    for place in seams.places().filter(|place| place.clone().all(|texel| !valid[texel as usize])) {
-        let all = place.clone().map(|texel| around[texel as usize]).fold(Span::NONE, Span::and);
-        if !all.is_of_one_side() {
-            place.for_each(|texel| matched[texel as usize] = false);
-        }
-    }
-    let left = seams.places().filter(|place| place.clone().any(|texel| !matched[texel as usize]));
-    let hidden = left.filter(|place| place.clone().all(|texel| !valid[texel as usize])).count();
-    (matched, hidden)
+    let mut hidden = 0;
+    let keep = seams.places().map(|place| {
+        let is_hidden = place.clone().all(|texel| !seen[texel as usize]);
+        let of_open = place.clone().filter(|&texel| open(texel));
+        let is_of_one_side = of_open.clone().all(|texel| further[texel as usize].is_of_one_side());
+        // where nobody sees any, what is around all of them tells
+        let all = of_open.clone().map(|texel| around[texel as usize]).fold(Span::NONE, Span::and);
+        let is_kept = of_open.clone().next().is_none() || (is_of_one_side && (!is_hidden || all.is_of_one_side()));
+        hidden += usize::from(is_hidden && !is_kept);
+        is_kept
+    });
+    let keep: Vec<bool> = keep.collect();
+    seams.keep(&keep);
+    (seams, hidden)
 }
 
 /// The least and the most light of some texels.
@@ -76,33 +80,46 @@ impl Span {
     }
 }
 
-/// Matches both sides of borders between charts, where texels are `matched` ([`super::LightMap::matched`]); no colour becomes negative. `light` may be what was made of it, as the
-/// light times the albedo.
+/// Matches both sides of borders between charts ([`super::LightMap::seams`]); no colour becomes negative. `light` may be what was made of it, as the light times the albedo.
 ///
 /// # Panics
-/// When there is not a colour and a mark for each texel.
-pub fn match_seams(scene: &Scene, matched: &[bool], light: &mut [Vec3]) -> Widest {
-    let seams = scene.seams(matched);
-    let mut bright: Vec<f32> = light.iter().map(|light| light.max_element()).collect();
-    let white = nearly_brightest(&mut bright);
-    let count = light.len();
-    let mut values: Vec<f32> = (0..3).flat_map(|c| light.iter().map(move |light| light[c])).collect();
+/// When there is not a colour for each texel.
+pub fn match_seams(seams: &Seams, light: &mut [Vec3]) -> Widest {
+    let (mut values, white) = (apart(light), white(light));
     seams.close_shown(&mut values, white, SEAM_CODES);
+    let count = light.len();
     for (i, light) in light.iter_mut().enumerate() {
         *light = Vec3::new(values[i], values[count + i], values[2 * count + i]);
     }
-    let colors = || values.chunks(count.max(1));
+    widest(seams, light)
+}
+
+/// By how much both sides of borders differ.
+///
+/// # Panics
+/// As [`match_seams`].
+pub fn widest(seams: &Seams, light: &[Vec3]) -> Widest {
+    let (values, white) = (apart(light), white(light));
+    let colors = || values.chunks(light.len().max(1));
     Widest {
         value: colors().map(|values| seams.widest(values)).fold(0.0, f32::max),
         codes: colors().map(|values| seams.widest_shown(values, white)).fold(0.0, f32::max),
-        places: [seams.len(), scene.seams(&[]).len() - seams.len()],
+        places: [seams.len(), seams.left()],
     }
 }
 
-impl Scene<'_> {
-    /// The borders of its charts, as far as they take from `valid` texels alone.
-    fn seams(&self, valid: &[bool]) -> Seams {
-        let surface = (self.positions, self.normals, &self.triangles[..self.unwrapped.triangles.len()]);
-        Seams::new(self.unwrapped, surface, self.texels, self.sides, valid)
+/// All reds, then all greens, then all blues.
+fn apart(light: &[Vec3]) -> Vec<f32> {
+    (0..3).flat_map(|c| light.iter().map(move |light| light[c])).collect()
+}
+
+/// What is shown as white: what 95 of 100 texels do not exceed, or where these are black, of those that are not.
+fn white(light: &[Vec3]) -> f32 {
+    let mut bright: Vec<f32> = light.iter().map(|light| light.max_element()).collect();
+    let white = nearly_brightest(&mut bright);
+    if white > 0.0 {
+        return white;
     }
+    bright.retain(|light| *light > 0.0);
+    nearly_brightest(&mut bright)
 }

@@ -21,11 +21,11 @@ mod stage;
 mod walls;
 
 pub use denoise::DenoiseParams;
-pub use matching::{Widest, match_seams};
+pub use matching::{Widest, match_seams, widest};
 
 use crate::lights::Light;
 use crate::refine::{Grid, RefineParams, Refined, Sampled, refine};
-pub use crate::seams::shown_codes;
+pub use crate::seams::{Seams, shown_codes};
 use crate::texels::Texel;
 use crate::unwrap::Unwrapped;
 use denoise::denoise;
@@ -36,7 +36,6 @@ use heliodon_image::HdrImage;
 use heliodon_math::dome::Environment;
 use heliodon_rays::TriangleScene;
 use kept::Kept;
-use matching::may_be_matched;
 use models::{Illumination, SurfaceModel};
 use serde::{Deserialize, Serialize};
 use stage::Stage;
@@ -186,7 +185,7 @@ pub struct Notes {
     pub widest_seam_codes: f32,
     /// At how many places of borders both sides were matched, and at how many they were not: there texels inside something or on a wall lie beside dark and lit ones.
     pub seam_places: [usize; 2],
-    /// How many of those that were not matched take from texels inside something alone: nobody sees them.
+    /// How many of those that were not matched take from texels alone that nobody sees: inside something, or something lies on them.
     pub hidden_seam_places: usize,
     /// The mean light of all texels that are covered and valid.
     pub mean: [f32; 3],
@@ -199,8 +198,8 @@ pub struct LightMap {
     pub light: Vec<Vec3>,
     /// Whether it lies where light can be; others have borrowed what those beside them have, or show what there is inside.
     pub valid: Vec<bool>,
-    /// Whether it may be changed to match what is beyond a chart's border: where it is dark within things, or where a wall stands on it, and what is beside it is not, it stays.
-    pub matched: Vec<bool>,
+    /// Borders between charts, where both sides can be made to show the same: not where a texel within something, or with a wall on it, lies beside dark and lit ones.
+    pub seams: Seams,
     /// How it came to be.
     pub notes: Notes,
 }
@@ -247,10 +246,17 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
     let floor = params.dark * brightness(scene.texels.len(), |texels| first(texels, f32::MAX));
     let mut first_at_floor = |texels: &[u32]| sampled(first(texels, floor));
     let mut refined = refine(&grid, 3, &refine_params(params, floor, Vec::new()), &mut first_at_floor);
-    let (walls, asked) = Walls::find(&stage, &grid, &refined.valid);
+    let (lain_on, mut asked) = walls::lain_on(&stage, &grid);
     let mut parted = vec![false; scene.texels.len()];
-    walls.texels().for_each(|texel| parted[texel as usize] = true);
-    sample_parted(&mut refined, &parted, &mut first_at_floor);
+    let walls = loop {
+        let (walls, traced) = Walls::find(&stage, &grid, &refined.valid, &lain_on);
+        asked += traced;
+        parted.fill(false);
+        walls.texels().for_each(|texel| parted[texel as usize] = true);
+        if !sample_parted(&mut refined, &parted, &mut first_at_floor) {
+            break walls;
+        }
+    };
     rays += asked;
     let mut lights = vec![colors(&refined.values)];
     let Refined { valid, samples, .. } = refined;
@@ -298,8 +304,9 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
     light.iter_mut().zip(&stage.places).for_each(|(light, place)| *light = models.surface.shown(*light, place));
     walls.darken(&mut light);
     let parted = stage.parted.iter().filter(|parted| **parted).count();
-    let (matched, hidden) = may_be_matched(scene, &grid, &valid, &stage.whole, &light);
-    let widest = if params.match_seams { match_seams(scene, &matched, &mut light) } else { Widest::default() };
+    let seen: Vec<bool> = valid.iter().zip(&lain_on).map(|(valid, lain_on)| *valid && !lain_on).collect();
+    let (seams, hidden) = matching::seams(scene, &grid, &seen, &stage.whole, &light);
+    let seen_apart = if params.match_seams { match_seams(&seams, &mut light) } else { widest(&seams, &light) };
     let mut notes = Notes {
         illumination: models.illumination.name().to_owned(),
         surface: models.surface.name().to_owned(),
@@ -309,14 +316,14 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
         rays,
         parted,
         denoised: params.denoise.is_some(),
-        widest_seam: widest.value,
-        widest_seam_codes: widest.codes,
-        seam_places: widest.places,
+        widest_seam: seen_apart.value,
+        widest_seam_codes: seen_apart.codes,
+        seam_places: seen_apart.places,
         hidden_seam_places: hidden,
         mean: [0.0; 3],
     };
     notes.mean = mean(scene.texels, &light, &valid).to_array();
-    Ok(LightMap { light, valid, matched, notes })
+    Ok(LightMap { light, valid, seams, notes })
 }
 
 fn refine_params(params: &SolveParams, floor: f32, beside: Vec<f32>) -> RefineParams {
@@ -331,19 +338,21 @@ fn refine_params(params: &SolveParams, floor: f32, beside: Vec<f32>) -> RefinePa
     }
 }
 
-/// Samples texels with a wall on them after all that were interpolated: what stands on them is narrower than they are, and those beside them need not know of it.
-fn sample_parted(refined: &mut Refined, parted: &[bool], sample: &mut dyn FnMut(&[u32]) -> Sampled) {
+/// Samples texels with a wall on them after all that were interpolated: what stands on them is narrower than they are, and those beside them need not know of it. Returns whether any
+/// turned out to lie inside something: a chart's rim had what those beside it agreed on, so it keeps that as one that borrows, and no wall parts it from them.
+fn sample_parted(refined: &mut Refined, parted: &[bool], sample: &mut dyn FnMut(&[u32]) -> Sampled) -> bool {
     let is_asked = |&texel: &usize| parted[texel] && refined.valid[texel] && !refined.sampled[texel];
     let asked: Vec<u32> = (0..parted.len()).filter(is_asked).map(|texel| texel as u32).collect();
     let found = sample(&asked);
-    for ((&texel, values), valid) in asked.iter().zip(found.values.as_chunks::<3>().0).zip(found.valid) {
+    for ((texel, values), valid) in asked.iter().map(|&t| t as usize).zip(found.values.as_chunks::<3>().0).zip(found.valid) {
+        refined.valid[texel] = valid;
         if valid {
-            let texel = texel as usize;
             refined.values[3 * texel..][..3].copy_from_slice(values);
             refined.sampled[texel] = true;
             refined.samples += 1;
         }
     }
+    asked.iter().any(|&texel| !refined.valid[texel as usize])
 }
 
 fn sampled(found: Vec<Found>) -> Sampled {
@@ -471,7 +480,7 @@ impl LightMap {
     /// What is wrong.
     pub fn validate(&self) -> Result<(), SolveError> {
         let texels = self.light.len();
-        if [self.valid.len(), self.matched.len(), self.notes.texels] != [texels; 3] {
+        if [self.valid.len(), self.seams.texel_count(), self.notes.texels] != [texels; 3] {
             return Err(SolveError::Mismatch(format!("{} lights and {} marks", self.light.len(), self.valid.len())));
         }
         match self.light.iter().position(|light| !light.is_finite() || light.min_element() < 0.0) {
@@ -576,6 +585,30 @@ mod tests {
         for (rounds, contrast) in [(0, 0.1), (7, 0.1), (3, 0.0), (3, f32::NAN), (3, f32::INFINITY)] {
             assert!(matches!(of(rounds, contrast), Err(SolveError::Setting { .. })), "{rounds} {contrast}");
         }
+    }
+
+    #[test]
+    fn texels_with_a_wall_on_them_that_lie_inside_are_told_and_keep_what_was_agreed() {
+        let mut refined =
+            Refined { values: vec![0.5; 12], sampled: vec![false, true, false, false], valid: vec![true; 4], samples: 1 };
+        let mut asked = Vec::new();
+        let mut sample = |texels: &[u32]| {
+            asked.push(texels.to_vec());
+            let inside = |texel: &u32| *texel == 2;
+            Sampled {
+                values: texels.iter().flat_map(|texel| if inside(texel) { [0.0; 3] } else { [2.0; 3] }).collect(),
+                valid: texels.iter().map(|texel| !inside(texel)).collect(),
+                reach_m: vec![1.0; texels.len()],
+            }
+        };
+        let parted = [true, true, true, false];
+        assert!(sample_parted(&mut refined, &parted, &mut sample));
+        assert_eq!(refined.valid, [true, true, false, true]);
+        assert_eq!(refined.sampled, [true, true, false, false]);
+        assert_eq!(refined.values, [[2.0; 3], [0.5; 3], [0.5; 3], [0.5; 3]].concat());
+        // those are no more asked
+        assert!(!sample_parted(&mut refined, &parted, &mut sample));
+        assert_eq!(asked, [vec![0, 2], vec![]]);
     }
 
     #[test]

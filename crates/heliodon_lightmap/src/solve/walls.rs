@@ -10,7 +10,7 @@ use glam::Vec3;
 use heliodon_rays::{Hit, Ray};
 use rayon::prelude::*;
 
-/// Texels with something above them nearer than this part of the distance to the next one are covered by it: nobody sees them, and what is around them need not become as dark.
+/// On texels with something above them nearer than this part of the distance to those beside them it lies: nobody sees them, and what is around them need not become as dark.
 const LYING: f32 = 1.0 / 4.0;
 /// What has less than this part of the light on the other side of a wall is dark. Where both sides are lit, each keeps its own: which of them a texel shows is a matter of half
 /// a texel, but a dark room stays dark.
@@ -19,19 +19,41 @@ pub(super) const DARK: f32 = 2e-3;
 const AHEAD: [[i32; 2]; 4] = [[1, 0], [0, 1], [1, 1], [-1, 1]];
 /// Texels that are asked together.
 const UNIT: usize = 512;
+/// Answers in a word.
+const WORD: usize = u64::BITS as usize;
 
 /// What walls part.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Walls {
-    /// Pairs of valid texels, ascending, each pair both ways.
+    /// Pairs of valid texels that nothing lies on, ascending, each pair both ways.
     pairs: Vec<(u32, u32)>,
-    /// Texels within walls, each with the valid ones around it, of which some do not see others.
+    /// Others, each with such ones around it, of which some do not see others.
     within: Vec<(u32, Vec<u32>)>,
 }
 
+/// The texels that something lies on, and the number of rays that it took.
+pub(super) fn lain_on(stage: &Stage, grid: &Grid) -> (Vec<bool>, u64) {
+    let all: Vec<u32> = (0..grid.len() as u32).collect();
+    let of_unit = |unit: &[u32]| -> Vec<bool> {
+        let ray = |&texel: &u32| {
+            let origin = stage.origins[texel as usize];
+            let ahead = AHEAD.into_iter().flat_map(|[x, y]| [[x, y], [-x, -y]]);
+            let beside = ahead.filter_map(|[x, y]| grid.beside(texel, x, y));
+            let far = beside.map(|other| origin.distance(stage.origins[other as usize])).fold(0.0, f32::max);
+            Ray { origin, direction: stage.planes[texel as usize], t_min: 0.0, t_max: LYING * far }
+        };
+        let rays: Vec<Ray> = unit.iter().map(ray).collect();
+        let mut words = vec![0; rays.len().div_ceil(WORD)];
+        stage.scene.rays.occluded(&rays, &mut words);
+        (0..rays.len()).map(|i| words[i / WORD] >> (i % WORD) & 1 == 1).collect()
+    };
+    (all.par_chunks(UNIT).flat_map_iter(of_unit).collect(), all.len() as u64)
+}
+
 impl Walls {
-    /// Of all texels; returns the number of rays as well.
-    pub fn find(stage: &Stage, grid: &Grid, valid: &[bool]) -> (Self, u64) {
+    /// Of all texels, those that something lies on (`lain_on`) aside; returns the number of rays as well.
+    pub fn find(stage: &Stage, grid: &Grid, valid: &[bool], lain_on: &[bool]) -> (Self, u64) {
+        let valid: Vec<bool> = valid.iter().zip(lain_on).map(|(valid, lain_on)| *valid && !lain_on).collect();
         let all: Vec<u32> = (0..grid.len() as u32).collect();
         let around = |texel: u32| {
             let ahead = AHEAD.into_iter().flat_map(|[x, y]| [[x, y], [-x, -y]]);
@@ -77,7 +99,8 @@ impl Walls {
     /// Gives the texels that a wall stands on the light of its dark side, where that is as good as none.
     pub fn darken(&self, light: &mut [Vec3]) {
         let dark = |own: Vec3, others: &mut dyn Iterator<Item = Vec3>| {
-            let least = others.fold(own, Vec3::min);
+            let darker = |least: Vec3, other: Vec3| if other.max_element() < least.max_element() { other } else { least };
+            let least = others.fold(own, darker);
             if least.max_element() <= DARK * own.max_element() { least } else { own }
         };
         let of_pairs = self.pairs.chunk_by(|a, b| a.0 == b.0).map(|pairs| {
@@ -97,27 +120,21 @@ type OfUnit = (Vec<(u32, u32)>, Vec<u32>, u64);
 
 /// Whether the texels of each pair do not see each other, and the number of rays that it took.
 fn are_parted(stage: &Stage, pairs: &[(u32, u32)]) -> (Vec<bool>, u64) {
-    let mut rays = Vec::with_capacity(3 * pairs.len());
-    for &(from, to) in pairs {
+    let ray = |&(from, to): &(u32, u32)| {
         let ([a, b], [up_a, up_b]) =
             ([from, to].map(|t| stage.origins[t as usize]), [from, to].map(|t| stage.planes[t as usize]));
-        let far = a.distance(b);
-        let above = ABOVE * far;
+        let above = ABOVE * a.distance(b);
         let (start, end) = (a + up_a * above, b + up_b * above);
-        let ray = |origin: Vec3, direction: Vec3, t_max: f32| Ray { origin, direction, t_min: 0.0, t_max };
         // two that stand for one place see each other
-        let is_way = (end - start).length_squared() > 0.0;
-        rays.push(if is_way { ray(start, end - start, 1.0) } else { ray(start, up_a, 0.0) });
-        rays.push(ray(a, up_a, LYING * far));
-        rays.push(ray(b, up_b, LYING * far));
-    }
+        let (direction, t_max) = if start == end { (up_a, 0.0) } else { (end - start, 1.0) };
+        Ray { origin: start, direction, t_min: 0.0, t_max }
+    };
+    let rays: Vec<Ray> = pairs.iter().map(ray).collect();
     let mut hits = vec![Hit::MISS; rays.len()];
     stage.scene.rays.closest(&rays, &mut hits);
     let chart = |triangle: u32| stage.scene.unwrapped.chart.get(triangle as usize);
     let of_texel = |texel: u32| chart(stage.scene.texels[texel as usize].triangle);
-    let parted = pairs.iter().zip(hits.as_chunks::<3>().0).map(|(&(from, _), [between, up, up_there])| {
-        // the surface itself bends
-        between.is_some() && chart(between.triangle) != of_texel(from) && !up.is_some() && !up_there.is_some()
-    });
+    // the surface itself bends
+    let parted = pairs.iter().zip(&hits).map(|(&(from, _), hit)| hit.is_some() && chart(hit.triangle) != of_texel(from));
     (parted.collect(), rays.len() as u64)
 }

@@ -82,8 +82,9 @@ fn shaded_differences_across_borders_are_below_what_eight_bits_show() {
         assert!(notes.widest_seam_codes <= 0.5, "{name}: {} codes", notes.widest_seam_codes);
         let ([matched, left], hidden) = (notes.seam_places, notes.hidden_seam_places);
         println!("{name}: {} codes, {matched} places matched, {left} not, {hidden} hidden", notes.widest_seam_codes);
-        // those left lie where a wall parts light from darkness: what is dark stays dark
-        assert!((left - hidden) * 20 <= matched, "{name}: {matched} places are matched, {left} are not, {hidden} hidden");
+        assert_eq!((open.notes.seam_places, open.notes.hidden_seam_places), (notes.seam_places, hidden), "{name}");
+        // those left that are seen lie where a wall parts light from darkness: what is dark stays dark
+        assert!((left - hidden) * 5000 <= matched, "{name}: {matched} places are matched, {left} are not, {hidden} hidden");
         let mut bright: Vec<f32> = closed.light.iter().map(|light| light.max_element()).collect();
         bright.sort_by(f32::total_cmp);
         let white = bright[bright.len() * 95 / 100].max(1e-3);

@@ -101,7 +101,7 @@ impl Output<'_> {
         let color = |(texel, light): (&Texel, &Vec3)| albedo(texel.triangle, texel.weights.y, texel.weights.z) * *light;
         let mut colors: Vec<Vec3> = self.lit.texels.iter().zip(&self.map.light).map(color).collect();
         // the sides of a border have texels at other places, and their albedo differs
-        match_seams(self.lit, &self.map.matched, &mut colors);
+        match_seams(&self.map.seams, &mut colors);
         let shown = solve::image(self.lit.texels, &colors, 0, self.lit.sides);
         let stops = match exposure {
             Exposure::Stops(stops) => stops,
