@@ -108,15 +108,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let worked = processor_seconds().zip(processor).map_or(f64::NAN, |(now, then)| now - then);
     let notes = &map.notes;
     let mut told = format!(
-        "\"size\": {side}, \"seconds\": {seconds:.2}, \"processor_s\": {worked:.2}, \"texels\": {}, \"sampled\": {:?}, \"rays\": {}, \"mean\": {:?}, \"seam\": {}, \"codes\": {}, \"places\": {:?}, \"hidden\": {}",
-        notes.texels,
-        notes.sampled,
-        notes.rays,
-        notes.mean,
-        notes.widest_seam,
-        notes.widest_seam_codes,
-        notes.seam_places,
-        notes.hidden_seam_places
+        "\"size\": {side}, \"seconds\": {seconds:.2}, \"processor_s\": {worked:.2}, \"texels\": {}, \"sampled\": {:?}, \"rays\": {}, \"mean\": {:?}, \"seam\": {}, \"codes\": {}, \"places\": {:?}",
+        notes.texels, notes.sampled, notes.rays, notes.mean, notes.widest_seam, notes.widest_seam_codes, notes.seam_places
     );
     if let Some(file) = value("--beside") {
         let bytes = std::fs::read(file)?;

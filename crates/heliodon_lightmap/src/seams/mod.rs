@@ -25,6 +25,8 @@ const SMOOTH: f32 = 0.999;
 const MOST_ROUNDS: usize = 16 * 1024;
 const ROUNDS: usize = 512;
 const ALONE: usize = 64;
+/// How often what rounds leave is settled at most: the second time where texels may not become brighter.
+const TURNS: usize = 8;
 
 /// One place on a border: what it takes from the texels around it on one side is to be what it takes on the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,8 +55,9 @@ pub struct Seams {
     left: usize,
     /// The texels that matches know, ascending.
     touched: Vec<u32>,
-    /// How easily each of them changes.
+    /// How easily each of them changes, and which become no brighter.
     ease: Vec<f32>,
+    is_capped: Vec<bool>,
     /// All texels.
     texels: usize,
 }
@@ -115,7 +118,14 @@ impl Seams {
         touched.iter().zip(0..).for_each(|(&texel, own)| number[texel as usize] = own);
         matches.iter_mut().for_each(|matched| matched.texels = matched.texels.map(|texel| number[texel as usize]));
         let ease = touched.iter().map(|&texel| if texels[texel as usize].is_covered { 1.0 } else { EASY }).collect();
-        Self { matches, left: 0, touched, ease, texels: texels.len() }
+        let is_capped = vec![false; touched.len()];
+        Self { matches, left: 0, touched, ease, is_capped, texels: texels.len() }
+    }
+
+    /// Texels become no brighter where it is so marked; of all texels.
+    pub(crate) fn cap(&mut self, is_capped: &[bool]) {
+        assert_eq!(is_capped.len(), self.texels, "a mark for each texel");
+        self.is_capped = self.touched.iter().map(|&texel| is_capped[texel as usize]).collect();
     }
 
     /// Leaves places open, of [`Seams::places`] those with `false`.
@@ -158,12 +168,12 @@ impl Seams {
         // places that come later in a round move those before them again
         let near = Near { tolerance: 0.5 * tolerance, enough: 0.0, shown: |_, _| 1.0 };
         let mut own = self.of_touched(values);
-        self.bring_together(&mut own, f32::NEG_INFINITY, MOST_ROUNDS, &near);
+        self.bring_together(&mut own, |_| [f32::NEG_INFINITY, f32::INFINITY], MOST_ROUNDS, &near);
         self.put(&own, values);
         self.widest(values)
     }
 
-    /// Changes several values of each texel, one after the other in `values`, all at least 0, until both sides of all places are shown within `codes` of one another ([`shown_codes`]), or it
+    /// Changes several values of each texel, one after the other in `values`, all at least 0 and those of capped texels no greater than they were, until both sides of all places are shown within `codes` of one another ([`shown_codes`]), or it
     /// does not get better. A place that is nearer than half of that already changes nothing: where charts are a few texels wide, all their borders make one net in which equality
     /// everywhere asks for what nobody sees. `white` and `codes` are above 0; where they are not, nothing is changed.
     ///
@@ -182,15 +192,27 @@ impl Seams {
         if self.texels > 0 {
             values.par_chunks_mut(self.texels).for_each(|values| {
                 let mut own = self.of_touched(values);
-                self.bring_together(&mut own, 0.0, ROUNDS, &near);
-                self.settle(&mut own, codes, |middle| shown_codes(1.0, middle, white));
+                let caps: Vec<f32> =
+                    own.iter().zip(&self.is_capped).map(|(own, capped)| if *capped { *own } else { f32::INFINITY }).collect();
+                for _ in 0..TURNS {
+                    self.bring_together(&mut own, |texel| [0.0, caps[texel]], ROUNDS, &near);
+                    if self.settle(&mut own, &caps, codes, |middle| shown_codes(1.0, middle, white)) {
+                        break;
+                    }
+                }
                 self.put(&own, values);
             });
         }
     }
 
-    /// So many of Kaczmarz's rounds over the values of touched texels; none becomes less than `least`.
-    fn bring_together(&self, own: &mut [f32], least: f32, rounds: usize, near: &Near<impl Fn(f32, f32) -> f32>) {
+    /// So many of Kaczmarz's rounds over the values of touched texels, each of which stays within its `bounds`.
+    fn bring_together(
+        &self,
+        own: &mut [f32],
+        bounds: impl Fn(usize) -> [f32; 2],
+        rounds: usize,
+        near: &Near<impl Fn(f32, f32) -> f32>,
+    ) {
         let mut apart: Vec<(&Match, f32)> = Vec::new();
         for round in 0..rounds {
             // most places come together at once: what is still apart is asked alone between rounds over all of them
@@ -210,8 +232,9 @@ impl Seams {
                     let ease = |i: usize| self.ease[matched.texels[i] as usize];
                     let sum: f32 = (0..8).map(|i| ease(i) * matched.weights[i] * matched.weights[i]).sum();
                     for i in (0..8).filter(|_| sum > 0.0) {
-                        let value = &mut own[matched.texels[i] as usize];
-                        *value = (*value - off * ease(i) * matched.weights[i] / sum).max(least);
+                        let texel = matched.texels[i] as usize;
+                        let [least, most] = bounds(texel);
+                        own[texel] = (own[texel] - off * ease(i) * matched.weights[i] / sum).clamp(least, most);
                     }
                 }
                 apart > near.tolerance

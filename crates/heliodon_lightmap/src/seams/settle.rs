@@ -8,7 +8,7 @@
 use super::{Match, NOBODY, Seams};
 
 /// Steps between which it is asked anew what is apart, and what a difference counts.
-const STEPS: usize = 256;
+const STEPS: usize = 64;
 /// Texels change so many places around those that are apart, and twice as far each time.
 const REACH: usize = 16;
 /// How often at most, and how often it becomes twice as far.
@@ -18,9 +18,9 @@ const WIDER: usize = 8;
 const ALONG: usize = 8;
 
 impl Seams {
-    /// Changes the values of touched texels, all at least 0, until no place is shown further apart than `codes`, as far as half of that; `shown` tells what a difference of 1 counts
-    /// about a value.
-    pub(super) fn settle(&self, own: &mut [f32], codes: f32, shown: impl Fn(f32) -> f32) {
+    /// Changes the values of touched texels, all at least 0 and no greater than `caps`, until no place is shown further apart than `codes`, as far as half of that; returns whether none
+    /// is. `shown` tells what a difference of 1 counts about a value.
+    pub(super) fn settle(&self, own: &mut [f32], caps: &[f32], codes: f32, shown: impl Fn(f32) -> f32) -> bool {
         let is_apart = |matched: &Match, own: &[f32]| {
             let [one, other] = matched.sides(own);
             (one - other).abs() * shown(0.5 * (one + other)) > codes
@@ -30,13 +30,17 @@ impl Seams {
             let apart: Vec<u32> =
                 (0..).zip(&self.matches).filter(|(_, matched)| is_apart(matched, own)).map(|(i, _)| i).collect();
             if apart.is_empty() {
-                break;
+                return true;
             }
             let asks = asks.get_or_insert_with(|| Asks::new(&self.matches, own.len()));
             let mut net = Net::around(self, asks, &apart, REACH << time.min(WIDER), own, &shown);
+            net.hold(caps, 0.5 * codes);
             net.relax(0.5 * codes, codes);
-            net.texels.iter().zip(&net.values).for_each(|(&texel, value)| own[texel as usize] = value.max(0.0));
+            for (texel, value) in net.texels.iter().map(|&texel| texel as usize).zip(&net.values) {
+                own[texel] = value.clamp(0.0, caps[texel]);
+            }
         }
+        false
     }
 }
 
@@ -120,19 +124,36 @@ impl Net {
         Self { texels, values, ease, rows }
     }
 
+    /// Leaves texels as they are that are as bright as they may be and would become brighter.
+    fn hold(&mut self, caps: &[f32], enough: f32) {
+        let gradient = self.gradient(enough);
+        for (i, texel) in self.texels.iter().enumerate() {
+            if self.values[i] >= caps[*texel as usize] && gradient[i] < 0.0 {
+                self.ease[i] = 0.0;
+            }
+        }
+    }
+
+    /// What half the squares of what places are apart beyond what is enough become greater by, for a texel's value.
+    fn gradient(&self, enough: f32) -> Vec<f32> {
+        let mut gradient = vec![0.0; self.values.len()];
+        for row in &self.rows {
+            let beyond = beyond(row.apart, enough);
+            if beyond != 0.0 {
+                (0..8).for_each(|i| gradient[row.texels[i] as usize] += beyond * row.weights[i]);
+            }
+        }
+        gradient
+    }
+
     /// Steps until no place is further apart than `most`, as far as `enough`.
     fn relax(&mut self, enough: f32, most: f32) {
-        let beyond = |apart: f32| apart - apart.clamp(-enough, enough);
         let count = self.values.len();
-        let (mut way, mut gradient, mut before) = (vec![0.0_f32; count], vec![0.0_f32; count], vec![0.0_f32; count]);
+        let (mut way, mut gradient) = (vec![0.0_f32; count], vec![0.0_f32; count]);
         let mut moved = vec![0.0_f32; self.rows.len()];
         let mut length = f64::INFINITY;
         for _ in 0..STEPS {
-            std::mem::swap(&mut gradient, &mut before);
-            gradient.fill(0.0);
-            for row in self.rows.iter().filter(|row| beyond(row.apart) != 0.0) {
-                (0..8).for_each(|i| gradient[row.texels[i] as usize] += beyond(row.apart) * row.weights[i]);
-            }
+            let before = std::mem::replace(&mut gradient, self.gradient(enough));
             let dot = |other: &[f32]| -> f64 {
                 let products = self.ease.iter().zip(&gradient).zip(other);
                 products.map(|((ease, gradient), other)| f64::from(ease * gradient) * f64::from(*other)).sum()
@@ -146,7 +167,7 @@ impl Net {
             length = square;
             way.iter_mut().zip(&self.ease).zip(&gradient).for_each(|((way, ease), by)| *way = share * *way - ease * by);
             moved.iter_mut().zip(&self.rows).for_each(|(moved, row)| *moved = row.sum(&way));
-            let step = self.least_along(&moved, beyond);
+            let step = self.least_along(&moved, enough);
             self.values.iter_mut().zip(&way).for_each(|(value, way)| *value += step * way);
             self.rows.iter_mut().zip(&moved).for_each(|(row, moved)| row.apart += step * moved);
             if self.rows.iter().all(|row| row.apart.abs() <= most) {
@@ -156,12 +177,12 @@ impl Net {
     }
 
     /// How far along a way, by which places come apart by `moved`, their squares are least (Newton's steps).
-    fn least_along(&self, moved: &[f32], beyond: impl Fn(f32) -> f32) -> f32 {
+    fn least_along(&self, moved: &[f32], enough: f32) -> f32 {
         let mut step = 0.0_f64;
         for _ in 0..ALONG {
             let (mut slope, mut bend) = (0.0, 0.0);
             for (row, &moved) in self.rows.iter().zip(moved) {
-                let beyond = beyond(row.apart + step as f32 * moved);
+                let beyond = beyond(row.apart + step as f32 * moved, enough);
                 if beyond != 0.0 {
                     slope += f64::from(beyond) * f64::from(moved);
                     bend += f64::from(moved) * f64::from(moved);
@@ -177,6 +198,11 @@ impl Net {
         }
         step as f32
     }
+}
+
+/// By how much something is further apart than what is enough, with its sign.
+fn beyond(apart: f32, enough: f32) -> f32 {
+    apart - apart.clamp(-enough, enough)
 }
 
 #[cfg(test)]
@@ -240,7 +266,7 @@ mod tests {
             texels.iter().map(|texel| smooth(place(texel.triangle, texel.weights)) + rng.range_f32(-0.1, 0.1)).collect();
         let near = Near { tolerance: 0.5, enough: 0.25, shown: |_, middle| shown_codes(1.0, middle, 1.0) };
         let mut own = seams.of_touched(&before);
-        seams.bring_together(&mut own, 0.0, super::super::ROUNDS, &near);
+        seams.bring_together(&mut own, |_| [0.0, f32::INFINITY], super::super::ROUNDS, &near);
         let mut rounds = before.clone();
         seams.put(&own, &mut rounds);
         assert!(seams.widest_shown(&rounds, 1.0) > 1.0, "{}", seams.widest_shown(&rounds, 1.0));

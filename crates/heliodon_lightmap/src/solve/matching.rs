@@ -16,14 +16,14 @@ pub struct Widest {
     pub value: f32,
     /// In codes of eight bits ([`crate::seams::shown_codes`]).
     pub codes: f32,
-    /// How many places were matched, and how many not.
+    /// How many places were matched, and how many not: nobody sees them.
     pub places: [usize; 2],
 }
 
-/// The places of borders that may be matched, so that what is dark stays dark: those that take from whole texels alone, and of the others, which take from texels within something or with a wall on them,
-/// those whose texels only lit ones, or only dark ones, are filtered with. Such a texel of a narrow chart below a wall shows a little of itself beside the wall, and has nobody in its own chart to
-/// borrow from. `seen` are the texels that anybody can see. Returns of how many of the other places none of the texels is seen.
-pub(super) fn seams(scene: &Scene, grid: &Grid, seen: &[bool], whole: &[bool], light: &[Vec3]) -> (Seams, usize) {
+/// The places of borders that are matched, so that what is dark stays dark. Free are those that take from whole texels alone, and of the others, which take from texels within something or with a wall on
+/// them, those whose texels only lit ones, or only dark ones, are filtered with. Such a texel of a narrow chart below a wall shows a little of itself beside the wall, and has nobody in its own chart
+/// to borrow from. At the others texels become no brighter, and where none of their texels is `seen` by anybody, they are left.
+pub(super) fn seams(scene: &Scene, grid: &Grid, seen: &[bool], whole: &[bool], light: &[Vec3]) -> Seams {
     let of = |texel: u32| {
         let most = light[texel as usize].max_element();
         // one that is not seen may be as dark as it is; what it has borrowed is not to come to what is dark
@@ -44,20 +44,23 @@ pub(super) fn seams(scene: &Scene, grid: &Grid, seen: &[bool], whole: &[bool], l
     }
     // one may border on what is lit, and the one beside it, with which it is filtered, on what is dark
     let further = in_chart(&|texel| around[texel as usize]);
-    let mut hidden = 0;
+    let mut is_capped = vec![false; light.len()];
     let keep = seams.places().map(|place| {
-        let is_hidden = place.clone().all(|texel| !seen[texel as usize]);
         let of_open = place.clone().filter(|&texel| open(texel));
         let is_of_one_side = of_open.clone().all(|texel| further[texel as usize].is_of_one_side());
+        let is_hidden = place.clone().all(|texel| !seen[texel as usize]);
         // where nobody sees any, what is around all of them tells
         let all = of_open.clone().map(|texel| around[texel as usize]).fold(Span::NONE, Span::and);
-        let is_kept = of_open.clone().next().is_none() || (is_of_one_side && (!is_hidden || all.is_of_one_side()));
-        hidden += usize::from(is_hidden && !is_kept);
-        is_kept
+        let is_free = of_open.clone().next().is_none() || (is_of_one_side && (!is_hidden || all.is_of_one_side()));
+        if !is_free && !is_hidden {
+            place.for_each(|texel| is_capped[texel as usize] = true);
+        }
+        is_free || !is_hidden
     });
     let keep: Vec<bool> = keep.collect();
     seams.keep(&keep);
-    (seams, hidden)
+    seams.cap(&is_capped);
+    seams
 }
 
 /// The least and the most light of some texels.
@@ -91,7 +94,7 @@ pub fn match_seams(seams: &Seams, light: &mut [Vec3]) -> Widest {
     for (i, light) in light.iter_mut().enumerate() {
         *light = Vec3::new(values[i], values[count + i], values[2 * count + i]);
     }
-    widest(seams, light)
+    widest_beside(seams, light, white)
 }
 
 /// By how much both sides of borders differ.
@@ -99,7 +102,11 @@ pub fn match_seams(seams: &Seams, light: &mut [Vec3]) -> Widest {
 /// # Panics
 /// As [`match_seams`].
 pub fn widest(seams: &Seams, light: &[Vec3]) -> Widest {
-    let (values, white) = (apart(light), white(light));
+    widest_beside(seams, light, white(light))
+}
+
+fn widest_beside(seams: &Seams, light: &[Vec3], white: f32) -> Widest {
+    let values = apart(light);
     let colors = || values.chunks(light.len().max(1));
     Widest {
         value: colors().map(|values| seams.widest(values)).fold(0.0, f32::max),

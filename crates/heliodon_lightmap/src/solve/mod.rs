@@ -183,10 +183,8 @@ pub struct Notes {
     pub widest_seam: f32,
     /// The same in codes of eight bits ([`shown_codes`]), where white is what 95 of 100 texels do not exceed.
     pub widest_seam_codes: f32,
-    /// At how many places of borders both sides were matched, and at how many they were not: there texels inside something or on a wall lie beside dark and lit ones.
+    /// At how many places of borders both sides are matched, and how many were left, since nobody sees them: all texels there lie inside something, or something lies on them.
     pub seam_places: [usize; 2],
-    /// How many of those that were not matched take from texels alone that nobody sees: inside something, or something lies on them.
-    pub hidden_seam_places: usize,
     /// The mean light of all texels that are covered and valid.
     pub mean: [f32; 3],
 }
@@ -198,7 +196,7 @@ pub struct LightMap {
     pub light: Vec<Vec3>,
     /// Whether it lies where light can be; others have borrowed what those beside them have, or show what there is inside.
     pub valid: Vec<bool>,
-    /// Borders between charts, where both sides can be made to show the same: not where a texel within something, or with a wall on it, lies beside dark and lit ones.
+    /// Borders between charts, whose sides are made to show the same; where dark and lit texels lie beside one within something, or with a wall on it, none of these becomes brighter.
     pub seams: Seams,
     /// How it came to be.
     pub notes: Notes,
@@ -305,7 +303,7 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
     walls.darken(&mut light);
     let parted = stage.parted.iter().filter(|parted| **parted).count();
     let seen: Vec<bool> = valid.iter().zip(&lain_on).map(|(valid, lain_on)| *valid && !lain_on).collect();
-    let (seams, hidden) = matching::seams(scene, &grid, &seen, &stage.whole, &light);
+    let seams = matching::seams(scene, &grid, &seen, &stage.whole, &light);
     let seen_apart = if params.match_seams { match_seams(&seams, &mut light) } else { widest(&seams, &light) };
     let mut notes = Notes {
         illumination: models.illumination.name().to_owned(),
@@ -319,7 +317,6 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
         widest_seam: seen_apart.value,
         widest_seam_codes: seen_apart.codes,
         seam_places: seen_apart.places,
-        hidden_seam_places: hidden,
         mean: [0.0; 3],
     };
     notes.mean = mean(scene.texels, &light, &valid).to_array();

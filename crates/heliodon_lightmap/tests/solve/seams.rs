@@ -80,11 +80,12 @@ fn shaded_differences_across_borders_are_below_what_eight_bits_show() {
         let notes = &closed.notes;
         // half of a code is what rounding to eight bits hides
         assert!(notes.widest_seam_codes <= 0.5, "{name}: {} codes", notes.widest_seam_codes);
-        let ([matched, left], hidden) = (notes.seam_places, notes.hidden_seam_places);
-        println!("{name}: {} codes, {matched} places matched, {left} not, {hidden} hidden", notes.widest_seam_codes);
-        assert_eq!((open.notes.seam_places, open.notes.hidden_seam_places), (notes.seam_places, hidden), "{name}");
-        // those left that are seen lie where a wall parts light from darkness: what is dark stays dark
-        assert!((left - hidden) * 5000 <= matched, "{name}: {matched} places are matched, {left} are not, {hidden} hidden");
+        let [matched, hidden] = notes.seam_places;
+        println!("{name}: {} codes, {matched} places matched, {hidden} hidden", notes.widest_seam_codes);
+        assert_eq!(open.notes.seam_places, notes.seam_places, "{name}");
+        // the ruins' drums and blocks reach into the ground and lie on one another
+        let most = if name == "ruins" { matched / 2 } else { matched / 50 };
+        assert!(hidden <= most, "{name}: {matched} places are matched, {hidden} hidden");
         let mut bright: Vec<f32> = closed.light.iter().map(|light| light.max_element()).collect();
         bright.sort_by(f32::total_cmp);
         let white = bright[bright.len() * 95 / 100].max(1e-3);

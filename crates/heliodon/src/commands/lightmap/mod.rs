@@ -245,7 +245,7 @@ fn describe(report: &Report, folder: &std::path::Path) -> String {
         "{}: {} in {}\n\
          {} charts use {:.0} % of {} x {} texels, {:.1} for a metre\n\
          {} texels, of which {} were sampled for lamps and sky, then {:?}; {} lie inside something\n\
-         mean light {r:.4} {g:.4} {b:.4}, both sides of seams shown within {:.2} codes at {} places, open at {} that are seen; {} by {}, {}{} rays in {:.0} s\n",
+         mean light {r:.4} {g:.4} {b:.4}, both sides of seams shown within {:.2} codes at {} places; {} by {}, {}{} rays in {:.0} s\n",
         folder.display(),
         report.files.join(", "),
         report.sky,
@@ -260,7 +260,6 @@ fn describe(report: &Report, folder: &std::path::Path) -> String {
         count(notes.inside as u64),
         notes.widest_seam_codes,
         count(notes.seam_places[0] as u64),
-        count((notes.seam_places[1] - notes.hidden_seam_places) as u64),
         notes.illumination,
         notes.surface,
         if notes.denoised { "smoothed, " } else { "" },
