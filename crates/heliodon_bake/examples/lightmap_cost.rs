@@ -1,16 +1,15 @@
 //! What a light map of a site costs, and how far it is off another one:
-//! `cargo run -p heliodon_bake --example lightmap_cost -- SITE [--size N] [--error E] [--samples N] [--bounces N] [--stride N] [--seed N] [--lamps] [--keep FILE] [--beside FILE]`.
+//! `cargo run -p heliodon_bake --example lightmap_cost -- SITE [--size N] [--error E] [--samples N] [--bounces N] [--stride N] [--seed N] [--keep FILE] [--beside FILE]`.
 //!
-//! The charts and the sky are those of `heliodon lightmap SITE --sky even`, without the site's lamps unless they are asked for. One line of JSON: seconds of the solve by the clock and (Linux)
+//! The charts and the sky are those of `heliodon lightmap SITE --sky even`, without the site's lamps. One line of JSON: seconds of the solve by the clock and (Linux)
 //! of the processor, what was sampled, and the difference to the map in `--beside`, the root mean square over covered texels whose eight neighbours are covered as
 //! well, as a part of the mean; `scripts/lightmap/cycles_bake.py` measures the same of files. Of two maps that differ in their seed alone, it is the noise of one times the root of two. `--keep`
 //! writes the light (little-endian `f32`, three for each texel).
 
 use glam::Vec3;
 use heliodon_bake::report::Silent;
-use heliodon_bake::texel_density;
-use heliodon_bundle::site::{LightStorage, Site};
-use heliodon_lightmap::lights::{Amount, Light, LightSpec, NoFiles, Photometry, PointSpec};
+use heliodon_bake::texels_first;
+use heliodon_bundle::site::Site;
 use heliodon_lightmap::packing::PackParams;
 use heliodon_lightmap::solve::models::{Lambertian, Realistic};
 use heliodon_lightmap::solve::{Models, Scene, SolveParams, solve};
@@ -55,32 +54,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let value = |name: &str| arguments.iter().position(|a| a == name).and_then(|i| arguments.get(i + 1));
     let number = |name: &str, otherwise: f32| value(name).map_or(Ok(otherwise), |text| text.parse::<f32>());
     let site = Site::read(Path::new(site))?;
-    let read = heliodon_bake::scene::read(&site, &site.input_files()?, &Silent)?;
-    let all = || 0..read.parts.len();
-    let by_texels: Vec<usize> = all().filter(|&part| read.parts[part].by_texels).collect();
-    let not_by_vertices = || all().filter(|&part| site.parts[part].light != LightStorage::Vertex).collect();
-    let chosen: Vec<usize> = if by_texels.is_empty() { not_by_vertices() } else { by_texels };
-    let others = all().filter(|part| !chosen.contains(part));
-    let order: Vec<usize> = chosen.iter().copied().chain(others).flat_map(|part| read.parts[part].triangles.clone()).collect();
-    let density = texel_density(&site, &read, &chosen);
-    let mut mesh = read.mesh;
-    mesh.triangles = order.iter().map(|&t| mesh.triangles[t]).collect();
-    if !mesh.triangle_material.is_empty() {
-        mesh.triangle_material = order.iter().map(|&t| mesh.triangle_material[t]).collect();
-    }
+    let (mesh, density) = texels_first(&site, heliodon_bake::scene::read(&site, &site.input_files()?, &Silent)?);
     let rays = TriangleScene::build(&mesh.positions, &mesh.triangles, &BuildParams::default())?;
     let side = number("--size", 512.0)? as u32;
     let pack = PackParams { width: side, height: side, ..PackParams::default() };
     let with_texels = &mesh.triangles[..density.len()];
     let unwrapped = unwrap(&mesh.positions, with_texels, &density, &UnwrapParams { pack, ..UnwrapParams::default() })?;
     let texels = texels(&unwrapped, side, side);
-    let lamp = |lamp: &heliodon_bundle::site::Lamp| {
-        let (name, place, colour) = (lamp.name.clone(), lamp.place, lamp.intensity);
-        let spec = LightSpec::Point(PointSpec { name, place, colour, amount: Amount::RadiantIntensity(1.0) });
-        Light::new(&spec.relative_to(site.site.origin), Photometry::HOUSE, &NoFiles)
-    };
-    let lamps = if arguments.iter().any(|a| a == "--lamps") { site.lamps.as_slice() } else { &[] };
-    let lights = lamps.iter().map(lamp).collect::<Result<Vec<_>, _>>()?;
     let params = SolveParams {
         bounces: number("--bounces", 4.0)? as u32,
         error: number("--error", 0.1)?,
@@ -100,7 +80,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         texels: &texels,
         sides: [side; 2],
         albedo: &|triangle, u, v| albedo.albedo(triangle, u, v),
-        lights: &lights,
+        lights: &[],
         sky: &ConstantSky(Vec3::ONE),
     };
     let map = solve(&scene, &Models { illumination: &Realistic, surface: &Lambertian }, &params)?;

@@ -54,7 +54,7 @@ pub mod weathering;
 
 pub use error::BakeError;
 pub use key::TOOL;
-pub use texels::texel_density;
+pub use texels::texels_first;
 
 /// The hidden folder beside a bundle that keeps what an interrupted bake has computed.
 pub const CACHE_FOLDER: &str = ".heliodon";

@@ -6,7 +6,7 @@ use crate::error::BakeError;
 use crate::key::{Digest, TOOL};
 use crate::scene::Scene;
 use glam::{Vec2, Vec3};
-use heliodon_bundle::site::{Room, Site};
+use heliodon_bundle::site::{LightStorage, Room, Site};
 use heliodon_bundle::texels::{BOUNCE_BLOCK, TEXEL_LEVELS, TexelInfo};
 use heliodon_light::SurfacePlace;
 use heliodon_lightmap::charts::ChartParams;
@@ -15,6 +15,7 @@ use heliodon_lightmap::refine::{Grid, Place};
 use heliodon_lightmap::seams::Seams;
 use heliodon_lightmap::texels::{Texel, texels};
 use heliodon_lightmap::unwrap::{UnwrapParams, Unwrapped, unwrap};
+use heliodon_mesh::Mesh;
 use std::ops::Range;
 
 /// Surfaces farther from all rooms than this have fewer texels, in proportion: a texel of theirs is seen as large, metres.
@@ -225,8 +226,7 @@ pub fn expects_texels(scene: &Scene) -> bool {
 ///
 /// # Panics
 /// If there is no such part.
-#[must_use]
-pub fn texel_density(site: &Site, scene: &Scene, parts: &[usize]) -> Vec<f32> {
+fn texel_density(site: &Site, scene: &Scene, parts: &[usize]) -> Vec<f32> {
     let mesh = &scene.mesh;
     let of = |&part: &usize| {
         let own = site.parts[part].texels as f32;
@@ -234,6 +234,25 @@ pub fn texel_density(site: &Site, scene: &Scene, parts: &[usize]) -> Vec<f32> {
         scene.parts[part].drawn_triangles().map(move |t| own * nearness(&site.rooms, corners(t)))
     };
     parts.iter().flat_map(of).collect()
+}
+
+/// All parts in one mesh, the triangles first that a light map is for, and how densely each of those has texels beside the others: of the parts that a bake lights by
+/// texels, or where there are none, of all but those whose light is stored at vertices.
+#[must_use]
+pub fn texels_first(site: &Site, scene: Scene) -> (Mesh, Vec<f32>) {
+    let all = || 0..scene.parts.len();
+    let by_texels: Vec<usize> = all().filter(|&part| scene.parts[part].by_texels).collect();
+    let not_by_vertices = || all().filter(|&part| site.parts[part].light != LightStorage::Vertex).collect();
+    let chosen: Vec<usize> = if by_texels.is_empty() { not_by_vertices() } else { by_texels };
+    let others = all().filter(|part| !chosen.contains(part));
+    let order: Vec<usize> = chosen.iter().copied().chain(others).flat_map(|part| scene.parts[part].triangles.clone()).collect();
+    let density = if chosen.is_empty() { Vec::new() } else { texel_density(site, &scene, &chosen) };
+    let mut mesh = scene.mesh;
+    mesh.triangles = order.iter().map(|&t| mesh.triangles[t]).collect();
+    if !mesh.triangle_material.is_empty() {
+        mesh.triangle_material = order.iter().map(|&t| mesh.triangle_material[t]).collect();
+    }
+    (mesh, density)
 }
 
 /// How many texels a triangle has along a metre, beside one in a room.

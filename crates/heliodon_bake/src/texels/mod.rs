@@ -11,7 +11,7 @@ mod levels;
 mod stage;
 mod weathering;
 
-pub use atlas::{Atlas, expects_texels, texel_density};
+pub use atlas::{Atlas, expects_texels, texels_first};
 pub use choice::Choice;
 pub use stage::SolvedScene;
 pub use weathering::{weather_texels, weathering_layer};
