@@ -173,8 +173,8 @@ impl Seams {
         self.widest(values)
     }
 
-    /// Changes several values of each texel, one after the other in `values`, all at least 0 and those of capped texels no greater than they were, until both sides of all places are shown within `codes` of one another ([`shown_codes`]), or it
-    /// does not get better. A place that is nearer than half of that already changes nothing: where charts are a few texels wide, all their borders make one net in which equality
+    /// Changes several values of each texel, one after the other in `values`, all at least 0 and some (where what is dark lies beside what is lit) no greater than they were, until both sides of all places are
+    /// shown within `codes` of one another ([`shown_codes`]), or it does not get better. A place that is nearer than half of that already changes nothing: where charts are a few texels wide, all their borders make one net in which equality
     /// everywhere asks for what nobody sees. `white` and `codes` are above 0; where they are not, nothing is changed.
     ///
     /// # Panics
@@ -234,7 +234,7 @@ impl Seams {
                     for i in (0..8).filter(|_| sum > 0.0) {
                         let texel = matched.texels[i] as usize;
                         let [least, most] = bounds(texel);
-                        own[texel] = (own[texel] - off * ease(i) * matched.weights[i] / sum).clamp(least, most);
+                        own[texel] = (own[texel] - off * ease(i) * matched.weights[i] / sum).min(most).max(least);
                     }
                 }
                 apart > near.tolerance

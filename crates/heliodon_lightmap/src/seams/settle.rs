@@ -37,7 +37,7 @@ impl Seams {
             net.hold(caps, 0.5 * codes);
             net.relax(0.5 * codes, codes);
             for (texel, value) in net.texels.iter().map(|&texel| texel as usize).zip(&net.values) {
-                own[texel] = value.clamp(0.0, caps[texel]);
+                own[texel] = value.min(caps[texel]).max(0.0);
             }
         }
         false
