@@ -5,7 +5,11 @@
 #[path = "../examples/common/mod.rs"]
 mod common;
 
-use bevy::prelude::{Entity, Msaa, With};
+use bevy::prelude::{App, Entity, Msaa, Plugin, With};
+use bevy::render::RenderApp;
+use bevy::render::render_resource::PipelineCache;
+use bevy::render::renderer::{RenderAdapter, RenderDevice};
+use bevy_hanabi::HanabiPlugin;
 use glam::Vec3;
 use heliodon_bundle::site::{ParticleKind, Particles as Table};
 use heliodon_image::HdrImage;
@@ -14,6 +18,7 @@ use heliodon_view::headless::{RenderOptions, Renderer, Shot};
 use heliodon_view::particles::{Particles, ParticlesBy, ParticlesTold};
 use heliodon_view::story::Wishes;
 use heliodon_view::{DaylightCamera, Pose};
+use std::time::Duration;
 use tempfile::TempDir;
 
 const SIZE: [u32; 2] = [200, 150];
@@ -32,11 +37,19 @@ struct Scene {
 
 impl Scene {
     fn new(by: ParticlesBy) -> Self {
+        Self::with(by, |_| {})
+    }
+
+    fn with(by: ParticlesBy, before: impl FnOnce(&mut App)) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let bundle = folder.path().join("court");
         common::Court { quads: 40, sun_steps: 4, sky_columns: 64, ..common::Court::small() }.write(&bundle).unwrap();
         let options = RenderOptions { samples: 1 };
-        let renderer = Renderer::with(&bundle, SIZE, options, |app| by.prepare(app, &[])).unwrap();
+        let prepare = |app: &mut App| {
+            before(app);
+            by.prepare(app, &[]);
+        };
+        let renderer = Renderer::with(&bundle, SIZE, options, prepare).unwrap();
         let pose = Pose::looking(PLACE + Vec3::new(0.4, 0.6, 4.0), PLACE + Vec3::Y * 0.4);
         let shot = Shot { pose, fov_deg: 50.0, actors_s: 5.0, ..renderer.home_shot(NOON_S) };
         Self { _folder: folder, renderer, shot }
@@ -78,6 +91,19 @@ impl Scene {
         });
         assert!(soon.is_some(), "the device takes over: {:?}", self.told());
         self.picture(actors_s)
+    }
+}
+
+/// Pipelines are there some frames after they were asked for, as in windows.
+struct Unhurried;
+
+impl Plugin for Unhurried {
+    fn build(&self, _: &mut App) {}
+
+    fn finish(&self, app: &mut App) {
+        let world = app.sub_app_mut(RenderApp).world_mut();
+        let (device, adapter) = (world.resource::<RenderDevice>().clone(), world.resource::<RenderAdapter>().clone());
+        world.insert_resource(PipelineCache::new(device, adapter, false));
     }
 }
 
@@ -230,4 +256,72 @@ fn small_sources_stay_with_the_processor() {
     scene.swarming(5.0);
     let told = scene.told();
     assert!(told.particles > told.by_device && told.by_device > 15_000, "{told:?}");
+}
+
+#[test]
+fn nothing_is_missing_while_the_device_takes_over() {
+    let mut scene = Scene::with(ParticlesBy::Device, |app| {
+        app.add_plugins(Unhurried);
+    });
+    let patiently = |scene: &mut Scene, is_there: &dyn Fn(&HdrImage) -> bool| {
+        let there = (0..600).find_map(|_| {
+            std::thread::sleep(Duration::from_millis(10));
+            Some(scene.renderer.render_linear(&scene.shot).unwrap()).filter(is_there)
+        });
+        there.unwrap()
+    };
+    // the stone, and what draws the processor's particles
+    patiently(&mut scene, &|picture| picture.pixels.iter().filter(|pixel| **pixel != picture.pixels[0]).count() > 10_000);
+    let bare = scene.picture(5.0);
+    scene.add(&Table { density: 2.0, ..many(ParticleKind::Sparks, PLACE) });
+    patiently(&mut scene, &|picture| changed(&bare, picture).0 > 0);
+    let few = scene.picture(5.0);
+    scene.add(&Table { name: "many".to_owned(), ..many(ParticleKind::Sparks, PLACE) });
+    let mut last = Vec::new();
+    for frame in 0..SOON * 10 {
+        let picture = scene.renderer.render_linear(&scene.shot).unwrap();
+        let (told, count) = (scene.told(), changed(&few, &picture).0);
+        assert!(count > 200, "frame {frame}: {count} pixels, {told:?}");
+        if told.by_device > 0 {
+            last.push(count);
+        }
+        if last.len() == 8 {
+            break;
+        }
+    }
+    assert_eq!(last.len(), 8, "the device takes over: {:?}", scene.told());
+}
+
+#[test]
+fn water_out_of_sight_changes_nothing_that_is_in_sight() {
+    // behind the eye, a metre above the ground: if it fell as deep as the ground is looked for it would be very many
+    let table = many(ParticleKind::Water, PLACE + Vec3::Z * 9.0);
+    let water = Table { name: "water".to_owned(), density: 30.0, ..table };
+    let few = Table { density: 100.0, ..many(ParticleKind::Sparks, PLACE) };
+    let mut scene = Scene::new(ParticlesBy::Device);
+    scene.add(&water);
+    scene.add(&few);
+    for _ in 0..SOON / 4 {
+        scene.picture(5.0);
+        assert_eq!(scene.told().by_device, 0, "all together are not many");
+        assert!(scene.told().sources == 1 && scene.told().particles > 1000, "{:?}", scene.told());
+    }
+    let mut scene = Scene::new(ParticlesBy::Device);
+    scene.add(&many(ParticleKind::Sparks, PLACE));
+    scene.swarming(5.0);
+    scene.add(&water);
+    for _ in 0..5 {
+        scene.renderer.render_linear(&scene.shot).unwrap();
+        assert!(scene.told().by_device > 15_000, "it stays while the ground is looked for");
+    }
+}
+
+#[test]
+fn an_app_may_have_effects_of_its_own() {
+    let mut scene = Scene::with(ParticlesBy::Device, |app| {
+        app.add_plugins(HanabiPlugin);
+    });
+    let bare = scene.picture(5.0);
+    scene.add(&many(ParticleKind::Sparks, PLACE));
+    assert!(changed(&bare, &scene.swarming(5.0)).0 > 100);
 }

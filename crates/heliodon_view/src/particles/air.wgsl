@@ -1,5 +1,6 @@
 // What is in the air: quads that face the eye, from the farthest on, into a picture of their own: exposed radiance, and the share of what is behind
-// that they take away. compose.wgsl lays it over the picture. Written by particles/quad.rs and render.rs. Prepended: over_stone/camera.wgsl.
+// that they take away. compose.wgsl lays it over the picture. Written by particles/quad.rs and render.rs. Prepended: over_stone/camera.wgsl, and
+// LEAST_PX and FORWARD of quad.rs.
 
 struct Quad {
     // Its middle, w: half its width.
@@ -40,10 +41,6 @@ const SMOKE: u32 = 2u;
 const HAZE: u32 = 3u;
 const MARK: u32 = 4u;
 
-// Spots are drawn at least so wide to each side, pixels, and as much fainter.
-const LEAST_PX: f32 = 0.75;
-// How much air and dust scatter forward.
-const FORWARD: f32 = 0.55;
 // How far above and below its middle a disc on the ground is laid, as a part of its radius.
 const MARK_HEIGHT: f32 = 0.8;
 

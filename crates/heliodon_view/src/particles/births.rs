@@ -64,21 +64,26 @@ pub struct Births {
     pub per_s: f64,
     /// None lives longer.
     pub most_s: f64,
-    /// The share of them that is shown, 0 to 1: always the same ones.
+    /// The share of them that is shown, 0 to 1: of a lesser share none that a greater one would not show.
     pub share: f32,
     /// When it does.
     pub span: Span,
 }
 
 impl Births {
-    /// Those who may be there at a time, from the oldest on.
+    /// Those who may be there at a time, from the oldest on. It takes as long as there are shown, not as long as there would be: of a share from 1/4 to 1/2 only even numbers are asked,
+    /// of one from 1/8 to 1/4 every fourth, and so on.
     pub fn at(self, now_s: f64) -> impl Iterator<Item = Born> {
         let Self { seed, per_s, most_s, share, span } = self;
         let (first, last) = (((now_s - most_s) * per_s).floor() as i64 - 1, (now_s * per_s).floor() as i64);
-        (first..=last).filter_map(move |number| {
+        let (step, between) = steps(share);
+        let first = first + (-first).rem_euclid(step);
+        // the number 0 is of every share but none
+        let last = if share > 0.0 { last } else { first - 1 };
+        (first..=last).step_by(step as usize).filter_map(move |number| {
             // the number's lower half repeats after four billion particles
             let hash = hash2_u32(seed, number as u32);
-            if unit_f32(hash2_u32(hash, 1)) >= share {
+            if number & (2 * step - 1) != 0 && unit_f32(hash2_u32(hash, 1)) >= between {
                 return None;
             }
             let own = unit_f32(hash);
@@ -90,9 +95,20 @@ impl Births {
     }
 }
 
+/// What is shown of a share: of those whose numbers a power of two divides every other one, and of those between them a part. At a whole power of two it is all or none of these, so
+/// that no more come or go there than elsewhere.
+fn steps(share: f32) -> (i64, f32) {
+    let mut step = 1;
+    while step < 1 << 30 && share * (2 * step) as f32 <= 1.0 {
+        step *= 2;
+    }
+    (step, share * (2 * step) as f32 - 1.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::HashSet;
 
     fn births(span: Span) -> Births {
         Births { seed: 5, per_s: 100.0, most_s: 2.0, share: 1.0, span }
@@ -131,10 +147,46 @@ mod tests {
     }
 
     #[test]
-    fn a_share_shows_the_same_ones() {
-        let few: Vec<_> = owns(Births { share: 0.25, ..births(Span::ALWAYS) }, 9.0);
-        let all = owns(births(Span::ALWAYS), 9.0);
-        assert!(few.iter().all(|one| all.contains(one)));
-        assert!((30..70).contains(&few.len()), "{}", few.len());
+    fn a_share_shows_as_many_as_it_says_and_none_that_a_greater_one_does_not() {
+        let many = |share| Births { share, per_s: 100_000.0, ..births(Span::ALWAYS) };
+        let numbers = |share| many(share).at(9.0).map(|born| born.own.to_bits()).collect::<Vec<_>>();
+        let all = numbers(1.0);
+        assert!(all.len().abs_diff(200_000) < 2);
+        let mut more: HashSet<u32> = all.iter().copied().collect();
+        for share in [0.9, 0.501, 0.5, 0.499, 0.37, 0.25, 0.1, 0.0626, 0.06, 0.01] {
+            let some = numbers(share);
+            let off = some.len() as f32 / (share * 200_000.0) - 1.0;
+            assert!(off.abs() < 0.04, "{share}: {off}");
+            assert!(some.iter().all(|own| more.contains(own)), "{share}");
+            more = some.into_iter().collect();
+        }
+        assert_eq!(Births { share: 0.0, ..births(Span::ALWAYS) }.at(1.0).count(), 0);
+    }
+
+    #[test]
+    fn all_are_shown_of_the_whole_before_the_beginning_too() {
+        for now_s in [-7.0, 0.0, 0.505, 4e7] {
+            let births = births(Span::ALWAYS);
+            let (first, last) =
+                (((now_s - births.most_s) * births.per_s).floor() as i64 - 1, (now_s * births.per_s).floor() as i64);
+            let own = |number: i64| unit_f32(hash2_u32(births.seed, number as u32));
+            let is_there = |&number: &i64| {
+                let born_s = (number as f64 + f64::from(own(number))) / births.per_s;
+                (0.0..births.most_s).contains(&(now_s - born_s))
+            };
+            let all: Vec<f32> = (first..=last).filter(is_there).map(own).collect();
+            assert_eq!(births.at(now_s).map(|born| born.own).collect::<Vec<_>>(), all);
+        }
+    }
+
+    #[test]
+    fn a_small_share_of_very_many_is_soon_told() {
+        // five hundred times water from a roof of two by five metres, for half a second; all of them would be minutes
+        let source = Births { per_s: 1.8e6, most_s: 3.8, share: 1e-5, ..births(Span::ALWAYS) };
+        let (step, between) = steps(source.share);
+        assert!(source.per_s * source.most_s / step as f64 <= 2.0 * 1e-5 * source.per_s * source.most_s);
+        assert!((0.0..1.0).contains(&between));
+        let shown: usize = (0..200).map(|frame| source.at(f64::from(frame) * 5.0).count()).sum();
+        assert!((shown as f64 / (200.0 * 68.4) - 1.0).abs() < 0.05, "{shown}");
     }
 }

@@ -22,6 +22,11 @@ const FEWEST_MOTES: f32 = 40.0;
 pub const MOTE_M: f32 = 0.0011;
 /// How long one is followed until another takes its part.
 pub const MOTE_S: f32 = 14.0;
+/// How fast motes go with the air, metres a second, and how far they sway.
+pub const MOTE_DRIFT_M_PER_S: f32 = 0.022;
+pub const MOTE_SWAY_M: f32 = 0.03;
+/// How large the smallest mote is, and how much more the largest.
+pub const MOTE_SIZES: [f32; 2] = [0.6, 1.4];
 /// How much brighter than white in the same sun a mote is to whoever looks across the light: its own size is less than that of its glare.
 pub const MOTE_SHINES: f32 = 3.0;
 /// How long dust takes to rise and to settle.
@@ -38,6 +43,15 @@ const OVERLAP: f32 = 1.15;
 #[must_use]
 pub fn mote_count(source: &Source) -> f32 {
     (source.volume_m3() * MOTES_PER_M3).clamp(FEWEST_MOTES, MOST_MOTES) * source.density
+}
+
+/// The box that no mote of a source leaves any part of, whoever moves it: a little more than [`Source::bounds`].
+#[must_use]
+pub fn mote_bounds(source: &Source) -> (Vec3, Vec3) {
+    let (low, high) = source.bounds();
+    let drift = 0.5 * MOTE_DRIFT_M_PER_S * MOTE_S;
+    let margin = drift + MOTE_SWAY_M + MOTE_M * source.size * (MOTE_SIZES[0] + MOTE_SIZES[1]);
+    (low - margin, high + margin)
 }
 
 /// How many cells along each side a source's haze has, and the width that they have about.
@@ -83,15 +97,15 @@ fn motes(source: &Source, share: f32, now_s: f64, reached: &Reached, there: f32,
         let age_s = age * MOTE_S;
         // in still air it sinks a millimetre a second, and goes with every draught
         let [x, y, z] = [0, 1, 2].map(|_| random.range_f32(-1.0, 1.0));
-        let drift = Vec3::new(x, 0.4 * y - 0.25, z) * (0.022 * (age_s - 0.5 * MOTE_S));
+        let drift = Vec3::new(x, 0.4 * y - 0.25, z) * (MOTE_DRIFT_M_PER_S * (age_s - 0.5 * MOTE_S));
         let sway = Vec3::new((0.7 * age_s + phase).sin(), (0.5 * age_s + 2.0 * phase).sin(), (0.6 * age_s + 3.0 * phase).cos());
-        let place = source.place + at * source.extent + drift + sway * 0.03;
+        let place = source.place + at * source.extent + drift + sway * MOTE_SWAY_M;
         let lit = reached.map.map_or(0.0, |(map, _)| map.at(place));
         let by_lamps = reached.lamps_reach(place, 0.0);
         if lit <= 0.0 && !by_lamps {
             continue;
         }
-        let radius = MOTE_M * source.size * (0.6 + 1.4 * own * own * own);
+        let radius = MOTE_M * source.size * (MOTE_SIZES[0] + MOTE_SIZES[1] * own * own * own);
         // it turns, and shows now its face and now its edge
         let turned = 0.55 + 0.45 * (random.range_f32(0.8, 3.5) * age_s + phase).sin();
         let ends = (age * 6.0).min(1.0).min((1.0 - age) * 6.0);
@@ -178,6 +192,26 @@ mod tests {
         let away = Some(Cone { direction: Vec3::Y, half_angle_rad: 0.3, edge: 0.2 });
         assert!(dusty(Lamp { cone: away, ..lamp }).is_empty(), "it shines elsewhere");
         assert!(dusty(Lamp { intensity: Vec3::splat(1e-4), ..lamp }).is_empty(), "too faint to be seen");
+    }
+
+    #[test]
+    fn no_mote_leaves_its_box() {
+        let source = Source { size: 20.0, density: 100.0, ..source(ParticleKind::Dust, Vec3::ONE) };
+        let (low, high) = mote_bounds(&source);
+        let map = SunMap::new(&Ground::default(), (low, high), Vec3::Y);
+        let light = Reached { map: Some((&map, 0)), ..noon() };
+        let mut out = Vec::new();
+        motes(&source, 1.0, 5.0, &light, 1.0, &mut out);
+        let inside = |(low, high): (Vec3, Vec3)| {
+            let radius = |quad: &Quad| quad.reach_m() / std::f32::consts::SQRT_2;
+            let is_in = |quad: &&Quad| {
+                (quad.middle() - radius(quad)).cmpge(low).all() && (quad.middle() + radius(quad)).cmple(high).all()
+            };
+            out.iter().filter(is_in).count()
+        };
+        assert!(out.len() > 3000 && inside((low, high)) == out.len(), "{} of {}", inside((low, high)), out.len());
+        assert!(inside(source.bounds()) < out.len(), "it is needed");
+        assert!(inside((low + 0.1, high - 0.1)) < out.len(), "and fits");
     }
 
     #[test]

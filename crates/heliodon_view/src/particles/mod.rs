@@ -78,7 +78,7 @@ pub struct Particles {
 /// How particles are shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ParticlesOptions {
-    /// Particles of a frame at most; where there would be more, all sources have as much fewer. A thousand take about a tenth of a millisecond of a
+    /// Particles of a frame at most; where there would be more, all sources have as much fewer, and those that are left out cost nothing. A thousand take about a tenth of a millisecond of a
     /// processor's core, and of a GPU's as much.
     pub most: usize,
     /// Whether a frame waits for what it needs, as stills and films do.
@@ -90,6 +90,13 @@ pub struct ParticlesOptions {
 impl Default for ParticlesOptions {
     fn default() -> Self {
         Self { most: 12_000, wait: false, by: ParticlesBy::Auto }
+    }
+}
+
+impl ParticlesOptions {
+    /// Whether a device is asked to take swarms over.
+    fn asks_device(self) -> bool {
+        self.by == ParticlesBy::Device || (self.by == ParticlesBy::Auto && !self.wait)
     }
 }
 
@@ -193,7 +200,9 @@ fn follow_stage(stage: Res<Stage>, swarms: Option<Res<Swarms>>, mut particles: R
     particles.white = light::brightest_white(bundle.lapse());
     particles.sources = bundle.living().particles.iter().zip(0..).map(|(table, number)| Source::new(table, number)).collect();
     if swarms.is_none() && !particles.options.wait && particles.has_swarms() {
-        warn!("very many particles are thinned, and drawn by the processor: the visit began without any");
+        warn!(
+            "very many particles are thinned, and drawn by the processor: `ParticlesBy::prepare` knew of none when the visit began"
+        );
     }
 }
 
@@ -252,7 +261,7 @@ fn arrange(
     let mut quads = std::mem::take(&mut also.0);
     let mut boxes: Vec<(Vec3, Vec3)> = quad::bounds(&quads).into_iter().collect();
     if particles.sources.is_empty() && quads.is_empty() {
-        if !(frame.quads.is_empty() && frame.swarms.is_empty()) {
+        if !(frame.quads.is_empty() && frame.swarms.is_empty() && frame.unready.is_empty()) {
             *frame = AirFrame::default();
         }
         particles.told = ParticlesTold::default();
@@ -301,16 +310,17 @@ fn arrange(
             out
         })
         .collect();
-    let mut shown = Vec::new();
+    let (mut shown, mut unready) = (Vec::new(), Vec::new());
     let mut by_device = 0;
     if let Some(swarms) = &mut swarms {
+        unready.extend(swarms.unready());
         for seen in seen.iter().filter(|seen| seen.flies) {
             let (source, reached) = (&particles.sources[seen.source], reached(seen));
             let map = reached.map.map(|(_, number)| &maps[number as usize]);
             let light = (&reached, map, moment.sun_direction);
             shown.extend(swarms.shown((seen.source, source), now_s, light, stage.footing()));
             by_device += Swarms::living(source, now_s);
-            boxes.push(source.bounds());
+            boxes.push(swarm::drawn_bounds(source));
         }
     }
     boxes.extend(made.iter().filter_map(|quads| quad::bounds(quads)));
@@ -322,8 +332,8 @@ fn arrange(
         AirHead { cameras: head.cameras.clone(), order, haze }
     });
     let (heads, fine) = (Arc::new(heads.collect()), particles.options.wait);
-    let (quads, boxes, swarms) = (Arc::new(quads), Arc::new(boxes), Arc::new(shown));
-    *frame = AirFrame { quads, boxes, heads, maps, sun_direction: moment.sun_direction, fine, swarms };
+    let (quads, boxes, swarms, unready) = (Arc::new(quads), Arc::new(boxes), Arc::new(shown), Arc::new(unready));
+    *frame = AirFrame { quads, boxes, heads, maps, sun_direction: moment.sun_direction, fine, swarms, unready };
     particles.told.ms = start.elapsed().as_secs_f32() * 1e3;
 }
 
@@ -392,13 +402,22 @@ impl Particles {
         seen
     }
 
-    /// Looks at what surrounds those that are seen, once all of the stone is there.
+    /// Looks at what surrounds those that are seen, once all of the stone is there; where a device may be asked, at what is beneath all water, for that says how much of it falls at a time.
     fn look_around(&mut self, stage: &Stage, seen: &[Seen]) {
         let Some(ground) = stage.footing() else { return };
         let most = if self.options.wait { usize::MAX } else { LOOKS_A_FRAME };
-        let unknown = seen.iter().map(|seen| seen.source).filter(|&number| self.sources[number].around.is_none());
-        let unknown: Vec<usize> = unknown.take(most).collect();
+        let is_unknown = |number: &usize| self.sources[*number].around.is_none();
+        let unknown: Vec<usize> = seen.iter().map(|seen| seen.source).filter(is_unknown).collect();
+        let asked = self.options.asks_device();
+        let water = (0..self.sources.len()).filter(|&number| asked && self.sources[number].kind == ParticleKind::Water);
+        let unseen = water.filter(is_unknown).filter(|number| !unknown.contains(number));
+        let unknown: Vec<usize> = unknown.iter().copied().chain(unseen).take(most).collect();
         unknown.into_iter().for_each(|number| self.sources[number].look_around(ground));
+    }
+
+    /// Whether it is known how far all water falls.
+    fn knows_water(&self) -> bool {
+        self.sources.iter().all(|source| source.kind != ParticleKind::Water || source.around.is_some())
     }
 
     /// Makes maps of the sun for the nearest sources that need one, a frame at a time; answers the sources that have one.

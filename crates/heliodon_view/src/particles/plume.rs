@@ -25,6 +25,20 @@ const PUFFS_PER_S: f64 = 11.0;
 pub const PUFF_S: f32 = 7.5;
 /// How fast smoke rises at first, metres a second.
 pub const RISE_M_PER_S: f32 = 0.95;
+/// How much faster or slower than that a puff does, at the least and at the most.
+pub const RISES: [f32; 2] = [0.85, 1.15];
+/// How long it takes to slow down as it cools, seconds, and how fast it goes on rising, metres a second.
+pub const COOLS_S: f32 = 2.4;
+pub const RISE_ON_M_PER_S: f32 = 0.18;
+/// How far to each side the air of a source streams at the most, of one.
+pub const LEAN: f32 = 0.7;
+/// How far such a stream of one has carried a puff after a second, metres; it grows with the time to the power of 1.5.
+pub const DRIFT_M: f32 = 0.16;
+/// How far a puff curls after a second, metres; it grows with the root of the time.
+pub const CURL_M: f32 = 0.09;
+/// How fast a puff grows, metres a second to each side, and how much faster or slower, at the least and at the most.
+pub const SPREAD_M_PER_S: f32 = 0.17;
+pub const SPREADS: [f32; 2] = [0.8, 1.2];
 /// What smoke gives back of the light that falls on it.
 pub const SMOKE_ALBEDO: Vec3 = Vec3::new(0.62, 0.63, 0.66);
 /// What a fresh puff takes away in its middle.
@@ -121,8 +135,7 @@ pub fn fire(source: &Source, share: f32, now_s: f64, reached: &Reached, out: &mu
 
 /// Smoke at a time.
 pub fn smoke(source: &Source, share: f32, now_s: f64, reached: &Reached, out: &mut Vec<Quad>) {
-    let wide = source.width_m();
-    let first = (0.5 * wide + 0.05) * source.size;
+    let first = first_m(source);
     let thick = THICKNESS * (1.0 / share.max(0.1)).min(2.0);
     for Born { mut random, own, age_s } in smoke_births(source, share).at(now_s) {
         let life_s = PUFF_S * random.range_f32(0.7, 1.0);
@@ -132,15 +145,16 @@ pub fn smoke(source: &Source, share: f32, now_s: f64, reached: &Reached, out: &m
         }
         let [x, y, z] = [0, 1, 2].map(|_| random.range_f32(-1.0, 1.0));
         let base = Vec3::new(x, y, z) * source.extent * Vec3::new(0.6, 1.0, 0.6);
-        let drift = lean(source.seed, now_s - f64::from(age_s)) * (0.16 * age_s * age_s.sqrt());
+        let drift = lean(source.seed, now_s - f64::from(age_s)) * (DRIFT_M * age_s * age_s.sqrt());
         let phase = random.range_f32(0.0, TAU);
         let curl =
             Vec2::new((1.1 * age_s + phase).sin() - phase.sin(), (0.9 * age_s + 2.0 * phase).cos() - (2.0 * phase).cos())
-                * (0.09 * age_s.sqrt());
+                * (CURL_M * age_s.sqrt());
         // it slows as it cools
-        let rise = RISE_M_PER_S * source.size.sqrt() * 2.4 * (1.0 - (-age_s / 2.4).exp()) * random.range_f32(0.85, 1.15)
-            + 0.18 * age_s;
-        let radius = first + (0.17 * source.size * age_s * random.range_f32(0.8, 1.2)).max(0.0);
+        let rises = random.range_f32(RISES[0], RISES[1]);
+        let rise =
+            RISE_M_PER_S * source.size.sqrt() * COOLS_S * (1.0 - (-age_s / COOLS_S).exp()) * rises + RISE_ON_M_PER_S * age_s;
+        let radius = first + (SPREAD_M_PER_S * source.size * age_s * random.range_f32(SPREADS[0], SPREADS[1])).max(0.0);
         let place = source.place + base + Vec3::new(drift.x + curl.x, rise, drift.y + curl.y);
         // the same smoke in more air
         let thin = (first / radius).powf(0.7);
@@ -155,6 +169,21 @@ pub fn smoke(source: &Source, share: f32, now_s: f64, reached: &Reached, out: &m
     }
 }
 
+/// Half the width of a fresh puff, metres.
+fn first_m(source: &Source) -> f32 {
+    (0.5 * source.width_m() + 0.05) * source.size
+}
+
+/// The box that no puff of a source leaves any part of, whoever moves it: more than [`Source::bounds`], within which their middles mostly are.
+#[must_use]
+pub fn puff_bounds(source: &Source) -> (Vec3, Vec3) {
+    let radius = first_m(source) + SPREAD_M_PER_S * source.size * PUFF_S * SPREADS[1];
+    let aside = LEAN * DRIFT_M * PUFF_S * PUFF_S.sqrt() + 2.0 * CURL_M * PUFF_S.sqrt();
+    let rise = RISE_M_PER_S * source.size.sqrt() * COOLS_S * RISES[1] + RISE_ON_M_PER_S * PUFF_S;
+    let low = source.place - source.extent - Vec3::new(aside, 0.0, aside) - radius;
+    (low, source.place + source.extent + Vec3::new(aside, rise, aside) + radius)
+}
+
 /// How bright a fire is beside its mean, now.
 fn flicker(seed: u32, now_s: f64) -> f32 {
     1.0 + 0.22 * (wave(seed, now_s * 7.3) - 0.5) + 0.18 * (wave(seed ^ 0x55, now_s * 2.9) - 0.5)
@@ -162,7 +191,7 @@ fn flicker(seed: u32, now_s: f64) -> f32 {
 
 /// Whither the air of a source streams, now; of length one at most.
 fn lean(seed: u32, now_s: f64) -> Vec2 {
-    Vec2::new(wave(seed ^ 0x11, now_s * 0.9), wave(seed ^ 0x22, now_s * 1.1)) * 1.4 - 0.7
+    Vec2::new(wave(seed ^ 0x11, now_s * 0.9), wave(seed ^ 0x22, now_s * 1.1)) * (2.0 * LEAN) - LEAN
 }
 
 /// Smooth noise of one number, 0 to 1.
@@ -207,6 +236,32 @@ mod tests {
                 assert_eq!(all, quads(kind, Span::ALWAYS, now_s).1);
             }
         }
+    }
+
+    #[test]
+    fn no_part_of_a_puff_leaves_its_box() {
+        let mut beyond = Vec3::ZERO;
+        for (size, extent) in [(1.0, Vec3::splat(0.2)), (0.3, Vec3::ZERO), (12.0, Vec3::new(2.0, 0.1, 0.3))] {
+            let source = Source { size, extent, density: 300.0, ..source(ParticleKind::Smoke, Vec3::new(3.0, 1.0, -2.0)) };
+            let (low, high) = puff_bounds(&source);
+            let (mut reached_low, mut reached_high) = (source.place, source.place);
+            for now_s in [1.0, 33.7, 81.2, 400.0] {
+                let mut out = Vec::new();
+                smoke(&source, 1.0, now_s, &noon(), &mut out);
+                for quad in &out {
+                    // round, whichever way it is turned
+                    let radius = quad.reach_m() / std::f32::consts::SQRT_2;
+                    reached_low = reached_low.min(quad.middle() - radius);
+                    reached_high = reached_high.max(quad.middle() + radius);
+                }
+            }
+            let told = format!("{size}: {reached_low} to {reached_high} of {low} to {high}");
+            assert!(reached_low.cmpge(low).all() && reached_high.cmple(high).all(), "{told}");
+            assert!((reached_high - reached_low).cmpge(0.55 * (high - low)).all(), "it fits: {told}");
+            let seen = source.bounds();
+            beyond = beyond.max(seen.0 - reached_low).max(reached_high - seen.1);
+        }
+        assert!(beyond.max_element() > 0.5, "it is needed: {beyond}");
     }
 
     #[test]

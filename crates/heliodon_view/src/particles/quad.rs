@@ -3,6 +3,11 @@
 use bevy::math::{Vec3, Vec4};
 use bytemuck::{Pod, Zeroable};
 
+/// Spots are drawn at least so wide to each side, pixels, and as much fainter.
+pub const LEAST_PX: f32 = 0.75;
+/// How much air and dust scatter forward: `g` of Henyey and Greenstein.
+pub const FORWARD: f32 = 0.55;
+
 /// What a quad shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {

@@ -5,9 +5,9 @@
 //! leaves out what no quad may touch. Haze is nowhere sharp but where it meets the stone: it has a coarse picture, out of which that pass takes for every pixel what was seen before a like depth
 //! (J. Kopf et al., "Joint Bilateral Upsampling", SIGGRAPH 2007).
 
-use super::quad::{QUAD_BYTES, Quad};
+use super::quad::{FORWARD, LEAST_PX, QUAD_BYTES, Quad};
 use super::sun_map::{OPEN, SunMap};
-use super::swarm::SwarmShown;
+use super::swarm::{SwarmShown, SwarmUnready};
 use crate::daylight::pipelines::{StagePipelines, resolved};
 use crate::daylight::prepare::StageGpu;
 use crate::lamps::LAMPS_SHARED_WGSL;
@@ -44,8 +44,9 @@ const HAZE_COARSE: [u32; 2] = [3, 2];
 #[must_use]
 pub fn air_wgsl(samples: u32, lamps: bool) -> String {
     let of_lamps = if lamps { [LAMPS_SHARED_WGSL, LAMPS_WGSL].concat() } else { String::new() };
+    let constants = format!("const LEAST_PX: f32 = {LEAST_PX:?};\nconst FORWARD: f32 = {FORWARD:?};\n");
     let defined = [("ONE_SAMPLE", samples == 1), ("MANY_SAMPLES", samples > 1), ("LAMPS", lamps)];
-    resolved(&format!("{CAMERA_WGSL}{of_lamps}{AIR_WGSL}"), &defined)
+    resolved(&format!("{CAMERA_WGSL}{of_lamps}{constants}{AIR_WGSL}"), &defined)
 }
 
 /// The shader that lays them over the picture, for depths with one sample a pixel or with several.
@@ -72,6 +73,8 @@ pub struct AirFrame {
     pub fine: bool,
     /// Swarms in sight.
     pub swarms: Arc<Vec<SwarmShown>>,
+    /// Swarms, in sight or not, that are not shown yet.
+    pub unready: Arc<Vec<SwarmUnready>>,
 }
 
 /// What a head sees.

@@ -4,7 +4,7 @@
 //! is looked up where the sun shines. They are a trait that others may implement, and so these write calls of functions.
 
 use super::super::source::Source;
-use super::super::{dust, plume, shower};
+use super::super::{dust, plume, quad, shower};
 use bevy::prelude::*;
 use bevy_hanabi::{
     AlphaMode, Attribute, BoxedModifier, EffectAsset, EvalContext, ExprError, Modifier, ModifierContext, Module,
@@ -90,6 +90,9 @@ fn constants(kind: ParticleKind) -> String {
     }
     let albedo = plume::SMOKE_ALBEDO;
     let _ = writeln!(out, "const SMOKE_ALBEDO = vec3<f32>({:?}, {:?}, {:?});", albedo.x, albedo.y, albedo.z);
+    for (name, [x, y]) in [("RISES", plume::RISES), ("SPREADS", plume::SPREADS), ("MOTE_SIZES", dust::MOTE_SIZES)] {
+        let _ = writeln!(out, "const {name} = vec2<f32>({x:?}, {y:?});");
+    }
     for (name, value) in [
         ("GRAVITY", shower::GRAVITY),
         ("SHUTTER_S", shower::SHUTTER_S),
@@ -107,9 +110,16 @@ fn constants(kind: ParticleKind) -> String {
         ("MOTE_M", dust::MOTE_M),
         ("MOTE_S", dust::MOTE_S),
         ("MOTE_SHINES", dust::MOTE_SHINES),
-        // as air.wgsl has them
-        ("LEAST_PX", 0.75),
-        ("FORWARD", 0.55),
+        ("COOLS_S", plume::COOLS_S),
+        ("RISE_ON_M_PER_S", plume::RISE_ON_M_PER_S),
+        ("LEAN", plume::LEAN),
+        ("DRIFT_M", plume::DRIFT_M),
+        ("CURL_M", plume::CURL_M),
+        ("SPREAD_M_PER_S", plume::SPREAD_M_PER_S),
+        ("MOTE_DRIFT_M_PER_S", dust::MOTE_DRIFT_M_PER_S),
+        ("MOTE_SWAY_M", dust::MOTE_SWAY_M),
+        ("LEAST_PX", quad::LEAST_PX),
+        ("FORWARD", quad::FORWARD),
     ] {
         let _ = writeln!(out, "const {name}: f32 = {value:?};");
     }

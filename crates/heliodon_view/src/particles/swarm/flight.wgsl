@@ -32,7 +32,7 @@ fn swarm_wave(salt: u32, at: f32) -> f32 {
 
 // Whither the air streamed at a time.
 fn swarm_lean(salt: u32, at_s: f32) -> vec2<f32> {
-    return vec2<f32>(swarm_wave(salt, at_s * 0.9), swarm_wave(salt + 1u, at_s * 1.1)) * 1.4 - 0.7;
+    return vec2<f32>(swarm_wave(salt, at_s * 0.9), swarm_wave(salt + 1u, at_s * 1.1)) * (2.0 * LEAN) - LEAN;
 }
 
 // `number` is another for every birth.
@@ -65,12 +65,12 @@ fn swarm_born(particle: ptr<function, Particle>, number: u32) {
     } else if (KIND == SMOKE) {
         base *= vec3<f32>(0.6, 1.0, 0.6);
         let lean = swarm_lean(u32(born.w), born.z - age_s);
-        thrown = vec3<f32>(lean.x, swarm_between(0.85, 1.15), lean.y);
+        thrown = vec3<f32>(lean.x, swarm_between(RISES.x, RISES.y), lean.y);
         radius = (0.5 * extent.w + 0.05) * size;
         life = PUFF_S * swarm_between(0.7, 1.0);
     } else {
-        thrown = vec3<f32>(swarm_between(-1.0, 1.0), 0.4 * swarm_between(-1.0, 1.0) - 0.25, swarm_between(-1.0, 1.0)) * 0.022;
-        radius = MOTE_M * size * (0.6 + 1.4 * own * own * own);
+        thrown = vec3<f32>(swarm_between(-1.0, 1.0), 0.4 * swarm_between(-1.0, 1.0) - 0.25, swarm_between(-1.0, 1.0)) * MOTE_DRIFT_M_PER_S;
+        radius = MOTE_M * size * (MOTE_SIZES.x + MOTE_SIZES.y * own * own * own);
         life = MOTE_S;
         more = swarm_between(0.8, 3.5);
     }
@@ -118,19 +118,19 @@ fn swarm_moves(particle: ptr<function, Particle>) -> bool {
         let size = properties[properties_array_index].swarm_place.w;
         let first = (0.5 * properties[properties_array_index].swarm_extent.w + 0.05) * size;
         let there_s = max(age_s, 0.0);
-        let drift = thrown.xz * (0.16 * there_s * sqrt(there_s));
+        let drift = thrown.xz * (DRIFT_M * there_s * sqrt(there_s));
         let curl = vec2<f32>(sin(1.1 * there_s + phase) - sin(phase), cos(0.9 * there_s + 2.0 * phase) - cos(2.0 * phase))
-            * (0.09 * sqrt(there_s));
+            * (CURL_M * sqrt(there_s));
         // it slows as it cools
-        let rise = RISE_M_PER_S * sqrt(size) * 2.4 * (1.0 - exp(-there_s / 2.4)) * thrown.y + 0.18 * there_s;
-        let radius = first + 0.17 * size * there_s * (0.8 + 0.4 * fract(own * 91.7));
+        let rise = RISE_M_PER_S * sqrt(size) * COOLS_S * (1.0 - exp(-there_s / COOLS_S)) * thrown.y + RISE_ON_M_PER_S * there_s;
+        let radius = first + SPREAD_M_PER_S * size * there_s * mix(SPREADS.x, SPREADS.y, fract(own * 91.7));
         (*particle).position = start + vec3<f32>(drift.x + curl.x, rise, drift.y + curl.y);
         (*particle).f32x4_0.w = radius;
         // the same smoke in more air
         (*particle).f32_1 = pow(first / radius, 0.7);
         return true;
     }
-    let sway = vec3<f32>(sin(0.7 * age_s + phase), sin(0.5 * age_s + 2.0 * phase), cos(0.6 * age_s + 3.0 * phase)) * 0.03;
+    let sway = vec3<f32>(sin(0.7 * age_s + phase), sin(0.5 * age_s + 2.0 * phase), cos(0.6 * age_s + 3.0 * phase)) * MOTE_SWAY_M;
     (*particle).position = start + thrown * (age_s - 0.5 * MOTE_S) + sway;
     return true;
 }

@@ -13,7 +13,7 @@ use super::births::{Births, Span};
 use super::light::Reached;
 use super::source::Source;
 use super::sun_map::{MOST_TEXELS, SunMap};
-use super::{ArrangeAir, Particles, dust};
+use super::{ArrangeAir, Particles, dust, plume};
 use crate::actors::Actors;
 use crate::costs::FrameTold;
 use crate::lamps::Lamp;
@@ -33,6 +33,7 @@ use effect::{BORN, EXTENT, FLOORS, PLACE, is_swarm_kind, of_vector};
 use heliodon_bundle::site::{ParticleKind, Particles as Table};
 use std::collections::HashMap;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use wgpu::DeviceType;
 
@@ -44,6 +45,8 @@ const LEAST: f64 = 2_000.0;
 const MOST_SWARMS: usize = 32;
 /// Particles of a swarm at most; where there would be more, as many fewer are born. Each takes some 80 bytes, and portable storage buffers end at 128 MiB.
 const MOST: f64 = 1_000_000.0;
+/// Particles of all swarms together at most, some 350 MB: a source that would be beyond is none.
+const MOST_TOGETHER: f64 = 4_000_000.0;
 /// The longest that a frame may take before all begins anew, seconds; so it does where the time goes back.
 const LONGEST_S: f64 = 1.0;
 /// Nothing lives so long, seconds.
@@ -65,7 +68,11 @@ pub enum ParticlesBy {
 }
 
 impl ParticlesBy {
-    /// Adds what such a visit needs to an app that is not yet running, if any of these sources may be a swarm: nothing is added, and costs, for others.
+    /// Adds what such a visit needs, [`SwarmPlugin`], to an app that is not yet running, if any of these sources may be a swarm: nothing is added, and costs, for others. [`Self::Device`] adds
+    /// it whatever the sources are, for those that come later. From then on all of the app's effects of bevy_hanabi go by the visit's clock.
+    ///
+    /// # Panics
+    /// If the app has no [`ParticlesPlugin`](super::ParticlesPlugin).
     pub fn prepare(self, app: &mut App, tables: &[Table]) {
         app.world_mut().resource_mut::<Particles>().options.by = self;
         let sources: Vec<Source> = tables.iter().zip(0..).map(|(table, number)| Source::new(table, number)).collect();
@@ -93,15 +100,18 @@ impl ParticlesBy {
     }
 }
 
-/// Hands swarms over to the GPU. It is added by [`ParticlesBy::prepare`].
+/// Hands swarms over to the GPU. It is added by [`ParticlesBy::prepare`], and adds bevy_hanabi's [`HanabiPlugin`] unless the app has it: whoever wants effects of their own adds that before, not
+/// afterwards. The clock of such effects is then the visit's, too: it stands and jumps with that.
 #[derive(Default)]
 pub struct SwarmPlugin;
 
 impl Plugin for SwarmPlugin {
     fn build(&self, app: &mut App) {
         let told = FrameTold::in_app(app);
-        app.add_plugins(HanabiPlugin)
-            .init_resource::<Swarms>()
+        if !app.is_plugin_added::<HanabiPlugin>() {
+            app.add_plugins(HanabiPlugin);
+        }
+        app.init_resource::<Swarms>()
             .add_systems(PostUpdate, told.of("air", hand_over).after(EffectSystems::TickSpawners).before(ArrangeAir));
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
             render::build(render_app);
@@ -115,7 +125,16 @@ fn count(source: &Source) -> f64 {
         return 0.0;
     }
     let births = births(source);
-    births.per_s * births.most_s
+    (births.per_s * births.most_s).min(MOST)
+}
+
+/// The box of all that the device draws of a source: motes and puffs go beyond where they are looked for.
+pub(super) fn drawn_bounds(source: &Source) -> (Vec3, Vec3) {
+    match source.kind {
+        ParticleKind::Dust => dust::mote_bounds(source),
+        ParticleKind::Smoke => plume::puff_bounds(source),
+        _ => source.bounds(),
+    }
 }
 
 /// When the device's particles of a source are born. Motes always are: they come and go by their light.
@@ -135,7 +154,13 @@ fn swarms_of(sources: &[Source]) -> Vec<usize> {
     }
     let mut large: Vec<(f64, usize)> = sources.iter().map(count).zip(0..).filter(|(count, _)| *count >= LEAST).collect();
     large.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    large.into_iter().take(MOST_SWARMS).map(|(_, number)| number).collect()
+    let mut room = MOST_TOGETHER;
+    let fitting = large.into_iter().filter(|(count, _)| {
+        let fits = *count <= room;
+        room -= if fits { *count } else { 0.0 };
+        fits
+    });
+    fitting.take(MOST_SWARMS).map(|(_, number)| number).collect()
 }
 
 impl Particles {
@@ -163,6 +188,8 @@ struct Flight {
     capacity: u32,
     /// Whether those are there that were born before this frame.
     filled: bool,
+    /// Whether the render world has all that draws it.
+    drawable: Arc<AtomicBool>,
     /// Which lamps reach its middle.
     reach: Reach,
 }
@@ -180,6 +207,15 @@ pub struct SwarmShown {
     pub map: Option<Arc<SunMap>>,
 }
 
+/// What the render world is told of a swarm of which nothing is there yet.
+#[derive(Clone, Debug)]
+pub struct SwarmUnready {
+    /// Its effect in the main world.
+    pub entity: Entity,
+    /// To be told once it can be drawn.
+    pub drawable: Arc<AtomicBool>,
+}
+
 /// The first row of a swarm's texture: rows of the map of the sun and its size (x, y, z: what reaches where it says nothing), the sun's exposed radiance and how much of the dust is
 /// there, the direction to the sun, the exposed radiance from around and that of fire.
 pub type SwarmLight = [Vec4; 7];
@@ -189,6 +225,12 @@ impl Swarms {
     #[must_use]
     pub fn flies(&self, source: usize) -> bool {
         self.flights.get(&source).is_some_and(|flight| flight.filled)
+    }
+
+    /// Those of which nothing is there yet.
+    pub fn unready(&self) -> impl Iterator<Item = SwarmUnready> {
+        let unready = self.flights.values().filter(|flight| !flight.filled);
+        unready.map(|flight| SwarmUnready { entity: flight.entity, drawable: Arc::clone(&flight.drawable) })
     }
 
     /// How many of a source's particles live there now, on the average.
@@ -261,16 +303,21 @@ fn hand_over(
         }
         refusal.is_none()
     });
-    let asked = by == ParticlesBy::Device || (by == ParticlesBy::Auto && !particles.options.wait);
     let now_s = actors.seconds;
-    let wanted: Vec<usize> = if carries && asked { swarms_of(&particles.sources) } else { Vec::new() };
+    let renewed = swarms.stage != particles.stage;
+    swarms.stage = particles.stage;
+    let wanted: Vec<usize> = match carries && particles.options.asks_device() {
+        false => Vec::new(),
+        true if particles.knows_water() => swarms_of(&particles.sources),
+        // until it is known how much of it there is at a time, all stays as it is
+        true if renewed => Vec::new(),
+        true => swarms.flights.keys().copied().collect(),
+    };
     let seen = |number: &usize| {
         let source = &particles.sources[*number];
         source.span.is_seen(now_s, super::life_s(source))
     };
     let wanted: Vec<usize> = wanted.into_iter().filter(seen).collect();
-    let renewed = swarms.stage != particles.stage;
-    swarms.stage = particles.stage;
     swarms.flights.retain(|number, flight| {
         let kept = !renewed && wanted.contains(number);
         if !kept {
@@ -296,7 +343,8 @@ fn hand_over(
         let births = births(source);
         let since_s = if flight.filled { now_s - passed_s } else { now_s - births.most_s };
         // what was there is gone by this frame's end, and what were born in it
-        flight.filled = !jumped && (flight.filled || compiled.is_ready());
+        let is_ready = || compiled.is_ready() && flight.drawable.load(Ordering::Relaxed);
+        flight.filled = !jumped && (flight.filled || is_ready());
         let (count, ages) = if flight.filled { born(&births, since_s, now_s) } else { (0, Vec2::ZERO) };
         spawner.active = false;
         spawner.spawn_count = count.min(flight.capacity);
@@ -349,7 +397,7 @@ impl Flight {
         if let Some(spawner) = spawner {
             made.insert(spawner);
         }
-        Self { entity: made.id(), light, capacity, filled: false, reach: Reach::default() }
+        Self { entity: made.id(), light, capacity, filled: false, drawable: Arc::default(), reach: Reach::default() }
     }
 }
 
@@ -372,6 +420,18 @@ mod tests {
         let mixed = [(ParticleKind::Sparks, 1.0), (ParticleKind::Sparks, 50.0), (ParticleKind::Smoke, 250.0), fire];
         assert_eq!(swarms_of(&sources(&mixed)), [2, 1], "from the largest on, and fire is none");
         assert!(swarms_of(&sources(&mixed[..2])).is_empty());
+    }
+
+    #[test]
+    fn all_swarms_together_have_room() {
+        let dust = |density| Source { density, extent: Vec3::splat(9.0), ..source(ParticleKind::Dust, Vec3::ZERO) };
+        let sparks = |density| Source { density, ..source(ParticleKind::Sparks, Vec3::ZERO) };
+        assert_eq!(swarms_of(&vec![dust(500.0); 6]), [0, 1, 2, 3], "a million each");
+        let all = [sparks(500.0), dust(500.0), dust(500.0), dust(380.0), dust(500.0), sparks(100.0)];
+        let swarms = swarms_of(&all);
+        assert_eq!(swarms, [1, 2, 4, 3, 5], "36,000 are beyond, and what is smaller still fits");
+        let together: f64 = swarms.iter().map(|&number| count(&all[number])).sum();
+        assert!(together <= MOST_TOGETHER && together + count(&all[0]) > MOST_TOGETHER, "{together}");
     }
 
     #[test]

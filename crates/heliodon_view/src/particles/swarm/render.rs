@@ -14,7 +14,7 @@ use bevy::core_pipeline::schedule::{Core3d, Core3dSystems};
 use bevy::prelude::*;
 use bevy::render::camera::ExtractedCamera;
 use bevy::render::render_asset::RenderAssets;
-use bevy::render::render_phase::ViewSortedRenderPhases;
+use bevy::render::render_phase::{CachedRenderPipelinePhaseItem, PhaseItem, SortedRenderPhase, ViewSortedRenderPhases};
 use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery};
 use bevy::render::sync_world::MainEntity;
@@ -27,12 +27,20 @@ use bevy_hanabi::EffectVisibilityClass;
 use std::any::TypeId;
 use std::collections::HashMap;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 /// Adds what draws swarms.
 pub fn build(render_app: &mut SubApp) {
     render_app
         .init_resource::<SwarmGpu>()
-        .add_systems(Render, (open_twins.in_set(RenderSystems::PrepareViews), prepare.in_set(RenderSystems::PrepareBindGroups)))
+        .add_systems(
+            Render,
+            (
+                open_twins.in_set(RenderSystems::PrepareViews),
+                prepare.in_set(RenderSystems::PrepareBindGroups),
+                tell_drawable.in_set(RenderSystems::Cleanup),
+            ),
+        )
         .add_systems(Core3d, draw.in_set(Core3dSystems::EarlyPostProcess).before(crate::particles::render::draw));
 }
 
@@ -55,7 +63,7 @@ fn twin_of(main: MainEntity) -> RetainedViewEntity {
 /// What a twin is made like.
 type TwinCamera = (Entity, &'static MainEntity, &'static ExtractedView, &'static Msaa);
 
-/// Gives each camera that may see swarms its twin, and takes it away.
+/// Gives each camera that may see swarms its twin, and takes it away. What is not there yet is queued for it, too, for its pipelines are made for those who see it.
 fn open_twins(
     mut commands: Commands,
     frame: Res<AirFrame>,
@@ -63,7 +71,7 @@ fn open_twins(
     mut phases: ResMut<ViewSortedRenderPhases<Transparent3d>>,
     cameras: Query<TwinCamera, (With<DaylightCamera>, With<ExtractedCamera>)>,
 ) {
-    let any = !frame.swarms.is_empty();
+    let any = !(frame.swarms.is_empty() && frame.unready.is_empty());
     gpu.twins.retain(|camera, twin| {
         let kept = any && cameras.contains(*camera);
         if !kept {
@@ -74,8 +82,8 @@ fn open_twins(
     if !any {
         return;
     }
-    let seen: Vec<(Entity, MainEntity)> =
-        frame.swarms.iter().map(|swarm| (Entity::PLACEHOLDER, MainEntity::from(swarm.entity))).collect();
+    let all = frame.swarms.iter().map(|swarm| swarm.entity).chain(frame.unready.iter().map(|swarm| swarm.entity));
+    let seen: Vec<(Entity, MainEntity)> = all.map(|entity| (Entity::PLACEHOLDER, MainEntity::from(entity))).collect();
     for (camera, main, view, msaa) in &cameras {
         let retained_view_entity = twin_of(*main);
         phases.insert(retained_view_entity, default());
@@ -94,6 +102,25 @@ fn open_twins(
         };
         let entity = *gpu.twins.entry(camera).or_insert_with(|| commands.spawn_empty().id());
         commands.entity(entity).insert((twin, visible, *msaa));
+    }
+}
+
+/// Tells which swarms every camera could draw now: the device takes none over that would then be seen by nobody while a pipeline is compiled.
+fn tell_drawable(
+    frame: Res<AirFrame>,
+    gpu: Res<SwarmGpu>,
+    phases: Res<ViewSortedRenderPhases<Transparent3d>>,
+    cache: Res<PipelineCache>,
+    cameras: Query<&MainEntity>,
+) {
+    let seen_by = || gpu.twins.keys().map(|camera| cameras.get(*camera).ok().and_then(|main| phases.get(&twin_of(*main))));
+    for unready in frame.unready.iter() {
+        let is_it = |item: &&Transparent3d| item.main_entity() == MainEntity::from(unready.entity);
+        let has_pipeline = |item: &Transparent3d| cache.get_render_pipeline(item.cached_pipeline()).is_some();
+        let draws = |phase: Option<&SortedRenderPhase<Transparent3d>>| {
+            phase.is_some_and(|phase| phase.items.values().find(is_it).is_some_and(has_pipeline))
+        };
+        unready.drawable.store(!gpu.twins.is_empty() && seen_by().all(draws), Ordering::Relaxed);
     }
 }
 
