@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use glam::{Vec2, Vec3};
+use heliodon_bundle::lineage::Prepared;
 use heliodon_bundle::moment::{Blend, Day, Moment};
 use heliodon_bundle::{BundleReader, LitChunk};
 use heliodon_image::{HdrImage, SrgbImage, TextureWrap};
@@ -122,29 +123,32 @@ impl ReferenceStage {
         Ok(Self { rays, geometry, params, shape: None })
     }
 
-    /// Has the geometry of `prepared` seen in place of this one, wherever it may be off what it stands for by no more than was measured.
+    /// Has the geometry of `prepared` seen in place of `bundle`'s, which this is of, wherever it may be off what it stands for by no more than was measured.
     ///
     /// # Errors
-    /// If the bundle cannot be read, or its preparation did not measure how far it is off as seen from a room.
-    pub fn show_shape_of(&mut self, prepared: &BundleReader) -> Result<()> {
+    /// If the bundle cannot be read, has another origin, or its preparation did not measure how far it is off as seen from a room.
+    pub fn show_shape_of(&mut self, prepared: &BundleReader, bundle: &BundleReader) -> Result<()> {
         let manifest = prepared.manifest();
-        // what a pixel of the site's display is wide, in its middle
-        let pixel_rad = 2.0 * libm::tanf(0.5 * fov_deg(manifest).to_radians()) / manifest.display.height_px as f32;
-        let parts = manifest.prepared.as_ref().map_or(&[][..], |prepared| &prepared.parts);
+        let Some(Prepared { parts, .. }) = &manifest.prepared else {
+            bail!("it was not prepared, so that nobody knows how far it is off; give its site a [prepare]")
+        };
         if manifest.rooms.is_empty() {
             bail!(
-                "the bundle of the shape was prepared for no room, from which it would be known how far it is off in pixels; give it a [[room]]"
+                "it was prepared for no room, from which it would be known how far it is off in pixels; give its site a [[room]]"
             )
+        }
+        let (own, other) = (bundle.manifest().site.origin, manifest.site.origin);
+        if own != other {
+            bail!("its origin is {other:?}, and {own:?} of what light travels through; give both sites the same")
         }
         let (mut geometry, mut reach_rad) = (Geometry::default(), Vec::new());
         for index in 0..prepared.chunk_count() {
             let chunk = prepared.read_chunk(index)?;
-            let measured = parts.get(usize::from(chunk.part)).and_then(|part| part.error);
-            let Some(error) = measured else {
-                bail!("the bundle of the shape was not prepared, or nobody measured how far it is off; see [prepare]")
+            let Some(error) = parts.get(usize::from(chunk.part)).and_then(|part| part.error) else {
+                bail!("when it was prepared nobody measured how far it is off; prepare and bake it again")
             };
             geometry.push(&chunk);
-            reach_rad.resize(geometry.triangles.len(), error.max_px as f32 * pixel_rad);
+            reach_rad.resize(geometry.triangles.len(), angle_rad(error.max_px, fov_deg(manifest), manifest.display.height_px));
         }
         self.shape = Some(SeenShape { rays: geometry.rays()?, geometry, reach_rad });
         Ok(())
@@ -165,6 +169,12 @@ impl ReferenceStage {
         let shape = Shape { surfaces: &seen, reach_rad: &shape.reach_rad };
         Ok(render_shape(shape, &surfaces, &sky, sun, camera, &self.params)?)
     }
+}
+
+/// The angle, in radians, of so many pixels in the middle of a display of these rows and vertical opening angle, where pixels are as large as anywhere: as
+/// preparation counts them.
+fn angle_rad(pixels: f64, fov_deg: f32, height_px: u32) -> f32 {
+    pixels as f32 * 2.0 * libm::tanf(0.5 * fov_deg.to_radians()) / height_px.max(1) as f32
 }
 
 /// The sky between the two maps around the moment, the sun taken out, for it shines as one of its own.
@@ -210,4 +220,18 @@ fn without_sun(map: HdrImage, sun: Vec3) -> Result<HdrImage> {
 /// The light of a time of day, in seconds after midnight.
 pub fn moment(bundle: &BundleReader, seconds: f64, blend: Blend) -> Moment {
     Day::new(bundle.lapse()).at(seconds, blend)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_are_angles_as_preparation_counts_them() {
+        // two metres of a wall a metre away are as high as the picture
+        assert!((angle_rad(5.0, 90.0, 1000) - 0.01).abs() < 1e-8);
+        assert_eq!(angle_rad(0.0, 50.0, 768), 0.0);
+        // tan 25 degrees
+        assert!((angle_rad(384.0, 50.0, 768) - 0.466_307_66).abs() < 1e-6);
+    }
 }

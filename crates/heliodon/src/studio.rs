@@ -3,7 +3,7 @@
 use crate::acting;
 use crate::reference::{self, ReferenceStage};
 use crate::values::Exposure;
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use glam::Vec3;
 use heliodon_bundle::BundleReader;
 use heliodon_bundle::site::TimeOfDay;
@@ -114,10 +114,11 @@ impl Studio {
     /// Has traced pictures show the geometry of another bundle, with this one's light, normals and colours.
     ///
     /// # Errors
-    /// If it cannot be read or was not prepared, or these pictures are not traced.
+    /// If it cannot be read, was not prepared or has another origin, or these pictures are not traced.
     pub fn show_shape_of(&mut self, prepared: &Path) -> Result<()> {
         let Painter::Reference(stage) = &mut self.painter else { bail!("only traced pictures show another bundle's shape") };
-        stage.show_shape_of(&BundleReader::open(prepared)?)
+        let shown = stage.show_shape_of(&BundleReader::open(prepared)?, &self.bundle);
+        shown.with_context(|| format!("{} cannot be the shape", prepared.display()))
     }
 
     /// What the viewer would show and these pictures do not, if they are traced.

@@ -3,7 +3,6 @@
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic, and tell what it found")]
 
 mod figures;
-#[allow(dead_code, reason = "not all of another crate's small files are needed here")]
 #[path = "../../heliodon_mesh/tests/motion/glb.rs"]
 mod glb;
 
@@ -15,8 +14,11 @@ use heliodon_gpu::{Answered, DepthMaps, GpuError, Headless, Method, Rays, Visibi
 use heliodon_math::frame::unit_or;
 use heliodon_math::light_sphere::LightSphere;
 use heliodon_math::visibility::VisibilityBackend;
+use heliodon_mesh::export::{write_pc2, write_ply};
 use heliodon_mesh::figures::stoneyard;
-use heliodon_mesh::motion::{MovingMesh, Palette, Pose};
+use heliodon_mesh::import::{ImportOptions, ImportReport};
+use heliodon_mesh::motion::pc2::PointCache;
+use heliodon_mesh::motion::{MovingMesh, Palette, Pose, read_cached};
 use heliodon_rays::VisibilityCpu;
 use std::f32::consts::FRAC_1_PI;
 use std::sync::{Arc, OnceLock};
@@ -142,7 +144,7 @@ fn nodes_are_posed_as_on_the_processor() {
 
 #[test]
 fn caches_are_posed_as_on_the_processor() {
-    assert_poses("cloth", &figures::cloth());
+    assert_poses("cloth", &cloth());
 }
 
 #[test]
@@ -154,6 +156,16 @@ fn morphs_are_posed_as_on_the_processor() {
 #[test]
 fn what_does_not_move_rests() {
     assert_poses("still", &MovingMesh::still(figures::walker().rest().clone()));
+}
+
+/// A curtain with a cache.
+fn cloth() -> MovingMesh {
+    let made = heliodon_mesh::figures::cloth();
+    let folder = tempfile::tempdir().unwrap();
+    let (mesh, cache) = (folder.path().join("cloth.ply"), folder.path().join("cloth.pc2"));
+    write_ply(&mesh, &made.mesh, None).unwrap();
+    write_pc2(&cache, &PointCache::of_frames(&made.frames)).unwrap();
+    read_cached(&mesh, &cache, &ImportOptions::default(), &mut ImportReport::default()).unwrap()
 }
 
 /// The light of corners by the processor.
@@ -197,7 +209,7 @@ fn figures_are_lit_as_by_the_processor() {
     let radiance: Vec<Vec3> = sphere.directions().iter().map(|l| Vec3::new(1.0 + l.y, 1.0, 1.5 - l.x)).collect();
     let sun = Vec3::new(0.48, 0.6, 0.64);
     let irradiance = Vec3::new(9.0, 8.0, 6.0);
-    for (name, moving, corners) in [("walker", figures::walker(), None), ("cloth", figures::cloth(), Some(()))] {
+    for (name, moving, corners) in [("walker", figures::walker(), None), ("cloth", cloth(), Some(()))] {
         let corners = corners.map_or_else(|| Corner::of_all(moving.rest().positions.len()), |()| sides(&moving));
         // Rays: 0.1 % of the entries, and of the sun's. Depth maps: about what they err where nothing moves; there the backs of a cloth are in no
         // triangle, and so smoother than here.

@@ -10,7 +10,7 @@ use heliodon_light::reference::{
     Camera, ConstantSky, DirectSun, Environment, HarmonicSky, LatLongSky, ReferenceParams, Shape, reference_light_at_points,
     render, render_shape,
 };
-use heliodon_light::{Baked, LightParams, bake};
+use heliodon_light::{Baked, Detail, LightParams, Surfaces, bake};
 use heliodon_testkit::scenes::{ball, cuboid, ground, rectangle};
 use std::f32::consts::FRAC_1_PI;
 
@@ -216,12 +216,36 @@ fn a_shape_shows_the_light_of_what_it_stands_for() {
     assert!(shadow < 0.6 * lit, "the block throws no shadow there: {shadow} beside {lit}");
     // the top of the block is seen in the middle; of the shape it is ground that is seen there
     assert!(off(&near, 20, 17) > 0.05, "{} off", off(&near, 20, 17));
+    // where neither is met the sky shows, though the shape is there
+    let up = Camera::look_at(Vec3::Y, Vec3::Y * 2.0, Vec3::Z, 0.9, 4, 4);
+    let lid = Lit::new(ground(40.0, 1).moved(Vec3::Y * 5.0), 0.1);
+    let reach_rad = vec![0.02; lid.scene.triangles.len()];
+    let shape = Shape { surfaces: &lid.surfaces(), reach_rad: &reach_rad };
+    let nothing = render_shape(shape, &original.surfaces(), &sky, sun, &up, &p).unwrap();
+    let is_sky = nothing.radiance.iter().all(|r| (*r - Vec3::splat(0.2)).length() < 1e-6);
+    assert!(is_sky && nothing.coverage.iter().all(|c| *c == 0.0), "{nothing:?}");
     // what lies beyond its reach shows what is seen straight on
     let straight = shaped(1e-4);
     assert!(straight.radiance == truth.radiance);
-    let few = [0.1];
-    let shape = Shape { surfaces: &seen.surfaces(), reach_rad: &few };
+    assert!(shaped(0.0).radiance == truth.radiance);
+    // one for each triangle, in its range
+    let whole = vec![0.1; seen.scene.triangles.len()];
+    let with = |reach: f32| [&whole[1..], &[reach]].concat();
+    for (reach_rad, is_one) in
+        [(whole.clone(), true), (vec![0.1], false), (with(f32::NAN), false), (with(f32::INFINITY), false), (with(-0.1), false)]
+    {
+        let shape = Shape { surfaces: &seen.surfaces(), reach_rad: &reach_rad };
+        assert_eq!(render_shape(shape, &original.surfaces(), &sky, sun, &camera, &p).is_ok(), is_one, "{reach_rad:?}");
+    }
+    // what rays meet is told in these triangles, or not at all
+    let (stands_for, clearance_m) = (vec![0; seen.scene.triangles.len()], vec![0.0; seen.scene.positions.len()]);
+    let detail = Some(Detail { stands_for: &stands_for, clearance_m: &clearance_m });
+    let simplified = Surfaces { detail, ..seen.surfaces() };
+    simplified.validate().unwrap();
+    let shape = Shape { surfaces: &simplified, reach_rad: &whole };
     assert!(render_shape(shape, &original.surfaces(), &sky, sun, &camera, &p).is_err());
+    assert!(render(&simplified, &sky, sun, &camera, &p).is_err());
+    assert!(reference_light_at_points(&simplified, &sky, sun, &[Vec3::Y], &[Vec3::Y], &p).is_err());
 }
 
 /// Two blocks a centimetre apart, whose triangles reach from the lit rim of the joint into its dark; one block is meshed too coarsely

@@ -1,4 +1,4 @@
-//! Analytic scenes, the hostile corpus, image difference and what a process takes, for Heliodon's tests.
+//! Analytic scenes, the hostile corpus, image difference and what a process takes, for Heliodon's tests and examples.
 
 pub mod flip;
 pub mod hostile;

@@ -72,7 +72,8 @@ fn a_still_looks_like_its_reference() {
     let bundle = site.path("bundle");
     let file = site.path("shape.png");
     let ran = run(&[&"render", &bundle, &"-o", &file, &"--time", &"12:00", &"--reference", &"1", &"--shape", &bundle]);
-    assert!(ran.code == 1 && ran.err.contains("prepared") && !file.exists(), "it was not prepared: {}", ran.err);
+    assert!(ran.code == 1 && ran.err.contains("was not prepared") && !file.exists(), "{}", ran.err);
+    assert!(ran.err.contains(&bundle.display().to_string()), "it names which bundle: {}", ran.err);
 }
 
 #[test]

@@ -5,6 +5,8 @@ use crate::resume::blocks;
 use crate::resume::with_little_room;
 use crate::sites::{TestSite, plane, waves};
 use crate::{assert_same_bundle, contents, done, heliodon, json, run};
+use heliodon_image::SrgbImage;
+use std::ffi::OsStr;
 use std::io::{BufRead, Read};
 use std::path::PathBuf;
 use std::process::Stdio;
@@ -112,6 +114,54 @@ fn a_moved_part_leaves_the_others_as_they_were_prepared() {
         assert_same_bundle(&site.path("bundle"), &whole);
         assert_eq!(of_parts(&site, "").len(), kept, "what is superseded goes");
     }
+}
+
+#[test]
+fn a_prepared_shape_is_shown_in_the_original_s_light() {
+    let site = prepared_site();
+    let text = std::fs::read_to_string(site.path("site.toml")).unwrap();
+    let bake = |prepare: &str, out: &str| {
+        site.write("site.toml", text.replace("[prepare]\nedge_px = 40.0\n", prepare));
+        done(&[&"bake", &site.folder(), &"-o", &site.path(out)]);
+    };
+    bake("", "original");
+    bake("[prepare]\nerror_px = 60.0\nedge_px = 400.0\npurge = false\n", "simple");
+    let still = |name: &str, bundle: &str, shape: Option<&str>| {
+        let (bundle, out) = (site.path(bundle), site.path(name));
+        let mut all: Vec<&dyn AsRef<OsStr>> = vec![&"render", &bundle, &"-o", &out, &"--time", &"12:00"];
+        all.extend::<[&dyn AsRef<OsStr>; 8]>([
+            &"--size",
+            &"64x48",
+            &"--reference",
+            &"16",
+            &"--eye",
+            &"0.5,0.4,-0.3",
+            &"--look",
+            &"0.5,0,-0.8",
+        ]);
+        let shape = shape.map(|shape| site.path(shape));
+        if let Some(shape) = &shape {
+            all.extend::<[&dyn AsRef<OsStr>; 2]>([&"--shape", shape]);
+        }
+        (run(&all), out)
+    };
+    let picture = |name: &str, bundle: &str, shape: Option<&str>| {
+        let (ran, out) = still(name, bundle, shape);
+        assert_eq!(ran.code, 0, "{}", ran.err);
+        SrgbImage::read(out).unwrap()
+    };
+    let truth = picture("truth.png", "original", None);
+    let off = |(a, b): (&[u8; 4], &[u8; 4])| f64::from(a[1].abs_diff(b[1]));
+    let difference = |other: &SrgbImage| truth.pixels.iter().zip(&other.pixels).map(off).sum::<f64>() / 3072.0;
+    let shown = difference(&picture("shown.png", "original", Some("simple")));
+    let simple = difference(&picture("simple.png", "simple", None));
+    // other silhouettes, but of the original's light: 0.5 of 255, and 1.7 with their own
+    assert!(0.1 < shown && shown < 0.6 * simple, "{shown} and {simple} of 255");
+    // where its numbers mean other places nothing is shown
+    site.write("site.toml", text.replace("[site]\n", "[site]\norigin = [0.0, 0.25, 0.0]\n"));
+    done(&[&"bake", &site.folder(), &"-o", &site.path("moved")]);
+    let (ran, out) = still("moved.png", "original", Some("moved"));
+    assert!(ran.code == 1 && ran.err.contains("origin") && ran.err.contains("moved") && !out.exists(), "{}", ran.err);
 }
 
 #[test]

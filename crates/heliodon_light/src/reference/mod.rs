@@ -134,7 +134,7 @@ const BATCH: usize = 4096;
 /// Renders a picture.
 ///
 /// # Errors
-/// Invalid surfaces or parameters.
+/// Invalid surfaces or parameters; surfaces with [`Detail`](crate::Detail).
 pub fn render(
     surfaces: &Surfaces,
     sky: &dyn Environment,
@@ -151,7 +151,7 @@ pub type PixelRay<'a> = &'a (dyn Fn(u32, u32, [f32; 2]) -> Ray + Sync);
 /// Renders a picture of `size` columns and rows through any lens.
 ///
 /// # Errors
-/// Invalid surfaces or parameters.
+/// Invalid surfaces or parameters; surfaces with [`Detail`](crate::Detail).
 pub fn render_through(
     surfaces: &Surfaces,
     sky: &dyn Environment,
@@ -166,10 +166,10 @@ pub fn render_through(
 /// Renders a picture of `shape` that shows the light, the normals and the albedo of `surfaces`, which paths travel through.
 ///
 /// Each place of the shape shows what of the surfaces lies before or behind it along its normal, as far as [`Shape::reach_rad`] allows; where
-/// nothing does, what is seen of them straight on.
+/// nothing does, what is seen of them straight on. Where that is nothing either, the sky shows, and coverage does not count it.
 ///
 /// # Errors
-/// Invalid surfaces, shape or parameters.
+/// Invalid surfaces, shape or parameters; surfaces with [`Detail`](crate::Detail).
 pub fn render_shape(
     shape: Shape,
     surfaces: &Surfaces,
@@ -178,17 +178,21 @@ pub fn render_shape(
     camera: &Camera,
     params: &ReferenceParams,
 ) -> Result<ReferenceFrame, LightError> {
-    shape.surfaces.validate()?;
-    let (triangles, reaches) = (shape.surfaces.triangles.len(), shape.reach_rad.len());
-    if triangles != reaches {
-        return Err(LightError::Mismatch(format!("a shape of {triangles} triangles with {reaches} reaches")));
-    }
+    shape.validate()?;
     let lens: PixelRay = &|x, y, within| camera.ray(x, y, within);
     traced(Stage { surfaces, shape: Some(shape), sky, sun, params }, [camera.width, camera.height], lens)
 }
 
+/// Whether surfaces are valid, and rays meet these very triangles: of what they meet the reference asks normals and albedo.
+fn only_what_is_met(surfaces: &Surfaces) -> Result<(), LightError> {
+    if surfaces.detail.is_some() {
+        return Err(LightError::Mismatch("the reference traces the triangles that rays meet, none that stand for them".into()));
+    }
+    surfaces.validate()
+}
+
 fn traced(stage: Stage, size: [u32; 2], lens: PixelRay) -> Result<ReferenceFrame, LightError> {
-    stage.surfaces.validate()?;
+    only_what_is_met(stage.surfaces)?;
     stage.params.validate()?;
     let [width, height] = size;
     let mut radiance = vec![Vec3::ZERO; width as usize * height as usize];
@@ -259,7 +263,7 @@ fn render_pixels(stage: Stage, seen: (u32, PixelRay), first: usize, radiance: &m
 /// Rays start `params.offset_m` off each point along its normal.
 ///
 /// # Errors
-/// Invalid surfaces or parameters, or not one normal for each point.
+/// Invalid surfaces or parameters, surfaces with [`Detail`](crate::Detail), or not one normal for each point.
 pub fn reference_light_at_points(
     surfaces: &Surfaces,
     sky: &dyn Environment,
@@ -268,7 +272,7 @@ pub fn reference_light_at_points(
     normals: &[Vec3],
     params: &ReferenceParams,
 ) -> Result<Vec<Vec3>, LightError> {
-    surfaces.validate()?;
+    only_what_is_met(surfaces)?;
     params.validate()?;
     if positions.len() != normals.len() {
         return Err(LightError::Normals { positions: positions.len(), normals: normals.len() });

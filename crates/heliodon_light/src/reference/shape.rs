@@ -3,19 +3,40 @@
 //! Whatever is taken from the original into textures of what was simplified (light, normals, colours), it can at best show at each place what the
 //! original has there. A traced picture with all of that, on the simplified shape, is therefore as near to the original's as any such texture comes.
 
-use crate::Surfaces;
+use super::only_what_is_met;
+use crate::{LightError, Surfaces};
 use heliodon_rays::{Hit, Ray};
 
 /// The geometry that is seen, in place of that which paths travel through.
 #[derive(Clone, Copy)]
 pub struct Shape<'a> {
-    /// Its triangles with their normals; what they reflect is not asked.
+    /// Its triangles with their normals; what they reflect is not asked. Rays meet these very triangles: there is no [`Detail`](crate::Detail).
     pub surfaces: &'a Surfaces<'a>,
-    /// For each of its triangles how far it may lie off what it stands for, as an angle in radians seen from the eye.
+    /// For each of its triangles how far it may lie off what it stands for, as an angle in radians seen from the eye: finite, at least 0. One of 0 shows
+    /// what is seen straight on.
     pub reach_rad: &'a [f32],
 }
 
 impl Shape<'_> {
+    /// Whether its parts agree.
+    ///
+    /// # Errors
+    /// Invalid surfaces, or not one reach in its range for each triangle.
+    pub fn validate(&self) -> Result<(), LightError> {
+        only_what_is_met(self.surfaces)?;
+        let (triangles, reaches) = (self.surfaces.triangles.len(), self.reach_rad.len());
+        if triangles != reaches {
+            return Err(LightError::Mismatch(format!("a shape of {triangles} triangles with {reaches} reaches")));
+        }
+        match self.reach_rad.iter().find(|reach| !(reach.is_finite() && **reach >= 0.0)) {
+            Some(reach) => {
+                let (value, allowed) = (reach.to_string(), "a finite angle in radians, not negative");
+                Err(LightError::Parameter { name: "reach_rad", value, allowed })
+            }
+            None => Ok(()),
+        }
+    }
+
     /// What places that rays met on this shape show of `original`, and the rays that look for it there: along the place's normal from outside,
     /// as far as the shape may be off.
     ///
@@ -43,7 +64,8 @@ impl Shape<'_> {
             // meets nothing
             return Ray { t_max: 0.0, ..*ray };
         }
-        let (place, normal) = self.surfaces.leave(ray.direction, hit, 0.0);
+        let place = self.surfaces.position_at(hit.triangle, hit.u, hit.v);
+        let (_, normal) = self.surfaces.leave(ray.direction, hit, 0.0);
         let reach_m = self.reach_rad[hit.triangle as usize] * hit.t;
         Ray { origin: place + normal * reach_m, direction: -normal, t_min: 0.0, t_max: 2.0 * reach_m }
     }

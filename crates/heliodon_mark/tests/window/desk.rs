@@ -1,10 +1,10 @@
 //! A window and who sits before it.
 
 use crate::scene::{Corner, Scene};
-use eframe::egui::epaint::ClippedShape;
+use eframe::egui::epaint::{ClippedShape, ColorMode};
 use eframe::egui::{
-    Context, Event, Id, Key, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, Vec2, ViewportCommand, ViewportEvent,
-    ViewportId,
+    Color32, Context, Event, Id, Key, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, Vec2, ViewportCommand,
+    ViewportEvent, ViewportId,
 };
 use glam::DVec2;
 use heliodon_mark::app::MarkApp;
@@ -17,6 +17,9 @@ use std::thread;
 use std::time::Duration;
 
 pub const COUNT: usize = 4;
+
+/// What lines of the model are drawn in that nothing hides.
+const MODEL: Color32 = Color32::from_rgb(90, 225, 165);
 
 /// A window and who sits before it.
 pub struct Desk {
@@ -89,6 +92,18 @@ impl Desk {
             gather(&clipped.shape, clipped.clip_rect, &mut found);
         }
         found
+    }
+
+    /// How many of the model's lines stand over the photographs in the last frame, hidden ones not counted.
+    pub fn model_lines(&self) -> usize {
+        fn count(shape: &Shape) -> usize {
+            match shape {
+                Shape::Vec(all) => all.iter().map(count).sum(),
+                Shape::Path(path) => usize::from(path.stroke.color == ColorMode::Solid(MODEL)),
+                _ => 0,
+            }
+        }
+        self.drawn.iter().map(|clipped| count(&clipped.shape)).sum()
     }
 
     /// Where words stand, those that were drawn last.

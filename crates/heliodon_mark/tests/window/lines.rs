@@ -2,7 +2,7 @@
 
 use crate::desk::Desk;
 use crate::shapes::{place_id, shape, solved_desk, told};
-use eframe::egui::{Event, Key, Modifiers};
+use eframe::egui::{Event, Key, Modifiers, Vec2};
 use glam::DVec3;
 use heliodon_photo::model::table::Kind;
 
@@ -129,20 +129,123 @@ fn a_new_shape_is_of_the_kind_and_mesh_before_and_tab_goes_from_its_mesh_to_its_
 fn rings_are_radii_and_heights_about_a_plumb_axis() {
     let mut desk = solved_desk();
     begin(&mut desk, "lantern", Key::Num7);
-    desk.type_in("1.5 0 / 2 1 / 0.5 3");
+    desk.type_in("1.5 0 / 2 1 / 0.5 3 / . .+1");
     desk.key(Key::Tab, NONE);
     desk.type_in("1 0 -2");
     desk.frame(Vec::new());
-    assert!(told(&desk).contains("ring radius 1.500 m, ring radius 2.000 m, ring radius 0.500 m"), "{}", told(&desk));
+    assert!(told(&desk).contains("ring radius 2.000 m, ring radius 0.500 m, ring radius 0.500 m"), "{}", told(&desk));
     desk.key(Key::Enter, NONE);
     let made = shape(&desk, "lantern");
     let rings: Vec<DVec3> = made.rings.iter().flat_map(|ring| places(&desk, ring)).map(|(_, place)| place).collect();
-    assert_eq!(rings, [DVec3::new(2.5, 0.0, -2.0), DVec3::new(3.0, 1.0, -2.0), DVec3::new(1.5, 3.0, -2.0)]);
+    let ring = |radius: f64, height: f64| DVec3::new(1.0 + radius, height, -2.0);
+    assert_eq!(rings, [ring(1.5, 0.0), ring(2.0, 1.0), ring(0.5, 3.0), ring(0.5, 4.0)]);
     let axis: Vec<DVec3> = places(&desk, &made.axis.unwrap()).into_iter().map(|(_, place)| place).collect();
     assert_eq!(axis, [DVec3::new(1.0, 0.0, -2.0), DVec3::new(1.0, 1.0, -2.0)]);
     desk.rest();
     let told = &desk.solved().wrong_shapes;
     assert!(told.iter().all(|words| words.contains("its axis is taken as named")), "{told:?}");
+}
+
+#[test]
+fn a_line_of_rings_that_is_left_with_the_mouse_leaves_the_keys_where_it_clicked() {
+    for goes_by_field in [false, true] {
+        let mut desk = solved_desk();
+        desk.key(Key::B, NONE);
+        desk.type_in("lantern");
+        desk.click_words("revolution");
+        if goes_by_field {
+            // its axis has a place already, and so its fields are there to be clicked
+            desk.click_words("Two points near its axis, to begin with");
+            desk.type_in("1 0 -2");
+            desk.click_words("ring 1, 1");
+        }
+        desk.type_in("1.5 0 / 1.5 1 / 0.5 3 / 0.25 3");
+        desk.settle();
+        if goes_by_field {
+            desk.click(desk.find("axis, one") + Vec2::new(150.0, 0.0), NONE);
+            desk.key(Key::A, CTRL);
+        } else {
+            desk.click_words("Two points near its axis, to begin with");
+        }
+        desk.settle();
+        desk.type_in("2 0 -2");
+        desk.frame(Vec::new());
+        let told = told(&desk);
+        assert!(told.contains("radius 1.500 m, ring radius 1.500 m, ring radius 0.500 m, ring radius 0.250 m"), "{told}");
+        desk.key(Key::Enter, NONE);
+        let made = shape(&desk, "lantern");
+        let rings: Vec<DVec3> = made.rings.iter().flat_map(|ring| places(&desk, ring)).map(|(_, place)| place).collect();
+        let ring = |radius: f64, height: f64| DVec3::new(2.0 + radius, height, -2.0);
+        assert_eq!(rings, [ring(1.5, 0.0), ring(1.5, 1.0), ring(0.5, 3.0), ring(0.25, 3.0)]);
+    }
+}
+
+#[test]
+fn rings_without_an_axis_ask_for_it_and_other_axes_may_rest_on_the_first_corner() {
+    let mut desk = solved_desk();
+    begin(&mut desk, "lantern", Key::Num7);
+    desk.type_in("1.5 0 / 2 1");
+    desk.frame(Vec::new());
+    assert!(told(&desk).contains("ring 1, 1: 1.5 0 is a radius and a height about a plumb axis"), "{}", told(&desk));
+    desk.key(Key::Tab, NONE);
+    desk.type_in(". 0 0");
+    desk.frame(Vec::new());
+    assert!(told(&desk).contains("axis, one: . rests on a place before it"), "{}", told(&desk));
+    desk.key(Key::A, CTRL);
+    desk.type_in("tower-sw");
+    desk.key(Key::Enter, NONE);
+    // above a corner that is marked, where it is now
+    let [_, above] = shape(&desk, "lantern").axis.unwrap();
+    let above_m = places(&desk, &[above])[0].1 * 1000.0;
+    assert!((above_m - above_m.round()).length() < 1e-9, "{above_m}");
+    begin(&mut desk, "shaft", Key::Num4);
+    desk.type_in("1 0 0 / 0 0 1 / -1 0 0");
+    desk.click_words("upper rim 1");
+    // the last of the lower rim
+    desk.type_in(". 2 . / 0 2 1 / 1 2 0");
+    desk.click_words("Two points near its axis, to begin with");
+    // its first
+    desk.type_in(".-1 . .");
+    desk.frame(Vec::new());
+    desk.key(Key::Enter, NONE);
+    let made = shape(&desk, "shaft");
+    let of = |names: &[String]| places(&desk, names).into_iter().map(|(_, place)| place).collect::<Vec<_>>();
+    assert_eq!(of(&made.top)[0], DVec3::new(-1.0, 2.0, 0.0));
+    assert_eq!(of(&made.axis.unwrap()), [DVec3::ZERO, DVec3::Y]);
+}
+
+#[test]
+fn a_point_whose_name_has_a_stroke_is_one_of_a_line_s_places() {
+    let mut desk = solved_desk();
+    while desk.app.active_point() != Some("tower-sw") {
+        desk.key(Key::Tab, NONE);
+    }
+    desk.key(Key::F2, NONE);
+    desk.type_in("north/3");
+    desk.key(Key::Enter, NONE);
+    desk.rest();
+    let at = desk.solved().position_m("north/3").unwrap();
+    begin(&mut desk, "sill", Key::Num1);
+    desk.type_in("north/3+0.5 0 0 / . . 1 / north/3");
+    desk.key(Key::Enter, NONE);
+    let made = shape(&desk, "sill");
+    let corners: Vec<DVec3> = places(&desk, &made.points).into_iter().map(|(_, place)| place).collect();
+    assert_eq!((made.points[2].as_str(), corners.len()), ("north/3", 2));
+    assert!(corners[0].distance(DVec3::new(at.x + 0.5, 0.0, 0.0)) < 0.001 && corners[1].z == 1.0, "{corners:?} {at}");
+}
+
+#[test]
+fn marked_corners_move_and_so_two_of_them_are_no_box() {
+    let mut desk = solved_desk();
+    for (line, is_one) in [("tower-sw / house-ne-top", false), ("tower-sw / 9 9 -9", false), ("0 0 0 / tower-sw+9 9 -9", true)]
+    {
+        begin(&mut desk, "hall", Key::Num2);
+        desk.type_in(line);
+        desk.frame(Vec::new());
+        assert_eq!(told(&desk).contains("length"), is_one, "{line}: {}", told(&desk));
+        desk.key(Key::Escape, NONE);
+        desk.key(Key::Escape, NONE);
+    }
 }
 
 #[test]

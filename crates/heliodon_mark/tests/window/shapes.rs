@@ -81,6 +81,37 @@ fn a_box_is_put_together_by_clicking_marks_and_its_wire_follows_at_once() {
 }
 
 #[test]
+fn the_model_stays_in_sight_when_a_shape_is_opened_and_when_it_is_solved_again_meanwhile() {
+    let mut desk = solved_desk();
+    let before = desk.model_lines();
+    assert!(before >= 9, "{before}");
+    desk.key(Key::B, Modifiers::SHIFT);
+    for _ in 0..30 {
+        desk.frame(Vec::new());
+        assert_eq!(desk.model_lines(), before);
+    }
+    desk.key(Key::Escape, Modifiers::NONE);
+    let solved = desk.solved().text.clone();
+    while desk.app.active_point() != Some("tower-sw") {
+        desk.key(Key::Tab, Modifiers::NONE);
+    }
+    // its mark moves
+    desk.key(Key::ArrowUp, Modifiers::SHIFT);
+    desk.key(Key::B, Modifiers::SHIFT);
+    let mut rested = 0;
+    for _ in 0..3000 {
+        desk.frame(Vec::new());
+        assert!(desk.model_lines() >= 9, "{}", desk.model_lines());
+        rested += usize::from(desk.solved().text != solved);
+        if rested > 30 {
+            return;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(if rested == 0 { 10 } else { 0 }));
+    }
+    panic!("it was not solved again");
+}
+
+#[test]
 fn what_is_wrong_or_missing_is_told_in_words_as_it_is_filled_in() {
     let mut desk = solved_desk();
     desk.key(Key::B, Modifiers::NONE);

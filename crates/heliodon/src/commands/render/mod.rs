@@ -27,7 +27,7 @@ use std::time::Instant;
 /// real-time pictures must look like.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  heliodon render mysite/bundle --time 10:00 -o ten.png\n  heliodon render mysite/bundle --sheet 4x3 --size 512x384 -o day.png\n  heliodon render mysite/bundle --time 06:57..17:34 --seconds 30 -o day.mp4\n  heliodon render mysite/bundle --time 10:00 --reference 256 -o truth.png\n  heliodon render mysite/bundle --display flatworld --track walk.poses --preview --time 08:00..16:00 --seconds 20 -o room.mp4"
+    after_help = "Examples:\n  heliodon render mysite/bundle --time 10:00 -o ten.png\n  heliodon render mysite/bundle --sheet 4x3 --size 512x384 -o day.png\n  heliodon render mysite/bundle --time 06:57..17:34 --seconds 30 -o day.mp4\n  heliodon render mysite/bundle --time 10:00 --reference 256 -o truth.png\n  heliodon render mysite/bundle --time 10:00 --reference 64 --shape prepared/bundle -o shape.png\n  heliodon render mysite/bundle --display flatworld --track walk.poses --preview --time 08:00..16:00 --seconds 20 -o room.mp4"
 )]
 pub struct Args {
     /// The bundle's folder

@@ -123,7 +123,6 @@ fn list(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
 fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
     let (kind, of) = (draft.kind, draft.groups[group].list);
     let is_point = |typed: &str| names.iter().any(|name| name == typed);
-    let mut left = None;
     Grid::new(("places", group)).num_columns(2).min_col_width(112.0).spacing([8.0, 3.0]).show(ui, |ui| {
         for slot in 0..draft.groups[group].slots.len() {
             let is_active = draft.active == (group, slot);
@@ -133,7 +132,7 @@ fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
             if ui.add(label).clicked() {
                 (draft.active, draft.focus) = ((group, slot), Some((group, slot)));
             }
-            let id = Id::new(("place of a shape", group, slot));
+            let id = place_id((group, slot));
             let is_focused = ui.memory(|memory| memory.has_focus(id));
             let is_wanted = draft.focus == Some((group, slot));
             // before it is drawn, to hear what is typed in this frame already; fields let go of the keys again where something was clicked
@@ -161,9 +160,6 @@ fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
                  with points for any of them: foot+0.5 3.2 wall. A dot is what the place before has: . .+0.4 . \
                  All places in one line: 0 0 0 / 4 3 -2",
             );
-            if !field.has_focus() && !is_wanted && is_line(text, &is_point) {
-                left = Some((group, slot));
-            }
             if field.gained_focus() {
                 draft.active = (group, slot);
             }
@@ -174,8 +170,32 @@ fn rows(ui: &mut Ui, draft: &mut ShapeDraft, group: usize, names: &[String]) {
             ui.end_row();
         }
     });
-    if let Some(next) = left.and_then(|place| draft.spread(place)).filter(|_| is_tab(ui)) {
-        (draft.active, draft.focus) = (next, Some(next));
+}
+
+fn place_id((group, slot): (usize, usize)) -> Id {
+    Id::new(("place of a shape", group, slot))
+}
+
+/// A line whose field was left goes into its places, after all fields were drawn and while no button is held: what is clicked would not be where it was when
+/// the button went down.
+pub(super) fn spread_left(ui: &Ui, draft: &mut ShapeDraft, names: &[String]) {
+    if ui.input(|input| input.pointer.any_down()) {
+        return;
+    }
+    let is_point = |typed: &str| names.iter().any(|name| name == typed);
+    let is_typed = |place| draft.focus == Some(place) || ui.memory(|memory| memory.has_focus(place_id(place)));
+    let all = draft.groups.iter().enumerate().flat_map(|(group, of)| (0..of.slots.len()).map(move |slot| (group, slot)));
+    let left =
+        all.filter(|place| !is_typed(*place)).find(|(group, slot)| is_line(&draft.groups[*group].slots[*slot], &is_point));
+    let Some(left) = left else { return };
+    let active = draft.active;
+    if let Some(next) = draft.spread(left, &is_point).filter(|_| is_tab(ui)) {
+        draft.active = next;
+    }
+    // the next one; or that which was clicked has another number now, and so another field: that hears already what is typed in the next frame
+    if draft.active != active {
+        draft.focus = Some(draft.active);
+        ui.memory_mut(|memory| memory.request_focus(place_id(draft.active)));
     }
 }
 
@@ -218,6 +238,8 @@ pub(super) fn picker(ui: &mut Ui, draft: &mut ShapeDraft, names: &[String]) {
         }
     });
     if let Some(name) = picked {
+        // of a line that stands there its first place only
+        draft.spread_all(&|typed| names.iter().any(|name| name == typed));
         draft.pick(&name);
     }
 }

@@ -8,17 +8,53 @@ use heliodon_photo::model::table::Kind;
 /// What stands between two places of a line.
 const STROKE: char = '/';
 
-/// Whether words are several places, and not the name of one point.
+/// Whether words are several places, and not one with a point in it whose name has strokes.
 pub(super) fn is_line(words: &str, is_point: &dyn Fn(&str) -> bool) -> bool {
-    words.contains(STROKE) && !is_point(words.trim())
+    cut(words, is_point).len() > 1
+}
+
+/// The places of a line: what stands between strokes that are no part of a point's name.
+fn cut<'w>(words: &'w str, is_point: &dyn Fn(&str) -> bool) -> Vec<&'w str> {
+    let (mut pieces, mut begun, mut at) = (Vec::new(), 0, 0);
+    if !words.contains(STROKE) {
+        return vec![words];
+    }
+    while let Some(letter) = words[at..].chars().next() {
+        if let Some(end) = name_end(words, at, is_point) {
+            at = end;
+            continue;
+        }
+        if letter == STROKE {
+            pieces.push(&words[begun..at]);
+            begun = at + STROKE.len_utf8();
+        }
+        at += letter.len_utf8();
+    }
+    pieces.push(&words[begun..]);
+    pieces
+}
+
+/// Where the longest point's name ends that begins at a place of a line and has strokes in it. Names stand by themselves, or with more or less behind them.
+fn name_end(words: &str, begin: usize, is_point: &dyn Fn(&str) -> bool) -> Option<usize> {
+    let stands_apart = |letter: char| letter == STROKE || letter.is_whitespace();
+    if words[begin..].starts_with(stands_apart) || !words[..begin].chars().next_back().is_none_or(stands_apart) {
+        return None;
+    }
+    let may_follow = |letter: char| stands_apart(letter) || matches!(letter, '+' | '-' | ',' | ';');
+    let inner = words[begin..].char_indices().filter(|(_, letter)| may_follow(*letter)).map(|(at, _)| begin + at);
+    let ends: Vec<usize> = inner.chain([words.len()]).collect();
+    ends.into_iter().rev().find(|end| words[begin..*end].contains(STROKE) && is_point(&words[begin..*end]))
 }
 
 impl ShapeDraft {
     /// The places of a line that was typed into one go into theirs. What comes after them: the next list's first place that is empty, if there is one.
-    pub fn spread(&mut self, (group, slot): (usize, usize)) -> Option<(usize, usize)> {
+    ///
+    /// The active place, and the one that is to be typed into, are the same ones afterwards, whatever was put in before them.
+    pub fn spread(&mut self, (group, slot): (usize, usize), is_point: &dyn Fn(&str) -> bool) -> Option<(usize, usize)> {
         let of = self.groups.get(group)?;
-        let (list, pieces) = (of.list, of.slots.get(slot)?.split(STROKE).map(|piece| piece.trim().to_owned()));
-        let mut pieces: Vec<String> = pieces.collect();
+        let list = of.list;
+        let mut pieces: Vec<String> =
+            cut(of.slots.get(slot)?, is_point).into_iter().map(|piece| piece.trim().to_owned()).collect();
         while pieces.len() > 1 && pieces.last().is_some_and(String::is_empty) {
             pieces.pop();
         }
@@ -30,13 +66,18 @@ impl ShapeDraft {
                     last = group + ring;
                     if !matches!(self.groups.get(last), Some(Group { list: List::Ring(_), .. })) {
                         self.groups.insert(last, Group { list: List::Ring(first + ring), slots: Vec::new() });
+                        self.move_on(|place| place.0 += usize::from(place.0 >= last));
                     }
                     let slots = &mut self.groups[last].slots;
                     slots.resize(slots.len().max(slot + 1), String::new());
                     slots[slot] = piece;
                 }
             }
-            (_, None) => drop(self.groups[group].slots.splice(slot..=slot, pieces)),
+            (_, None) => {
+                let more = pieces.len() - 1;
+                self.groups[group].slots.splice(slot..=slot, pieces);
+                self.move_on(|place| place.1 += if place.0 == group && place.1 > slot { more } else { 0 });
+            }
             (_, Some(count)) => {
                 let is_first = of.slots.iter().enumerate().all(|(at, words)| at == slot || words.trim().is_empty());
                 let into: Vec<usize> = match (self.kind, list, pieces.len()) {
@@ -65,6 +106,11 @@ impl ShapeDraft {
         next
     }
 
+    /// The active place and the one that is to be typed into have other numbers.
+    fn move_on(&mut self, renumber: impl Fn(&mut (usize, usize))) {
+        [Some(&mut self.active), self.focus.as_mut()].into_iter().flatten().for_each(renumber);
+    }
+
     /// All lines that stand in one place go into theirs.
     pub fn spread_all(&mut self, is_point: &dyn Fn(&str) -> bool) {
         let at = |draft: &Self| {
@@ -74,7 +120,7 @@ impl ShapeDraft {
         // at most as often as there are places: what is too much for a list stays a line
         for _ in 0..self.groups.len() {
             let Some(place) = at(self) else { return };
-            self.spread(place);
+            self.spread(place, is_point);
         }
     }
 }
@@ -87,7 +133,7 @@ mod tests {
         let mut draft = ShapeDraft::new(&[], "s".to_owned());
         draft.become_kind(kind, &[]);
         words.clone_into(&mut draft.groups[0].slots[0]);
-        let next = draft.spread((0, 0));
+        let next = draft.spread((0, 0), &|_| false);
         (draft, next)
     }
 
@@ -117,9 +163,41 @@ mod tests {
     }
 
     #[test]
-    fn a_point_whose_name_has_a_stroke_in_it_is_no_line() {
-        assert!(
-            !is_line("north/3", &|name| name == "north/3") && is_line("north/3", &|_| false) && !is_line("a b c", &|_| false)
-        );
+    fn what_is_put_in_before_the_active_place_leaves_it_the_active_one() {
+        let mut draft = ShapeDraft::new(&[], "s".to_owned());
+        draft.become_kind(Kind::Revolution, &[]);
+        draft.go_to(List::Axis);
+        "2 0 / 2 1 / 1 3 / 0 4".clone_into(&mut draft.groups[0].slots[0]);
+        draft.spread((0, 0), &|_| false);
+        assert_eq!((draft.groups[draft.active.0].list, draft.focus), (List::Axis, Some(draft.active)));
+        // places of the same list, too
+        draft.become_kind(Kind::Polygon, &["a".to_owned(), "b".to_owned()]);
+        "p / q / r".clone_into(&mut draft.groups[0].slots[0]);
+        (draft.active, draft.focus) = ((0, 1), None);
+        draft.spread((0, 0), &|_| false);
+        assert_eq!((draft.groups[0].slots.join("|").as_str(), draft.active), ("p|q|r|b|", (0, 3)));
+    }
+
+    #[test]
+    fn strokes_in_names_of_points_cut_no_line() {
+        let is_point = |name: &str| ["north/3", "north/3-b", "a b/c"].contains(&name);
+        for (line, places) in [
+            ("north/3", &["north/3"][..]),
+            ("north/3+0.5 0 0", &["north/3+0.5 0 0"]),
+            ("0 north/3, 0", &["0 north/3, 0"]),
+            ("north/3-b-1 0 north/3", &["north/3-b-1 0 north/3"]),
+            (" a b/c ", &["a b/c"]),
+            ("north/3+0.5 0 0 / . . north/3/north/3", &["north/3+0.5 0 0", ". . north/3", "north/3"]),
+            // others' names that have it in them
+            ("north/33", &["north", "33"]),
+            ("far-north/3", &["far-north", "3"]),
+            ("a b c", &["a b c"]),
+            ("1 2 3 /", &["1 2 3", ""]),
+            ("höhe/ä/north/3", &["höhe", "ä", "north/3"]),
+        ] {
+            let cut: Vec<&str> = cut(line, &is_point).into_iter().map(str::trim).collect();
+            assert_eq!((cut.as_slice(), is_line(line, &is_point)), (places, places.len() > 1), "{line}");
+        }
+        assert!(is_line("north/3", &|_| false));
     }
 }

@@ -225,6 +225,7 @@ impl MarkApp {
             });
             ui.separator();
             let drawn = fields::settings(ui, draft, &names);
+            fields::spread_left(ui, draft, &names);
             draft.tidy();
             opened.or(drawn)
         };

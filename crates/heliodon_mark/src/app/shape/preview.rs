@@ -36,7 +36,8 @@ pub(in crate::app) struct Preview {
     parts: Vec<Part>,
     /// When it became another, where its lines are of what it was before.
     changed_at: Option<f64>,
-    wires: Wires,
+    /// None until it rested for the first time: until then the model is seen as it was solved.
+    wires: Option<Wires>,
     lines: BTreeMap<String, Vec<Drawn>>,
     told: Vec<Told>,
 }
@@ -52,7 +53,7 @@ impl Preview {
             meant: None,
             parts: Vec::new(),
             changed_at: None,
-            wires: Wires::new(&[]),
+            wires: None,
             lines: BTreeMap::new(),
             told: Vec::new(),
         }
@@ -114,15 +115,16 @@ impl Preview {
     }
 
     fn draw_anew(&mut self) {
-        self.wires = Wires::new(&self.parts);
+        self.wires = Some(Wires::new(&self.parts));
         self.lines.clear();
         self.changed_at = None;
     }
 
-    /// Makes sure that its lines in a photograph are known.
+    /// Makes sure that its lines in a photograph are known, once it has any.
     pub fn see(&mut self, photo: &str, outcome: &Outcome) {
+        let Some(wires) = &self.wires else { return };
         if let Some(camera) = outcome.camera(photo).filter(|_| !self.lines.contains_key(photo)) {
-            self.lines.insert(photo.to_owned(), self.wires.seen_by(camera));
+            self.lines.insert(photo.to_owned(), wires.seen_by(camera));
         }
     }
 

@@ -1,8 +1,12 @@
 //! Corners that no photograph shows, typed into a place of a shape: a point of its own for each would be six keys and a dialog more.
 //!
 //! Three words stand for east, up and south; each is a number of metres or what a point has there, and as much more or less as is written behind it:
-//! `foot-s+0.1 14.5 gutter-w`. A dot is what the place before has, of a first place what the shape's first corner has: `. .+0.3 .`. What follows from the
-//! rest is not typed: a box has two opposite corners, a way begins at the first corner, an axis is plumb, a ring is a radius and a height about it.
+//! `foot-s+0.1 14.5 gutter-w`. A dot is what the place before has: `. .+0.3 .`. Of a list's first place that is the last one of the list before, but where a
+//! way begins (what a shape is drawn along or repeated by, its mirror, its axis) it is the shape's first corner. A revolution's axis has no place before it, for
+//! its rings rest on that.
+//!
+//! What follows from the rest is not typed: a box has two opposite corners, a way begins at the first corner, an axis is plumb, a ring is a radius and a height
+//! about it.
 
 use super::draft::{Again, Group, ShapeDraft, is_main, is_marked};
 use super::roles::{self, List};
@@ -43,18 +47,41 @@ fn behind_dot(word: &str) -> Option<&str> {
     word.strip_prefix('.').filter(|more| more.is_empty() || more.starts_with(['+', '-']))
 }
 
+/// How much more or less than a dot is typed behind it.
+fn more_than_dot(word: &str) -> Option<f64> {
+    behind_dot(word).and_then(|more| if more.is_empty() { Some(0.0) } else { number(more, "").ok() })
+}
+
+/// The words of a place, without what people write between numbers.
+fn words_of(place: &str) -> Vec<&str> {
+    place.split_whitespace().map(|word| word.trim_end_matches([',', ';'])).collect()
+}
+
+/// Whether a place is a radius and a height by its words.
+fn is_about_axis(place: &str) -> bool {
+    matches!(words_of(place).as_slice(), [radius, _] if number(radius, "").is_ok() || more_than_dot(radius).is_some())
+}
+
+/// As reckoned places are written.
+fn rounded(place_m: DVec3) -> DVec3 {
+    (place_m * PARTS_OF_A_METRE).round() / PARTS_OF_A_METRE
+}
+
 impl Grounds<'_> {
     /// Metres along an axis, by a word.
     fn along(&self, word: &str, axis: usize) -> Option<f64> {
         let of_point = |name: &str| (self.place_of)(name).map(|place| place[axis]);
         // names may have signs in them: the last one that leaves a point before it
         let moved = |(at, _): (usize, &str)| Some(of_point(&word[..at])? + number(&word[at..], "").ok()?);
-        let as_before = || {
-            let more = behind_dot(word)?;
-            Some(self.before?[axis] + if more.is_empty() { 0.0 } else { number(more, "").ok()? })
-        };
+        let as_before = || Some(self.before?[axis] + more_than_dot(word)?);
         let of_points = || of_point(word).or_else(|| word.rmatch_indices(['+', '-']).find_map(moved));
         number(word, "").ok().or_else(as_before).or_else(of_points)
+    }
+
+    /// Metres from an axis, by a word; a dot is as far as the place before is from it.
+    fn out(&self, word: &str, axis: DVec3) -> Option<f64> {
+        let as_before = || Some((self.before? - axis).with_y(0.0).length() + more_than_dot(word)?);
+        number(word, "").ok().or_else(as_before)
     }
 
     /// Where words say that a corner is: three for its coordinates, or two for a radius about an axis and a height; nothing where they are not meant so.
@@ -62,14 +89,14 @@ impl Grounds<'_> {
     /// # Errors
     /// The word that says nothing, in words.
     fn reckoned(&self, words: &str) -> Option<Result<DVec3, String>> {
-        let words: Vec<&str> = words.split_whitespace().map(|word| word.trim_end_matches([',', ';'])).collect();
+        let words = words_of(words);
         let (three, found) = match (words.as_slice(), self.axis) {
             (&[east, up, south], _) => {
                 ([east, up, south], [(east, 0), (up, 1), (south, 2)].map(|(word, i)| self.along(word, i)))
             }
             (&[radius, height], Some(axis)) => {
-                let out = number(radius, "").ok().map(|radius| axis.x + radius);
-                ([radius, height, ""], [out, self.along(height, 1), Some(axis.z)])
+                let east = self.out(radius, axis).map(|radius| axis.x + radius);
+                ([radius, height, ""], [east, self.along(height, 1), Some(axis.z)])
             }
             _ => return None,
         };
@@ -85,9 +112,9 @@ impl Grounds<'_> {
                 };
                 return Some(Err(format!("{word} {why}")));
             };
-            place[axis] = (metres * PARTS_OF_A_METRE).round() / PARTS_OF_A_METRE;
+            place[axis] = metres;
         }
-        Some(Ok(place))
+        Some(Ok(rounded(place)))
     }
 }
 
@@ -101,6 +128,13 @@ struct Corners<'a> {
 impl Corners<'_> {
     fn is_point(&self, name: &str) -> bool {
         self.file.point.iter().any(|point| point.name == name)
+    }
+
+    /// Where a point is that no photograph moves: one that is to be, or one that is known by measure alone.
+    fn fixed_m(&self, name: &str) -> Option<DVec3> {
+        let new = || self.new.iter().find(|corner| corner.name == name).map(|corner| corner.place_m);
+        let of_project = self.file.point.iter().find(|point| point.name == name.trim() && point.marks.is_empty());
+        of_project.and_then(|point| point.known_m).map(DVec3::from).or_else(new)
     }
 
     /// The name of the corner at a place: one that is there already, or a new one by its role.
@@ -134,17 +168,19 @@ pub(in crate::app) fn meant(draft: &ShapeDraft, file: &ProjectFile, outcome: Opt
     let mut named = draft.clone();
     let mut corners = Corners { file, shape: &draft.name, new: Vec::new() };
     named.spread_all(&|name| corners.is_point(name));
-    // where the shape begins, and where its axis is: rings may rest on that
+    // where the shape begins, and where its axis is
     let (mut first, mut last, mut axis, mut is_plumb) = (None, None, None, false);
-    let is_axis = |group: &Group| group.list == List::Axis;
-    let order = (0..named.groups.len()).filter(|at| is_axis(&named.groups[*at]));
-    let order: Vec<usize> = order.chain((0..named.groups.len()).filter(|at| !is_axis(&named.groups[*at]))).collect();
+    // rings rest on their axis, others may have theirs by their first corner
+    let is_before = |group: &Group| draft.kind == Kind::Revolution && group.list == List::Axis;
+    let mut order: Vec<usize> = (0..named.groups.len()).collect();
+    order.sort_by_key(|at| !is_before(&named.groups[*at]));
     for at in order {
         let Group { list, slots } = &mut named.groups[at];
         let is_way = matches!(list, List::Along | List::Axis | List::Mirror | List::Repeat);
+        let is_ring = matches!(list, List::Ring(_));
         let mut before = if is_way { first } else { last };
         for (slot, words) in slots.iter_mut().enumerate().filter(|(_, words)| is_marked(words)) {
-            let grounds = Grounds { place_of: &place_of, before, axis: axis.filter(|_| matches!(list, List::Ring(_))) };
+            let grounds = Grounds { place_of: &place_of, before, axis: axis.filter(|_| is_ring) };
             let place_m = if corners.is_point(words.trim()) {
                 place_of(words.trim())
             } else if let Some(place_m) = grounds.reckoned(words) {
@@ -154,6 +190,11 @@ pub(in crate::app) fn meant(draft: &ShapeDraft, file: &ProjectFile, outcome: Opt
                 is_plumb |= grounds.axis.is_some() && words.split_whitespace().count() == 2;
                 *words = corners.named(place_m, &role);
                 Some(place_m)
+            } else if is_ring && axis.is_none() && is_about_axis(words) {
+                let (role, words) = (roles::place(draft.kind, *list, slot), words.trim());
+                return Err(format!(
+                    "{role}: {words} is a radius and a height about a plumb axis, and none is known: type one place of it"
+                ));
             } else {
                 None
             };
@@ -203,25 +244,26 @@ fn complete(named: &mut ShapeDraft, corners: &mut Corners<'_>, place_of: &dyn Fn
         // plumb
         if let Some(foot_m) = place(corners, one) {
             let role = roles::place(kind, *list, 1);
-            *slots = vec![one.clone(), corners.named(foot_m + DVec3::Y, &role)];
+            *slots = vec![one.clone(), corners.named(rounded(foot_m + DVec3::Y), &role)];
         }
     }
     let has_faces =
         named.groups.iter().any(|group| matches!(group.list, List::On(_)) && group.slots.iter().any(|words| is_marked(words)));
     if kind == Kind::Box && !has_faces {
-        named.upright |= square(&mut named.groups[0].slots, corners, &place);
+        named.upright |= square(&mut named.groups[0].slots, corners);
     }
 }
 
-/// A box of two opposite corners lies along the axes: they go into the places that they are in then, and a third beside the first. Whether it is one.
-fn square(slots: &mut [String], corners: &mut Corners<'_>, place: &dyn Fn(&Corners<'_>, &str) -> Option<DVec3>) -> bool {
+/// A box of two opposite corners lies along the axes: they go into the places that they are in then, and a third beside the first. Whether it is one:
+/// corners that are marked move with what is solved, and a third would stay where it was.
+fn square(slots: &mut [String], corners: &mut Corners<'_>) -> bool {
     let marked: Vec<usize> = (0..slots.len()).filter(|slot| is_marked(&slots[*slot])).collect();
     let &[a, b] = marked.as_slice() else { return false };
     if ![[0, 6], [1, 7], [2, 4], [3, 5]].contains(&[a, b]) {
         return false;
     }
     let names = [a, b].map(|slot| slots[slot].clone());
-    let (Some(p), Some(q)) = (place(corners, &names[0]), place(corners, &names[1])) else { return false };
+    let (Some(p), Some(q)) = (corners.fixed_m(&names[0]), corners.fixed_m(&names[1])) else { return false };
     let way = q - p;
     if way.abs().min_element() < 1.0 / PARTS_OF_A_METRE {
         return false;
@@ -235,7 +277,7 @@ fn square(slots: &mut [String], corners: &mut Corners<'_>, place: &dyn Fn(&Corne
     } + if is_upper { 4 } else { 0 };
     let (is_right, is_back, is_upper) = (way.x < 0.0, way.z > 0.0, way.y < 0.0);
     let beside = slot(!is_right, is_back, is_upper);
-    let third = corners.named(DVec3::new(q.x, p.y, p.z), &roles::place(Kind::Box, List::Points, beside));
+    let third = corners.named(rounded(DVec3::new(q.x, p.y, p.z)), &roles::place(Kind::Box, List::Points, beside));
     let [first, other] = names;
     slots.iter_mut().for_each(String::clear);
     slots[slot(is_right, is_back, is_upper)] = first;
@@ -278,8 +320,21 @@ mod tests {
         let grounds = Grounds { place_of: &|_| None, before: None, axis: Some(DVec3::new(4.0, 5.0, 6.0)) };
         assert_eq!(grounds.reckoned("1.5 20"), Some(Ok(DVec3::new(5.5, 20.0, 6.0))));
         assert_eq!(of("1.5 20"), None);
-        let told = grounds.reckoned("1.5 .+2");
-        assert!(told.as_ref().is_some_and(|told| told.as_ref().is_err_and(|why| why.contains("place before"))), "{told:?}");
+        for words in ["1.5 .+2", ". 2", ".+1 2"] {
+            let told = grounds.reckoned(words);
+            assert!(told.as_ref().is_some_and(|told| told.as_ref().is_err_and(|why| why.contains("place before"))), "{told:?}");
+        }
+        // as far out as the place before, wherever about the axis that is
+        let above = Grounds { before: Some(DVec3::new(1.0, 7.0, 10.0)), ..grounds };
+        for (words, place) in [(". .+2", [9.0, 9.0, 6.0]), (".-0.5, 1", [8.5, 1.0, 6.0]), ("2 .", [6.0, 7.0, 6.0])] {
+            assert_eq!(above.reckoned(words), Some(Ok(DVec3::from(place))), "{words}");
+        }
+        assert!(above.reckoned(".+x 2").is_some_and(|told| told.is_err_and(|why| why.starts_with(".+x is neither"))));
+        for (words, is_it) in
+            [("1.5 0", true), (". 0", true), (".+1 foot", true), ("base 2", false), ("1", false), ("1 2 3", false)]
+        {
+            assert_eq!(is_about_axis(words), is_it, "{words}");
+        }
     }
 
     #[test]
