@@ -31,15 +31,19 @@ pub(super) struct Walls {
     within: Vec<(u32, Vec<u32>)>,
 }
 
+/// The texels around one in its chart.
+fn beside(grid: &Grid, texel: u32) -> impl Iterator<Item = u32> {
+    let around = AHEAD.into_iter().flat_map(|[x, y]| [[x, y], [-x, -y]]);
+    around.filter_map(move |[x, y]| grid.beside(texel, x, y))
+}
+
 /// The texels that something lies on, and the number of rays that it took.
 pub(super) fn lain_on(stage: &Stage, grid: &Grid) -> (Vec<bool>, u64) {
     let all: Vec<u32> = (0..grid.len() as u32).collect();
     let of_unit = |unit: &[u32]| -> Vec<bool> {
         let ray = |&texel: &u32| {
             let origin = stage.origins[texel as usize];
-            let ahead = AHEAD.into_iter().flat_map(|[x, y]| [[x, y], [-x, -y]]);
-            let beside = ahead.filter_map(|[x, y]| grid.beside(texel, x, y));
-            let far = beside.map(|other| origin.distance(stage.origins[other as usize])).fold(0.0, f32::max);
+            let far = beside(grid, texel).map(|other| origin.distance(stage.origins[other as usize])).fold(0.0, f32::max);
             Ray { origin, direction: stage.planes[texel as usize], t_min: 0.0, t_max: LYING * far }
         };
         let rays: Vec<Ray> = unit.iter().map(ray).collect();
@@ -55,10 +59,7 @@ impl Walls {
     pub fn find(stage: &Stage, grid: &Grid, valid: &[bool], lain_on: &[bool]) -> (Self, u64) {
         let valid: Vec<bool> = valid.iter().zip(lain_on).map(|(valid, lain_on)| *valid && !lain_on).collect();
         let all: Vec<u32> = (0..grid.len() as u32).collect();
-        let around = |texel: u32| {
-            let ahead = AHEAD.into_iter().flat_map(|[x, y]| [[x, y], [-x, -y]]);
-            ahead.filter_map(move |[x, y]| grid.beside(texel, x, y)).filter(|&other| valid[other as usize])
-        };
+        let around = |texel: u32| beside(grid, texel).filter(|&other| valid[other as usize]);
         let asked = |texel: u32| -> Vec<(u32, u32)> {
             if valid[texel as usize] {
                 let ahead = AHEAD.into_iter().filter_map(|[x, y]| grid.beside(texel, x, y));
