@@ -1,9 +1,9 @@
 //! What texels see all around: the sky where nothing is met, and what surfaces reflect where something is.
 
 use super::directions::{Block, Lookouts};
-use super::follow::{Path, follow};
-use super::kept::{End, Kept, Looks};
-use super::stage::{Onward, Stage, faces};
+use super::kept::{End, Followed, Kept, Looks};
+use super::links::{self, Link, Path};
+use super::stage::{Stage, faces};
 use super::{Models, SolveParams};
 use glam::Vec3;
 use heliodon_rays::{Hit, Ray, beam_order, set_bits};
@@ -47,7 +47,7 @@ impl Found {
 pub(super) enum Arriving<'a> {
     /// Light that escapes to the sky, and whether texels are valid.
     Sky,
-    /// What surfaces reflect of the last of these lights, texel by texel; the others are those that it was reflected from before, the first the lights' and the sky's.
+    /// What surfaces reflect of the last of some lights. Of each light what every texel reflects: that of lamps and sky first, then each as it was reflected from the one before.
     Reflected(&'a [Vec<Vec3>]),
 }
 
@@ -84,6 +84,9 @@ impl Gather<'_> {
                     found[i as usize] = one;
                     kept.add(self.stage.places.len(), texels[i as usize], looks);
                 }
+                if !unit.followed.is_empty() {
+                    kept.link(&unit.links, &unit.followed);
+                }
             }
         }
         (found, rays)
@@ -111,22 +114,24 @@ impl Gather<'_> {
         let mut open = Open::new(self.stage, texels);
         let is_kept = kept.has_room();
         let (mut active, mut hits) = (Vec::new(), Vec::new());
+        let (mut links, mut followed) = (Vec::new(), Vec::new());
         let mut rays = 0;
         for (number, block) in blocks.iter().enumerate() {
-            let mut paths = Vec::new();
-            let key = (number * block.directions.len()) as u32;
-            let mut end = |of: u32, d: usize, cosine: f32, end: End| {
+            let mut asked: Vec<Asked> = Vec::new();
+            let mut end = |of: u32, look: u32, d: usize, cosine: f32, end: End| {
                 let at =
                     Direction { direction: block.directions[d], solid_angle: block.solid_angles[d], escaped: block.escaped[d] };
-                self.add(&mut sums[of as usize], &at, cosine, end, |path| {
-                    paths.push(Path { of, key: key + d as u32, texel: texels[of as usize], ..path })
-                });
+                if let Some((hit, weight)) = self.add(&mut sums[of as usize], &at, cosine, end, kept.links()) {
+                    asked.push(Asked { of, look, direction: d, hit, weight });
+                }
             };
             let (known, asking) = open.partition(|of| kept.blocks(texels[of as usize]) > number);
             for (i, &of) in known.numbers.iter().enumerate() {
                 let faced = (0..block.even).filter(|&d| known.faces(i, block.directions[d]));
                 let ends = kept.block(texels[of as usize], number).into_iter().flatten();
-                faced.zip(ends).for_each(|(d, met)| end(of, d, known.normals[i].dot(block.directions[d]), met));
+                (0..).zip(faced.zip(ends)).for_each(|(look, (d, met))| {
+                    end(of, look, d, known.normals[i].dot(block.directions[d]), met);
+                });
             }
             if is_kept {
                 asking.numbers.iter().for_each(|&of| looks[of as usize].begin_block());
@@ -138,13 +143,20 @@ impl Gather<'_> {
                 for i in set_bits(&active) {
                     let of = asking.numbers[i];
                     let met = End::of(self.stage, &hits[i]);
+                    let look = looks[of as usize].of_block();
                     if is_even && is_kept {
                         looks[of as usize].push(met);
                     }
-                    end(of, d, asking.normals[i].dot(direction), met);
+                    end(of, look, d, asking.normals[i].dot(direction), met);
                 }
             }
-            rays += follow(self, paths, |of, light| sums[of as usize].of_block.light += light);
+            rays += self.follow(
+                texels,
+                (number, block),
+                &asked,
+                is_kept,
+                &mut Following { sums: &mut sums, links: &mut links, followed: &mut followed },
+            );
             open.numbers.iter().for_each(|&of| sums[of as usize].end_block());
             open = open
                 .partition(|of| {
@@ -166,11 +178,48 @@ impl Gather<'_> {
         }
         let origins = texels.iter().map(|&texel| self.stage.origins[texel as usize]);
         let found = sums.iter().zip(origins).map(|(sums, origin)| self.found(sums, origin, &mut rays)).collect();
-        OfUnit { found, looks, rays }
+        OfUnit { found, looks, links, followed, rays }
     }
 
-    /// Adds what comes from a direction.
-    fn add(&self, sums: &mut Sums, at: &Direction, cosine: f32, end: End, follow: impl FnOnce(Path)) {
+    /// Follows the paths of a block's looks and adds what they bring; returns the number of rays.
+    fn follow(
+        &self,
+        texels: &[u32],
+        (number, block): (usize, &Block),
+        asked: &[Asked],
+        is_kept: bool,
+        to: &mut Following,
+    ) -> u64 {
+        let Arriving::Reflected(reflected) = self.arriving else { return 0 };
+        let order = reflected.len() - 1;
+        // What lies inside something may be dark, and asked no more: the first bounce tells.
+        let is_for_all = |texel: u32| is_kept && (order > 0 || self.valid.get(texel as usize).is_none_or(|valid| *valid));
+        let bounces = self.models.illumination.bounces(self.params.bounces);
+        let path = |asked: &Asked| {
+            let texel = texels[asked.of as usize];
+            Path {
+                texel,
+                key: (number * block.directions.len() + asked.direction) as u32,
+                onward: self.stage.goes_on(&asked.hit, block.directions[asked.direction]),
+                places: if is_for_all(texel) { bounces } else { order as u32 + 1 },
+            }
+        };
+        let first = to.links.len() as u32;
+        let rays = links::find(self, asked.iter().map(path).collect(), to.links);
+        for (link, asked) in (first..).zip(asked) {
+            let texel = texels[asked.of as usize];
+            let radiance = links::reflected(to.links, link, reflected, order);
+            let light = self.models.illumination.reflected(radiance, asked.hit.t);
+            to.sums[asked.of as usize].of_block.light += light * asked.weight;
+            if is_for_all(texel) {
+                to.followed.push(Followed { texel, block: number as u32, look: asked.look, link });
+            }
+        }
+        rays
+    }
+
+    /// Adds what comes from a direction. Returns what has no texel, and how much its light weighs, where that is asked for and its path was not followed yet.
+    fn add(&self, sums: &mut Sums, at: &Direction, cosine: f32, end: End, links: &[Link]) -> Option<(Hit, f32)> {
         let even = cosine * at.solid_angle;
         let weight = self.models.surface.response(cosine) * at.solid_angle;
         sums.of_block.even += even;
@@ -179,30 +228,28 @@ impl Gather<'_> {
                 sums.escaped += even;
                 sums.sunk += if at.direction.y < 0.0 { even } else { 0.0 };
                 sums.take(at.escaped, weight);
-                return;
+                return None;
             }
-            End::Texel { distance_m, .. } => (distance_m, false),
+            End::Texel { distance_m, .. } | End::Link { distance_m, .. } => (distance_m, false),
             End::Other(hit) => (hit.t, hit.back),
         };
         sums.over_distance += even / distance_m.max(f32::MIN_POSITIVE);
         sums.back += if is_back { even } else { 0.0 };
         let illumination = self.models.illumination;
         match (self.arriving, end) {
-            (Arriving::Sky, _) => sums.take(illumination.met(distance_m), weight),
-            (Arriving::Reflected(lights), End::Texel { texel, .. }) => {
-                let light = lights.last().map_or(Vec3::ZERO, |light| light[texel as usize]);
-                let radiance = self.stage.albedo[texel as usize] * light;
+            (Arriving::Reflected(reflected), End::Texel { texel, .. }) => {
+                let radiance = reflected.last().map_or(Vec3::ZERO, |reflected| reflected[texel as usize]);
                 sums.take(illumination.reflected(radiance, distance_m), weight);
             }
-            (Arriving::Reflected(lights), End::Other(hit)) => {
-                let Onward { origin, normal, albedo } = self.stage.goes_on(&hit, at.direction);
-                let throughput = illumination.reflected(albedo, distance_m) * weight;
-                if throughput != Vec3::ZERO {
-                    follow(Path { origin, normal, throughput, order: lights.len() as u32 - 1, of: 0, texel: 0, key: 0 });
-                }
+            (Arriving::Reflected(reflected), End::Link { link, .. }) => {
+                let radiance = links::reflected(links, link, reflected, reflected.len() - 1);
+                sums.of_block.light += illumination.reflected(radiance, distance_m) * weight;
             }
+            (Arriving::Reflected(_), End::Other(hit)) => return Some((hit, weight)),
+            (Arriving::Sky, _) => sums.take(illumination.met(distance_m), weight),
             (_, End::Escaped) => {}
         }
+        None
     }
 
     fn found(&self, sums: &Sums, origin: Vec3, rays: &mut u64) -> Found {
@@ -245,7 +292,25 @@ impl Gather<'_> {
 struct OfUnit {
     found: Vec<Found>,
     looks: Vec<Looks>,
+    links: Vec<Link>,
+    followed: Vec<Followed>,
     rays: u64,
+}
+
+/// A look at what has no texel: whose, which of its block's and in which of the directions, what it met, and how much its light weighs.
+struct Asked {
+    of: u32,
+    look: u32,
+    direction: usize,
+    hit: Hit,
+    weight: f32,
+}
+
+/// Where what paths bring goes to.
+struct Following<'a> {
+    sums: &'a mut [Sums],
+    links: &'a mut Vec<Link>,
+    followed: &'a mut Vec<Followed>,
 }
 
 /// Some texels of a unit, close together: a ray that nobody asks for costs as well.

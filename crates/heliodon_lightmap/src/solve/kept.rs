@@ -1,6 +1,7 @@
 //! What the rays of texels have met, kept for the bounces that ask again: a ray is looked up in a nanosecond or two, and traced in hundreds.
 
-use super::directions::Lookouts;
+use super::directions::{EVEN, Lookouts};
+use super::links::Link;
 use super::stage::{Met, Stage};
 use heliodon_rays::{Hit, Ray};
 use rayon::prelude::*;
@@ -11,14 +12,22 @@ const MOST_BYTES: usize = 1 << 30;
 const ESCAPED: u32 = u32::MAX;
 /// Set in what is no texel's number but that of one of `others`.
 const OTHER: u32 = 1 << 31;
+/// Set beside it in the number of a link.
+const LINKED: u32 = OTHER | 1 << 30;
+
+/// What a ray has met, and how far away.
+#[derive(Clone, Copy, Debug)]
+struct Look {
+    met: u32,
+    distance_m: f32,
+}
 
 /// What the rays of one texel have met, block after block, in the even directions that it faces.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Looks {
     /// Where each block's begin.
     starts: Vec<u32>,
-    met: Vec<u32>,
-    distance_m: Vec<f32>,
+    all: Vec<Look>,
     /// What is no front of a texel.
     others: Vec<Hit>,
 }
@@ -27,8 +36,17 @@ pub(super) struct Looks {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum End {
     Escaped,
-    Texel { texel: u32, distance_m: f32 },
+    Texel {
+        texel: u32,
+        distance_m: f32,
+    },
+    /// What has no texel, where its path was not followed yet.
     Other(Hit),
+    /// Or where it was.
+    Link {
+        link: u32,
+        distance_m: f32,
+    },
 }
 
 impl End {
@@ -45,7 +63,8 @@ impl End {
 
 impl Looks {
     pub fn begin_block(&mut self) {
-        self.starts.push(self.met.len() as u32);
+        self.starts.push(self.all.len() as u32);
+        self.all.reserve(EVEN as usize / 2);
     }
 
     pub fn push(&mut self, end: End) {
@@ -56,27 +75,44 @@ impl Looks {
                 self.others.push(hit);
                 (OTHER | (self.others.len() - 1) as u32, hit.t)
             }
+            End::Link { link, distance_m } => (LINKED | link, distance_m),
         };
-        self.met.push(met);
-        self.distance_m.push(distance_m);
+        self.all.push(Look { met, distance_m });
+    }
+
+    /// How many rays of the last block there are.
+    pub fn of_block(&self) -> u32 {
+        self.all.len() as u32 - self.starts.last().copied().unwrap_or(0)
     }
 
     /// The ends of a block's rays, in the order of the directions.
     pub fn block(&self, number: usize) -> impl Iterator<Item = End> + '_ {
-        let to = self.starts.get(number + 1).map_or(self.met.len(), |next| *next as usize);
-        let range = self.starts[number] as usize..to;
-        self.met[range.clone()].iter().zip(&self.distance_m[range]).map(|(&met, &distance_m)| match met {
+        let to = self.starts.get(number + 1).map_or(self.all.len(), |next| *next as usize);
+        self.all[self.starts[number] as usize..to].iter().map(|&Look { met, distance_m }| match met {
             ESCAPED => End::Escaped,
             texel if texel & OTHER == 0 => End::Texel { texel, distance_m },
+            link if link & LINKED == LINKED => End::Link { link: link & !LINKED, distance_m },
             other => End::Other(self.others[(other & !OTHER) as usize]),
         })
     }
 
     fn bytes(&self) -> usize {
         size_of::<Self>()
-            + 4 * (self.starts.capacity() + self.met.capacity() + self.distance_m.capacity())
+            + size_of::<u32>() * self.starts.capacity()
+            + size_of::<Look>() * self.all.capacity()
             + size_of::<Hit>() * self.others.capacity()
     }
+}
+
+/// One look of a texel whose path was followed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Followed {
+    pub texel: u32,
+    /// Which block, and which of the directions in it that the texel faces.
+    pub block: u32,
+    pub look: u32,
+    /// The number of its link among those that were found with it.
+    pub link: u32,
 }
 
 /// What all texels have met, as far as there is room.
@@ -84,6 +120,7 @@ impl Looks {
 pub(super) struct Kept {
     /// Texel by texel; empty before the first are kept.
     of: Vec<Option<Box<Looks>>>,
+    links: Vec<Link>,
     bytes: usize,
 }
 
@@ -97,6 +134,11 @@ impl Kept {
     /// How many blocks of a texel are known.
     pub fn blocks(&self, texel: u32) -> usize {
         self.of.get(texel as usize).and_then(Option::as_deref).map_or(0, |looks| looks.starts.len())
+    }
+
+    /// The places of all paths that were followed.
+    pub fn links(&self) -> &[Link] {
+        &self.links
     }
 
     pub fn has_room(&self) -> bool {
@@ -126,22 +168,36 @@ impl Kept {
         }
     }
 
-    /// Asks again which texel was met where it stands for both sides of a wall, since this is known; returns the number of rays.
+    /// Adds links, and says which looks of texels whose blocks are known they belong to.
+    pub fn link(&mut self, links: &[Link], followed: &[Followed]) {
+        let before = self.links.len() as u32;
+        self.links.extend(links.iter().map(|link| link.after(before)));
+        self.bytes += size_of_val(links);
+        for followed in followed {
+            if let Some(looks) = &mut self.of[followed.texel as usize] {
+                let start = looks.starts[followed.block as usize];
+                looks.all[(start + followed.look) as usize].met = LINKED | (before + followed.link);
+            }
+        }
+    }
+
+    /// Asks again which texel was met where it stands for both sides of a wall, since this is known; returns the number of rays. No path may have been followed yet.
     pub fn part(&mut self, stage: &Stage, lookouts: &Lookouts) -> u64 {
         let part_one = |(texel, looks): (usize, &mut Option<Box<Looks>>)| {
             let Some(looks) = looks else { return 0 };
-            let is_parted = |met: u32| stage.is_parted(met);
-            if !looks.met.iter().any(|&met| is_parted(met)) {
+            let is_parted = |look: &Look| stage.is_parted(look.met);
+            if !looks.all.iter().any(is_parted) {
                 return 0;
             }
             let blocks = &lookouts.sky(lookouts.set(texel as u32))[..looks.starts.len()];
             let directions = blocks.iter().flat_map(|block| &block.directions[..block.even]);
             let faced = directions.filter(|direction| stage.faces(texel as u32, **direction));
-            let (mut at, mut rays, mut asked) = (Vec::new(), Vec::new(), Vec::new());
-            for (i, &direction) in faced.enumerate().filter(|(i, _)| is_parted(looks.met[*i])) {
-                let origin = stage.origins[texel];
-                match stage.on_this_side(looks.met[i], origin + direction * looks.distance_m[i]) {
-                    Some(whole) => asked.push((i, whole)),
+            let origin = stage.origins[texel];
+            let (mut at, mut rays) = (Vec::new(), Vec::new());
+            for (i, (look, &direction)) in looks.all.iter_mut().zip(faced).enumerate().filter(|(_, (look, _))| is_parted(look))
+            {
+                match stage.on_this_side(look.met, origin + direction * look.distance_m) {
+                    Some(whole) => look.met = whole,
                     // a path goes on from there: this asks for the triangle
                     None => {
                         at.push(i);
@@ -149,15 +205,47 @@ impl Kept {
                     }
                 }
             }
-            asked.drain(..).for_each(|(i, whole)| looks.met[i] = whole);
             let mut hits = vec![Hit::MISS; rays.len()];
             stage.scene.rays.closest(&rays, &mut hits);
             for (i, hit) in at.into_iter().zip(hits) {
-                looks.met[i] = OTHER | looks.others.len() as u32;
+                looks.all[i].met = OTHER | looks.others.len() as u32;
                 looks.others.push(hit);
             }
             rays.len() as u64
         };
         self.of.par_iter_mut().enumerate().map(part_one).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::links::Next;
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn what_is_kept_comes_back_and_a_followed_path_takes_the_place_of_its_look() {
+        let hit = |triangle: u32| Hit { triangle, t: 2.0, u: 0.25, v: 0.5, back: true };
+        let mut kept = Kept::default();
+        let mut looks = Looks::default();
+        looks.begin_block();
+        [End::Escaped, End::Other(hit(3))].into_iter().for_each(|end| looks.push(end));
+        looks.begin_block();
+        [End::Other(hit(4)), End::Texel { texel: 9, distance_m: 1.5 }].into_iter().for_each(|end| looks.push(end));
+        kept.add(6, 5, looks);
+        let link = |next: Next| Link { albedo: Vec3::ONE, direct: Vec3::ZERO, next };
+        kept.link(&[link(Next::Nothing)], &[]);
+        let before = kept.bytes;
+        let followed = [Followed { texel: 5, block: 1, look: 0, link: 0 }, Followed { texel: 4, block: 0, look: 0, link: 0 }];
+        kept.link(&[link(Next::Link(1)), link(Next::Texel(7))], &followed);
+        assert_eq!(kept.bytes - before, 2 * size_of::<Link>());
+        let of = |block: usize| kept.block(5, block).unwrap().collect::<Vec<_>>();
+        assert!(matches!(of(0)[..], [End::Escaped, End::Other(Hit { triangle: 3, .. })]), "{:?}", of(0));
+        assert!(matches!(of(1)[..], [End::Link { link: 1, distance_m: 2.0 }, End::Texel { texel: 9, distance_m: 1.5 }]));
+        // and the link names the one that came with it
+        assert_eq!(
+            kept.links().iter().map(|link| link.next).collect::<Vec<_>>(),
+            [Next::Nothing, Next::Link(2), Next::Texel(7)]
+        );
     }
 }

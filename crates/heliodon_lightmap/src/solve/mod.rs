@@ -11,10 +11,10 @@
 mod denoise;
 mod directions;
 mod fill;
-mod follow;
 mod gather;
 mod kept;
 mod lamps;
+mod links;
 mod matching;
 pub mod models;
 mod stage;
@@ -218,7 +218,7 @@ const UNSEEN: f32 = 0.1;
 pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<LightMap, SolveError> {
     scene.validate()?;
     params.validate()?;
-    let mut stage = Stage::new(scene, params.offset_m.unwrap_or_else(|| scene.rays.start_offset()));
+    let (mut stage, albedo) = Stage::new(scene, params.offset_m.unwrap_or_else(|| scene.rays.start_offset()));
     let grid = Grid::new(scene.texels, &scene.unwrapped.chart, stage.places.clone());
     let blocks = (2 * params.samples).div_ceil(EVEN);
     let lookouts = Lookouts::new(&stage, blocks, params.seed, models.illumination);
@@ -256,10 +256,12 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
         }
     };
     rays += asked;
-    let mut lights = vec![colors(&refined.values)];
-    let Refined { valid, samples, .. } = refined;
+    let Refined { values, valid, samples, .. } = refined;
     let mut notes_sampled = vec![samples];
-    let mut light = lights[0].clone();
+    let mut light = colors(&values);
+    let reflected_of =
+        |light: &[Vec3]| -> Vec<Vec3> { light.iter().zip(&albedo).map(|(light, albedo)| light * albedo).collect() };
+    let mut reflected = vec![reflected_of(&light)];
     stage.whole = valid.iter().zip(&parted).map(|(valid, parted)| *valid && !parted).collect();
     stage.parted = parted;
     rays += kept.part(&stage, &lookouts);
@@ -268,10 +270,10 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
     for _ in 0..models.illumination.bounces(params.bounces) {
         let beside: Vec<f32> = light.iter().map(|light| light.max_element()).collect();
         // What borrows need not be asked, nor what lies inside something and was dark until now.
-        let was_lit = |texel: usize| lights.len() == 1 || beside[texel] > params.error * floor;
+        let was_lit = |texel: usize| reflected.len() == 1 || beside[texel] > params.error * floor;
         let is_idle = |texel: u32| borrowers[texel as usize] || (!valid[texel as usize] && !was_lit(texel as usize));
         let mut gathered = |texels: &[u32]| {
-            let arriving = Arriving::Reflected(&lights);
+            let arriving = Arriving::Reflected(&reflected);
             let gather =
                 Gather { stage: &stage, models, params, lookouts: &lookouts, arriving, beside: &beside, valid: &valid, floor };
             let asked: Vec<u32> = texels.iter().copied().filter(|texel| !is_idle(*texel)).collect();
@@ -290,12 +292,12 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
         let most = more.iter().zip(&beside).map(|(more, beside)| more.max_element() / (beside + floor).max(f32::MIN_POSITIVE));
         let is_unseen = most.fold(0.0, f32::max) < UNSEEN * params.error;
         light.iter_mut().zip(&more).for_each(|(light, more)| *light += more);
-        lights.push(more);
+        reflected.push(reflected_of(&more));
         if is_unseen {
             break;
         }
     }
-    drop(lights);
+    drop(reflected);
     if let Some(settings) = &params.denoise {
         denoise(&grid, &mut light, settings);
     }

@@ -26,14 +26,21 @@ pub(super) struct Stage<'a> {
     pub planes: Vec<Vec3>,
     /// Where its rays start.
     pub origins: Vec<Vec3>,
-    /// What it hands on of the light that it has.
-    pub albedo: Vec<Vec3>,
     pub offset_m: f32,
     /// Texels that stand for both sides of a wall; none where empty.
     pub parted: Vec<bool>,
     /// Which texels stand for one place, so that they can be asked for its light: valid, and no wall on them. All where empty.
     pub whole: Vec<bool>,
     texel_at: Vec<u32>,
+    /// Where each triangle that has texels lies in the texture.
+    charted: Vec<Charted>,
+}
+
+/// Where a triangle lies in the texture, texels: its first corner, the ways from there to the others, and which sheet.
+struct Charted {
+    first: Vec2,
+    ways: [Vec2; 2],
+    sheet: u16,
 }
 
 /// What a ray has met.
@@ -45,6 +52,7 @@ pub(super) enum Met {
 }
 
 /// Where a path goes on, what it faces there, and what is handed on.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Onward {
     pub origin: Vec3,
     pub normal: Vec3,
@@ -57,7 +65,8 @@ pub(super) fn faces(normal: Vec3, plane: Vec3, direction: Vec3) -> bool {
 }
 
 impl<'a> Stage<'a> {
-    pub fn new(scene: &'a Scene<'a>, offset_m: f32) -> Self {
+    /// And what each texel hands on of the light that it has.
+    pub fn new(scene: &'a Scene<'a>, offset_m: f32) -> (Self, Vec<Vec3>) {
         let [width, height] = scene.sides;
         let sheets = scene.unwrapped.packing.sheets as usize;
         let mut texel_at = vec![NOBODY; width as usize * height as usize * sheets];
@@ -78,7 +87,14 @@ impl<'a> Stage<'a> {
         let (faces, starts): (Vec<_>, Vec<_>) = scene.texels.par_iter().map(of_texel).unzip();
         let (places, planes) = faces.into_iter().unzip();
         let (origins, albedo) = starts.into_iter().unzip();
-        Self { scene, places, planes, origins, albedo, offset_m, parted: Vec::new(), whole: Vec::new(), texel_at }
+        let size = Vec2::new(width as f32, height as f32);
+        let charted = |(corners, &sheet): (&[u32; 3], &u16)| {
+            let [first, b, c] = corners.map(|v| scene.unwrapped.uvs[v as usize] * size);
+            Charted { first, ways: [b - first, c - first], sheet }
+        };
+        let charted = scene.unwrapped.triangles.iter().zip(&scene.unwrapped.sheet).map(charted).collect();
+        let (parted, whole) = (Vec::new(), Vec::new());
+        (Self { scene, places, planes, origins, offset_m, parted, whole, texel_at, charted }, albedo)
     }
 
     /// Whether a texel's rays go in a direction.
@@ -90,12 +106,12 @@ impl<'a> Stage<'a> {
     pub fn met(&self, hit: &Hit) -> Met {
         let scene = self.scene;
         if !hit.back
-            && let Some(corners) = scene.unwrapped.triangles.get(hit.triangle as usize)
+            && let Some(charted) = self.charted.get(hit.triangle as usize)
         {
-            let [a, b, c] = corners.map(|v| scene.unwrapped.uvs[v as usize]);
-            let size = Vec2::new(scene.sides[0] as f32, scene.sides[1] as f32);
-            let at = ((a + (b - a) * hit.u + (c - a) * hit.v) * size).max(Vec2::ZERO).min(size - 1.0).as_uvec2();
-            let texel = self.texel_at[cell(scene.sides, scene.unwrapped.sheet[hit.triangle as usize], at.x, at.y)];
+            let last = Vec2::new(scene.sides[0] as f32, scene.sides[1] as f32) - 1.0;
+            let at = charted.first + charted.ways[0] * hit.u + charted.ways[1] * hit.v;
+            let at = at.max(Vec2::ZERO).min(last).as_uvec2();
+            let texel = self.texel_at[cell(scene.sides, charted.sheet, at.x, at.y)];
             if texel != NOBODY {
                 let place = || {
                     let [a, b, c] = scene.corners(hit.triangle);
