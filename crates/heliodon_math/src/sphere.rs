@@ -2,7 +2,7 @@
 
 use crate::frame::orthonormal_basis;
 use glam::Vec3;
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 /// `count` unit directions spread evenly over the sphere, each standing for the same solid angle `4 pi / count`.
 ///
@@ -31,6 +31,22 @@ pub fn sample_cosine_hemisphere(n: Vec3, u: [f32; 2]) -> Vec3 {
     let (t, b) = orthonormal_basis(n);
     let z = (1.0 - u[0]).max(0.0).sqrt();
     t * (r * libm::cosf(azimuth)) + b * (r * libm::sinf(azimuth)) + n * z
+}
+
+/// As [`sample_cosine_hemisphere`], for numbers that are spread evenly over a square: what is near one another there stays near (P. Shirley, K. Chiu: "A Low Distortion Map
+/// Between Disk and Square", 1997).
+#[must_use]
+pub fn concentric_cosine_hemisphere(n: Vec3, u: [f32; 2]) -> Vec3 {
+    let [a, b] = u.map(|u| 2.0 * u - 1.0);
+    let (r, azimuth) = if a.abs() > b.abs() {
+        (a, FRAC_PI_4 * (b / a))
+    } else if b != 0.0 {
+        (b, FRAC_PI_2 - FRAC_PI_4 * (a / b))
+    } else {
+        (0.0, 0.0)
+    };
+    let (t, b) = orthonormal_basis(n);
+    t * (r * libm::cosf(azimuth)) + b * (r * libm::sinf(azimuth)) + n * (1.0 - r * r).max(0.0).sqrt()
 }
 
 /// The unit direction at a compass azimuth (radians, clockwise from north, -Z; east, +X, at pi/2) and an elevation above
@@ -89,11 +105,27 @@ mod tests {
     #[test]
     fn cosine_samples_have_mean_cosine_two_thirds() {
         let n = Vec3::new(0.6, 0.0, 0.8);
-        let mut rng = crate::random::Pcg32::new(1, 1);
-        let mean =
-            (0..20_000).map(|_| sample_cosine_hemisphere(n, [rng.next_f32(), rng.next_f32()]).dot(n)).sum::<f32>() / 20_000.0;
-        // the cosine's variance under this density is 1/18
-        assert!((mean - 2.0 / 3.0).abs() < 5.0 * (1.0_f32 / 18.0 / 20_000.0).sqrt());
+        for sample in [sample_cosine_hemisphere, concentric_cosine_hemisphere] {
+            let mut rng = crate::random::Pcg32::new(1, 1);
+            let mean = (0..20_000).map(|_| sample(n, [rng.next_f32(), rng.next_f32()]).dot(n)).sum::<f32>() / 20_000.0;
+            // the cosine's variance under this density is 1/18
+            assert!((mean - 2.0 / 3.0).abs() < 5.0 * (1.0_f32 / 18.0 / 20_000.0).sqrt());
+        }
+    }
+
+    #[test]
+    fn what_is_near_in_the_square_stays_near_and_directions_are_unit() {
+        let steps = 64;
+        let at = |i: usize, j: usize| concentric_cosine_hemisphere(Vec3::Y, [i, j].map(|k| (k as f32 + 0.5) / steps as f32));
+        for (i, j) in (1..steps).flat_map(|i| (0..steps).map(move |j| (i, j))) {
+            let (here, beside, below) = (at(i, j), at(i - 1, j), at(j, i - 1));
+            assert!((here.length() - 1.0).abs() < 1e-6);
+            // on the disc by 4 / pi of a step of the square, which is two wide, at most a little more
+            let flat = |v: Vec3| glam::Vec2::new(v.x, v.z);
+            assert!(flat(here - beside).length() < 1.5 * 2.0 / steps as f32, "{i} {j}");
+            assert!(flat(at(j, i) - below).length() < 1.5 * 2.0 / steps as f32, "{i} {j}");
+        }
+        assert!((concentric_cosine_hemisphere(Vec3::Y, [0.5; 2]) - Vec3::Y).length() < 1e-6);
     }
 
     #[test]

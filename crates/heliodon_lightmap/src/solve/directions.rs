@@ -12,7 +12,7 @@ use super::stage::Stage;
 use glam::Vec3;
 use heliodon_math::dome::Environment;
 use heliodon_math::random::{hash2_u32, unit_f32};
-use heliodon_math::sphere::sample_cosine_hemisphere;
+use heliodon_math::sphere::concentric_cosine_hemisphere;
 use std::collections::BTreeMap;
 use std::f32::consts::PI;
 use std::f64::consts::TAU;
@@ -77,7 +77,7 @@ impl Spread {
         let of = |count: u32| (block * count..(block + 1) * count).map(move |i| sobol2(i, seed));
         match self {
             Self::Sphere => of(EVEN).map(even).collect(),
-            Self::Facing(normal) => of(EVEN / 2).map(|numbers| sample_cosine_hemisphere(normal, numbers)).collect(),
+            Self::Facing(normal) => of(EVEN / 2).map(|numbers| concentric_cosine_hemisphere(normal, numbers)).collect(),
         }
     }
 

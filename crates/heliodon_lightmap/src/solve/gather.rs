@@ -13,9 +13,9 @@ use rayon::prelude::*;
 const UNIT: usize = 512;
 /// Units between which there is a look at how much is kept.
 const BATCH: usize = 128;
-/// Blocks of directions that every texel looks in, and those beyond a chart's rim, which filtering mixes with others.
-const LEAST_BLOCKS: usize = 4;
-const LEAST_BEYOND: usize = 2;
+/// Blocks of directions that every texel looks in, and those beyond a chart's rim, which filtering mixes with others. Where few texels stopped by chance, theirs was most of all error.
+const LEAST_BLOCKS: usize = 16;
+const LEAST_BEYOND: usize = 8;
 /// A texel of whose rays more than this part meets backs lies inside something (as of vertices: rays that escape below the horizon do not count, up to half of all),
 /// if next to nothing escapes above it: under a roof that is a single sheet one sees its back as well.
 const BACK_LIMIT: f32 = 0.5;
@@ -165,6 +165,10 @@ impl Gather<'_> {
                     if number + 1 < least {
                         let is_inside = self.valid.get(texel).map_or_else(|| sums[of as usize].is_enclosed(), |valid| !valid);
                         return !is_inside || sums[of as usize].mean != 0.0;
+                    }
+                    // what Sobol's points have of evenness is whole at powers of two
+                    if !(number + 1).is_power_of_two() {
+                        return true;
                     }
                     let beside = self.beside.get(texel).copied().unwrap_or(0.0) + self.floor;
                     // what few blocks tell of their own error is not certain itself

@@ -77,7 +77,7 @@ pub struct SolveParams {
     pub bounces: u32,
     /// The error that is asked for, as a part of the light around, above 0: of the samples' mean, and of interpolation. Half of it costs about four times as much.
     pub error: f32,
-    /// Directions of the upper half that a texel looks in at most, 64 to 1,048,576; with fewer than 128 nobody asks whether they were enough.
+    /// Directions of the upper half that a texel looks in at most, 64 to 1,048,576; with no more than 512 nobody asks whether they were enough.
     pub samples: u32,
     /// Samples of a lamp with an area that a texel takes at most, 1 to 1,048,576; 48 are taken anyway.
     pub light_samples: u32,
@@ -119,7 +119,7 @@ impl SolveParams {
         Self {
             bounces: 2,
             error: 0.08,
-            samples: 512,
+            samples: 256,
             light_samples: 64,
             denoise: Some(DenoiseParams::default()),
             ..Self::default()
