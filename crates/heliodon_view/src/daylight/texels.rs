@@ -275,21 +275,24 @@ impl TexelsGpu {
         let weathering = self.weathering.as_ref().unwrap_or(&clean).create_view(&TextureViewDescriptor::default());
         let white = (white.create_view(&TextureViewDescriptor::default()), sampler.clone());
         let sun = sun.create_view(&array(0, None));
-        let looks = match &self.looks {
-            [Some(surface), Some(albedo)] => {
-                Some([surface, albedo].map(|texture| texture.create_view(&TextureViewDescriptor::default())))
-            }
-            _ => None,
-        };
-        let layout = if looks.is_some() { &pipelines.panorama_layout } else { &pipelines.texels_layout };
-        let layout = cache.get_bind_group_layout(layout);
+        let [surface, albedo] = self
+            .looks
+            .each_ref()
+            .map(|texture| texture.as_ref().map(|texture| texture.create_view(&TextureViewDescriptor::default())));
+        let layouts = [&pipelines.texels_layout, &pipelines.panorama_layout].map(|layout| cache.get_bind_group_layout(layout));
         let group = |(image, of_image): &(TextureView, Sampler)| {
             let whole = uniform.as_entire_buffer_binding();
-            let entries =
-                BindGroupEntries::sequential((image, of_image, whole, &sun, &sky_lit, &bounced, &sampler, &weathering));
-            let of_looks = looks.iter().flat_map(|[surface, albedo]| BindGroupEntries::with_indices(((8, surface), (9, albedo))).to_vec());
-            let entries: Vec<BindGroupEntry> = entries.iter().cloned().chain(of_looks).collect();
-            device.create_bind_group("stone_texels", &layout, &entries)
+            let light = (image, of_image, whole, &sun, &sky_lit, &bounced, &sampler, &weathering);
+            match (&surface, &albedo) {
+                (Some(surface), Some(albedo)) => {
+                    let (image, of_image, whole, sun, sky, bounced, sampler, weathering) = light;
+                    let entries = BindGroupEntries::sequential((
+                        image, of_image, whole, sun, sky, bounced, sampler, weathering, surface, albedo,
+                    ));
+                    device.create_bind_group("stone_panorama", &layouts[1], &entries)
+                }
+                _ => device.create_bind_group("stone_texels", &layouts[0], &BindGroupEntries::sequential(light)),
+            }
         };
         let groups = images.iter().chain([&white]).map(group).collect();
         self.ready = Some(Ready { uniform, sky: of_sky, bounce: of_bounce, groups });
