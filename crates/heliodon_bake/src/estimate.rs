@@ -217,10 +217,7 @@ pub(crate) fn largest_texture_bytes(mesh: &Mesh) -> u64 {
 
 /// Bytes of a scene whose rays were taken, with what is made of its textures.
 fn geometry_bytes(scene: &Scene) -> u64 {
-    let detail = scene
-        .original
-        .as_ref()
-        .map_or(0, |original| original.stands_for.len() * size_of::<u32>() + original.clearance_m.len() * size_of::<f32>());
+    let detail = scene.original.as_ref().map_or(0, |original| original.memory_bytes());
     (scene.mesh.memory_bytes() + detail) as u64 + scene.mesh.texture_bytes() as u64 / PYRAMIDS
 }
 

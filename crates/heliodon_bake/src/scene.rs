@@ -51,6 +51,15 @@ pub struct Original {
     pub(crate) colored: Vec<u8>,
 }
 
+impl Original {
+    /// Bytes of what is kept of it once rays are taken.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        let Self { positions: _, triangles, stands_for, clearance_m, looks, colored: _ } = self;
+        let of_looks = size_of_val(looks.colors.as_slice()) + size_of_val(looks.normals.as_slice());
+        size_of_val(triangles.as_slice()) + size_of_val(stands_for.as_slice()) + size_of_val(clearance_m.as_slice()) + of_looks
+    }
+}
+
 impl Scene {
     /// Builds what answers rays: over the original where there is one, whose geometry is then given up, for it is in the answer.
     ///

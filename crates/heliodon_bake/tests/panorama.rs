@@ -148,7 +148,7 @@ fn texels_hold_what_the_original_has() {
     let panorama = bundle.read_panorama().unwrap().unwrap();
     let (mut told, mut tilted, mut of_mesh) = (0, 0.0_f32, 0);
     for texel in texels() {
-        let Vec4 { w: nearness, .. } = surface(&panorama, texel);
+        let nearness = surface(&panorama, texel).w;
         let ray = direction_of(SIDE, 0, texel);
         told += u64::from(nearness > 0.0);
         // of the wall's middle, well inside its rim
@@ -196,12 +196,13 @@ fn what_the_middle_does_not_see_is_not_told_of() {
         for triangle in &chunk.triangles {
             let corners = triangle.map(|vertex| chunk.positions[vertex as usize]);
             let point = corners.iter().sum::<Vec3>() / 3.0;
-            let nearness = surface(&panorama, texel_of(point)).w;
-            let along = (point - MIDDLE).abs().max_element();
+            let texel = texel_of(point);
+            let nearness = surface(&panorama, texel).w;
             // along the line to it the wall is met, where it is behind that
             let crossing = MIDDLE + (point - MIDDLE) * (6.0 / point.x);
-            let hidden = point.x > 6.3 && (0.1..3.9).contains(&crossing.y) && crossing.z.abs() < 2.8;
-            let own = nearness > 0.0 && (nearness * along - 1.0).abs() < 0.05;
+            let hidden = point.x > 6.3 && (0.4..3.6).contains(&crossing.y) && crossing.z.abs() < 2.6;
+            // as fragments ask: whether the texel lies in the plane of what is drawn
+            let own = nearness > 0.0 && (MIDDLE + direction_of(SIDE, 0, texel) / nearness).y.abs() < 0.05;
             if hidden {
                 behind += 1;
                 assert!(!own, "{point} is hidden, and {nearness} tells of it");
@@ -272,6 +273,8 @@ fn what_a_panorama_cannot_be_is_told() {
     let room = "[[room]]\nname = \"another\"\nmin = [2, 1, 2]\nmax = [3, 2, 3]\n";
     let two = error(&format!("{room}[prepare]\npanorama = 64\n"));
     assert!(two.contains("one room, and the site has 2"), "{two}");
+    let weathered = error("[prepare]\npanorama = 64\n[weathering]\ndust = 0.5\n");
+    assert!(weathered.contains("[weathering]") && weathered.contains("take one of them out"), "{weathered}");
     let folder = site("[prepare]\npanorama = 64\n");
     let text = fs::read_to_string(folder.path().join("site.toml")).unwrap();
     let (before, after) = (text.find("[[room]]").unwrap(), text.find("[display]").unwrap());

@@ -69,7 +69,7 @@ pub(super) fn check(site: &SiteFile) -> Checked {
     }
     if let Some(prepare) = &site.prepare {
         check_prepare(prepare)?;
-        check_panorama(prepare.panorama, site.rooms.len())?;
+        check_panorama(prepare.panorama, site.rooms.len(), site.weathering.is_some())?;
     }
     if let Some(weathering) = &site.weathering {
         check_weathering(&["weathering"], weathering)?;
@@ -92,7 +92,7 @@ fn check_prepare(prepare: &Prepare) -> Checked {
     within(&key("ring"), f64::from(prepare.ring), 0.0, 16.0)
 }
 
-fn check_panorama(side: u32, rooms: usize) -> Checked {
+fn check_panorama(side: u32, rooms: usize, weathers: bool) -> Checked {
     let key = ["prepare", "panorama"];
     if side == 0 {
         return Ok(());
@@ -105,6 +105,10 @@ fn check_panorama(side: u32, rooms: usize) -> Checked {
     if rooms != 1 {
         let message = format!("a panorama is seen from the middle of one room, and the site has {rooms}");
         return fault(&key, message, "leave one [[room]], or take panorama out");
+    }
+    if weathers {
+        let message = "a panorama shows the colours of the scan, without what [weathering] leaves on its vertices";
+        return fault(&key, message, "take one of them out");
     }
     Ok(())
 }
