@@ -13,7 +13,8 @@ use heliodon_bundle::site::Site;
 use heliodon_bundle::{BundleReader, Panorama};
 use heliodon_image::HdrImage;
 use heliodon_image::ktx2::Ktx2;
-use heliodon_math::color::linear_from_srgb;
+use heliodon_math::color::{linear_from_srgb, srgb_from_linear};
+use heliodon_math::frame::unit_or;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -85,7 +86,7 @@ fn site(more: &str) -> TempDir {
         let (y, z) = (4.0 * s, 6.0 * t - 3.0);
         Vec3::new(6.0 - wave(y, z)[0], y, z)
     };
-    let srgb = |linear: f32| (255.0 * heliodon_math::color::srgb_from_linear(linear)).round() as u8;
+    let srgb = |linear: f32| (255.0 * srgb_from_linear(linear)).round() as u8;
     write("wall.ply", &sheet(120, |s, t| wall(t, s), |p| [srgb(red(p.z)), 128, 128]));
     write("ground.ply", &sheet(40, |s, t| Vec3::new(40.0 * s - 20.0, 0.0, 20.0 - 40.0 * t), |_| [128; 3]));
     // in the west
@@ -160,7 +161,7 @@ fn texels_hold_what_the_original_has() {
         let reach = ray / ray.abs().max_element() / nearness;
         assert!((reach.x - 6.0).abs() < 0.1, "{texel} lies on what is drawn: {reach}");
         let [_, dy, dz] = wave(at.y, at.z);
-        let normal = Vec3::new(-1.0, -dy, -dz).normalize();
+        let normal = unit_or(Vec3::new(-1.0, -dy, -dz), Vec3::NEG_X);
         let found = surface(&panorama, texel).truncate();
         // the place is where the line meets the waves, up to 5 cm before the plane
         assert!(found.dot(normal) > 0.97, "{texel}: {found}, not {normal}");
