@@ -20,7 +20,7 @@ use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
-const SIDE: u32 = 192;
+const SIDE: u32 = 128;
 const MIDDLE: Vec3 = Vec3::new(0.0, 1.5, 0.0);
 
 /// A scanned wall with waves, simplified to a few triangles, on a ground that goes on behind it; the sun stands behind the eye, half-way up.
@@ -192,7 +192,7 @@ fn what_the_middle_does_not_see_is_not_told_of() {
     let folder = with_panorama();
     let (_, bundle) = baked(folder.path(), "bundle");
     let panorama = bundle.read_panorama().unwrap().unwrap();
-    let (mut before, mut behind, mut silent) = (0, 0, 0);
+    let (mut before, mut behind) = (0, 0);
     for chunk in (0..bundle.chunk_count()).map(|chunk| bundle.read_chunk(chunk).unwrap()).filter(|chunk| chunk.part == 1) {
         for triangle in &chunk.triangles {
             let corners = triangle.map(|vertex| chunk.positions[vertex as usize]);
@@ -208,14 +208,12 @@ fn what_the_middle_does_not_see_is_not_told_of() {
                 behind += 1;
                 assert!(!own, "{point} is hidden, and {nearness} tells of it");
             } else if point.x < 5.0 && point.length() < 8.0 {
-                // where triangles are as fine as texels it says nothing
-                before += usize::from(own);
-                silent += usize::from(nearness == 0.0);
-                assert!(own || nearness == 0.0, "{point} is seen, and {nearness} tells of something else");
+                before += 1;
+                assert!(own, "{point} is seen, and {nearness} tells of something else");
             }
         }
     }
-    assert!(before > 20 && behind > 20 && silent < before, "{before} {behind} {silent}");
+    assert!(before > 20 && behind > 20, "{before} {behind}");
     // of the sky above there is nothing
     assert_eq!(surface(&panorama, texel_of(MIDDLE + Vec3::Y)).w, 0.0);
 }

@@ -1,5 +1,7 @@
 //! A panorama goes into a bundle and comes out of it; one that is not what the manifest says is named.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
 mod common;
 
 use common::{MONO, chunk, lapse, meta};

@@ -3,7 +3,7 @@
 use super::super::prepare::Surfacing;
 use crate::scene::Scene;
 use glam::{UVec2, Vec3, Vec4};
-use heliodon_bundle::panorama::{direction_of, face_of, inset, on_face};
+use heliodon_bundle::panorama::direction_of;
 use heliodon_light::RayPlace;
 use heliodon_rays::{Hit, Ray, TriangleScene};
 use rayon::prelude::*;
@@ -36,9 +36,6 @@ pub struct Texel {
 const CLEARANCES: f32 = 2.0;
 /// Of what was not simplified nothing is measured: what rounding makes of a distance, as a part of it.
 const ROUNDED: f32 = 1.0e-4;
-/// A triangle that covers fewer texels than this has light at its corners as finely as its texels have the bounced sun, and keeps its edges: of those half a
-/// corner each, of these one for sixteen texels.
-const LEAST_TEXELS: f32 = 24.0;
 /// Seen flatter than this, what lies off a triangle by so much is no longer sought further along the line.
 const LEAST_COSINE: f32 = 0.05;
 
@@ -66,11 +63,7 @@ pub fn look(
         shown.closest(&row, of_shown);
         let texel = |x: usize| {
             let there = Hit { triangle: *drawn.get(of_shown[x].triangle as usize)?, ..of_shown[x] };
-            let of = texel(original, &row[x], &of_original[x], &there).filter(|_| {
-                let corners = original.0.mesh.triangles[there.triangle as usize];
-                let off = corners.map(|vertex| original.0.mesh.positions[vertex as usize] - middle);
-                texels_of(side, row[x].direction, off) >= LEAST_TEXELS
-            })?;
+            let of = texel(original, &row[x], &of_original[x], &there)?;
             Some(Texel { at: [x as u16, y as u16], ..of })
         };
         let found = (0..row.len()).filter_map(texel).collect();
@@ -85,17 +78,6 @@ pub fn look(
 /// The number of the face that a texel of the atlas belongs to.
 pub fn face(side: u32, [x, y]: [u16; 2]) -> u32 {
     u32::from(x) / side + 3 * (u32::from(y) / side)
-}
-
-/// How many texels of the face that a line goes through a triangle covers; infinite where it goes on behind the middle.
-fn texels_of(side: u32, line: Vec3, off: [Vec3; 3]) -> f32 {
-    let face = face_of(line);
-    let local = off.map(|off| on_face(face, off));
-    if local.iter().any(|corner| corner.z <= 0.0) {
-        return f32::INFINITY;
-    }
-    let [a, b, c] = local.map(|corner| corner.truncate() / corner.z * (0.5 * inset(side) * side as f32));
-    0.5 * (b - a).perp_dot(c - a).abs()
 }
 
 /// What a line shows that has met the original and what is drawn, if that is the same surface.
