@@ -81,5 +81,5 @@ fn what_was_simplified_looks_more_like_the_original_through_a_panorama() {
     let (before, after) = (flip(&original, &prepared), flip(&original, &seen));
     println!("FLIP to the original: {before:.4} without a panorama, {after:.4} with one");
     assert!(before > 0.02, "there is something to win: {before}");
-    assert!(after < 0.5 * before, "{after} against {before}");
+    assert!(after < 0.7 * before, "{after} against {before}");
 }
