@@ -16,6 +16,7 @@ use crate::key::told_name;
 use crate::light::{BakedGrid, BakedLight, LightInput, bake_light};
 use crate::memory::peak_resident_bytes;
 use crate::names::{LightNames, SceneDigests};
+use crate::panorama::Panorama;
 use crate::plan::Plan;
 use crate::report::{Reporter, WarningsKept};
 use crate::scene::{Scene, Traceable};
@@ -110,19 +111,22 @@ pub(crate) fn bake_where(
     clock.lap("rays");
     let atlas = Atlas::new(&plan.site, &scene, Some(&cache))?;
     clock.lap("charts");
+    let panorama = Panorama::new(&plan.site, &mut scene, &rays, reporter)?;
+    clock.lap("panorama");
     let means = within_budget(plan, &scene, &rays, reporter)?;
     let sky = bake_sky(plan, &cache, reporter)?;
     clock.lap("sky");
     let sky_steps = sky.lapse.steps.len();
     let suns = sky.suns();
-    let solved =
-        means.run(|| scene_light(plan, (&scene, &digests, &record, atlas.as_ref()), rays, (&suns, means), &cache, reporter))?;
+    let of =
+        SceneParts { scene: &scene, digests: &digests, record: &record, atlas: atlas.as_ref(), panorama: panorama.as_ref() };
+    let solved = means.run(|| scene_light(plan, &of, rays, (&suns, means), &cache, reporter))?;
     clock.lap("light");
     let names = solved.names.clone();
-    let manifest = write_bundle(plan, (&scene, atlas.as_ref(), &details), sky, solved, &cache, reporter)?;
+    let manifest = write_bundle(plan, (&of, &details), sky, solved, &cache, reporter)?;
     clock.lap("writing");
-    let needs =
-        viewer_bytes(manifest.counts, manifest.light, scene.mesh.texture_bytes() as u64, atlas.as_ref().map(Atlas::side));
+    let sides = [atlas.as_ref().map(Atlas::side), panorama.as_ref().map(Panorama::side)];
+    let needs = viewer_bytes(manifest.counts, manifest.light, scene.mesh.texture_bytes() as u64, sides);
     viewer_doubt(plan.site.budget.viewer_bytes(), needs).iter().for_each(|doubt| reporter.warning(doubt));
     let taken = cache.all_taken();
     let kept_bytes = if plan.options.no_cache {
@@ -167,9 +171,18 @@ struct Solved {
     names: Vec<String>,
 }
 
+/// A scene, and what is known of it before its light.
+struct SceneParts<'a> {
+    scene: &'a Scene,
+    digests: &'a SceneDigests,
+    record: &'a SceneRecord,
+    atlas: Option<&'a Atlas>,
+    panorama: Option<&'a Panorama>,
+}
+
 fn scene_light(
     plan: &Plan,
-    (scene, digests, record, atlas): (&Scene, &SceneDigests, &SceneRecord, Option<&Atlas>),
+    &SceneParts { scene, digests, record, atlas, panorama }: &SceneParts,
     rays: TriangleScene,
     (suns, means): (&[Vec3], Means),
     cache: &Cache,
@@ -186,7 +199,13 @@ fn scene_light(
     of_files.chain(doubts).for_each(|warning| reporter.warning(&warning));
     let grid = plan.grid(Some(&traceable.rays))?;
     let sun_bounce = plan.site.bake.sun_bounce;
-    let names = LightNames::new(digests, &params, (suns, sun_bounce), &grid, atlas.map(Atlas::digest));
+    let names = LightNames::new(
+        digests,
+        &params,
+        (suns, sun_bounce),
+        &grid,
+        [atlas.map(Atlas::digest), panorama.map(Panorama::digest)],
+    );
     let weather = WeatherPlan::new(&plan.site);
     let weather = weather.map(|plan| (plan.names(digests, params.offset_m, atlas), plan));
     let of_weather = weather.iter().flat_map(|(names, _)| names.all());
@@ -194,7 +213,7 @@ fn scene_light(
     cache.adopt(&all_names)?;
     let (surfaces, params, of_grid) = (traceable.surfaces(), &params, &grid);
     let texels = atlas.map(|atlas| (scene, atlas));
-    let input = LightInput { surfaces, suns, sun_bounce, params, grid: of_grid, texels, names: &names, record };
+    let input = LightInput { surfaces, suns, sun_bounce, params, grid: of_grid, texels, panorama, names: &names, record };
     let light = bake_light(&input, Some(cache), reporter)?;
     tell_of_darkness(&plan.site.parts, scene, &traceable.rays, &light.light.validity, params.offset_m, reporter);
     let weather = match weather {
@@ -229,7 +248,7 @@ fn within_budget(plan: &Plan, scene: &Scene, rays: &TriangleScene, reporter: &dy
 /// Writes everything into the bundle, which appears whole or not at all.
 fn write_bundle(
     plan: &Plan,
-    (scene, atlas, details): (&Scene, Option<&Atlas>, &Details),
+    (&SceneParts { scene, atlas, panorama, .. }, details): (&SceneParts, &Details),
     sky: BakedSky,
     Solved { light, grid, actors, weather, names: _ }: Solved,
     cache: &Cache,
@@ -247,6 +266,9 @@ fn write_bundle(
     if let (Some(atlas), Some(texels)) = (atlas, &light.texels) {
         let (textures, count) = texels.textures(scene, atlas, layout);
         writer.add_texels(&textures, atlas.info(count))?;
+    }
+    if let (Some(panorama), Some(texels)) = (panorama, &light.panorama) {
+        writer.add_panorama(&panorama.textures(texels, layout), panorama.info())?;
     }
     plan.check_unchanged(InputKind::is_detail)?;
     details.write(&plan.site, &mut writer)?;
@@ -362,11 +384,17 @@ fn measures(light: &BakedLight, scene: &Scene) -> BTreeMap<String, f64> {
         measures.insert("sun_bounce_median_error".to_owned(), f64::from(bounce.median_error));
         measures.insert("sun_bounce_p95_error".to_owned(), f64::from(bounce.p95_error));
     }
-    if let Some(texels) = &light.texels {
-        measures.insert("texel_sky_samples".to_owned(), texels.samples[0] as f64);
-        measures.insert("texel_bounce_samples".to_owned(), texels.samples[1] as f64);
-        measures.insert("texel_gather_rays".to_owned(), texels.gather_rays as f64);
-        measures.insert("texel_mask_rays".to_owned(), texels.mask_rays as f64);
+    for (begin, texels) in [("texel", &light.texels), ("panorama", &light.panorama)] {
+        if let Some(texels) = texels {
+            let [sky, bounce] = texels.samples;
+            let named = [
+                ("sky_samples", sky),
+                ("bounce_samples", bounce),
+                ("gather_rays", texels.gather_rays),
+                ("mask_rays", texels.mask_rays),
+            ];
+            measures.extend(named.map(|(name, value)| (format!("{begin}_{name}"), value as f64)));
+        }
     }
     if let Some(grid) = &light.grid {
         measures.insert("grid_points".to_owned(), grid.light.point_count() as f64);

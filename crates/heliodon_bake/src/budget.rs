@@ -3,6 +3,7 @@
 use crate::error::BakeError;
 use heliodon_bundle::LightLayout;
 use heliodon_bundle::manifest::Counts;
+use heliodon_bundle::panorama::panorama_bytes;
 use heliodon_bundle::texels::atlas_bytes;
 
 /// What a step needs.
@@ -68,14 +69,20 @@ impl Means {
 /// What the viewer needs for a bundle beyond what its empty window takes, as measured where a processor draws (BENCHMARKS.md, "Memory"): of the
 /// temple of 450,797 vertices with coloured light of 15 functions 150 to 178 MiB, 58 of them in 136 bytes a vertex: 24, and texels of 16
 /// bytes that hold a word of normal, the sky transfer as half floats, the functions (coloured ones in a word each), and the masks. An atlas of light in texels
-/// (`atlas` along a side) comes to that.
-pub(crate) fn viewer_bytes(counts: Counts, layout: LightLayout, texture_bytes: u64, atlas: Option<u32>) -> u64 {
+/// (`atlas` along a side) comes to that, and a panorama (along a side of its faces).
+pub(crate) fn viewer_bytes(
+    counts: Counts,
+    layout: LightLayout,
+    texture_bytes: u64,
+    [atlas, panorama]: [Option<u32>; 2],
+) -> u64 {
     let functions = u64::from(layout.sun_bounce_functions);
     let bounce = if layout.channels == 3 { functions } else { functions.div_ceil(2) };
     let words = 1 + layout.transfer_floats().div_ceil(2) as u64 + bounce + layout.mask_words() as u64;
     let vertex = VIEWER_VERTEX_BYTES + words.div_ceil(TEXEL_WORDS) * TEXEL_BYTES;
     // a texture comes with its halved images
-    let texels = atlas.map_or(0, |side| atlas_bytes(layout, [side; 2]));
+    let texels =
+        atlas.map_or(0, |side| atlas_bytes(layout, [side; 2])) + panorama.map_or(0, |side| panorama_bytes(layout, side));
     VIEWER_BYTES + counts.vertices * vertex + counts.triangles * VIEWER_TRIANGLE_BYTES + texture_bytes / 3 * 4 + texels
 }
 
@@ -131,11 +138,11 @@ mod tests {
     fn the_viewer_needs_what_was_measured_of_the_temple() {
         let counts = Counts { vertices: 450_797, triangles: 703_276, ..Counts::default() };
         let layout = LightLayout { sun_steps: 92, coefficients: 4, channels: 3, sun_bounce_functions: 15 };
-        let needs = viewer_bytes(counts, layout, 0, None);
+        let needs = viewer_bytes(counts, layout, 0, [None; 2]);
         assert!((150 << 20..=178 << 20).contains(&needs), "{}", needs >> 20);
-        assert_eq!(viewer_bytes(counts, layout, 3 << 20, None) - needs, 4 << 20);
+        assert_eq!(viewer_bytes(counts, layout, 3 << 20, [None; 2]) - needs, 4 << 20);
         // 12 bytes of masks on three levels, 24 of sky and 8 that it is lit into on two of a quarter, 12 x 8 of bounce and 8 of a sixteenth
-        let texels = viewer_bytes(counts, layout, 0, Some(2048)) - needs;
+        let texels = viewer_bytes(counts, layout, 0, [Some(2048), None]) - needs;
         assert_eq!(texels, (12 << 22) + (12 << 20) + (12 << 18) + (32 << 20) + (32 << 18) + (104 << 18));
         assert_eq!(viewer_doubt(None, needs), None);
         assert_eq!(viewer_doubt(Some(needs), needs), None);

@@ -7,6 +7,7 @@ use crate::error::BakeError;
 use crate::estimate::USUAL_FUNCTIONS;
 use crate::grid::GridPlan;
 use crate::ground::{as_given, doubts, on_the_ground};
+use crate::panorama::side_of;
 use crate::report::Reporter;
 use crate::scene;
 use crate::sky::{lapse_params, place_warnings};
@@ -181,7 +182,7 @@ fn viewer_warning(site: &Site, scene: &scene::Scene, layout: LightLayout) -> Opt
     let counts = Counts { vertices, triangles, ..Counts::default() };
     let layout = LightLayout { sun_bounce_functions: functions, ..layout };
     let atlas = expects_texels(scene).then(|| site.bake.effective_texels());
-    let needs = viewer_bytes(counts, layout, mesh.texture_bytes() as u64, atlas);
+    let needs = viewer_bytes(counts, layout, mesh.texture_bytes() as u64, [atlas, side_of(site)]);
     viewer_doubt(site.budget.viewer_bytes(), needs)
 }
 

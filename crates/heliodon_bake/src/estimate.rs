@@ -4,6 +4,7 @@
 use crate::blocks::{GRANULE, points_per_block};
 use crate::budget::{Need, viewer_bytes};
 use crate::error::BakeError;
+use crate::panorama::side_of;
 use crate::plan::Plan;
 use crate::prepare::{PrepareEstimate, estimate_with, is_prepared, textures_of};
 use crate::report::Reporter;
@@ -15,6 +16,7 @@ use glam::Vec3;
 use heliodon_bundle::LightLayout;
 use heliodon_bundle::grid::point_bytes;
 use heliodon_bundle::manifest::Counts;
+use heliodon_bundle::panorama::panorama_bytes;
 use heliodon_bundle::texels::{BOUNCE_BLOCK, atlas_bytes, sky_level};
 use heliodon_light::{
     AXES, BouncedSun, GatherBlock, Layout, LightParams, MaskParams, PatchPlan, SunOnSurfaces, Surfaces, bake_sun_masks, gather,
@@ -93,6 +95,8 @@ const ENCODED_TIMES: u64 = 3;
 /// The part of an atlas that has texels, and the part of them whose light of the sky is asked for, as measured on the workshop.
 const COVERED: f64 = 0.74;
 const SKY_ASKED: f64 = 0.6;
+/// The part of a panorama that shows what is drawn.
+const SEEN: f64 = 0.6;
 /// Bytes of a texel beside its light: itself, its place, and where it lies among others.
 const TEXEL_BYTES: u64 = 120;
 /// Copies of a texel's light at once: as it is solved, with its seams closed, at its place in the atlas, and as a texture's bytes. With these the
@@ -213,10 +217,7 @@ pub(crate) fn largest_texture_bytes(mesh: &Mesh) -> u64 {
 
 /// Bytes of a scene whose rays were taken, with what is made of its textures.
 fn geometry_bytes(scene: &Scene) -> u64 {
-    let detail = scene
-        .original
-        .as_ref()
-        .map_or(0, |original| original.stands_for.len() * size_of::<u32>() + original.clearance_m.len() * size_of::<f32>());
+    let detail = scene.original.as_ref().map_or(0, |original| original.memory_bytes());
     (scene.mesh.memory_bytes() + detail) as u64 + scene.mesh.texture_bytes() as u64 / PYRAMIDS
 }
 
@@ -244,11 +245,10 @@ fn need(plan: &Plan, points: u64, vertices: u64, geometry_bytes: u64, by_texels:
     let light_bytes = 4 * (light.mask_words() + light.transfer_floats() + light.bounce_floats()) as u64;
     let hit_bytes = u64::from(bake.samples) * HIT_BYTES as u64;
     let block = points_per_block(points as usize, u64::from(bake.samples)) as u64;
-    let atlas = by_texels.then(|| TexelCounts::of(bake.effective_texels(), light));
+    let atlas = if by_texels { TexelCounts::of(bake.effective_texels(), light) } else { TexelCounts::default() };
+    let panorama = side_of(&plan.site).map_or_else(TexelCounts::default, |side| TexelCounts::of_panorama(side, light));
     Need {
-        least: geometry_bytes
-            + bytes_of_points(points, vertices, light_bytes)
-            + atlas.map_or(0, |atlas| atlas.memory_bytes(light)),
+        least: geometry_bytes + bytes_of_points(points, vertices, light_bytes) + atlas.and(panorama).memory_bytes(light),
         thread: block.min(points) * (hit_bytes + light_bytes) * BLOCK_COPIES,
         kept: (points * hit_bytes).min(LightParams::default().hit_budget_bytes),
     }
@@ -289,6 +289,17 @@ impl TexelCounts {
         let Self { masks, sky, bounce } = self;
         let numbers = [light.mask_words(), light.transfer_floats(), light.bounce_floats()].map(|numbers| 4 * numbers as u64);
         [masks * numbers[0], sky * numbers[1], bounce * numbers[2]]
+    }
+
+    /// Of a panorama of faces of so many texels along a side: rooms without a roof see the sky through some of them.
+    fn of_panorama(side: u32, light: LightLayout) -> Self {
+        let across = (SEEN * 6.0).sqrt() * f64::from(side);
+        Self::of((across / COVERED.sqrt()) as u32, light)
+    }
+
+    /// All of both.
+    fn and(self, more: Self) -> Self {
+        Self { masks: self.masks + more.masks, sky: self.sky + more.sky, bounce: self.bounce + more.bounce }
     }
 
     /// The memory that they take at once.
@@ -451,12 +462,18 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
         + patches * 4 * u64::from(1 + sun_steps.div_ceil(32))
         + bytes_of_points(points, vertices, light_bytes);
     // texels ask the suns everywhere, the sky where it changes, the bounced sun in every square
-    let atlas = size.atlas.map_or_else(TexelCounts::default, |side| TexelCounts::of(side, light));
+    let of_atlas = size.atlas.map_or_else(TexelCounts::default, |side| TexelCounts::of(side, light));
+    let panorama = side_of(&plan.site);
+    let seen = panorama.map_or_else(TexelCounts::default, |side| TexelCounts::of_panorama(side, light));
+    let atlas = of_atlas.and(seen);
     let texels = atlas.masks as f64;
-    let gathered = SKY_ASKED * atlas.sky as f64 + atlas.bounce as f64;
+    // what was scanned changes from texel to texel
+    let gathered = SKY_ASKED * of_atlas.sky as f64 + seen.sky as f64 + atlas.bounce as f64;
     let texel_seconds = size.depth * (gathered * timed.gather_seconds + texels * timed.mask_seconds);
     let texel_bytes = atlas.memory_bytes(light);
-    let packed = size.atlas.map_or(0.0, |side| ATLAS_PACKS_TO * atlas_bytes(light, [side; 2]) as f64) as u64;
+    let shown =
+        size.atlas.map_or(0, |side| atlas_bytes(light, [side; 2])) + panorama.map_or(0, |side| panorama_bytes(light, side));
+    let packed = (ATLAS_PACKS_TO * shown as f64) as u64;
     let encoding = size.geometry_bytes + vertices * light_bytes + ENCODED_TIMES * size.largest_texture_bytes / 2;
     Estimate {
         vertices,
@@ -472,7 +489,7 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
             + triangles * BUNDLE_TRIANGLE_BYTES
             + grid_points * point_bytes(light)
             + packed,
-        viewer_bytes: viewer_bytes(counts, light, size.texture_bytes, size.atlas),
+        viewer_bytes: viewer_bytes(counts, light, size.texture_bytes, [size.atlas, panorama]),
         prepare: None,
     }
 }

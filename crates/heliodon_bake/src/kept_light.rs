@@ -60,6 +60,7 @@ pub fn decode_light(bytes: &[u8], layout: &Layout, input: &LightInput) -> Option
         mask_rays,
         grid: None,
         texels: None,
+        panorama: None,
     })
 }
 

@@ -39,6 +39,7 @@ pub mod light;
 pub mod memory;
 pub mod merge;
 pub mod names;
+pub mod panorama;
 pub mod photo;
 pub mod plan;
 pub mod prepare;

@@ -5,7 +5,8 @@ use crate::earlier::{Earlier, SceneRecord, leave_record};
 use crate::error::BakeError;
 use crate::grid::GridPlan;
 use crate::kept_light::{decode_grid, decode_light, encode_grid, encode_light};
-use crate::names::LightNames;
+use crate::names::{LightNames, TexelNames};
+use crate::panorama::Panorama;
 use crate::report::Reporter;
 use crate::scene::Scene;
 use crate::stages::{LightStages, Work, lay_out};
@@ -30,6 +31,8 @@ pub struct LightInput<'a> {
     pub grid: &'a GridPlan,
     /// The atlas of what is lit by texels, and the scene that it is of.
     pub texels: Option<(&'a Scene, &'a Atlas)>,
+    /// What a room's middle sees of the original, where that is wanted.
+    pub panorama: Option<&'a Panorama>,
     /// What the blocks are called.
     pub names: &'a LightNames,
     /// What the surfaces are made of, part by part.
@@ -51,8 +54,10 @@ pub struct BakedLight {
     pub mask_rays: u64,
     /// The light grid, where there is one.
     pub grid: Option<BakedGrid>,
-    /// Light in texels, where there is any.
+    /// Light in texels, where there is any,
     pub texels: Option<BakedTexels>,
+    /// and that of the panorama.
+    pub panorama: Option<BakedTexels>,
 }
 
 /// The light of the points in space.
@@ -108,14 +113,15 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
         }
     }
     reporter.stage("bounces", 0);
-    let mut cells = input.texels.map(|_| CellLight::default());
+    let mut cells = (input.texels.is_some() || input.panorama.is_some()).then(CellLight::default);
     let (light, free) = solve_all(surfaces, &layout, &blocks, sun, params, cells.as_mut())?;
     drop(blocks);
     light.validate()?;
     free.validate(&light)?;
     let of_vertices = vertex_masks(&layout, &masks, &light.validity);
     of_vertices.validate()?;
-    let mut baked = BakedLight { light, points, gather_rays, mask_rays, masks: of_vertices, grid: None, texels: None };
+    let mut baked =
+        BakedLight { light, points, gather_rays, mask_rays, masks: of_vertices, grid: None, texels: None, panorama: None };
     if let Some(cache) = cache {
         cache.store(&names.fronts.light, 0, &encode_light(&baked))?;
     }
@@ -128,12 +134,17 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
         }
     }
     reporter.finished();
-    if let (Some(of), Some(names), Some(cells)) = (input.texels, &names.texels, &cells) {
+    if let Some(cells) = &cells {
         let receiving = Receiving::new(surfaces, &layout, params);
         let solved = SolvedScene { input, receiving: &receiving, cells, sun };
-        let texels = baked.texels.insert(bake_texels(&solved, of, &work, names)?);
-        if let Some(cache) = cache {
-            cache.store(&names.light, 0, &texels.to_bytes())?;
+        let keep = |names: &TexelNames, texels: &BakedTexels| {
+            cache.map_or(Ok(()), |cache| cache.store(&names.light, 0, &texels.to_bytes()))
+        };
+        if let (Some(of), Some(names)) = (input.texels, &names.texels) {
+            keep(names, baked.texels.insert(bake_texels(&solved, of, &work, names)?))?;
+        }
+        if let (Some(panorama), Some(names)) = (input.panorama, &names.panorama) {
+            keep(names, baked.panorama.insert(panorama.light(&solved, &work, names)?))?;
         }
     }
     Ok(baked)
@@ -144,6 +155,9 @@ fn solved(input: &LightInput, cache: &Cache, layout: &Layout) -> Option<BakedLig
     let mut done = decode_light(&cache.load(&input.names.fronts.light, 0)?, layout, input)?;
     if let (Some(names), Some(_)) = (&input.names.texels, input.texels) {
         done.texels = Some(BakedTexels::from_bytes(&cache.load(&names.light, 0)?)?);
+    }
+    if let (Some(names), Some(_)) = (&input.names.panorama, input.panorama) {
+        done.panorama = Some(BakedTexels::from_bytes(&cache.load(&names.light, 0)?)?);
     }
     if input.grid.is_empty() {
         return Some(done);

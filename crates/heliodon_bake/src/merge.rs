@@ -150,13 +150,13 @@ pub fn bake_shard(
     let suns = sky.suns()?;
     let sun_bounce = plan.site.bake.sun_bounce;
     // texels take their light from all cells: the merge solves them
-    let names = &LightNames::new(&digests, &params, (&suns, sun_bounce), &grid, None);
+    let names = &LightNames::new(&digests, &params, (&suns, sun_bounce), &grid, [None; 2]);
     cache.adopt(&names.all())?;
     reporter.stage("points", 0);
     let layout = lay_out(&surfaces, &params, &names.sight, Some(&cache))?;
     reporter.finished();
     let (params, grid, record) = (&params, &grid, &record);
-    let input = LightInput { surfaces, suns: &suns, sun_bounce, params, grid, texels: None, names, record };
+    let input = LightInput { surfaces, suns: &suns, sun_bounce, params, grid, texels: None, panorama: None, names, record };
     let earlier = Earlier::find(&input, &cache);
     leave_record(&input, &cache)?;
     let stages = LightStages::new(&input, layout, earlier.as_ref());

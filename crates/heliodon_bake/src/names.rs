@@ -116,8 +116,10 @@ pub struct LightNames {
     pub fronts: PointNames,
     /// The light grid's.
     pub space: PointNames,
-    /// Light in texels, where there is any.
+    /// Light in texels, where there is any,
     pub texels: Option<TexelNames>,
+    /// and that of a panorama.
+    pub panorama: Option<TexelNames>,
     /// What followed paths depend on besides the traces' own name.
     pub paths: u64,
     /// What bakes among other geometry need to know of this one.
@@ -147,14 +149,14 @@ pub struct TexelNames {
 pub const RECORD: &str = "record";
 
 impl LightNames {
-    /// Those of a scene's light under some suns.
+    /// Those of a scene's light under some suns; the last are hashes of an atlas and of a panorama.
     #[must_use]
     pub fn new(
         scene: &SceneDigests,
         params: &LightParams,
         (suns, sun_bounce): (&[Vec3], bool),
         grid: &GridPlan,
-        atlas: Option<[u8; 32]>,
+        [atlas, panorama]: [Option<[u8; 32]>; 2],
     ) -> Self {
         let LightParams {
             samples,
@@ -203,8 +205,8 @@ impl LightNames {
                 places: name("places", &layout),
             }
         };
-        let on_texels = |atlas: [u8; 32]| {
-            let name = |what: &str, parts: &[[u8; 32]]| format!("texel-{what}-{}", of(what, parts).digits());
+        let on_texels = |begin: &str, atlas: [u8; 32]| {
+            let name = |what: &str, parts: &[[u8; 32]]| format!("{begin}-{what}-{}", of(what, parts).digits());
             TexelNames {
                 masks: name("masks", &[atlas, layout_bytes, day]),
                 sky: name("sky", &[atlas, light.bytes()]),
@@ -224,7 +226,8 @@ impl LightNames {
             plan: format!("plan-{}", patches.digits()),
             day: of("day", &[day]).digits(),
             sampling: of("sampling", &[rays, told(format!("{seed}"))]).digits(),
-            texels: atlas.map(on_texels),
+            texels: atlas.map(|atlas| on_texels("texel", atlas)),
+            panorama: panorama.map(|panorama| on_texels("panorama", panorama)),
             paths: u64::from_le_bytes(paths.bytes()[..8].try_into().unwrap_or_default()),
         }
     }
@@ -236,10 +239,10 @@ impl LightNames {
             let PointNames { masks, gather, traces, light, places } = names.clone();
             [masks, gather, traces, light, places]
         };
-        let Self { sight, patches, curves, curve_traces, record, plan, texels, .. } = self.clone();
+        let Self { sight, patches, curves, curve_traces, record, plan, texels, panorama, .. } = self.clone();
         let mut all = vec![sight, patches, curves, curve_traces, record, plan];
         let of_texels = |TexelNames { masks, sky, bounce, light }| [masks, sky, bounce, light];
-        all.extend(texels.into_iter().flat_map(of_texels));
+        all.extend(texels.into_iter().chain(panorama).flat_map(of_texels));
         all.extend([&self.fronts, &self.space].into_iter().flat_map(of_points));
         all
     }

@@ -3,6 +3,7 @@
 use crate::albedo::SceneAlbedo;
 use crate::error::BakeError;
 use crate::evidence;
+use crate::prepare::Surfacing;
 use crate::report::Reporter;
 use crate::texels::Choice;
 use glam::Vec3;
@@ -38,12 +39,25 @@ pub struct Scene {
 pub struct Original {
     /// Its vertices, metres; none once [`Scene::take_rays`] has used them.
     pub positions: Vec<Vec3>,
-    /// Its triangles; none once [`Scene::take_rays`] has used them.
+    /// Its triangles; none once [`Scene::take_rays`] has used them, but where `looks` are wanted.
     pub triangles: Vec<[u32; 3]>,
     /// For each of them the triangle of the scene's mesh that stands for it.
     pub stands_for: Vec<u32>,
     /// For each vertex of the scene's mesh how far the original departs from the triangles around it, metres.
     pub clearance_m: Vec<f32>,
+    /// What its vertices look like, where a panorama is to show it.
+    pub(crate) looks: Surfacing,
+    /// Of each part then whether its vertices have colours of their own: 1 or 0.
+    pub(crate) colored: Vec<u8>,
+}
+
+impl Original {
+    /// Bytes of what is kept of it once rays are taken.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        let Self { positions: _, triangles, stands_for, clearance_m, looks, colored: _ } = self;
+        let of_looks = size_of_val(looks.colors.as_slice()) + size_of_val(looks.normals.as_slice());
+        size_of_val(triangles.as_slice()) + size_of_val(stands_for.as_slice()) + size_of_val(clearance_m.as_slice()) + of_looks
+    }
 }
 
 impl Scene {
@@ -57,7 +71,10 @@ impl Scene {
             None => TriangleScene::build(&self.mesh.positions, &self.mesh.triangles, &params)?,
             Some(original) => {
                 let rays = TriangleScene::build(&original.positions, &original.triangles, &params)?;
-                (original.positions, original.triangles) = (Vec::new(), Vec::new());
+                original.positions = Vec::new();
+                if original.looks.is_empty() {
+                    original.triangles = Vec::new();
+                }
                 rays
             }
         })

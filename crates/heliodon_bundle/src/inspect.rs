@@ -5,6 +5,7 @@ use crate::config::ConfigError;
 use crate::grid::GridInfo;
 use crate::lineage::{InputState, Prepared, PreparedPart, compare_inputs};
 use crate::manifest::{Bounds, Counts, Manifest, Parameters, PartInfo};
+use crate::panorama::PanoramaInfo;
 use crate::reader::BundleReader;
 use crate::site::{Actor, Albedo, Display, InputKind, Lamp, Role, Site, SiteInfo};
 use crate::texels::TexelInfo;
@@ -53,6 +54,8 @@ pub struct BundleSummary {
     pub grid: Option<GridInfo>,
     /// Light in texels, where there is any.
     pub texels: Option<TexelInfo>,
+    /// What a room's middle sees of what was scanned, where that is shown.
+    pub panorama: Option<PanoramaInfo>,
     /// glTF files.
     pub geometry_files: Vec<String>,
     /// Size of all files but the manifest.
@@ -135,6 +138,7 @@ impl BundleSummary {
             mattes: manifest.mattes.len(),
             grid: manifest.grid.clone(),
             texels: manifest.texels.clone(),
+            panorama: manifest.panorama.clone(),
             geometry_files: manifest.geometry.clone(),
             bytes: manifest.files.iter().map(|f| f.bytes).sum(),
             lineage: Lineage::of(manifest),
@@ -308,6 +312,10 @@ impl fmt::Display for BundleSummary {
                 f,
                 "  light in texels: an atlas of {width} x {height}, {covered:.0} % covered, {texels} texels, {per_m:.1} a metre"
             )?;
+        }
+        if let Some(PanoramaInfo { side, middle: [x, y, z], texels }) = &self.panorama {
+            let texels = thousands(*texels);
+            writeln!(f, "  a panorama from ({x:.2}, {y:.2}, {z:.2}): six faces of {side} x {side}, {texels} texels")?;
         }
         let (files, textures) = (self.geometry_files.join(", "), counted(self.textures as u64, "texture"));
         writeln!(f, "  {:.1} MB in all; geometry in {files}, {textures}", self.bytes as f64 / 1e6)?;

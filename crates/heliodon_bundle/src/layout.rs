@@ -32,9 +32,11 @@ pub const PROFILE_VERSION: u32 = 1;
 /// The folder of what single photographs saw of parts: PNG files, colours and directions.
 pub const VIEWS_FOLDER: &str = "views";
 
-/// The latest version of the bundle's manifest, which bundles have that say what colours rest on, or what single photographs saw.
-pub const FORMAT_VERSION: u32 = 6;
-/// The version of those without that, but in which something happens: things, films, sounds, scripts.
+/// The latest version of the bundle's manifest, which bundles have with a panorama or a size for it in `[prepare]`.
+pub const FORMAT_VERSION: u32 = 7;
+/// The version of those without that, but which say what colours rest on, or what single photographs saw.
+pub const EVIDENCE_FORMAT_VERSION: u32 = 6;
+/// The version of those without that too, but in which something happens: things, films, sounds, scripts.
 pub const LIVING_FORMAT_VERSION: u32 = 5;
 /// The version of those without that too, but with details.
 pub const DETAIL_FORMAT_VERSION: u32 = 4;

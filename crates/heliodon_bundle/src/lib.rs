@@ -5,7 +5,8 @@
 //! - [`BundleWriter`] streams a bundle to disk beside its final place and renames it in; [`BundleReader`] reads it back chunk
 //!   by chunk and trusts nothing in it.
 //! - [`moment`] and [`shade`]: the light of a vertex at an hour of the day; the reference that every viewer mirrors.
-//! - [`grid`]: the light of space, for what moves in it; [`texels`]: that of surfaces whose triangles are large.
+//! - [`grid`]: the light of space, for what moves in it; [`texels`]: that of surfaces whose triangles are large;
+//!   [`panorama`]: that of what was scanned, as a room's middle sees it.
 //! - [`impostor`]: image-based characters; their files, which views are shown, and the reference of how they are looked at.
 //! - [`detail`]: fine patterns that are multiplied onto albedo near the eye; the reference that viewers mirror.
 //! - [`arrays`], [`export`], [`inspect`]: bundles for numpy, for stock viewers, for people.
@@ -32,6 +33,7 @@ pub mod lineage;
 pub mod manifest;
 pub mod moment;
 pub mod npy;
+pub mod panorama;
 mod reader;
 pub mod shade;
 pub mod site;
@@ -48,6 +50,7 @@ pub use detail::DetailInfo;
 pub use grid::{AmbientCube, Grid, GridInfo, GridPoints, GridSample};
 pub use lapse_check::check_lapse;
 pub use manifest::{BundleMeta, EvidenceInfo, Manifest, Parameters, PartMeta, ViewsInfo};
+pub use panorama::{Panorama, PanoramaInfo};
 pub use reader::{BundleReader, ChunkInfo, ReadError};
 pub use storage::{StoredFile, WriteFault};
 pub use texels::{TexelInfo, TexelLight};

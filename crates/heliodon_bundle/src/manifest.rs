@@ -6,10 +6,11 @@ use crate::chunk::LightLayout;
 use crate::detail::DetailInfo;
 use crate::grid::GridInfo;
 use crate::layout::{
-    DETAIL_FORMAT_VERSION, FORMAT_VERSION, LIVING_FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION,
-    TEXEL_FORMAT_VERSION,
+    DETAIL_FORMAT_VERSION, EVIDENCE_FORMAT_VERSION, FORMAT_VERSION, LIVING_FORMAT_VERSION, MOVING_FORMAT_VERSION,
+    STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION,
 };
 use crate::lineage::Prepared;
+use crate::panorama::PanoramaInfo;
 use crate::site::{
     Actor, Bake, Display, Lamp, Living, Matte, PartWeathering, Prepare, Role, Room, SiteFile, SiteInfo, Sky, Weathering,
 };
@@ -156,6 +157,9 @@ pub struct Manifest {
     /// Light in texels, where there is any: from version 3 on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub texels: Option<TexelInfo>,
+    /// What a room's middle sees of what was scanned, where the viewer is to show that: from version 7 on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub panorama: Option<PanoramaInfo>,
     /// The actors, as the site has them, but: each has its name; files are paths within the bundle; place and path are in the bundle's
     /// space, the site's origin subtracted. From version 2 on.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -333,6 +337,7 @@ impl Manifest {
             textures: Vec::new(),
             grid: None,
             texels: None,
+            panorama: None,
             actors: Vec::new(),
             lamps: meta.lamps.clone(),
             mattes: meta.mattes.clone(),
@@ -375,8 +380,11 @@ impl Manifest {
         // `[bake]` says how large an atlas would be, even where no part is lit by texels
         let of_texels = self.texels.is_some() || parameters.bake.texels.is_some();
         let moving = self.grid.is_some() || !self.actors.is_empty() || !self.lamps.is_empty();
-        if self.parts.iter().any(|part| part.evidence.is_some() || part.views.is_some()) {
+        // `[prepare]` says how large a panorama would be, even where nothing of it is drawn
+        if self.panorama.is_some() || parameters.prepare.as_ref().is_some_and(|prepare| prepare.panorama > 0) {
             FORMAT_VERSION
+        } else if self.parts.iter().any(|part| part.evidence.is_some() || part.views.is_some()) {
+            EVIDENCE_FORMAT_VERSION
         } else if living {
             LIVING_FORMAT_VERSION
         } else if has_details {

@@ -57,6 +57,14 @@ pub struct TexelInfo {
     pub texels: u64,
 }
 
+impl TexelInfo {
+    /// Texels along u and v.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        [self.width, self.height]
+    }
+}
+
 /// Bytes in the memory of a viewer of an atlas of so many texels along both sides: what its textures take, and what sky and bounced sun are lit into.
 #[must_use]
 pub fn atlas_bytes(layout: LightLayout, [width, height]: [u32; 2]) -> u64 {
@@ -73,6 +81,12 @@ pub fn atlas_bytes(layout: LightLayout, [width, height]: [u32; 2]) -> u64 {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("light in texels: {0}")]
 pub struct TexelFault(String);
+
+impl TexelFault {
+    pub(crate) fn new(what: String) -> Self {
+        Self(what)
+    }
+}
 
 /// The atlas.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -109,8 +123,7 @@ impl Shapes {
     ///
     /// # Errors
     /// Sides that an atlas cannot have.
-    pub(crate) fn of(layout: LightLayout, info: &TexelInfo) -> Result<Self, TexelFault> {
-        let (width, height) = (info.width, info.height);
+    pub(crate) fn of(layout: LightLayout, [width, height]: [u32; 2]) -> Result<Self, TexelFault> {
         let sides = [width, height].iter().all(|side| (4..=MAX_TEXEL_SIDE).contains(side) && side.is_multiple_of(BOUNCE_BLOCK));
         if !sides {
             return Err(TexelFault(format!("an atlas of {width} x {height}; sides are multiples of 4 up to 16,384")));
@@ -155,9 +168,9 @@ impl TexelLight {
     ///
     /// # Errors
     /// What is not.
-    pub fn validate(&self, layout: LightLayout, info: &TexelInfo) -> Result<(), TexelFault> {
+    pub fn validate(&self, layout: LightLayout, size: [u32; 2]) -> Result<(), TexelFault> {
         let fault = |what: String| Err(TexelFault(what));
-        let wanted = Shapes::of(layout, info)?;
+        let wanted = Shapes::of(layout, size)?;
         if self.bounce.is_some() != wanted.bounce.is_some() {
             return fault("a bounce that the vertices have not, or the other way round".to_owned());
         }
@@ -348,7 +361,7 @@ mod tests {
     #[test]
     fn numbers_are_found_where_they_were_put() {
         let light = light();
-        light.validate(LAYOUT, &INFO).unwrap();
+        light.validate(LAYOUT, INFO.size()).unwrap();
         // what is lit: the sky on three levels, the bounce on the last
         assert_eq!(light.bytes() + (32 + 8 + 2 + 2) * 8, atlas_bytes(LAYOUT, [8, 4]));
         assert_eq!((light.mask_word(UVec2::new(3, 2), 0), light.mask_word(UVec2::new(3, 2), 1)), (38 << 3, 1));
@@ -378,7 +391,7 @@ mod tests {
 
     #[test]
     fn textures_of_another_light_are_refused() {
-        let other = |layout, info: TexelInfo| light().validate(layout, &info).unwrap_err().to_string();
+        let other = |layout, info: TexelInfo| light().validate(layout, info.size()).unwrap_err().to_string();
         assert!(other(LightLayout { sun_steps: 92, ..LAYOUT }, INFO).contains("sun is"));
         assert!(other(LightLayout { sun_bounce_functions: 0, ..LAYOUT }, INFO).contains("bounce"));
         assert!(other(LAYOUT, TexelInfo { width: 12, ..INFO }).contains("not"));
@@ -386,6 +399,6 @@ mod tests {
         let mut broken = light();
         broken.sky.levels[1][1] = 0x7C;
         broken.sky.levels[1][0] = 0;
-        assert!(broken.validate(LAYOUT, &INFO).unwrap_err().to_string().contains("finite"));
+        assert!(broken.validate(LAYOUT, INFO.size()).unwrap_err().to_string().contains("finite"));
     }
 }

@@ -11,6 +11,7 @@ use crate::layout::{PROFILE_VERSION, VIEWS_FOLDER};
 use crate::manifest::{
     BundleMeta, Counts, EvidenceInfo, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, TextureInfo, ViewsInfo,
 };
+use crate::panorama::{self, PANORAMA_FOLDER, Panorama, PanoramaInfo};
 use crate::site::Detail;
 use crate::staging::{Staging, sync_folder};
 use crate::storage::{StoredFile, WriteFault, io_fault, store};
@@ -229,15 +230,45 @@ impl BundleWriter {
         if self.manifest.texels.is_some() {
             return Err(WriteError::Unfit("the bundle has light in texels already".to_owned()));
         }
-        light.validate(self.manifest.light, &info).map_err(|fault| WriteError::Unfit(fault.to_string()))?;
-        let folder = self.staging.folder().join(TEXELS_FOLDER);
-        std::fs::create_dir_all(&folder).map_err(io_fault(&folder))?;
+        light.validate(self.manifest.light, info.size()).map_err(|fault| WriteError::Unfit(fault.to_string()))?;
         let textures = [(SUN_FILE, Some(&light.sun)), (SKY_FILE, Some(&light.sky)), (BOUNCE_FILE, light.bounce.as_ref())];
-        for (name, texture) in textures.into_iter().filter_map(|(name, texture)| Some((name, texture?))) {
-            let bytes = texture.to_bytes(name).map_err(|e| WriteError::Unfit(e.to_string()))?;
-            self.manifest.files.push(store(self.staging.folder(), name, &bytes)?);
-        }
+        self.store_textures(TEXELS_FOLDER, &textures)?;
         self.manifest.texels = Some(info);
+        Ok(())
+    }
+
+    /// Adds a panorama of the bundle's layout; at most once.
+    ///
+    /// # Errors
+    /// If it does not fit the bundle, is there already, or cannot be written.
+    pub fn add_panorama(&mut self, panorama: &Panorama, info: PanoramaInfo) -> Result<(), WriteError> {
+        if self.manifest.panorama.is_some() {
+            return Err(WriteError::Unfit("the bundle has a panorama already".to_owned()));
+        }
+        panorama.validate(self.manifest.light, &info).map_err(|fault| WriteError::Unfit(fault.to_string()))?;
+        let Panorama { light, surface, albedo } = panorama;
+        let textures = [
+            (panorama::SUN_FILE, Some(&light.sun)),
+            (panorama::SKY_FILE, Some(&light.sky)),
+            (panorama::BOUNCE_FILE, light.bounce.as_ref()),
+            (panorama::SURFACE_FILE, Some(surface)),
+            (panorama::ALBEDO_FILE, Some(albedo)),
+        ];
+        self.store_textures(PANORAMA_FOLDER, &textures)?;
+        self.manifest.panorama = Some(info);
+        Ok(())
+    }
+
+    /// Stores those textures that there are, all in one folder.
+    fn store_textures(&mut self, folder: &str, textures: &[(&str, Option<&Ktx2>)]) -> Result<(), WriteError> {
+        let folder = self.staging.folder().join(folder);
+        std::fs::create_dir_all(&folder).map_err(io_fault(&folder))?;
+        for &(name, texture) in textures {
+            if let Some(texture) = texture {
+                let bytes = texture.to_bytes(name).map_err(|e| WriteError::Unfit(e.to_string()))?;
+                self.manifest.files.push(store(self.staging.folder(), name, &bytes)?);
+            }
+        }
         Ok(())
     }
 

@@ -4,7 +4,7 @@ mod common;
 
 use common::{MONO, chunks, lapse, meta, texture_png};
 use heliodon_bundle::inspect::BundleSummary;
-use heliodon_bundle::layout::FORMAT_VERSION;
+use heliodon_bundle::layout::EVIDENCE_FORMAT_VERSION;
 use heliodon_bundle::site::{InputKind, Site};
 use heliodon_bundle::{BundleReader, BundleWriter, EvidenceInfo};
 
@@ -53,7 +53,7 @@ fn evidence_reads_back_and_a_manifest_that_says_too_much_is_refused() {
         writer.add_sky_map(path, b"unread").unwrap();
     }
     let manifest = writer.finish(&lapse(MONO)).unwrap();
-    assert_eq!(manifest.version, FORMAT_VERSION);
+    assert_eq!(manifest.version, EVIDENCE_FORMAT_VERSION);
     let reader = BundleReader::open(&target).unwrap();
     assert_eq!(reader.manifest().parts[1].evidence, Some(EvidenceInfo { seen: 0.75 }));
     assert!(reader.manifest().parts[0].evidence.is_none() && reader.manifest().textures[0].evidence);

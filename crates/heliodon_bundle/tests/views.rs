@@ -5,7 +5,7 @@ mod common;
 use common::{MONO, chunks, lapse, meta, texture_png};
 use glam::Vec3;
 use heliodon_bundle::inspect::BundleSummary;
-use heliodon_bundle::layout::FORMAT_VERSION;
+use heliodon_bundle::layout::EVIDENCE_FORMAT_VERSION;
 use heliodon_bundle::site::{InputKind, Site};
 use heliodon_bundle::{BundleReader, BundleWriter, WriteError};
 use heliodon_image::SrgbImage;
@@ -59,7 +59,7 @@ fn they_read_back_and_a_manifest_that_does_not_fit_them_is_refused() {
         writer.add_sky_map(path, b"unread").unwrap();
     }
     let manifest = writer.finish(&lapse(MONO)).unwrap();
-    assert_eq!(manifest.version, FORMAT_VERSION);
+    assert_eq!(manifest.version, EVIDENCE_FORMAT_VERSION);
     let reader = BundleReader::open(&target).unwrap();
     assert_eq!(reader.read_views(1).unwrap().unwrap(), layers());
     assert!(reader.read_views(0).unwrap().is_none());

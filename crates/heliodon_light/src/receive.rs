@@ -25,6 +25,15 @@ pub struct SurfacePlace {
     pub v: f32,
 }
 
+/// A place on what rays meet, whatever of that the surfaces show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayPlace {
+    /// Metres.
+    pub position: Vec3,
+    /// Unit.
+    pub normal: Vec3,
+}
+
 /// Where receivers can be: solved surfaces, with what is the same for all of them however often others are asked for.
 pub struct Receiving<'a> {
     surfaces: &'a Surfaces<'a>,
@@ -82,7 +91,24 @@ impl<'a> Receiving<'a> {
                 site: site as u32,
             }
         };
-        let mut points = PointSet::new(places.iter().enumerate().map(place));
+        self.of_points(PointSet::new(places.iter().enumerate().map(place)))
+    }
+
+    /// Receivers at places of the very geometry that rays meet: their rays start off that, by the offset alone.
+    #[must_use]
+    pub fn on_rays(&'a self, places: &[RayPlace]) -> Receivers<'a> {
+        let place = |(site, &RayPlace { position, normal }): (usize, &RayPlace)| Place {
+            position,
+            normal,
+            inward: Vec3::ZERO,
+            lift_m: self.params.offset_m,
+            site: site as u32,
+        };
+        self.of_points(PointSet::new(places.iter().enumerate().map(place)))
+    }
+
+    /// Receivers at points whose sites are the numbers of their places.
+    fn of_points(&'a self, mut points: PointSet) -> Receivers<'a> {
         let mut point_of_place = vec![NONE; points.len()];
         for (point, site) in points.sites.iter_mut().enumerate() {
             point_of_place[*site as usize] = point as u32;

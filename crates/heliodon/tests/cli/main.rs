@@ -13,6 +13,7 @@ mod lightmap;
 mod looks;
 mod means;
 #[cfg(feature = "viewer")]
+mod panorama;
 mod photo;
 mod pictures;
 #[cfg(feature = "viewer")]

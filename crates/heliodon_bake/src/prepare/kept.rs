@@ -2,7 +2,7 @@
 
 use super::arrays::{Reader, Writer};
 use super::pieces::Piece;
-use super::{PrepareReport, Prepared};
+use super::{PrepareReport, Prepared, Surfacing};
 use crate::cache::CacheError;
 use crate::key::{Digest, told_name};
 use crate::plan::Plan;
@@ -26,6 +26,8 @@ pub(super) fn geometry_key(plan: &Plan, settings: &Prepare) -> String {
     digest.run(crate::TOOL.as_bytes());
     digest.json(&inputs_of(plan, |kind| kind.mesh_part().is_some()));
     let parts: Vec<(Part, Choice)> = (0..site.parts.len()).map(|part| geometry_of(site, part)).collect();
+    // however fine a panorama is, it wants to know what the original looks like
+    let settings = Prepare { panorama: settings.panorama.min(1), ..settings.clone() };
     digest.json(&(parts, site.site.origin, settings, &site.rooms, &site.display));
     format!("{GEOMETRY}{}", digest.folder_digits())
 }
@@ -36,6 +38,7 @@ pub(super) fn part_digest(plan: &Plan, settings: &Prepare, part: usize) -> Diges
     let mut digest = Digest::default();
     digest.run(crate::TOOL.as_bytes());
     digest.json(&inputs_of(plan, |kind| kind.mesh_part() == Some(part)));
+    let settings = Prepare { panorama: 0, ..settings.clone() };
     digest.json(&(geometry_of(site, part), site.site.origin, settings, &site.rooms, &site.display));
     digest
 }
@@ -75,6 +78,9 @@ impl Piece for Prepared {
             into.array("original-triangles", &original.triangles)?;
             into.array("stands-for", &original.stands_for)?;
             into.array("clearance", &original.clearance_m)?;
+            into.array("looks-colors", &original.looks.colors)?;
+            into.array("looks-normals", &original.looks.normals)?;
+            into.array("looks-colored", &original.colored)?;
         }
         let ends = |part: &PartRange| {
             let PartRange { vertices, triangles, drawn, files, by_texels } = part;
@@ -96,6 +102,8 @@ impl Piece for Prepared {
                 triangles: from.array("original-triangles")?,
                 stands_for: from.array("stands-for")?,
                 clearance_m: from.array("clearance")?,
+                looks: Surfacing { colors: from.array("looks-colors")?, normals: from.array("looks-normals")? },
+                colored: from.array("looks-colored")?,
             })
         };
         let range = |[v0, v1, t0, t1, drawn, files, by_texels]: [usize; 7]| {

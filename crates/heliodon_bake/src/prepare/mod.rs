@@ -30,6 +30,7 @@ pub(crate) use kept::GEOMETRY;
 pub use part::PartReport;
 pub use report::PrepareReport;
 pub use steps::Step;
+pub(crate) use surfacing::Surfacing;
 pub use views::views;
 
 use crate::budget::Means;
@@ -187,7 +188,12 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
     let (mut meshes, mut ends) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let (mut report, mut looks) = (PrepareReport::default(), Vec::with_capacity(count));
     for index in 0..count {
+        let first = original.positions.len();
         let (mesh, of_part) = prepare_part(work, index, &mut original, &mut looks, &mut warnings)?;
+        if let (true, Some(look)) = (work.settings.panorama > 0, looks.last()) {
+            original.looks.append(look, original.positions.len() - first);
+            original.colored.push(u8::from(!look.colors.is_empty()));
+        }
         meshes.push(mesh);
         ends.push((original.positions.len(), original.triangles.len()));
         report.parts.push(of_part);

@@ -133,11 +133,12 @@ pub(super) fn prepare_part(
     let whole = work.pieces.kept_or(&name("whole"), &[], || make_whole(work, index))?;
     warnings.extend(whole.warnings);
     push_original(original, &whole.mesh)?;
-    if !simplifies(&simplify_params(work.settings), &work.views) {
-        looks.push(Surfacing::default());
+    let is_simplified = simplifies(&simplify_params(work.settings), &work.views);
+    let is_looked_at = is_simplified || work.settings.panorama > 0;
+    looks.push(if is_looked_at { Surfacing::new(&whole.mesh) } else { Surfacing::default() });
+    if !is_simplified {
         return Ok((whole.mesh, whole.report));
     }
-    looks.push(Surfacing::new(&whole.mesh));
     let textures = textures_of(&whole.mesh.materials);
     let make = || Ok(make_simple(work, &whole.mesh, whole.report));
     let Simple { mesh, report } = work.pieces.kept_or(&name("simple"), &textures, make)?;

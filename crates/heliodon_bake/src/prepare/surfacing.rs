@@ -9,9 +9,9 @@ const STEPS: [f32; 2] = [65535.0, 32767.0];
 
 /// Colours and normals, as far as the part has them.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Surfacing {
-    colors: Vec<[u16; 3]>,
-    normals: Vec<[i16; 3]>,
+pub(crate) struct Surfacing {
+    pub colors: Vec<[u16; 3]>,
+    pub normals: Vec<[i16; 3]>,
 }
 
 impl Surfacing {
@@ -19,6 +19,20 @@ impl Surfacing {
         let color = |color: &Vec3| (*color * STEPS[0]).to_array().map(|v| v.round() as u16);
         let normal = |normal: &Vec3| (*normal * STEPS[1]).to_array().map(|v| v.round() as i16);
         Self { colors: mesh.colors_linear.iter().map(color).collect(), normals: mesh.normals.iter().map(normal).collect() }
+    }
+
+    /// Adds those of the vertices that follow, so many: of what they do not have, what changes nothing.
+    pub fn append(&mut self, part: &Self, vertices: usize) {
+        let filled = |len: usize| if len == 0 { vertices } else { 0 };
+        self.colors.extend_from_slice(&part.colors);
+        self.colors.extend(std::iter::repeat_n([u16::MAX; 3], filled(part.colors.len())));
+        self.normals.extend_from_slice(&part.normals);
+        self.normals.extend(std::iter::repeat_n([0; 3], filled(part.normals.len())));
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.normals.is_empty()
     }
 
     /// Of a vertex; zero of what the part does not have.

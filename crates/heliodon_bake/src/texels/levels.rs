@@ -8,7 +8,7 @@ const NOBODY: u32 = u32::MAX;
 
 /// The texels of a level of an atlas: which chart each belongs to.
 pub struct Owners {
-    side: usize,
+    size: [usize; 2],
     chart: Vec<u32>,
 }
 
@@ -16,19 +16,26 @@ impl Owners {
     /// Of a level of this side, whose texels filtering may ask for.
     #[must_use]
     pub fn new(side: u32, texels: &[Texel], chart_of_triangle: &[u32]) -> Self {
-        let side = side as usize;
-        let mut chart = vec![NOBODY; side * side];
-        for texel in texels {
-            chart[usize::from(texel.y) * side + usize::from(texel.x)] = chart_of_triangle[texel.triangle as usize];
-        }
-        Self { side, chart }
+        let cell = |texel: &Texel| usize::from(texel.y) * side as usize + usize::from(texel.x);
+        let charts = texels.iter().map(|texel| (cell(texel), chart_of_triangle[texel.triangle as usize]));
+        Self::of([side; 2], charts)
+    }
+
+    /// Of a level of so many texels along both sides: cells, counted row by row, each with its chart.
+    #[must_use]
+    pub fn of(size: [u32; 2], charts: impl Iterator<Item = (usize, u32)>) -> Self {
+        let size = size.map(|side| side as usize);
+        let mut chart = vec![NOBODY; size[0] * size[1]];
+        charts.for_each(|(cell, of)| chart[cell] = of);
+        Self { size, chart }
     }
 
     /// Texels beside a chart that a filter of nine asks for too, each with one of the chart's beside it: in the chart's own squares, as `coarsest` has them, which is
     /// so many levels above.
     #[must_use]
     pub fn rim(&self, coarsest: &Self, levels: u32) -> Vec<(usize, usize)> {
-        let square = |texel: usize| ((texel / self.side) >> levels) * coarsest.side + ((texel % self.side) >> levels);
+        let [width, _] = self.size;
+        let square = |texel: usize| ((texel / width) >> levels) * coarsest.size[0] + ((texel % width) >> levels);
         let beside = |texel: usize| {
             let chart = coarsest.chart[square(texel)];
             (chart != NOBODY).then_some(())?;
@@ -40,8 +47,9 @@ impl Owners {
 
     /// The texels of the level below that are those of a texel of this one, and of its chart.
     fn within<'a>(&'a self, finer: &'a Self, texel: usize) -> impl Iterator<Item = usize> + 'a {
-        let (x, y) = (2 * (texel % self.side), 2 * (texel / self.side));
-        let four = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[dx, dy]| (y + dy) * finer.side + x + dx);
+        let [width, _] = self.size;
+        let (x, y) = (2 * (texel % width), 2 * (texel / width));
+        let four = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[dx, dy]| (y + dy) * finer.size[0] + x + dx);
         four.into_iter().filter(move |&child| finer.chart[child] == self.chart[texel])
     }
 
@@ -52,10 +60,11 @@ impl Owners {
 
     /// The up to eight texels around one.
     fn near(&self, texel: usize) -> impl Iterator<Item = usize> + '_ {
-        let (x, y) = (texel % self.side, texel / self.side);
-        let rows = y.saturating_sub(1)..(y + 2).min(self.side);
-        let columns = x.saturating_sub(1)..(x + 2).min(self.side);
-        let all = rows.flat_map(move |y| columns.clone().map(move |x| y * self.side + x));
+        let [width, height] = self.size;
+        let (x, y) = (texel % width, texel / width);
+        let rows = y.saturating_sub(1)..(y + 2).min(height);
+        let columns = x.saturating_sub(1)..(x + 2).min(width);
+        let all = rows.flat_map(move |y| columns.clone().map(move |x| y * width + x));
         all.filter(move |&other| other != texel)
     }
 }

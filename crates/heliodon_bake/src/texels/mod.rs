@@ -13,7 +13,9 @@ mod weathering;
 
 pub use atlas::{Atlas, expects_texels, texels_first};
 pub use choice::Choice;
+pub(crate) use levels::{Owners, coarser, mean, most};
 pub use stage::SolvedScene;
+pub(crate) use stage::{Asked, Lit};
 pub use weathering::{weather_texels, weathering_layer};
 
 use crate::codec::{Decoder, Encoder};
@@ -26,18 +28,17 @@ use heliodon_bundle::texels::{TEXEL_LEVELS, float_texture, sky_level, sun_textur
 use heliodon_bundle::{LightLayout, TexelLight};
 use heliodon_light::SunMasks;
 use heliodon_lightmap::texels::Texel;
-use levels::{Owners, coarser, mean, most};
-use stage::{Asked, TexelValues};
+use stage::TexelValues;
 
 /// Light in texels as it is solved, before it is put into textures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakedTexels {
     /// W words for each texel of the finest level, in the atlas's order of texels.
-    masks: Vec<u32>,
+    pub(crate) masks: Vec<u32>,
     /// The sky transfer's numbers for each.
-    sky: Vec<f32>,
+    pub(crate) sky: Vec<f32>,
     /// The sun bounce's numbers for each texel of the coarsest level.
-    bounce: Vec<f32>,
+    pub(crate) bounce: Vec<f32>,
     /// Texels whose light was asked for, of the sky and of the bounce.
     pub samples: [u64; 2],
     /// Rays of their gather,
@@ -60,9 +61,9 @@ pub fn bake_texels(
     names: &TexelNames,
 ) -> Result<BakedTexels, BakeError> {
     let fine = atlas.texels(scene, 0);
-    let masks = solved.masks(atlas, &fine, work, &names.masks)?;
+    let masks = solved.masks(&(atlas, &fine), work, &names.masks)?;
     let above = atlas.texels(scene, sky_level(solved.channels()));
-    let sky = solved.values((atlas, &above), Asked::Sky, work, &names.sky)?;
+    let sky = solved.values(&(atlas, &above), Asked::Sky, work, &names.sky)?;
     let mut baked = BakedTexels {
         masks: shown(&fine, &masks, &(&above, &sky.valid)),
         sky: closed(scene, atlas, &above, &sky),
@@ -73,7 +74,7 @@ pub fn bake_texels(
     };
     if solved.sun.is_some() {
         let coarse = atlas.texels(scene, TEXEL_LEVELS - 1);
-        let bounce = solved.values((atlas, &coarse), Asked::Bounce, work, &names.bounce)?;
+        let bounce = solved.values(&(atlas, &coarse), Asked::Bounce, work, &names.bounce)?;
         baked.bounce = closed(scene, atlas, &coarse, &bounce);
         baked.samples[1] = bounce.samples;
         baked.gather_rays += bounce.rays;

@@ -7,9 +7,32 @@ use crate::error::BakeError;
 use crate::light::LightInput;
 use crate::report::Batches;
 use crate::stages::{Work, decode_masks, encode_masks};
-use heliodon_light::{BouncedSun, CellLight, LightParams, MaskParams, Received, Receiving, SunMasks, bake_sun_masks};
-use heliodon_lightmap::refine::{RefineParams, Refined, Sampled, refine};
+use heliodon_light::{
+    BouncedSun, CellLight, LightParams, MaskParams, Received, Receivers, Receiving, SunMasks, bake_sun_masks,
+};
+use heliodon_lightmap::refine::{Grid, RefineParams, Refined, Sampled, refine};
 use std::ops::Range;
+
+/// Texels of one resolution that take light.
+pub trait Lit {
+    /// What lies beside what.
+    fn grid(&self) -> &Grid;
+
+    /// Some of them, by their numbers, as receivers of light.
+    fn receivers<'a>(&self, receiving: &'a Receiving<'a>, texels: &[u32]) -> Receivers<'a>;
+}
+
+impl Lit for (&Atlas, &Texels) {
+    fn grid(&self) -> &Grid {
+        &self.1.grid
+    }
+
+    fn receivers<'a>(&self, receiving: &'a Receiving<'a>, texels: &[u32]) -> Receivers<'a> {
+        let (atlas, all) = self;
+        let places: Vec<_> = texels.iter().map(|&texel| atlas.place(&all.texels[texel as usize])).collect();
+        receiving.at(&places)
+    }
+}
 
 /// What is solved of the scene, from which texels take their light.
 pub struct SolvedScene<'a> {
@@ -67,10 +90,10 @@ impl SolvedScene<'_> {
     ///
     /// # Errors
     /// A cache that cannot be written.
-    pub fn masks(&self, atlas: &Atlas, texels: &Texels, work: &Work, name: &str) -> Result<SunMasks, BakeError> {
+    pub fn masks(&self, texels: &dyn Lit, work: &Work, name: &str) -> Result<SunMasks, BakeError> {
         let surfaces = &self.input.surfaces;
-        let places: Vec<_> = texels.texels.iter().map(|texel| atlas.place(texel)).collect();
-        let receivers = self.receiving.at(&places);
+        let all: Vec<u32> = (0..texels.grid().len() as u32).collect();
+        let receivers = texels.receivers(self.receiving, &all);
         let (suns, steps) = (self.input.suns, self.input.suns.len() as u32);
         let points = receivers.points();
         let per_block = points_per_block(points.len(), (suns.len() as u64).div_ceil(2));
@@ -99,13 +122,7 @@ impl SolvedScene<'_> {
     ///
     /// # Errors
     /// Input that the solver refuses, a cache that cannot be written.
-    pub fn values(
-        &self,
-        (atlas, texels): (&Atlas, &Texels),
-        asked: Asked,
-        work: &Work,
-        name: &str,
-    ) -> Result<TexelValues, BakeError> {
+    pub fn values(&self, texels: &dyn Lit, asked: Asked, work: &Work, name: &str) -> Result<TexelValues, BakeError> {
         let params = self.params();
         let channels = params.channels.count();
         let functions = self.sun.map_or(0, BouncedSun::function_count);
@@ -117,14 +134,14 @@ impl SolvedScene<'_> {
             ..RefineParams::default()
         };
         let told = if asked == Asked::Sky { "sky on texels" } else { "bounced sun on texels" };
-        work.reporter.stage(told, texels.texels.len() as u64);
+        work.reporter.stage(told, texels.grid().len() as u64);
         // lattice after lattice, of which nobody knows beforehand how many texels they will ask for
         let batches = Batches::new(work.reporter);
         let stage = BlockStage { reporter: &batches, ..work.stage(name, told) };
         let (mut first_block, mut rays, mut failed) = (0, 0, None);
         let mut sample = |texels_asked: &[u32]| -> Sampled {
             let received = match failed {
-                None => self.receive((atlas, texels), texels_asked, asked, &stage, &mut first_block),
+                None => self.receive(texels, texels_asked, asked, &stage, &mut first_block),
                 Some(_) => Ok(Received::default()),
             };
             match received {
@@ -140,7 +157,7 @@ impl SolvedScene<'_> {
                 }
             }
         };
-        let Refined { values, valid, samples, .. } = refine(&texels.grid, count, &refining, &mut sample);
+        let Refined { values, valid, samples, .. } = refine(texels.grid(), count, &refining, &mut sample);
         work.reporter.finished();
         match failed {
             Some(error) => Err(error),
@@ -151,7 +168,7 @@ impl SolvedScene<'_> {
     /// The light of some texels, in their order, in blocks that are kept.
     fn receive(
         &self,
-        (atlas, texels): (&Atlas, &Texels),
+        texels: &dyn Lit,
         some: &[u32],
         asked: Asked,
         stage: &BlockStage,
@@ -160,10 +177,9 @@ impl SolvedScene<'_> {
         let params = self.params();
         let sun = self.sun.filter(|_| asked == Asked::Bounce);
         let functions = sun.map_or(0, BouncedSun::function_count);
-        let places: Vec<_> = some.iter().map(|&texel| atlas.place(&texels.texels[texel as usize])).collect();
-        let receivers = self.receiving.at(&places);
-        let per_block = points_per_block(places.len(), u64::from(params.samples));
-        let ranges: Vec<Range<usize>> = block_ranges(0..places.len(), per_block).collect();
+        let receivers = texels.receivers(self.receiving, some);
+        let per_block = points_per_block(some.len(), u64::from(params.samples));
+        let ranges: Vec<Range<usize>> = block_ranges(0..some.len(), per_block).collect();
         let blocks = stage.run(
             &ranges,
             *first_block,

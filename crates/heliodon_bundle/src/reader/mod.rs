@@ -14,10 +14,11 @@ use crate::detail::DetailInfo;
 use crate::grid::{Grid, MAX_GRID_POINTS};
 use crate::lapse_check::check_lapse;
 use crate::layout::{
-    DETAIL_FORMAT_VERSION, FORMAT_VERSION, LIVING_FORMAT_VERSION, MOVING_FORMAT_VERSION, STILL_FORMAT_VERSION,
-    TEXEL_FORMAT_VERSION,
+    DETAIL_FORMAT_VERSION, EVIDENCE_FORMAT_VERSION, FORMAT_VERSION, LIVING_FORMAT_VERSION, MOVING_FORMAT_VERSION,
+    STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION,
 };
 use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, Preamble};
+use crate::panorama::{self, Panorama};
 use crate::site::{Actor, Albedo, Lamp, Living, check_actor, check_lamp, check_living, check_matte};
 use crate::storage::StoredFile;
 use crate::texels::{BOUNCE_FILE, SKY_FILE, SUN_FILE, Shapes, TexelFault, TexelLight, WEATHERING_FILE, is_shape};
@@ -28,6 +29,7 @@ use heliodon_image::ktx2::{Ktx2, Ktx2Shape};
 use heliodon_image::view_layers::{LayerFiles, ViewLayer, ViewLayers};
 use heliodon_image::{SrgbImage, TextureWrap};
 use heliodon_sky::lapse::Lapse;
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
@@ -230,10 +232,10 @@ impl BundleReader {
     pub fn read_texels(&self) -> Result<Option<TexelLight>, ReadError> {
         let Some(info) = &self.manifest.texels else { return Ok(None) };
         let wrong = |fault: TexelFault| malformed(&self.folder.join(SUN_FILE), fault.to_string());
-        let Shapes { sun, sky, bounce } = Shapes::of(self.manifest.light, info).map_err(wrong)?;
+        let Shapes { sun, sky, bounce } = Shapes::of(self.manifest.light, info.size()).map_err(wrong)?;
         let bounce = bounce.map(|wanted| self.read_texture(BOUNCE_FILE, wanted)).transpose()?;
         let light = TexelLight { sun: self.read_texture(SUN_FILE, sun)?, sky: self.read_texture(SKY_FILE, sky)?, bounce };
-        light.validate(self.manifest.light, info).map_err(wrong)?;
+        light.validate(self.manifest.light, info.size()).map_err(wrong)?;
         Ok(Some(light))
     }
 
@@ -245,6 +247,28 @@ impl BundleReader {
         let is_there = self.manifest.files.iter().any(|file| file.path == WEATHERING_FILE);
         let Some(info) = self.manifest.texels.as_ref().filter(|_| is_there) else { return Ok(None) };
         self.read_texture(WEATHERING_FILE, Shapes::weathering(info)).map(Some)
+    }
+
+    /// Reads the panorama; `None` where the bundle has none.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is malformed.
+    pub fn read_panorama(&self) -> Result<Option<Panorama>, ReadError> {
+        let Some(info) = &self.manifest.panorama else { return Ok(None) };
+        let wrong = |fault: TexelFault| malformed(&self.folder.join(panorama::SUN_FILE), fault.to_string());
+        let mut read = Panorama::files(self.manifest.light, info)
+            .map_err(wrong)?
+            .into_iter()
+            .map(|(name, wanted)| Ok((name, self.read_texture(name, wanted)?)))
+            .collect::<Result<BTreeMap<_, _>, ReadError>>()?;
+        let bounce = read.remove(panorama::BOUNCE_FILE);
+        let named = [panorama::SUN_FILE, panorama::SKY_FILE, panorama::SURFACE_FILE, panorama::ALBEDO_FILE];
+        let [Some(sun), Some(sky), Some(surface), Some(albedo)] = named.map(|name| read.remove(name)) else {
+            return Ok(None);
+        };
+        let panorama = Panorama { light: TexelLight { sun, sky, bounce }, surface, albedo };
+        panorama.validate(self.manifest.light, info).map_err(wrong)?;
+        Ok(Some(panorama))
     }
 
     /// A texture that is what the manifest says; one that is not is not unpacked.
@@ -388,11 +412,21 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
         return Err(malformed(&path, format!("version {} has no light in texels", manifest.version)));
     }
     if let Some(info) = &manifest.texels {
-        let shapes = Shapes::of(manifest.light, info).map_err(|fault| malformed(&path, fault.to_string()))?;
+        let shapes = Shapes::of(manifest.light, info.size()).map_err(|fault| malformed(&path, fault.to_string()))?;
         let wanted = [Some(SUN_FILE), Some(SKY_FILE), shapes.bounce.map(|_| BOUNCE_FILE)];
         let is_missing = |name: &&str| !manifest.files.iter().any(|file| file.path == **name);
         if let Some(missing) = wanted.into_iter().flatten().find(is_missing) {
             return Err(malformed(&path, format!("it has light in texels, and `{missing}` is not among its files")));
+        }
+    }
+    if let Some(info) = &manifest.panorama {
+        if manifest.version < FORMAT_VERSION {
+            return Err(malformed(&path, format!("version {} has no panorama", manifest.version)));
+        }
+        let wanted = Panorama::files(manifest.light, info).map_err(|fault| malformed(&path, fault.to_string()))?;
+        let is_missing = |(name, _): &&(&str, _)| !manifest.files.iter().any(|file| file.path == *name);
+        if let Some((missing, _)) = wanted.iter().find(is_missing) {
+            return Err(malformed(&path, format!("it has a panorama, and `{missing}` is not among its files")));
         }
     }
     if manifest.parameters.weathering.is_some() && manifest.version < TEXEL_FORMAT_VERSION {
@@ -407,7 +441,7 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
     for part in &manifest.parts {
         let Some(evidence) = &part.evidence else { continue };
         let wrong = |what: String| malformed(&path, format!("the evidence of part `{}`: {what}", part.name));
-        if manifest.version < FORMAT_VERSION {
+        if manifest.version < EVIDENCE_FORMAT_VERSION {
             return Err(wrong(format!("version {} has none", manifest.version)));
         }
         evidence.validate().map_err(wrong)?;
@@ -415,7 +449,7 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
     for part in &manifest.parts {
         let Some(views) = &part.views else { continue };
         let wrong = |what: String| malformed(&path, format!("the views of part `{}`: {what}", part.name));
-        if manifest.version < FORMAT_VERSION {
+        if manifest.version < EVIDENCE_FORMAT_VERSION {
             return Err(wrong(format!("version {} has none", manifest.version)));
         }
         views.validate().map_err(wrong)?;

@@ -11,6 +11,7 @@ use super::types::{Albedo, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part, Room, Si
 use super::values::ProbeTimes;
 use super::weathering::{PartWeathering, WIND_M_PER_S, Weathering};
 use crate::config::rules::{COORDINATES_M, Checked, fault, finite, not_empty, within};
+use crate::panorama::{PANORAMA_SIDES, is_side};
 use crate::texels::{BOUNCE_BLOCK, MAX_TEXEL_SIDE};
 
 /// The first fault of a site, if it has one.
@@ -68,6 +69,7 @@ pub(super) fn check(site: &SiteFile) -> Checked {
     }
     if let Some(prepare) = &site.prepare {
         check_prepare(prepare)?;
+        check_panorama(prepare.panorama, site.rooms.len(), site.weathering.is_some())?;
     }
     if let Some(weathering) = &site.weathering {
         check_weathering(&["weathering"], weathering)?;
@@ -88,6 +90,27 @@ fn check_prepare(prepare: &Prepare) -> Checked {
     within(&key("error_m"), prepare.error_m.unwrap_or(0.0), 0.0, 1000.0)?;
     within(&key("edge_m"), prepare.edge_m.unwrap_or(0.0), 0.0, 10_000.0)?;
     within(&key("ring"), f64::from(prepare.ring), 0.0, 16.0)
+}
+
+fn check_panorama(side: u32, rooms: usize, weathers: bool) -> Checked {
+    let key = ["prepare", "panorama"];
+    if side == 0 {
+        return Ok(());
+    }
+    if !is_side(side) {
+        let (least, most) = (PANORAMA_SIDES.start(), PANORAMA_SIDES.end());
+        let message = format!("{side} is not a multiple of 16 from {least} to {most}");
+        return fault(&key, message, "write panorama = 1024, or 0 for none");
+    }
+    if rooms != 1 {
+        let message = format!("a panorama is seen from the middle of one room, and the site has {rooms}");
+        return fault(&key, message, "leave one [[room]], or take panorama out");
+    }
+    if weathers {
+        let message = "a panorama shows the colours of the scan, without what [weathering] leaves on its vertices";
+        return fault(&key, message, "take one of them out");
+    }
+    Ok(())
 }
 
 fn check_part(at: &[&str; 2], part: &Part) -> Checked {

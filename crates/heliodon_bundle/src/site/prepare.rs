@@ -47,6 +47,16 @@ pub struct Prepare {
     /// Rings of neighbours that are kept around what is seen.
     #[schemars(range(max = 16))]
     pub ring: u32,
+    /// Texels along the side of each of six faces of a cube around the middle of the site's one room, in which what that sees of the original is laid over what is drawn: its light,
+    /// its normals, its colours. The display's width over the tangent of half its angle makes texels as large as its pixels. A multiple of 16, up to 2,048; 0 makes none.
+    #[serde(skip_serializing_if = "is_none")]
+    #[schemars(range(max = 2048))]
+    pub panorama: u32,
+}
+
+/// Sites without it are written as they were before there was any.
+fn is_none(panorama: &u32) -> bool {
+    *panorama == 0
 }
 
 impl Default for Prepare {
@@ -65,6 +75,7 @@ impl Default for Prepare {
             triangles: 700_000,
             purge: true,
             ring: 1,
+            panorama: 0,
         }
     }
 }

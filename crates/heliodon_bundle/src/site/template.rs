@@ -262,6 +262,8 @@ fn write_prepare(w: &mut Writer, prepare: &Prepare) {
     );
     w.optional("purge", &prepare.purge, &default.purge, "drop what no eye in any room can see; it still gives shadow");
     w.optional("ring", &prepare.ring, &default.ring, "rings of neighbours kept around what is seen");
+    let seen = "texels along a side of what the room's middle sees of the original, laid over what is drawn: 1024; 0: none";
+    w.optional("panorama", &prepare.panorama, &default.panorama, seen);
 }
 
 fn write_weathering(w: &mut Writer, weathering: &Weathering) {

@@ -31,13 +31,14 @@ impl KeptChunk {
     }
 }
 
-/// Where the colour and the light of a chunk with this texture come from.
+/// Where the colour and the light of a chunk with this texture come from, in a bundle with or without a panorama.
 #[must_use]
-pub fn stone_kind(texture: Option<u32>, by_texels: bool) -> StoneKind {
-    match (by_texels, texture) {
-        (true, _) => StoneKind::Texels,
-        (false, Some(_)) => StoneKind::Textured,
-        (false, None) => StoneKind::Plain,
+pub fn stone_kind(texture: Option<u32>, by_texels: bool, panorama: bool) -> StoneKind {
+    match (by_texels, panorama, texture) {
+        (true, ..) => StoneKind::Texels,
+        (false, true, _) => StoneKind::Panorama,
+        (false, false, Some(_)) => StoneKind::Textured,
+        (false, false, None) => StoneKind::Plain,
     }
 }
 
@@ -46,7 +47,7 @@ pub fn stone_kind(texture: Option<u32>, by_texels: bool) -> StoneKind {
 pub struct PreparedChunk {
     /// What stays.
     pub kept: Arc<KeptChunk>,
-    /// Texture coordinates, where the chunk has a texture or is lit by texels.
+    /// Texture coordinates, where the chunk has a texture, is lit by texels or shows a panorama.
     pub uvs: Vec<Vec2>,
     /// Places in the atlas of light in texels, where it is lit by that,
     pub texel_uvs: Vec<Vec2>,
@@ -60,27 +61,25 @@ pub struct PreparedChunk {
     pub texture: Option<u32>,
     /// Number of its detail.
     pub detail: Option<u32>,
+    /// Where its colour and its light come from.
+    pub kind: StoneKind,
 }
 
 impl PreparedChunk {
-    /// Where its colour and its light come from.
+    /// Clusters the triangles, drops vertices that none uses, and packs what remains; of a bundle with or without a panorama.
     #[must_use]
-    pub fn kind(&self) -> StoneKind {
-        stone_kind(self.texture, !self.texel_uvs.is_empty())
-    }
-
-    /// Clusters the triangles, drops vertices that none uses, and packs what remains.
-    #[must_use]
-    pub fn new(layout: VertexLayout, chunk: &LitChunk) -> Self {
+    pub fn new(layout: VertexLayout, chunk: &LitChunk, panorama: bool) -> Self {
         let made = cluster(&chunk.positions, &chunk.triangles);
         let order = &made.vertices;
         let positions: Vec<Vec3> = order.iter().map(|&v| chunk.positions[v as usize]).collect();
         let bounds = positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
         let by_texels = !chunk.texel_uvs.is_empty();
+        let kind = stone_kind(chunk.texture, by_texels, panorama);
         Self {
+            kind,
             uvs: match chunk.texture {
                 Some(_) => order.iter().map(|&v| chunk.uvs[v as usize]).collect(),
-                None if by_texels => vec![Vec2::ZERO; order.len()],
+                None if kind != StoneKind::Plain => vec![Vec2::ZERO; order.len()],
                 None => Vec::new(),
             },
             texel_uvs: if by_texels { order.iter().map(|&v| chunk.texel_uvs[v as usize]).collect() } else { Vec::new() },

@@ -1,7 +1,7 @@
 //! What colour pipelines are specialised for, and the text of their shaders.
 
 use super::pipelines::{VIEW_WGSL, resolved};
-use super::texels::{TEXEL_LIGHT_WGSL, TEXELS_WGSL};
+use super::texels::{PANORAMA_WGSL, TEXEL_LIGHT_WGSL, TEXELS_WGSL};
 use crate::actors::SHADE_WGSL;
 use crate::covering::{OUTLINE_WGSL, cover_wgsl};
 use crate::detail::{DETAIL_WGSL, VIEWED_WGSL};
@@ -32,10 +32,12 @@ pub enum StoneKind {
     Textured,
     /// Light from texels, colour from a texture, be it a white one.
     Texels,
+    /// Both from the panorama where that shows it, else light from its vertices, colour from a texture, be it a white one.
+    Panorama,
 }
 
 /// All kinds.
-pub const KINDS: [StoneKind; 3] = [StoneKind::Plain, StoneKind::Textured, StoneKind::Texels];
+pub const KINDS: [StoneKind; 4] = [StoneKind::Plain, StoneKind::Textured, StoneKind::Texels, StoneKind::Panorama];
 
 /// Subjects that are stone.
 pub const STONES: usize = 2 * KINDS.len();
@@ -60,7 +62,11 @@ impl Subject {
 
     /// Whether it has texture coordinates.
     pub(super) fn textured(self) -> bool {
-        matches!(self, Self::Stone { kind: StoneKind::Textured | StoneKind::Texels, .. })
+        matches!(self, Self::Stone { kind: StoneKind::Textured | StoneKind::Texels | StoneKind::Panorama, .. })
+    }
+
+    fn by_panorama(self) -> bool {
+        matches!(self, Self::Stone { kind: StoneKind::Panorama, .. })
     }
 
     pub(super) fn by_texels(self) -> bool {
@@ -163,16 +169,18 @@ impl PipelineKey {
             Subject::Stone { .. } => {
                 let (shaded, lamps) = (self.near != Near::Nothing, self.near == Near::Lamps);
                 let (textured, texels) = (self.subject.textured(), self.subject.by_texels());
+                let panorama = self.subject.by_panorama();
                 let covered = self.finish == Finish::Covered;
                 let defined = [
                     ("TEXTURED", textured),
                     ("PLAIN", !textured),
                     ("TEXELS", texels),
                     ("VERTICES", !texels),
+                    ("PANORAMA", panorama),
                     ("SHADED", shaded),
                     ("LAMPS", lamps),
                     ("NORMALS", self.has_normals()),
-                    ("PLACED", shaded || self.detailed || covered),
+                    ("PLACED", shaded || self.detailed || covered || panorama),
                     ("COVERED", covered),
                     ("BARE", !covered),
                     ("SUNNED", shaded || covered),
@@ -181,7 +189,11 @@ impl PipelineKey {
                     ("BOTH_EYES", self.both_eyes),
                 ];
                 let stone = resolved(include_str!("stone.wgsl"), &defined);
-                let stone = if texels { format!("{TEXELS_WGSL}{TEXEL_LIGHT_WGSL}{stone}") } else { stone };
+                let stone = match (texels, panorama) {
+                    (true, _) => format!("{TEXELS_WGSL}{TEXEL_LIGHT_WGSL}{stone}"),
+                    (_, true) => format!("{TEXELS_WGSL}{TEXEL_LIGHT_WGSL}{PANORAMA_WGSL}{stone}"),
+                    _ => stone,
+                };
                 let lamps = if lamps { resolved(LAMPS_WGSL, &defined) } else { String::new() };
                 let details = match (self.detailed, textured) {
                     (false, _) => String::new(),

@@ -77,7 +77,7 @@ pub struct Page {
     pub albedo: Buffer,
     /// Of what stone it is.
     kind: StoneKind,
-    /// Texture coordinates, 8 bytes a vertex, in pages of textured chunks and of those that are lit by texels.
+    /// Texture coordinates, 8 bytes a vertex, in pages of all but plain chunks.
     pub uvs: Option<Buffer>,
     /// Normals and places in the atlas, 12 bytes a vertex, in pages of chunks that are lit by texels.
     pub texels: Option<PageTexels>,
@@ -250,7 +250,7 @@ pub fn upload(
     remaining: Remaining,
 ) -> GpuChunk {
     let kept = &chunk.kept;
-    let kind = chunk.kind();
+    let kind = chunk.kind;
     let vertices = in_blocks(kept.positions.len() as u64) as u32;
     let index_count = kept.indices.len() as u32;
     // Writes are in multiples of four bytes, so that an odd number of indices takes one more.

@@ -58,12 +58,14 @@ fn encode_light(gpu: &StageGpu, cache: &PipelineCache, context: &mut RenderConte
 
 /// Lights the texels of sky and bounce, if the moment is a new one for them.
 fn encode_texels(gpu: &StageGpu, cache: &PipelineCache, context: &mut RenderContext) {
+    let all = [&gpu.texels, &gpu.panorama];
+    let is_stale = all.iter().any(|texels| texels.is_stale());
     if let Some([Some(sky), Some(bounce)]) =
-        gpu.texel_pipelines.filter(|_| gpu.texels.is_stale()).map(|ids| ids.map(|id| cache.get_compute_pipeline(id)))
+        gpu.texel_pipelines.filter(|_| is_stale).map(|ids| ids.map(|id| cache.get_compute_pipeline(id)))
     {
         let descriptor = ComputePassDescriptor { label: Some("texel_relight"), timestamp_writes: None };
         let mut pass = context.command_encoder().begin_compute_pass(&descriptor);
-        gpu.texels.encode(&mut pass, [sky, bounce]);
+        all.iter().filter(|texels| texels.is_stale()).for_each(|texels| texels.encode(&mut pass, [sky, bounce]));
     }
 }
 
@@ -538,6 +540,7 @@ impl Bound {
         }
         let found = match chunk.kind {
             StoneKind::Texels => gpu.texels.bind_group(chunk.texture),
+            StoneKind::Panorama => gpu.panorama.bind_group(chunk.texture),
             _ => chunk.texture.and_then(|texture| gpu.textures.get(texture as usize)).map(|image| &image.bind_group),
         };
         if let Some(found) = found {

@@ -76,6 +76,8 @@ pub struct StagePipelines {
     pub texture_layout: BindGroupLayoutDescriptor,
     /// A base colour texture, and an atlas of light in texels.
     pub texels_layout: BindGroupLayoutDescriptor,
+    /// The same, and what a panorama has besides light.
+    pub panorama_layout: BindGroupLayoutDescriptor,
     /// A detail.
     pub detail_layout: BindGroupLayoutDescriptor,
     /// What texels of the sky or of the bounced sun are lit from, and they.
@@ -146,6 +148,24 @@ impl Default for StagePipelines {
                         image(),
                         image(),
                         sampler(SamplerBindingType::Filtering),
+                        image(),
+                    ),
+                ),
+            ),
+            panorama_layout: BindGroupLayoutDescriptor::new(
+                "stone_panorama",
+                &BindGroupLayoutEntries::sequential(
+                    ShaderStages::FRAGMENT,
+                    (
+                        image(),
+                        sampler(SamplerBindingType::Filtering),
+                        uniform(TEXEL_MOMENT_BYTES),
+                        texture_2d_array(TextureSampleType::Uint),
+                        image(),
+                        image(),
+                        sampler(SamplerBindingType::Filtering),
+                        image(),
+                        image(),
                         image(),
                     ),
                 ),
@@ -393,6 +413,7 @@ impl StagePipelines {
             Subject::Stone { kind: StoneKind::Plain, .. } => {}
             Subject::Stone { kind: StoneKind::Textured, .. } => layout.push(self.texture_layout.clone()),
             Subject::Stone { kind: StoneKind::Texels, .. } => layout.push(self.texels_layout.clone()),
+            Subject::Stone { kind: StoneKind::Panorama, .. } => layout.push(self.panorama_layout.clone()),
             Subject::Sky => layout.push(self.sky_layout.clone()),
         }
         if key.detailed {

@@ -56,8 +56,10 @@ pub struct StageGpu {
     samplers: HashMap<[TextureWrap; 2], Sampler>,
     /// Chunks that are there, by their [`KINDS`].
     uploaded: [Remaining; KINDS.len()],
-    /// Light in texels.
+    /// Light in texels,
     pub texels: TexelsGpu,
+    /// and that of a panorama.
+    pub panorama: TexelsGpu,
     /// Details of parts.
     pub details: DetailsGpu,
     /// What lights texels: of the sky, and of the bounced sun.
@@ -336,9 +338,17 @@ pub fn receive(
                 bytes += piece.bytes.len();
                 gpu.texels.write(&device, &queue, &piece);
             }
-            Some(Delivery::TexelsDone) => {
+            Some(Delivery::Panorama(piece)) => {
+                bytes += piece.bytes.len();
+                gpu.panorama.write(&device, &queue, &piece);
+            }
+            Some(Delivery::TexelsDone(info)) => {
                 let images: Vec<_> = gpu.textures.iter().map(|image| (image.texture.view(), image.sampler.clone())).collect();
                 gpu.texels.finish((&device, &queue), (&cache, &pipelines), &images);
+                if let Some(info) = info {
+                    gpu.panorama.see_from(&info);
+                    gpu.panorama.finish((&device, &queue), (&cache, &pipelines), &images);
+                }
                 gpu.texel_pipelines = Some(pipelines.texel_relight(&mut cache));
             }
             Some(Delivery::Detail(detail)) => {
@@ -354,7 +364,7 @@ pub fn receive(
             Some(Delivery::Culling(scene)) => gpu.culling = Some(scene),
             Some(Delivery::Chunk(chunk)) => {
                 bytes += chunk.baked.len() * 4 + chunk.kept.positions.len() * 16;
-                let kind = chunk.kind() as usize;
+                let kind = chunk.kind as usize;
                 let remaining = feed.total[kind].after(gpu.uploaded[kind]);
                 gpu.uploaded[kind].add(chunk.kept.positions.len() as u64, chunk.kept.indices.len() as u64 / 3);
                 let placed = upload(&device, &queue, feed.layout, &light_layout, &mut gpu.pages, &chunk, remaining);
@@ -604,7 +614,9 @@ pub fn prepare_light(
         let bytes = bytemuck::bytes_of(&uniform);
         write_uniform(&mut gpu.moment_buffer, (&device, &queue), &layout, bytes, None, "stone_moment");
     }
-    gpu.texels.light_at(&queue, TexelMoment::new(feed.layout, moment, frame.exposure_stops.exp2()));
+    let moment = TexelMoment::new(feed.layout, moment, frame.exposure_stops.exp2());
+    gpu.texels.light_at(&queue, moment);
+    gpu.panorama.light_at(&queue, moment);
     let needed = std::mem::take(&mut gpu.needed);
     gpu.list_stale(&needed, &queue);
     gpu.needed = needed;

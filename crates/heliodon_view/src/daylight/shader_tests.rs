@@ -3,7 +3,7 @@
 use super::layout::VertexLayout;
 use super::moment::MOMENT_BYTES;
 use super::multiview::layer_wgsl;
-use super::pipelines::{CASTER_WGSL, Near, PipelineKey, SUBJECTS, Subject, relight_wgsl, sight_wgsl};
+use super::pipelines::{CASTER_WGSL, Near, PipelineKey, SUBJECTS, StoneKind, Subject, relight_wgsl, sight_wgsl};
 use super::texels::{TEXEL_MOMENT_BYTES, TEXEL_RELIGHT_WGSL, TEXELS_WGSL};
 use super::view::VIEW_BYTES;
 use crate::actors::shade::SHADE_BYTES;
@@ -126,6 +126,16 @@ fn what_hands_an_eye_its_layer_is_valid() {
 fn what_lights_texels_is_valid() {
     let module = compile(&format!("{TEXELS_WGSL}{TEXEL_RELIGHT_WGSL}"));
     assert_eq!(size_of_struct(&module, "TexelMoment"), Some(TEXEL_MOMENT_BYTES as u32));
+}
+
+#[test]
+fn a_panorama_is_read_as_it_is_written() {
+    use heliodon_bundle::panorama::TOLERANCE;
+    let stone = Subject::Stone { kind: StoneKind::Panorama, closed: false };
+    let key = PipelineKey::new(stone, ToneCurve::Clamp, TextureFormat::Rgba8Unorm, 1);
+    let wgsl = key.wgsl();
+    assert!(wgsl.contains(&format!("PANORAMA_TOLERANCE: f32 = {TOLERANCE};")));
+    assert_eq!(size_of_struct(&compile(&wgsl), "TexelMoment"), Some(TEXEL_MOMENT_BYTES as u32));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 // The stone: light comes per vertex, albedo is met in the fragment, exposure is already in the light.
 // Prepended: display.wgsl with its constants, view.wgsl, where actors shade it actors/shade.wgsl, where lamps light it lamps/lamps.wgsl, and where light comes
-// from texels texels.wgsl and texel_light.wgsl. Lines between `#ifdef` and `#endif` are kept where
+// from texels texels.wgsl and texel_light.wgsl, and where a panorama is shown panorama.wgsl too. Lines between `#ifdef` and `#endif` are kept where
 // they apply (pipelines.rs).
 // Where something is worn (covering/mod.rs), cover.wgsl comes after view.wgsl, and an instance's upper bits say what.
 
@@ -112,6 +112,10 @@ fn fragment(
     // blue where alpha says that nobody saw it
     albedo = mix(albedo * image, vec3<f32>(0.03, 0.12, 0.55), 0.85 * view.sky_weights.z * saturate(2.0 - 2.0 * texel.a));
 #endif
+#ifdef PANORAMA
+    let seen = panorama_seen(in.place.xyz, dpdx(in.place.xyz), dpdy(in.place.xyz));
+    albedo = mix(albedo, seen.albedo.rgb, seen.share * seen.albedo.a);
+#endif
 #ifdef COVERED
     let local = cover_local(in.slot, in.place.xyz);
     let across_m = dpdx(in.place.xyz);
@@ -150,6 +154,10 @@ fn fragment(
 #ifdef VERTICES
     var light = in.light;
 #endif
+#ifdef PANORAMA
+    let lit = panorama_light(seen);
+    light = mix(light, lit.rgb, seen.share);
+#endif
 #ifdef TEXELS
     let lit = texel_light(in.texel_uv, across, down, normalize(in.normal));
     var light = lit.rgb;
@@ -162,7 +170,10 @@ fn fragment(
     let own = floor(0.5 * in.place.w + 1e-3);
 #endif
 #ifdef SUNNED VERTICES
-    let direct = max(in.place.w - 2.0 * own, 0.0);
+    var direct = max(in.place.w - 2.0 * own, 0.0);
+#endif
+#ifdef SUNNED PANORAMA
+    direct = mix(direct, lit.a, seen.share);
 #endif
 #ifdef SUNNED TEXELS
     let direct = lit.a;

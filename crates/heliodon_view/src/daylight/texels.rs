@@ -11,8 +11,9 @@ use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderDevice, RenderQueue};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
-use heliodon_bundle::TexelLight;
 use heliodon_bundle::moment::Moment;
+use heliodon_bundle::panorama::inset;
+use heliodon_bundle::{Panorama, PanoramaInfo, TexelLight};
 use heliodon_image::ktx2::{Ktx2, TexelFormat};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -20,6 +21,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub const TEXELS_WGSL: &str = include_str!("texels.wgsl");
 /// WGSL of what fragments read of an atlas.
 pub const TEXEL_LIGHT_WGSL: &str = include_str!("texel_light.wgsl");
+/// WGSL of what fragments read of a panorama besides.
+pub const PANORAMA_WGSL: &str = include_str!("panorama.wgsl");
 /// WGSL of what lights the texels of the sky and of the bounced sun.
 pub const TEXEL_RELIGHT_WGSL: &str = include_str!("texel_relight.wgsl");
 
@@ -42,10 +45,11 @@ pub struct TexelMoment {
     layers: [u32; 4],
     sky: [[Vec4; 3]; SKY_LAYERS],
     bounce: [[Vec4; 3]; BOUNCE_LAYERS],
+    middle: Vec4,
 }
 
 /// Size of `TexelMoment` in texels.wgsl, which a test compares with what the shader's compiler says.
-pub const TEXEL_MOMENT_BYTES: usize = 16 * (6 + 3 * (SKY_LAYERS + BOUNCE_LAYERS));
+pub const TEXEL_MOMENT_BYTES: usize = 16 * (7 + 3 * (SKY_LAYERS + BOUNCE_LAYERS));
 const _: () = assert!(size_of::<TexelMoment>() == TEXEL_MOMENT_BYTES);
 
 impl TexelMoment {
@@ -82,6 +86,10 @@ pub enum Of {
     Bounce,
     /// What the weather has left.
     Weathering,
+    /// Normals of a panorama, and how far what is drawn lies.
+    Surface,
+    /// Albedo of a panorama.
+    Albedo,
 }
 
 /// A layer of a level of an atlas's texture, on its way to the GPU.
@@ -103,8 +111,20 @@ pub struct TexelPiece {
 
 /// The pieces of an atlas, texture after texture.
 pub fn pieces(light: TexelLight, weathering: Option<Ktx2>) -> impl Iterator<Item = TexelPiece> {
-    let of_light = [(Of::Sun, Some(light.sun)), (Of::Sky, Some(light.sky)), (Of::Bounce, light.bounce)];
-    let textures = of_light.into_iter().chain([(Of::Weathering, weathering)]);
+    pieces_of(of_light(light).into_iter().chain([(Of::Weathering, weathering)]))
+}
+
+/// The pieces of a panorama, texture after texture.
+pub fn panorama_pieces(panorama: Panorama) -> impl Iterator<Item = TexelPiece> {
+    let Panorama { light, surface, albedo } = panorama;
+    pieces_of(of_light(light).into_iter().chain([(Of::Surface, Some(surface)), (Of::Albedo, Some(albedo))]))
+}
+
+fn of_light(light: TexelLight) -> [(Of, Option<Ktx2>); 3] {
+    [(Of::Sun, Some(light.sun)), (Of::Sky, Some(light.sky)), (Of::Bounce, light.bounce)]
+}
+
+fn pieces_of(textures: impl Iterator<Item = (Of, Option<Ktx2>)>) -> impl Iterator<Item = TexelPiece> {
     textures.filter_map(|(of, texture)| Some((of, texture?))).flat_map(|(of, texture)| {
         let Ktx2 { format, width, height, layers, levels } = texture;
         let shape = [width, height, layers, levels.len() as u32];
@@ -123,6 +143,9 @@ pub struct TexelsGpu {
     sky: Option<Texture>,
     bounce: Option<Texture>,
     weathering: Option<Texture>,
+    /// Of a panorama.
+    looks: [Option<Texture>; 2],
+    middle: Vec4,
     ready: Option<Ready>,
     moment: Option<TexelMoment>,
     /// Whether sky and bounce have not yet the moment's light: told to the GPU's work of the frame, which is asked for once a frame and more.
@@ -156,6 +179,8 @@ impl TexelsGpu {
             Of::Sky => &mut self.sky,
             Of::Bounce => &mut self.bounce,
             Of::Weathering => &mut self.weathering,
+            Of::Surface => &mut self.looks[0],
+            Of::Albedo => &mut self.looks[1],
         };
         let [width, height, layers, levels] = piece.shape;
         let limits = device.limits();
@@ -187,6 +212,11 @@ impl TexelsGpu {
             TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None },
             Extent3d { width: side(width), height: side(height), depth_or_array_layers: 1 },
         );
+    }
+
+    /// From where the panorama is seen, and what part of a face is its quarter of the view; to be told before [`Self::finish`].
+    pub fn see_from(&mut self, info: &PanoramaInfo) {
+        self.middle = glam::Vec3::from(info.middle).extend(inset(info.side));
     }
 
     /// Makes what drawing binds, once all pieces are there; `images` are the base colour images of the bundle.
@@ -245,12 +275,24 @@ impl TexelsGpu {
         let weathering = self.weathering.as_ref().unwrap_or(&clean).create_view(&TextureViewDescriptor::default());
         let white = (white.create_view(&TextureViewDescriptor::default()), sampler.clone());
         let sun = sun.create_view(&array(0, None));
-        let layout = cache.get_bind_group_layout(&pipelines.texels_layout);
+        let [surface, albedo] = self
+            .looks
+            .each_ref()
+            .map(|texture| texture.as_ref().map(|texture| texture.create_view(&TextureViewDescriptor::default())));
+        let layouts = [&pipelines.texels_layout, &pipelines.panorama_layout].map(|layout| cache.get_bind_group_layout(layout));
         let group = |(image, of_image): &(TextureView, Sampler)| {
             let whole = uniform.as_entire_buffer_binding();
-            let entries =
-                BindGroupEntries::sequential((image, of_image, whole, &sun, &sky_lit, &bounced, &sampler, &weathering));
-            device.create_bind_group("stone_texels", &layout, &entries)
+            let light = (image, of_image, whole, &sun, &sky_lit, &bounced, &sampler, &weathering);
+            match (&surface, &albedo) {
+                (Some(surface), Some(albedo)) => {
+                    let (image, of_image, whole, sun, sky, bounced, sampler, weathering) = light;
+                    let entries = BindGroupEntries::sequential((
+                        image, of_image, whole, sun, sky, bounced, sampler, weathering, surface, albedo,
+                    ));
+                    device.create_bind_group("stone_panorama", &layouts[1], &entries)
+                }
+                _ => device.create_bind_group("stone_texels", &layouts[0], &BindGroupEntries::sequential(light)),
+            }
         };
         let groups = images.iter().chain([&white]).map(group).collect();
         self.ready = Some(Ready { uniform, sky: of_sky, bounce: of_bounce, groups });
@@ -267,6 +309,7 @@ impl TexelsGpu {
     /// Takes a moment.
     pub fn light_at(&mut self, queue: &RenderQueue, moment: TexelMoment) {
         let Some(ready) = &self.ready else { return };
+        let moment = TexelMoment { middle: self.middle, ..moment };
         if self.moment != Some(moment) {
             queue.write_buffer(&ready.uniform, 0, bytemuck::bytes_of(&moment));
             self.moment = Some(moment);

@@ -15,4 +15,6 @@ struct TexelMoment {
     // For each layer what its four numbers give to red, green and blue; of the sky times exposure.
     sky: array<mat3x4<f32>, 7>,
     bounce: array<mat3x4<f32>, 48>,
+    // Of a panorama: xyz: where it is seen from; w: the part of a face that is its quarter of the view, along a side.
+    middle: vec4<f32>,
 }

@@ -8,6 +8,7 @@ use crate::daylight::pages::Remaining;
 use crate::daylight::pipelines::KINDS;
 use crate::daylight::texels::TexelPiece;
 use crate::detail::PreparedDetail;
+use heliodon_bundle::PanoramaInfo;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -19,8 +20,10 @@ pub enum Delivery {
     Texture(Level),
     /// A layer of a level of the atlas of light in texels; before the chunks.
     Texels(TexelPiece),
-    /// After all of these.
-    TexelsDone,
+    /// The same of the panorama.
+    Panorama(TexelPiece),
+    /// After all of these; with what the manifest says of the panorama, where there is one.
+    TexelsDone(Option<PanoramaInfo>),
     /// A detail, in the order of their numbers; before the chunks.
     Detail(PreparedDetail),
     /// A chunk.
@@ -39,7 +42,7 @@ pub struct Feed {
     pub serial: u64,
     /// Shape of its light.
     pub layout: VertexLayout,
-    /// All chunks that will come, by kinds of stone: plain, textured, lit by texels.
+    /// All chunks that will come, by kinds of stone: plain, textured, lit by texels, by the panorama.
     pub total: [Remaining; KINDS.len()],
     receiver: Mutex<Receiver<Delivery>>,
     uploaded: AtomicBool,

@@ -6,7 +6,7 @@ use crate::culling::CullingScene;
 use crate::daylight::chunk::{KeptChunk, PreparedChunk};
 use crate::daylight::closed::{Bodies, ClosedBodies};
 use crate::daylight::layout::VertexLayout;
-use crate::daylight::texels::pieces;
+use crate::daylight::texels::{panorama_pieces, pieces};
 use crate::detail::PartDetails;
 use bevy::log::debug;
 use heliodon_bundle::BundleReader;
@@ -90,7 +90,17 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
                 return Ok(None);
             }
         }
-        to_gpu.send(Delivery::TexelsDone).ok();
+    }
+    if let Some(panorama) = reader.read_panorama().map_err(|error| error.to_string())? {
+        for piece in panorama_pieces(panorama) {
+            if to_gpu.send(Delivery::Panorama(piece)).is_err() {
+                return Ok(None);
+            }
+        }
+    }
+    let panorama = &reader.manifest().panorama;
+    if reader.manifest().texels.is_some() || panorama.is_some() {
+        to_gpu.send(Delivery::TexelsDone(panorama.clone())).ok();
     }
     let details =
         PartDetails::read(reader, |detail| to_gpu.send(Delivery::Detail(detail)).is_ok()).map_err(|error| error.to_string())?;
@@ -100,7 +110,7 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
     for index in 0..reader.chunk_count() {
         let chunk = reader.read_chunk(index).map_err(|error| error.to_string())?;
         let detail = details.of(chunk.part, chunk.texture.is_some());
-        let prepared = PreparedChunk { detail, ..PreparedChunk::new(layout, &chunk) };
+        let prepared = PreparedChunk { detail, ..PreparedChunk::new(layout, &chunk, panorama.is_some()) };
         is_ground.push(reader.manifest().parts.get(usize::from(chunk.part)).is_some_and(|part| part.role == Role::Ground));
         drop(chunk);
         let kept = Arc::clone(&prepared.kept);

@@ -62,7 +62,7 @@ impl Stage {
         let bundle = Arc::new(BundleReader::open(folder)?);
         let mut total = [Remaining::default(); KINDS.len()];
         for chunk in (0..bundle.chunk_count()).map(|chunk| bundle.chunk_info(chunk)) {
-            total[stone_kind(chunk.texture, chunk.by_texels) as usize]
+            total[stone_kind(chunk.texture, chunk.by_texels, bundle.manifest().panorama.is_some()) as usize]
                 .add(u64::from(chunk.vertices), u64::from(chunk.triangles));
         }
         let (to_gpu, from_loader) = sync_channel(load::QUEUE_LENGTH);
