@@ -7,7 +7,7 @@ use heliodon_rays::{Hit, Ray};
 use rayon::prelude::*;
 
 /// Bytes that are kept at most, but for one batch of texels: rays of further ones are traced anew by each bounce.
-const MOST_BYTES: usize = 1 << 30;
+const MOST_BYTES: usize = 2 << 30;
 
 const ESCAPED: u32 = u32::MAX;
 /// Set in what is no texel's number but that of one of `others`.
