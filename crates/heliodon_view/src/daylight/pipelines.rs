@@ -109,6 +109,21 @@ impl Default for StagePipelines {
         let uniform = |bytes: usize| uniform_buffer_sized(false, NonZeroU64::new(bytes as u64));
         let image = || texture_2d(TextureSampleType::Float { filterable: true });
         let images = || texture_2d_array(TextureSampleType::Float { filterable: true });
+        let of_texels = || {
+            DynamicBindGroupLayoutEntries::sequential(
+                ShaderStages::FRAGMENT,
+                (
+                    image(),
+                    sampler(SamplerBindingType::Filtering),
+                    uniform(TEXEL_MOMENT_BYTES),
+                    texture_2d_array(TextureSampleType::Uint),
+                    image(),
+                    image(),
+                    sampler(SamplerBindingType::Filtering),
+                    image(),
+                ),
+            )
+        };
         Self {
             moment_layout: BindGroupLayoutDescriptor::new(
                 "stone_moment",
@@ -136,39 +151,10 @@ impl Default for StagePipelines {
                 "stone_texture",
                 &BindGroupLayoutEntries::sequential(ShaderStages::FRAGMENT, (image(), sampler(SamplerBindingType::Filtering))),
             ),
-            texels_layout: BindGroupLayoutDescriptor::new(
-                "stone_texels",
-                &BindGroupLayoutEntries::sequential(
-                    ShaderStages::FRAGMENT,
-                    (
-                        image(),
-                        sampler(SamplerBindingType::Filtering),
-                        uniform(TEXEL_MOMENT_BYTES),
-                        texture_2d_array(TextureSampleType::Uint),
-                        image(),
-                        image(),
-                        sampler(SamplerBindingType::Filtering),
-                        image(),
-                    ),
-                ),
-            ),
+            texels_layout: BindGroupLayoutDescriptor::new("stone_texels", &of_texels()),
             panorama_layout: BindGroupLayoutDescriptor::new(
                 "stone_panorama",
-                &BindGroupLayoutEntries::sequential(
-                    ShaderStages::FRAGMENT,
-                    (
-                        image(),
-                        sampler(SamplerBindingType::Filtering),
-                        uniform(TEXEL_MOMENT_BYTES),
-                        texture_2d_array(TextureSampleType::Uint),
-                        image(),
-                        image(),
-                        sampler(SamplerBindingType::Filtering),
-                        image(),
-                        image(),
-                        image(),
-                    ),
-                ),
+                &of_texels().extend_sequential((image(), image())),
             ),
             detail_layout: BindGroupLayoutDescriptor::new(
                 "stone_detail",

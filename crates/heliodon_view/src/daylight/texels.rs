@@ -283,15 +283,12 @@ impl TexelsGpu {
         let group = |(image, of_image): &(TextureView, Sampler)| {
             let whole = uniform.as_entire_buffer_binding();
             let light = (image, of_image, whole, &sun, &sky_lit, &bounced, &sampler, &weathering);
+            let entries = DynamicBindGroupEntries::sequential(light);
             match (&surface, &albedo) {
                 (Some(surface), Some(albedo)) => {
-                    let (image, of_image, whole, sun, sky, bounced, sampler, weathering) = light;
-                    let entries = BindGroupEntries::sequential((
-                        image, of_image, whole, sun, sky, bounced, sampler, weathering, surface, albedo,
-                    ));
-                    device.create_bind_group("stone_panorama", &layouts[1], &entries)
+                    device.create_bind_group("stone_panorama", &layouts[1], &entries.extend_sequential((surface, albedo)))
                 }
-                _ => device.create_bind_group("stone_texels", &layouts[0], &BindGroupEntries::sequential(light)),
+                _ => device.create_bind_group("stone_texels", &layouts[0], &entries),
             }
         };
         let groups = images.iter().chain([&white]).map(group).collect();
