@@ -17,8 +17,10 @@ pub use compose::Composer;
 #[cfg(test)]
 pub(crate) use compose::{COMPOSE_BYTES, COMPOSE_WGSL};
 pub use eyes::RoomEye;
-pub(crate) use outputs::{NOTHING, eye_size, open, picture, spawn_composer, spawn_eye};
+#[cfg(feature = "xr")]
+pub(crate) use outputs::NOTHING;
 pub use outputs::{ScreenWindow, Showing, first_window};
+pub(crate) use outputs::{eye_size, open, picture, spawn_composer, spawn_eye};
 
 use crate::navigation::{Beginning, Visitor};
 use bevy::prelude::*;

@@ -212,8 +212,9 @@ impl Trackers {
     /// Takes what has come since this was called last. Apps with a [`Room`] and the [`TrackingPlugin`] do so in each frame.
     pub fn take(&mut self) {
         let (now_s, start, told_s) = (self.now_s(), self.start, self.clock_s);
-        for Tracker { name, source, follower, .. } in &mut self.trackers {
-            match source {
+        for tracker in &mut self.trackers {
+            let follower = &mut tracker.follower;
+            match &mut tracker.source {
                 Source::Udp(receiver, language) => {
                     receiver.drain(&mut self.arrivals);
                     for arrival in self.arrivals.drain(..) {
@@ -224,7 +225,7 @@ impl Trackers {
                 }
                 Source::Recording(player) => player.reports(now_s, now_s, &mut self.reports),
                 #[cfg(feature = "xr")]
-                Source::OpenXr(runtime) => runtime.reports(name, now_s, &mut self.reports),
+                Source::OpenXr(runtime) => runtime.reports(&tracker.name, now_s, &mut self.reports),
                 Source::Simulated(_) => {}
             }
             self.reports.drain(..).for_each(|report| follower.report(&report));
