@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 fn data(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
+    Path::new("tests/data").join(name)
 }
 
 fn noise() -> Arc<Clip> {
