@@ -10,10 +10,10 @@ use glam::Vec3;
 use crate::build::MAX_COORDINATE;
 use crate::layout::{LEAF, Node};
 use crate::scene::TriangleScene;
-use crate::shear::{Point, Shear};
-use crate::simd::{Engine, Vector};
+use crate::shear::{ACROSS, Shear, Start};
+use crate::simd::{Engine, Mask, Vector};
 use crate::triangle::boxed;
-use crate::view::{Region, View};
+use crate::view::{Region, View, greatest};
 
 /// Groups of a beam.
 pub(crate) const GROUPS: usize = 4;
@@ -25,7 +25,7 @@ const FEW: u32 = 2;
 #[repr(align(64))]
 pub(crate) struct Beam {
     /// The origins, sheared. Lanes without a ray repeat another one's.
-    pub points: [[[f32; 16]; 5]; GROUPS],
+    pub points: [[[f32; 16]; 7]; GROUPS],
     /// Bits of the rays that still ask, sixteen for each group.
     pub alive: u64,
     /// Which origin each ray starts from.
@@ -44,7 +44,7 @@ pub(crate) fn each_beam<E: Engine>(
     mut walk: impl FnMut(&View<E>, &mut Beam),
 ) {
     let view = View::new(engine, shear);
-    let mut beam = Beam { points: [[[0.0; 16]; 5]; GROUPS], alive: 0, index: [0; 16 * GROUPS] };
+    let mut beam = Beam { points: [[[0.0; 16]; 7]; GROUPS], alive: 0, index: [0; 16 * GROUPS] };
     // By group and axis, relative to the scene's centre.
     let mut lanes = [[[0.0; 16]; 3]; GROUPS];
     let mut count = 0;
@@ -63,14 +63,14 @@ pub(crate) fn each_beam<E: Engine>(
             beam.index[count] = (64 * word + bit) as u32;
             count += 1;
             if count == 16 * GROUPS {
-                beam.fill(engine, &mut lanes, count, shear);
+                beam.fill(engine, &mut lanes, count, shear, scene.extent);
                 walk(&view, &mut beam);
                 count = 0;
             }
         }
     }
     if count > 0 {
-        beam.fill(engine, &mut lanes, count, shear);
+        beam.fill(engine, &mut lanes, count, shear, scene.extent);
         walk(&view, &mut beam);
     }
 }
@@ -98,19 +98,25 @@ pub(crate) fn usable(origin: Vec3) -> bool {
 impl Beam {
     /// Becomes the beam of the first `count` lanes.
     #[inline(always)]
-    fn fill<E: Engine>(&mut self, engine: E, lanes: &mut [[[f32; 16]; 3]; GROUPS], count: usize, shear: &Shear) {
+    fn fill<E: Engine>(&mut self, engine: E, lanes: &mut [[[f32; 16]; 3]; GROUPS], count: usize, shear: &Shear, extent: f32) {
         self.alive = u64::MAX >> (64 - count);
         for (group, lanes) in lanes.iter_mut().enumerate().take(count.div_ceil(16)) {
             fill(lanes, self.alive_in(group));
             let [i, j, k] = shear.axes.map(|axis| E::F16::load(engine, &lanes[axis]));
             let splat = |x: f32| E::F16::splat(engine, x);
             let forward = if shear.forward { 1.0 } else { -1.0 };
+            let across = splat(shear.slope[1]) * i - splat(shear.slope[0]) * j;
+            let zero = splat(0.0);
+            let size = i.max(zero - i).max(j.max(zero - j)).max(k.max(zero - k));
+            let margin = splat(ACROSS) * splat(extent).max(size);
             self.points[group] = [
                 i - splat(shear.slope[0]) * k,
                 j - splat(shear.slope[1]) * k,
                 splat(forward) * k,
                 splat(shear.sign[0]) * i,
                 splat(shear.sign[1]) * j,
+                across - margin,
+                across + margin,
             ]
             .map(|row| row.store());
         }
@@ -136,9 +142,52 @@ impl Beam {
 
     /// A ray's origin, sheared.
     #[inline(always)]
-    pub fn point(&self, ray: usize) -> Point {
-        let [p, q, depth, i, j] = &self.points[ray / 16];
-        [p[ray % 16], q[ray % 16], depth[ray % 16], i[ray % 16], j[ray % 16]]
+    pub fn start(&self, ray: usize) -> Start {
+        let [p, q, depth, i, j, low, high] = &self.points[ray / 16];
+        let lane = ray % 16;
+        [p[lane], q[lane], depth[lane], i[lane], j[lane], low[lane], high[lane]]
+    }
+}
+
+/// Depths beyond which nothing is needed: by each ray, by any of a group, and by any.
+pub(crate) struct Limits {
+    pub of_ray: [[f32; 16]; GROUPS],
+    pub of_group: [f32; GROUPS],
+    pub of_all: f32,
+}
+
+impl Limits {
+    /// Of rays that need whatever there is, and of those that are not there.
+    #[inline(always)]
+    pub fn new(beam: &Beam) -> Self {
+        let mut limits = Self { of_ray: [[f32::NEG_INFINITY; 16]; GROUPS], of_group: [0.0; GROUPS], of_all: 0.0 };
+        for (ray, limit) in limits.of_ray.as_flattened_mut().iter_mut().enumerate() {
+            if beam.alive >> ray & 1 == 1 {
+                *limit = f32::INFINITY;
+            }
+        }
+        limits.update();
+        limits
+    }
+
+    /// After those of rays have changed.
+    #[inline(always)]
+    pub fn update(&mut self) {
+        self.of_group = core::array::from_fn(|group| greatest(&self.of_ray[group]));
+        self.of_all = self.of_group.into_iter().fold(f32::NEG_INFINITY, f32::max);
+    }
+
+    /// Those of some rays to which what begins at a depth still matters.
+    #[inline(always)]
+    pub fn asking<E: Engine>(&self, engine: E, near: f32, rays: u64) -> u64 {
+        let near = E::F16::splat(engine, near);
+        let mut asking = 0;
+        for (group, of_ray) in self.of_ray.iter().enumerate() {
+            if rays >> (16 * group) & 0xffff != 0 {
+                asking |= u64::from(near.le(E::F16::load(engine, of_ray)).bits()) << (16 * group);
+            }
+        }
+        rays & asking
     }
 }
 
@@ -173,7 +222,7 @@ impl Entry {
 }
 
 /// Pushes the children of a node that rays of a beam meet, with `SORTED` nearest last. A group's region rules out most
-/// children at once, and what is left is asked of each of its rays; `limits` are depths beyond which groups need nothing.
+/// children at once, and what is left is asked of each of its rays; what begins beyond their `limits` is passed over.
 ///
 /// Asking each ray is what makes beams faster than rays: nodes near the leaves are smaller than a group, and of some 55
 /// packets that a group's region meets on a scan each is passed by one or two of its sixteen rays.
@@ -184,16 +233,16 @@ pub(crate) fn push_children<E: Engine, const SORTED: bool>(
     rays: u64,
     beam: &Beam,
     regions: &[Region; GROUPS],
-    limits: Option<&[f32; GROUPS]>,
+    limits: Option<&Limits>,
     stack: &mut Vec<Entry>,
 ) {
     let boxes = view.boxes(node);
     // Near the leaves, most nodes are passed by one ray.
     if rays.is_power_of_two() {
         let ray = rays.trailing_zeros() as usize % 64;
-        let mut mask = view.overlap_point(&boxes, beam.point(ray));
+        let mut mask = view.overlap_start(&boxes, beam.start(ray));
         if let Some(limits) = limits {
-            mask &= view.nearer(&boxes, limits[ray / 16]);
+            mask &= view.nearer(&boxes, limits.of_ray[ray / 16][ray % 16]);
         }
         let (near, first) = (boxes.depth[0].store(), stack.len());
         while mask != 0 {
@@ -216,12 +265,12 @@ pub(crate) fn push_children<E: Engine, const SORTED: bool>(
         if few == 0 {
             continue;
         }
-        let limit = limits.map_or(u32::MAX, |limits| view.nearer(&boxes, limits[group]));
         if few.count_ones() <= FEW {
             while few != 0 {
                 let ray = few.trailing_zeros() as usize % 64;
                 few &= few - 1;
-                let mut mask = limit & view.overlap_point(&boxes, beam.point(ray));
+                let limit = limits.map_or(u32::MAX, |limits| view.nearer(&boxes, limits.of_ray[ray / 16][ray % 16]));
+                let mut mask = limit & view.overlap_start(&boxes, beam.start(ray));
                 sparse |= mask;
                 while mask != 0 {
                     passing[mask.trailing_zeros() as usize % 8] |= 1 << ray;
@@ -229,6 +278,7 @@ pub(crate) fn push_children<E: Engine, const SORTED: bool>(
                 }
             }
         } else {
+            let limit = limits.map_or(u32::MAX, |limits| view.nearer(&boxes, limits.of_group[group]));
             *met = limit & view.overlap(&boxes, &regions[group]);
             union |= *met;
         }

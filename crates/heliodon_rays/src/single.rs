@@ -137,10 +137,11 @@ fn trace<E: Engine, Q: Question>(engine: E, scene: &TriangleScene, ray: &Ray, st
         return question;
     }
     let view = View::new(engine, &shear);
-    let point = shear.apply(origin);
-    let [p, q, depth, i, j] = point;
+    let start = shear.start(origin, scene.extent);
+    let [p, q, depth, i, j, low, high] = start;
     // Deeper than the origin, or than a bit before the least distance.
-    let region = Region { p: [p; 2], q: [q; 2], depth: depth_at(depth, ray.t_min, &shear, -1.0), reach: [i, j] };
+    let region =
+        Region { p: [p; 2], q: [q; 2], depth: depth_at(depth, ray.t_min, &shear, -1.0), reach: [i, j], across: [low, high] };
     let mut far = depth_at(depth, question.far(ray), &shear, 1.0);
     stack.clear();
     stack.push(Entry::root(1));
@@ -163,11 +164,11 @@ fn trace<E: Engine, Q: Question>(engine: E, scene: &TriangleScene, ray: &Ray, st
         };
         let packet = &scene.packets[packet];
         let (corners, boxes) = view.corners(packet);
-        let mut mask = met(engine, &corners, &boxes, point);
+        let mut mask = met(engine, &corners, &boxes, start);
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize % 8;
             mask &= mask - 1;
-            if let Some(crossing) = cross(&shear, packet, lane, point) {
+            if let Some(crossing) = cross(&shear, packet, lane, start) {
                 question.take(&crossing, &shear, packet.id[lane], ray);
                 if question.is_settled() {
                     return question;

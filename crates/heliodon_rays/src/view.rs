@@ -1,7 +1,7 @@
 //! Nodes and packets as seen along one direction, eight at a time.
 
 use crate::layout::{Node, Packet};
-use crate::shear::{Point, Shear};
+use crate::shear::{Shear, Start};
 use crate::simd::{Engine, Mask, Vector};
 
 /// A [`Shear`] ready for vectors.
@@ -10,6 +10,8 @@ pub(crate) struct View<E: Engine> {
     pub engine: E,
     axes: [usize; 3],
     slope: [E::F8; 2],
+    /// Which bounds of axes i and j give the least place across.
+    across: [usize; 2],
     /// Which bounds of the largest axis (0 minima, 1 maxima) give the least p, and the least q.
     least: [usize; 2],
     near: usize,
@@ -27,10 +29,11 @@ pub(crate) struct Boxes<E: Engine> {
     pub depth: [E::F8; 2],
     /// How far they reach along axes i and j in the direction's sense.
     pub reach: [E::F8; 2],
+    pub across: [E::F8; 2],
 }
 
-/// Eight boxes: least and greatest p, least and greatest q, greatest depth, reach.
-pub(crate) type Spans = [[f32; 8]; 7];
+/// Eight boxes: least and greatest p, least and greatest q, greatest depth, reach, least and greatest place across.
+pub(crate) type Spans = [[f32; 8]; 9];
 
 /// Bounds of some rays' points in (p, q), and the least of their depths: what they can meet lies there or deeper.
 #[derive(Clone, Copy, Debug)]
@@ -39,6 +42,7 @@ pub(crate) struct Region {
     pub q: [f32; 2],
     pub depth: f32,
     pub reach: [f32; 2],
+    pub across: [f32; 2],
 }
 
 impl Region {
@@ -48,13 +52,20 @@ impl Region {
         q: [f32::INFINITY, f32::NEG_INFINITY],
         depth: f32::INFINITY,
         reach: [f32::INFINITY; 2],
+        across: [f32::INFINITY, f32::NEG_INFINITY],
     };
 
     /// Around 16 points.
     #[inline(always)]
-    pub fn around(points: &[[f32; 16]; 5]) -> Self {
-        let [p, q, depth, i, j] = points;
-        Self { p: [least(p), greatest(p)], q: [least(q), greatest(q)], depth: least(depth), reach: [least(i), least(j)] }
+    pub fn around(points: &[[f32; 16]; 7]) -> Self {
+        let [p, q, depth, i, j, low, high] = points;
+        Self {
+            p: [least(p), greatest(p)],
+            q: [least(q), greatest(q)],
+            depth: least(depth),
+            reach: [least(i), least(j)],
+            across: [least(low), greatest(high)],
+        }
     }
 }
 
@@ -97,6 +108,7 @@ impl<E: Engine> View<E> {
             axes: shear.axes,
             slope: [E::F8::splat(engine, sp), E::F8::splat(engine, sq)],
             least: [usize::from(sp > 0.0), usize::from(sq > 0.0)],
+            across: [usize::from(sq < 0.0), usize::from(sp > 0.0)],
             near: usize::from(!shear.forward),
             sign: E::F8::splat(engine, if shear.forward { 1.0 } else { -1.0 }),
             last: shear.sign.map(|s| usize::from(s > 0.0)),
@@ -115,6 +127,9 @@ impl<E: Engine> View<E> {
         let (below_p, above_p) = (&node.bounds[lp][k], &node.bounds[1 - lp][k]);
         let (below_q, above_q) = (&node.bounds[lq][k], &node.bounds[1 - lq][k]);
         let (near, far) = (&node.bounds[self.near][k], &node.bounds[1 - self.near][k]);
+        let [ai, aj] = self.across;
+        let (low_i, high_i) = (&node.bounds[ai][i], &node.bounds[1 - ai][i]);
+        let (low_j, high_j) = (&node.bounds[aj][j], &node.bounds[1 - aj][j]);
         Boxes {
             p: [self.load(&least[i]) - sp * self.load(below_p), self.load(&most[i]) - sp * self.load(above_p)],
             q: [self.load(&least[j]) - sq * self.load(below_q), self.load(&most[j]) - sq * self.load(above_q)],
@@ -123,6 +138,7 @@ impl<E: Engine> View<E> {
                 self.signs[0] * self.load(&node.bounds[self.last[0]][i]),
                 self.signs[1] * self.load(&node.bounds[self.last[1]][j]),
             ],
+            across: [sq * self.load(low_i) - sp * self.load(low_j), sq * self.load(high_i) - sp * self.load(high_j)],
         }
     }
 
@@ -138,23 +154,25 @@ impl<E: Engine> View<E> {
 
     /// Eight points, sheared.
     #[inline(always)]
-    fn project(&self, points: &[[f32; 8]; 3]) -> [E::F8; 5] {
+    fn project(&self, points: &[[f32; 8]; 3]) -> [E::F8; 6] {
         let [i, j, k] = self.axes;
         let along = self.load(&points[k]);
         let (pi, pj) = (self.load(&points[i]), self.load(&points[j]));
         let (p, q) = (pi - self.slope[0] * along, pj - self.slope[1] * along);
-        [p, q, self.sign * along, self.signs[0] * pi, self.signs[1] * pj]
+        let across = self.slope[1] * pi - self.slope[0] * pj;
+        [p, q, self.sign * along, self.signs[0] * pi, self.signs[1] * pj, across]
     }
 
     /// Corners of a packet's triangles, and their boxes.
     #[inline(always)]
-    pub fn corners(&self, packet: &Packet) -> ([[E::F8; 5]; 3], Boxes<E>) {
+    pub fn corners(&self, packet: &Packet) -> ([[E::F8; 6]; 3], Boxes<E>) {
         let [a, b, c] = [self.project(&packet.vertex[0]), self.project(&packet.vertex[1]), self.project(&packet.vertex[2])];
         let boxes = Boxes {
             p: E::F8::span(a[0], b[0], c[0]),
             q: E::F8::span(a[1], b[1], c[1]),
             depth: E::F8::span(a[2], b[2], c[2]),
             reach: [a[3].max(b[3]).max(c[3]), a[4].max(b[4]).max(c[4])],
+            across: E::F8::span(a[5], b[5], c[5]),
         };
         ([a, b, c], boxes)
     }
@@ -170,6 +188,8 @@ impl<E: Engine> View<E> {
             boxes.depth[1].store(),
             boxes.reach[0].store(),
             boxes.reach[1].store(),
+            boxes.across[0].store(),
+            boxes.across[1].store(),
         ]
     }
 
@@ -179,18 +199,60 @@ impl<E: Engine> View<E> {
         let p = E::F8::meets(boxes.p, [self.splat(region.p[0]), self.splat(region.p[1])]);
         let q = E::F8::meets(boxes.q, [self.splat(region.q[0]), self.splat(region.q[1])]);
         let reach = self.splat(region.reach[0]).le(boxes.reach[0]) & self.splat(region.reach[1]).le(boxes.reach[1]);
-        (p & q & reach & self.splat(region.depth).lt(boxes.depth[1])).bits()
+        let across = E::F8::meets(boxes.across, [self.splat(region.across[0]), self.splat(region.across[1])]);
+        (p & q & reach & across & self.splat(region.depth).lt(boxes.depth[1])).bits()
     }
 
     /// Which of eight boxes a ray passes through.
     #[inline(always)]
-    pub fn overlap_point(&self, boxes: &Boxes<E>, [p, q, depth, i, j]: Point) -> u32 {
-        self.overlap(boxes, &Region { p: [p; 2], q: [q; 2], depth, reach: [i, j] })
+    pub fn overlap_start(&self, boxes: &Boxes<E>, [p, q, depth, i, j, low, high]: Start) -> u32 {
+        self.overlap(boxes, &Region { p: [p; 2], q: [q; 2], depth, reach: [i, j], across: [low, high] })
     }
 
     /// Which of eight boxes begin no deeper than this.
     #[inline(always)]
     pub fn nearer(&self, boxes: &Boxes<E>, depth: f32) -> u32 {
         boxes.depth[0].le(E::F8::splat(self.engine, depth)).bits()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::Plain;
+    use glam::Vec3;
+    use heliodon_math::random::Pcg32;
+
+    /// Boxes as long and thin as columns and as flat as walls, seen along any slope, and rays past their corners.
+    #[test]
+    fn boxes_are_met_by_the_rays_that_pass_them_and_no_others() {
+        const EXTENT: f32 = 20.0;
+        let mut rng = Pcg32::new(5, 1);
+        let mut point = || Vec3::from_array(core::array::from_fn(|_| rng.range_f32(-1.0, 1.0)));
+        let (mut passing, mut cut) = (0, 0);
+        for _ in 0..40_000 {
+            let (direction, center) = (point(), 5.0 * point());
+            let half = point().abs().powf(4.0) * 5.0 + 0.01;
+            let origin = center + 1.5 * half.max_element() * point() - 3.0 * direction;
+            let Some(shear) = Shear::new(direction) else { continue };
+            let mut node = Node::EMPTY;
+            node.set(3, [center - half, center + half], 0);
+            let view = View::new(Plain, &shear);
+            let (boxes, start) = (view.boxes(&node), shear.start(origin, EXTENT));
+            let met = view.overlap_start(&boxes, start);
+            // by slabs: where the ray enters and leaves
+            let ends = |side: f32| (center + side * half * direction.signum() - origin) / direction;
+            let (enters, leaves) = (ends(-1.0).max_element(), ends(1.0).min_element());
+            if leaves.abs().min((leaves - enters).abs()) < 1e-3 {
+                continue;
+            }
+            let passes = enters < leaves && leaves > 0.0;
+            assert_eq!(met, u32::from(passes) << 3, "{origin} {direction} {center} {half}");
+            passing += u32::from(passes);
+            let [p, q, depth, i, j, ..] = start;
+            let without = Region { p: [p; 2], q: [q; 2], depth, reach: [i, j], across: [f32::NEG_INFINITY, f32::INFINITY] };
+            cut += u32::from(met == 0 && view.overlap(&boxes, &without) != 0);
+        }
+        assert!(passing > 1000 && cut > 1000, "{passing} pass, {cut} are cut off by what lies across");
     }
 }
