@@ -1,7 +1,7 @@
 //! Beams: up to 64 rays of one direction, walked together.
 //!
 //! A beam is four groups of sixteen neighbours. The boxes of a node's children are computed once for the beam, and compared
-//! with the region of each group that got there (eight boxes against one region: five comparisons), and the boxes that
+//! with the region of each group that got there (eight boxes against one region: nine comparisons), and the boxes that
 //! pass with each of its rays (sixteen rays against one box: the same). A packet is sheared once for the beam, and its eight
 //! triangles tested against one ray at a time. Groups of which at most two rays are left ask with those.
 

@@ -8,12 +8,12 @@
 //! p = x_i - (d_i / d_k) x_k      q = x_j - (d_j / d_k) x_k      depth = sign(d_k) x_k
 //! ```
 //!
-//! so p and q are constant along a ray, depth grows along it, and a vertex costs four operations. What that buys:
+//! so p and q are constant along a ray, depth grows along it, and a vertex costs four operations (three more for where it lies across). What that buys:
 //!
 //! - **Watertight.** A vertex has one (p, q) for one direction, whichever triangle it is seen through, and the edge function
 //!   of an edge changes its sign exactly when its ends are swapped. A ray through a closed surface's inner edge or vertex
 //!   therefore meets at least one of the triangles there. (Woop et al. need the same property; they get it per ray.)
-//! - **Culling without margins.** Rounding is monotone, so the sheared corners of a box bound the sheared vertices inside
+//! - **Exact culling.** Rounding is monotone, so the sheared corners of a box bound the sheared vertices inside
 //!   it bit for bit, and the depth of a hit is clamped to its triangle's. A ray's answer is therefore a function of the ray
 //!   and the triangles alone: not of the tree, of the neighbours it was traced with or of the vectors' width.
 //! - **All three axes.** A ray does not turn back on axes i and j either. So a box or triangle whose reach along one of them, in

@@ -5,7 +5,7 @@
 //! their sum is not zero, the point lies in the triangle's box, across as well, and the triangle reaches as far as the origin along axes i and j
 //! too; the depth is interpolated from them and clamped to the triangle's own. Four of these conditions look redundant: the box matters for slivers, whose weights can all round to
 //! one sign far outside; the reach because of rounding, which it forgives less than the rest (it compares coordinates as
-//! they are); all four are what lets nodes be culled without margins. Without the reach, rays that leave level ground
+//! they are); all four are what lets nodes be culled by the same comparisons as triangles. Without the reach, rays that leave level ground
 //! towards a low sun meet the boxes of all the ground behind their origin, whose shears overlap theirs. Products and sums stand in
 //! one fixed order, in [`cross`] for one triangle and in [`met`] for eight: both give the same bits.
 

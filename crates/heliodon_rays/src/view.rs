@@ -29,6 +29,7 @@ pub(crate) struct Boxes<E: Engine> {
     pub depth: [E::F8; 2],
     /// How far they reach along axes i and j in the direction's sense.
     pub reach: [E::F8; 2],
+    /// Least and greatest place across.
     pub across: [E::F8; 2],
 }
 
@@ -42,6 +43,7 @@ pub(crate) struct Region {
     pub q: [f32; 2],
     pub depth: f32,
     pub reach: [f32; 2],
+    /// Least and greatest place across that a triangle met there can have.
     pub across: [f32; 2],
 }
 
