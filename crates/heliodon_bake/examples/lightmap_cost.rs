@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let number = |name: &str, otherwise: f32| value(name).map_or(Ok(otherwise), |text| text.parse::<f32>());
     let site = Site::read(Path::new(site))?;
     let (mesh, density) = texels_first(&site, heliodon_bake::scene::read(&site, &site.input_files()?, &Silent)?);
-    let rays = TriangleScene::build(&mesh.positions, &mesh.triangles, &BuildParams::default())?;
+    let rays = TriangleScene::build(&mesh.positions, &mesh.triangles, &BuildParams::asked_for_long(mesh.triangles.len()))?;
     let side = number("--size", 512.0)? as u32;
     let pack = PackParams { width: side, height: side, ..PackParams::default() };
     let with_texels = &mesh.triangles[..density.len()];

@@ -66,11 +66,11 @@ impl Scene {
     /// # Errors
     /// More geometry than the ray engine holds.
     pub fn take_rays(&mut self) -> Result<TriangleScene, BakeError> {
-        let params = BuildParams::default();
+        let of = |triangles: &[[u32; 3]]| BuildParams::asked_for_long(triangles.len());
         Ok(match &mut self.original {
-            None => TriangleScene::build(&self.mesh.positions, &self.mesh.triangles, &params)?,
+            None => TriangleScene::build(&self.mesh.positions, &self.mesh.triangles, &of(&self.mesh.triangles))?,
             Some(original) => {
-                let rays = TriangleScene::build(&original.positions, &original.triangles, &params)?;
+                let rays = TriangleScene::build(&original.positions, &original.triangles, &of(&original.triangles))?;
                 original.positions = Vec::new();
                 if original.looks.is_empty() {
                     original.triangles = Vec::new();

@@ -108,7 +108,8 @@ impl Beam {
             let across = splat(shear.slope[1]) * i - splat(shear.slope[0]) * j;
             let zero = splat(0.0);
             let size = i.max(zero - i).max(j.max(zero - j)).max(k.max(zero - k));
-            let margin = splat(ACROSS) * splat(extent).max(size);
+            let margin = splat(ACROSS * (shear.slope[0].abs() + shear.slope[1].abs())) * splat(extent).max(size)
+                + splat(f32::MIN_POSITIVE);
             self.points[group] = [
                 i - splat(shear.slope[0]) * k,
                 j - splat(shear.slope[1]) * k,

@@ -1,6 +1,6 @@
 //! Building: obvhs makes a binary hierarchy, which is then widened to eight children a node.
 //!
-//! The only module that knows obvhs (whose glam differs from the workspace's; boxes cross as plain numbers).
+//! With [`crate::plan`] the only module that knows obvhs (whose glam differs from the workspace's; boxes cross as plain numbers).
 
 use glam::Vec3;
 use obvhs::{
@@ -12,6 +12,7 @@ use obvhs::{
 
 use crate::build::Quality;
 use crate::layout::{LEAF, Node, Packet};
+use crate::plan::{Plan, Shape, even_parts};
 
 /// Nodes (the root first) and packets, both in the order of a walk from the root, and the depth of the tree.
 pub(crate) struct Hierarchy {
@@ -19,10 +20,6 @@ pub(crate) struct Hierarchy {
     pub packets: Vec<Packet>,
     pub depth: usize,
 }
-
-/// Subtrees of at most this many triangles become one node of evenly filled packets. Cutting where the tree does instead
-/// filled them less than half, which cost more memory and more time.
-const PACKED: usize = 64;
 
 struct Bounds([f32; 8]);
 
@@ -47,7 +44,7 @@ fn binary(corners: &[[Vec3; 3]], quality: Quality) -> Bvh2 {
     let (distance, threshold, reinsertion) = match quality {
         Quality::Fast => (PlocSearchDistance::VeryLow, 2, 0.0),
         Quality::Balanced => (PlocSearchDistance::Medium, 3, 0.02),
-        Quality::High => (PlocSearchDistance::High, 2, 0.15),
+        Quality::High => (PlocSearchDistance::High, 2, 1.0),
     };
     let indices = (0..corners.len() as u32).collect();
     let mut tree = PlocBuilder::new().build(distance, &bounds, indices, SortPrecision::U64, threshold);
@@ -55,54 +52,29 @@ fn binary(corners: &[[Vec3; 3]], quality: Quality) -> Bvh2 {
     tree
 }
 
-/// Triangles under every node.
-fn triangle_counts(tree: &Bvh2) -> Vec<u32> {
-    let mut order = Vec::with_capacity(tree.nodes.len());
-    let mut stack = vec![0u32];
-    while let Some(i) = stack.pop() {
-        order.push(i);
-        let node = &tree.nodes[i as usize];
-        if !node.is_leaf() {
-            stack.extend([node.first_index, node.first_index + 1]);
-        }
-    }
-    let mut counts = vec![0; tree.nodes.len()];
-    for &i in order.iter().rev() {
-        let node = &tree.nodes[i as usize];
-        let first = node.first_index as usize;
-        counts[i as usize] = if node.is_leaf() { node.prim_count } else { counts[first] + counts[first + 1] };
-    }
-    counts
-}
-
 /// Corner positions and the original index of each triangle; `corners` must not be empty.
 pub(crate) fn build(corners: &[[Vec3; 3]], ids: &[u32], quality: Quality) -> Hierarchy {
     let tree = binary(corners, quality);
-    let counts = triangle_counts(&tree);
+    let plan = Plan::new(&tree, corners);
     let mut out = Hierarchy { nodes: vec![Node::EMPTY], packets: Vec::new(), depth: 1 };
     // (binary node, wide node to fill, its depth)
     let mut work = vec![(0u32, 0usize, 1usize)];
-    let (mut slots, mut triangles) = (Vec::with_capacity(8), Vec::with_capacity(PACKED));
+    let mut slots = Vec::with_capacity(8);
     while let Some((binary, wide, depth)) = work.pop() {
         out.depth = out.depth.max(depth);
-        if counts[binary as usize] as usize <= PACKED {
-            triangles.clear();
-            gather(&tree, binary, &mut triangles);
-            let packets = triangles.len().div_ceil(8);
-            for slot in 0..packets {
-                let part = &triangles[slot * triangles.len() / packets..(slot + 1) * triangles.len() / packets];
+        if plan.shape(binary) != Shape::Node {
+            for (slot, part) in even_parts(plan.triangles(binary)).enumerate() {
                 let (packet, bounds) = packet(part, corners, ids);
                 out.nodes[wide].set(slot, bounds, LEAF | out.packets.len() as u32);
                 out.packets.push(packet);
             }
             continue;
         }
-        open(&tree, &counts, binary, &mut slots);
+        slots.clear();
+        plan.open(binary, &mut slots);
         for (slot, &child) in slots.iter().enumerate() {
-            if counts[child as usize] <= 8 {
-                triangles.clear();
-                gather(&tree, child, &mut triangles);
-                let (packet, bounds) = packet(&triangles, corners, ids);
+            if plan.shape(child) == Shape::Packet {
+                let (packet, bounds) = packet(plan.triangles(child), corners, ids);
                 out.nodes[wide].set(slot, bounds, LEAF | out.packets.len() as u32);
                 out.packets.push(packet);
                 continue;
@@ -123,41 +95,6 @@ pub(crate) fn build(corners: &[[Vec3; 3]], ids: &[u32], quality: Quality) -> Hie
     out.nodes.shrink_to_fit();
     out.packets.shrink_to_fit();
     out
-}
-
-/// Up to eight descendants of a node that cover it: the largest is opened as long as there is room.
-fn open(tree: &Bvh2, counts: &[u32], root: u32, slots: &mut Vec<u32>) {
-    slots.clear();
-    slots.push(root);
-    while slots.len() < 8 {
-        let largest = slots
-            .iter()
-            .enumerate()
-            .filter(|(_, s)| counts[**s as usize] as usize > PACKED)
-            .max_by(|a, b| {
-                let area = |s: u32| tree.nodes[s as usize].aabb().half_area();
-                area(*a.1).total_cmp(&area(*b.1))
-            })
-            .map(|(at, _)| at);
-        let Some(at) = largest else { break };
-        let first = tree.nodes[slots[at] as usize].first_index;
-        slots[at] = first;
-        slots.insert(at + 1, first + 1);
-    }
-}
-
-/// The triangles under a node, in the tree's order.
-fn gather(tree: &Bvh2, root: u32, triangles: &mut Vec<u32>) {
-    let mut stack = vec![root];
-    while let Some(i) = stack.pop() {
-        let node = &tree.nodes[i as usize];
-        if node.is_leaf() {
-            let first = node.first_index as usize;
-            triangles.extend_from_slice(&tree.primitive_indices[first..first + node.prim_count as usize]);
-        } else {
-            stack.extend([node.first_index + 1, node.first_index]);
-        }
-    }
 }
 
 /// Up to eight triangles, and their bounds.

@@ -96,7 +96,7 @@ fn test<E: Engine>(view: &View<E>, shear: &Shear, packet: &Packet, rays: u64, be
         left &= left - 1;
         let (group, lane) = (ray / 16, ray % 16);
         let start = beam.start(ray);
-        let mut triangles = met(view.engine, &corners, &boxes, start);
+        let mut triangles = met(view.engine, &corners, &boxes, start, found.limits.of_ray[group][lane]);
         while triangles != 0 {
             let triangle = triangles.trailing_zeros() as usize % 8;
             triangles &= triangles - 1;

@@ -86,7 +86,7 @@ fn test<E: Engine>(view: &View<E>, packet: &Packet, rays: u64, beam: &Beam) -> u
     while left != 0 {
         let ray = left.trailing_zeros() as usize % 64;
         left &= left - 1;
-        let hit = met(view.engine, &corners, &boxes, beam.start(ray)) != 0;
+        let hit = met(view.engine, &corners, &boxes, beam.start(ray), f32::INFINITY) != 0;
         occluded |= u64::from(hit) << ray;
     }
     occluded

@@ -7,7 +7,7 @@
 //! function that is not inlined is compiled without the instructions and calls them one by one (measured: 8 times
 //! slower). pulp's tokens prove that a set is there, so this needs no `unsafe`.
 
-use core::ops::{Add, BitAnd, BitOr, Mul, Sub};
+use core::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 
 /// A comparison's result.
 pub(crate) trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
@@ -16,7 +16,9 @@ pub(crate) trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
 }
 
 /// N numbers.
-pub(crate) trait Vector<const N: usize>: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+pub(crate) trait Vector<const N: usize>:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
     type Engine: Copy;
     type Mask: Mask;
     fn load(engine: Self::Engine, from: &[f32; N]) -> Self;
@@ -93,6 +95,7 @@ macro_rules! array_operator {
 array_operator!(Add, add, +);
 array_operator!(Sub, sub, -);
 array_operator!(Mul, mul, *);
+array_operator!(Div, div, /);
 
 impl<const N: usize> Vector<N> for Array<N> {
     type Engine = Plain;
@@ -138,7 +141,7 @@ impl Engine for Plain {
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    use super::{Add, BitAnd, BitOr, Engine, Mask, Mul, Sub, Vector};
+    use super::{Add, BitAnd, BitOr, Div, Engine, Mask, Mul, Sub, Vector};
     use core::arch::x86_64::{__m256, __m512, _CMP_LE_OQ, _CMP_LT_OQ};
     use pulp::x86::{V3, V4};
 
@@ -198,12 +201,13 @@ mod x86 {
     /// A vector in one register: name, token, register, width, mask, how a comparison becomes one, and the intrinsics.
     macro_rules! register {
         ($name:ident, $token:ident, $register:ident, $n:literal, $mask:ty, $of:expr, $set:ident,
-         $add:ident, $sub:ident, $mul:ident, $min:ident, $max:ident, $splat:ident, $compared:ident, $compare:ident) => {
+         $add:ident, $sub:ident, $mul:ident, $div:ident, $min:ident, $max:ident, $splat:ident, $compared:ident, $compare:ident) => {
             #[derive(Clone, Copy)]
             pub(crate) struct $name($register, $token);
             operator!($name, Add, add, $set, $add);
             operator!($name, Sub, sub, $set, $sub);
             operator!($name, Mul, mul, $set, $mul);
+            operator!($name, Div, div, $set, $div);
             impl Vector<$n> for $name {
                 type Engine = $token;
                 type Mask = $mask;
@@ -250,6 +254,7 @@ mod x86 {
         _mm256_add_ps,
         _mm256_sub_ps,
         _mm256_mul_ps,
+        _mm256_div_ps,
         _mm256_min_ps,
         _mm256_max_ps,
         _mm256_set1_ps,
@@ -267,6 +272,7 @@ mod x86 {
         _mm256_add_ps,
         _mm256_sub_ps,
         _mm256_mul_ps,
+        _mm256_div_ps,
         _mm256_min_ps,
         _mm256_max_ps,
         _mm256_set1_ps,
@@ -284,6 +290,7 @@ mod x86 {
         _mm512_add_ps,
         _mm512_sub_ps,
         _mm512_mul_ps,
+        _mm512_div_ps,
         _mm512_min_ps,
         _mm512_max_ps,
         _mm512_set1_ps,
@@ -309,6 +316,7 @@ mod x86 {
     pair_operator!(Add, add);
     pair_operator!(Sub, sub);
     pair_operator!(Mul, mul);
+    pair_operator!(Div, div);
     pair_operator!(BitAnd, bitand);
     pair_operator!(BitOr, bitor);
 

@@ -1,12 +1,13 @@
 //! One ray at a time.
 
-use crate::beam::{Entry, packet_of, usable};
+use crate::beam::{packet_of, usable};
+use crate::line::Line;
 use crate::scene::TriangleScene;
 use crate::shear::Shear;
-use crate::simd::{Engine, Vector, Work};
-use crate::triangle::{Crossing, cross, met};
+use crate::simd::{Engine, Work};
+use crate::triangle::{Crossing, cross};
 use crate::types::{Hit, Ray};
-use crate::view::{Region, View, depth_at};
+use crate::view::depth_at;
 use std::marker::PhantomData;
 
 /// What is asked of the triangles along a ray.
@@ -120,62 +121,76 @@ impl<Q: Question, F: FnMut(usize, Q)> Work for Trace<'_, Q, F> {
 
     #[inline(always)]
     fn run<E: Engine>(mut self, engine: E) {
-        let mut stack = Vec::with_capacity(self.scene.stack);
+        let mut stack = vec![Ahead::default(); self.scene.stack];
         for (i, ray) in self.rays.iter().enumerate() {
             (self.answer)(i, trace::<E, Q>(engine, self.scene, ray, &mut stack));
         }
     }
 }
 
-/// Walks the hierarchy.
+/// What a walk has still to do.
+#[derive(Clone, Copy, Debug, Default)]
+struct Ahead {
+    /// Depth at which it begins.
+    near: f32,
+    /// A node or a packet.
+    reference: u32,
+}
+
+/// Walks the hierarchy, what begins nearest first.
 #[inline(always)]
-fn trace<E: Engine, Q: Question>(engine: E, scene: &TriangleScene, ray: &Ray, stack: &mut Vec<Entry>) -> Q {
+fn trace<E: Engine, Q: Question>(engine: E, scene: &TriangleScene, ray: &Ray, stack: &mut [Ahead]) -> Q {
     let origin = ray.origin - scene.center;
     let mut question = Q::new(ray);
     let Some(shear) = Shear::new(ray.direction) else { return question };
     if !usable(origin) {
         return question;
     }
-    let view = View::new(engine, &shear);
+    let line = Line::new(engine, &shear, origin, scene.extent);
     let start = shear.start(origin, scene.extent);
-    let [p, q, depth, i, j, low, high] = start;
-    // Deeper than the origin, or than a bit before the least distance.
-    let region =
-        Region { p: [p; 2], q: [q; 2], depth: depth_at(depth, ray.t_min, &shear, -1.0), reach: [i, j], across: [low, high] };
-    let mut far = depth_at(depth, question.far(ray), &shear, 1.0);
-    stack.clear();
-    stack.push(Entry::root(1));
-    while let Some(Entry { near, reference, .. }) = stack.pop() {
-        if near > far {
-            continue;
-        }
-        let Some(packet) = packet_of(reference) else {
+    let mut far = depth_at(start[2], question.far(ray), &shear, 1.0);
+    let (mut left, mut reference) = (0, 0);
+    loop {
+        if let Some(packet) = packet_of(reference) {
+            let packet = &scene.packets[packet];
+            let mut mask = line.met(packet, far);
+            while mask != 0 {
+                let lane = mask.trailing_zeros() as usize % 8;
+                mask &= mask - 1;
+                if let Some(crossing) = cross(&shear, packet, lane, start) {
+                    question.take(&crossing, &shear, packet.id[lane], ray);
+                    if question.is_settled() {
+                        return question;
+                    }
+                    far = depth_at(start[2], question.far(ray), &shear, 1.0);
+                }
+            }
+        } else {
             let node = &scene.nodes[reference as usize];
-            let boxes = view.boxes(node);
-            let mut mask = view.overlap(&boxes, &region) & view.nearer(&boxes, far);
-            let near = boxes.depth[0].store();
-            let first = stack.len();
+            let (mut mask, near) = line.passes(node, far);
+            let first = left;
             while mask != 0 {
                 let child = mask.trailing_zeros() as usize % 8;
                 mask &= mask - 1;
-                Entry { near: near[child], reference: node.child[child], rays: 1 }.push(stack, first);
-            }
-            continue;
-        };
-        let packet = &scene.packets[packet];
-        let (corners, boxes) = view.corners(packet);
-        let mut mask = met(engine, &corners, &boxes, start);
-        while mask != 0 {
-            let lane = mask.trailing_zeros() as usize % 8;
-            mask &= mask - 1;
-            if let Some(crossing) = cross(&shear, packet, lane, start) {
-                question.take(&crossing, &shear, packet.id[lane], ray);
-                if question.is_settled() {
-                    return question;
+                let ahead = Ahead { near: near[child], reference: node.child[child] };
+                let mut at = left;
+                while at > first && stack[at - 1].near < ahead.near {
+                    stack[at] = stack[at - 1];
+                    at -= 1;
                 }
-                far = depth_at(depth, question.far(ray), &shear, 1.0);
+                stack[at] = ahead;
+                left += 1;
+            }
+        }
+        loop {
+            if left == 0 {
+                return question;
+            }
+            left -= 1;
+            if stack[left].near <= far {
+                reference = stack[left].reference;
+                break;
             }
         }
     }
-    question
 }

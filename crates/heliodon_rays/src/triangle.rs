@@ -90,9 +90,9 @@ pub(crate) fn boxed<E: Engine>(engine: E, spans: &Spans, lane: usize, points: &[
     ((p0.le(p) & p.le(p1)) & (q0.le(q) & q.le(q1)) & depth.lt(far) & reach & across).bits() as u16
 }
 
-/// Which of eight triangles a ray meets beyond its origin: the predicate of [`cross`] and a positive depth.
+/// Which of eight triangles a ray meets beyond its origin and no deeper than `limit`: the predicate of [`cross`] and a positive depth.
 #[inline(always)]
-pub(crate) fn met<E: Engine>(engine: E, corners: &[[E::F8; 6]; 3], boxes: &Boxes<E>, start: Start) -> u32 {
+pub(crate) fn met<E: Engine>(engine: E, corners: &[[E::F8; 6]; 3], boxes: &Boxes<E>, start: Start, limit: f32) -> u32 {
     let zero = E::F8::splat(engine, 0.0);
     let (p, q) = (E::F8::splat(engine, start[0]), E::F8::splat(engine, start[1]));
     let depth = E::F8::splat(engine, start[2]);
@@ -114,7 +114,15 @@ pub(crate) fn met<E: Engine>(engine: E, corners: &[[E::F8; 6]; 3], boxes: &Boxes
     let wc = ap * bq - aq * bp;
     let [least, greatest] = E::F8::span(wa, wb, wc);
     let inside = held & (zero.le(least) | greatest.le(zero));
+    if inside.bits() == 0 {
+        return 0;
+    }
     let det = wa + wb + wc;
     let moment = wa * (a[2] - depth) + wb * (b[2] - depth) + wc * (c[2] - depth);
-    (inside & ((zero.lt(det) & zero.lt(moment)) | (det.lt(zero) & moment.lt(zero)))).bits()
+    let ahead = inside & ((zero.lt(det) & zero.lt(moment)) | (det.lt(zero) & moment.lt(zero)));
+    if limit == f32::INFINITY {
+        return ahead.bits();
+    }
+    let at = (moment / det).max(boxes.depth[0] - depth).min(boxes.depth[1] - depth);
+    (ahead & at.le(E::F8::splat(engine, limit - start[2]))).bits()
 }

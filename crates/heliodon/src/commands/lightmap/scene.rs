@@ -28,7 +28,7 @@ impl SiteScene {
             "{}: no part has texels: write light = \"texel\" to those that are to have a light map",
             site.path().display()
         );
-        let rays = TriangleScene::build(&mesh.positions, &mesh.triangles, &BuildParams::default())?;
+        let rays = TriangleScene::build(&mesh.positions, &mesh.triangles, &BuildParams::asked_for_long(mesh.triangles.len()))?;
         Ok(Self { mesh, rays, density })
     }
 
