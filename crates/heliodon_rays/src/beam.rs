@@ -10,7 +10,7 @@ use glam::Vec3;
 use crate::build::MAX_COORDINATE;
 use crate::layout::{LEAF, Node};
 use crate::scene::TriangleScene;
-use crate::shear::{ACROSS, Shear, Start};
+use crate::shear::{LEAST_ACROSS, Shear, Start};
 use crate::simd::{Engine, Mask, Vector};
 use crate::triangle::boxed;
 use crate::view::{Region, View, greatest};
@@ -108,8 +108,7 @@ impl Beam {
             let across = splat(shear.slope[1]) * i - splat(shear.slope[0]) * j;
             let zero = splat(0.0);
             let size = i.max(zero - i).max(j.max(zero - j)).max(k.max(zero - k));
-            let margin = splat(ACROSS * (shear.slope[0].abs() + shear.slope[1].abs())) * splat(extent).max(size)
-                + splat(f32::MIN_POSITIVE);
+            let margin = splat(shear.across_margin()) * splat(extent).max(size) + splat(LEAST_ACROSS);
             self.points[group] = [
                 i - splat(shear.slope[0]) * k,
                 j - splat(shear.slope[1]) * k,

@@ -29,10 +29,13 @@
 
 use glam::Vec3;
 
-/// What places across are compared with, in greatest coordinates and the slopes' sum S: see [`Shear::margin`]. With u = 2^-24 and M the greatest coordinate, p and q
+/// What places across are compared with, in greatest coordinates and the slopes' sum S: see [`Shear::across_margin`]. With u = 2^-24 and M the greatest coordinate, p and q
 /// carry at most 3 u M each, which is 3 u M S across, and a place across of its own 2 u M S. What lies between the sheared corners of a triangle lies between their places
 /// across but for 2 (3 + 3 + 2) u M S and what weights are rounded by, 8 u M S at most; the margin of 32 u M S exceeds that and its own rounding.
 pub(crate) const ACROSS: f32 = 16.0 * f32::EPSILON;
+
+/// Slopes with next to no digits left give places across that are off by parts of this.
+pub(crate) const LEAST_ACROSS: f32 = f32::MIN_POSITIVE;
 
 /// The sheared coordinates of one direction.
 #[derive(Clone, Copy, Debug)]
@@ -92,18 +95,17 @@ impl Shear {
         [p, q, if self.forward { along } else { -along }, i, j, across]
     }
 
-    /// The margin across of what has coordinates up to `size`.
+    /// The margin across, in greatest coordinates; one of [`LEAST_ACROSS`] comes on top.
     #[inline(always)]
-    pub fn margin(&self, size: f32) -> f32 {
-        // (products of numbers that have next to no digits left may be off by one of these)
-        ACROSS * (self.slope[0].abs() + self.slope[1].abs()) * size + f32::MIN_POSITIVE
+    pub fn across_margin(&self) -> f32 {
+        ACROSS * (self.slope[0].abs() + self.slope[1].abs())
     }
 
     /// Where a ray starts, in a scene whose coordinates do not exceed `extent`.
     #[inline(always)]
     pub fn start(&self, origin: Vec3, extent: f32) -> Start {
         let [p, q, depth, i, j, across] = self.apply(origin);
-        let margin = self.margin(extent.max(origin.abs().max_element()));
+        let margin = self.across_margin() * extent.max(origin.abs().max_element()) + LEAST_ACROSS;
         [p, q, depth, i, j, across - margin, across + margin]
     }
 }
