@@ -114,14 +114,12 @@ pub(crate) fn met<E: Engine>(engine: E, corners: &[[E::F8; 6]; 3], boxes: &Boxes
     let wc = ap * bq - aq * bp;
     let [least, greatest] = E::F8::span(wa, wb, wc);
     let inside = held & (zero.le(least) | greatest.le(zero));
-    if inside.bits() == 0 {
-        return 0;
-    }
     let det = wa + wb + wc;
     let moment = wa * (a[2] - depth) + wb * (b[2] - depth) + wc * (c[2] - depth);
     let ahead = inside & ((zero.lt(det) & zero.lt(moment)) | (det.lt(zero) & moment.lt(zero)));
-    if limit == f32::INFINITY {
-        return ahead.bits();
+    let all = ahead.bits();
+    if all == 0 || limit == f32::INFINITY {
+        return all;
     }
     let at = (moment / det).max(boxes.depth[0] - depth).min(boxes.depth[1] - depth);
     (ahead & at.le(E::F8::splat(engine, limit - start[2]))).bits()
