@@ -1,9 +1,9 @@
 //! The bake: from a plan to a bundle, step by step, each of which survives a kill.
 
 use crate::actors::actor_metas;
-use crate::budget::{Means, viewer_bytes, viewer_doubt};
+use crate::budget::{Means, shown_counts, viewer_bytes, viewer_doubt};
 use crate::cache::{Cache, Taken};
-use crate::chunks::ChunkMaker;
+use crate::chunks::{ChunkMaker, VertexValues};
 use crate::darkness::tell_of_darkness;
 use crate::details::Details;
 use crate::earlier::SceneRecord;
@@ -19,7 +19,8 @@ use crate::names::{LightNames, SceneDigests};
 use crate::panorama::Panorama;
 use crate::plan::Plan;
 use crate::report::{Reporter, WarningsKept};
-use crate::scene::{Scene, Traceable};
+use crate::scan::Scan;
+use crate::scene::{Original, Scene, Traceable};
 use crate::sky::{BakedSky, bake_sky, sky_names};
 use crate::stages::Work;
 use crate::texels::{Atlas, weathering_layer};
@@ -111,22 +112,32 @@ pub(crate) fn bake_where(
     clock.lap("rays");
     let atlas = Atlas::new(&plan.site, &scene, Some(&cache))?;
     clock.lap("charts");
-    let panorama = Panorama::new(&plan.site, &mut scene, &rays, reporter)?;
+    let panorama = Panorama::new(&plan.site, &scene, &rays, reporter)?;
     clock.lap("panorama");
-    let means = within_budget(plan, &scene, &rays, reporter)?;
+    let scan = Scan::new(&plan.site, &mut scene, reporter);
+    scene.original.iter_mut().for_each(Original::forget_looks);
+    let scan_vertices = scan.as_ref().map_or(0, |scan| scan.counts()[0]);
+    let means = within_budget(plan, &scene, (&rays, scan_vertices), reporter)?;
     let sky = bake_sky(plan, &cache, reporter)?;
     clock.lap("sky");
     let sky_steps = sky.lapse.steps.len();
     let suns = sky.suns();
-    let of =
-        SceneParts { scene: &scene, digests: &digests, record: &record, atlas: atlas.as_ref(), panorama: panorama.as_ref() };
+    let of = SceneParts {
+        scene: &scene,
+        digests: &digests,
+        record: &record,
+        atlas: atlas.as_ref(),
+        panorama: panorama.as_ref(),
+        scan: scan.as_ref(),
+    };
     let solved = means.run(|| scene_light(plan, &of, rays, (&suns, means), &cache, reporter))?;
     clock.lap("light");
     let names = solved.names.clone();
     let manifest = write_bundle(plan, (&of, &details), sky, solved, &cache, reporter)?;
     clock.lap("writing");
     let sides = [atlas.as_ref().map(Atlas::side), panorama.as_ref().map(Panorama::side)];
-    let needs = viewer_bytes(manifest.counts, manifest.light, scene.mesh.texture_bytes() as u64, sides);
+    let shown = shown_counts(manifest.counts, manifest.scan);
+    let needs = viewer_bytes(shown, manifest.light, scene.mesh.texture_bytes() as u64, sides);
     viewer_doubt(plan.site.budget.viewer_bytes(), needs).iter().for_each(|doubt| reporter.warning(doubt));
     let taken = cache.all_taken();
     let kept_bytes = if plan.options.no_cache {
@@ -178,11 +189,12 @@ struct SceneParts<'a> {
     record: &'a SceneRecord,
     atlas: Option<&'a Atlas>,
     panorama: Option<&'a Panorama>,
+    scan: Option<&'a Scan>,
 }
 
 fn scene_light(
     plan: &Plan,
-    &SceneParts { scene, digests, record, atlas, panorama }: &SceneParts,
+    &SceneParts { scene, digests, record, atlas, panorama, scan }: &SceneParts,
     rays: TriangleScene,
     (suns, means): (&[Vec3], Means),
     cache: &Cache,
@@ -204,7 +216,7 @@ fn scene_light(
         &params,
         (suns, sun_bounce),
         &grid,
-        [atlas.map(Atlas::digest), panorama.map(Panorama::digest)],
+        [atlas.map(Atlas::digest), panorama.map(Panorama::digest), scan.map(Scan::digest)],
     );
     let weather = WeatherPlan::new(&plan.site);
     let weather = weather.map(|plan| (plan.names(digests, params.offset_m, atlas), plan));
@@ -213,7 +225,7 @@ fn scene_light(
     cache.adopt(&all_names)?;
     let (surfaces, params, of_grid) = (traceable.surfaces(), &params, &grid);
     let texels = atlas.map(|atlas| (scene, atlas));
-    let input = LightInput { surfaces, suns, sun_bounce, params, grid: of_grid, texels, panorama, names: &names, record };
+    let input = LightInput { surfaces, suns, sun_bounce, params, grid: of_grid, texels, panorama, scan, names: &names, record };
     let light = bake_light(&input, Some(cache), reporter)?;
     tell_of_darkness(&plan.site.parts, scene, &traceable.rays, &light.light.validity, params.offset_m, reporter);
     let weather = match weather {
@@ -228,12 +240,17 @@ fn scene_light(
 }
 
 /// With what the light may be solved within the site's budget: threads, and hits that are kept.
-fn within_budget(plan: &Plan, scene: &Scene, rays: &TriangleScene, reporter: &dyn Reporter) -> Result<Means, BakeError> {
+fn within_budget(
+    plan: &Plan,
+    scene: &Scene,
+    (rays, scan_vertices): (&TriangleScene, u64),
+    reporter: &dyn Reporter,
+) -> Result<Means, BakeError> {
     let (budget, threads) = (plan.site.budget.bake_bytes(), rayon::current_num_threads());
     if budget.is_none() {
         return Ok(Means { threads, kept: LightParams::default().hit_budget_bytes });
     }
-    let need = light_need(plan, scene, rays, plan.grid(Some(rays))?.cells.len());
+    let need = light_need(plan, scene, rays, [plan.grid(Some(rays))?.cells.len() as u64, scan_vertices]);
     let means = need.within("the light", budget, threads)?;
     if means.threads < threads || means.kept < need.kept {
         let (kept, all) = (means.kept >> 20, need.kept >> 20);
@@ -248,18 +265,21 @@ fn within_budget(plan: &Plan, scene: &Scene, rays: &TriangleScene, reporter: &dy
 /// Writes everything into the bundle, which appears whole or not at all.
 fn write_bundle(
     plan: &Plan,
-    (&SceneParts { scene, atlas, panorama, .. }, details): (&SceneParts, &Details),
+    (&SceneParts { scene, atlas, panorama, scan, .. }, details): (&SceneParts, &Details),
     sky: BakedSky,
-    Solved { light, grid, actors, weather, names: _ }: Solved,
+    Solved { mut light, grid, actors, weather, names: _ }: Solved,
     cache: &Cache,
     reporter: &dyn Reporter,
 ) -> Result<Manifest, BakeError> {
-    let (mesh, light) = (&scene.mesh, &light);
+    let (mesh, of_scan, light) = (&scene.mesh, light.scan.take(), &light);
     let bounce = light.light.sun_bounce.as_ref();
     let layout = plan.layout(sky.sun_steps, bounce.map_or(0, |bounce| bounce.functions.len() as u32));
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
     let mut meta = plan.meta(layout, params.offset_m);
     meta.measures = measures(light, scene);
+    let scan = scan.zip(of_scan.as_ref());
+    let of_scan = scan.iter().flat_map(|(_, light)| light.measures());
+    meta.measures.extend(of_scan.map(|(name, value)| (format!("scan_{name}"), value)));
     meta.prepared = scene.prepared.clone();
     let mut writer = create_writer(&plan.options.bundle, &meta)?;
 
@@ -276,7 +296,7 @@ fn write_bundle(
         writer.add_texel_weathering(&weathering_layer(scene, atlas, &baked.texels, &weather.looks))?;
     }
     let weathered = weather.as_ref().map(|(weather, baked)| WeatheredAlbedo::new(weather, baked, mesh));
-    let maker = ChunkMaker::new(scene, atlas, light, layout).weathered(weathered);
+    let maker = ChunkMaker::new(scene, atlas, VertexValues::of(light), layout).weathered(weathered);
     let mut textures = Textures::default();
     reporter.stage("writing", mesh.triangles.len() as u64);
     reporter.progress(0);
@@ -314,6 +334,9 @@ fn write_bundle(
     let mut lapse = sky.lapse;
     lapse.sun_bounce_basis =
         bounce.map(|bounce| SunBounceBasis { channels: layout.channels, functions: bounce.functions.clone() });
+    if let Some((scan, light)) = scan {
+        scan.write(light, (&mut writer, &meta, &lapse), reporter)?;
+    }
     let manifest = writer.finish(&lapse)?;
     reporter.finished();
     Ok(manifest)

@@ -86,6 +86,12 @@ pub(crate) fn viewer_bytes(
     VIEWER_BYTES + counts.vertices * vertex + counts.triangles * VIEWER_TRIANGLE_BYTES + texture_bytes / 3 * 4 + texels
 }
 
+/// How much a viewer shows: what is drawn, and the scan itself for eyes at rest.
+pub(crate) fn shown_counts(drawn: Counts, scan: Option<Counts>) -> Counts {
+    let Counts { vertices, triangles, .. } = scan.unwrap_or_default();
+    Counts { vertices: drawn.vertices + vertices, triangles: drawn.triangles + triangles, ..drawn }
+}
+
 /// What is not the stone's: most of it software Vulkan's own for triangles that are being drawn.
 const VIEWER_BYTES: u64 = 110 << 20;
 const VIEWER_VERTEX_BYTES: u64 = 24;

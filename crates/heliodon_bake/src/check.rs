@@ -1,7 +1,7 @@
 //! Looks at everything that a site names, and bakes nothing.
 
 use crate::actors::read_figures;
-use crate::budget::{viewer_bytes, viewer_doubt};
+use crate::budget::{shown_counts, viewer_bytes, viewer_doubt};
 use crate::details::Details;
 use crate::error::BakeError;
 use crate::estimate::USUAL_FUNCTIONS;
@@ -9,6 +9,7 @@ use crate::grid::GridPlan;
 use crate::ground::{as_given, doubts, on_the_ground};
 use crate::panorama::side_of;
 use crate::report::Reporter;
+use crate::scan::is_wanted;
 use crate::scene;
 use crate::sky::{lapse_params, place_warnings};
 use crate::texels::{Atlas, expects_texels};
@@ -182,6 +183,8 @@ fn viewer_warning(site: &Site, scene: &scene::Scene, layout: LightLayout) -> Opt
     let counts = Counts { vertices, triangles, ..Counts::default() };
     let layout = LightLayout { sun_bounce_functions: functions, ..layout };
     let atlas = expects_texels(scene).then(|| site.bake.effective_texels());
+    let of_scan = Counts { vertices: mesh.positions.len() as u64, triangles: read, ..Counts::default() };
+    let counts = shown_counts(counts, is_wanted(site).then_some(of_scan));
     let needs = viewer_bytes(counts, layout, mesh.texture_bytes() as u64, [atlas, side_of(site)]);
     viewer_doubt(site.budget.viewer_bytes(), needs)
 }

@@ -11,11 +11,34 @@ use heliodon_mesh::Mesh;
 use heliodon_mesh::chunk::{Chunk, split};
 use std::collections::HashMap;
 
+/// The light of a scene's N vertices, as chunks show it.
+#[derive(Clone, Copy, Debug)]
+pub struct VertexValues<'a> {
+    /// 1 where a vertex sees the open.
+    pub valid: &'a [u8],
+    /// W words for each.
+    pub masks: &'a [u32],
+    /// The sky transfer's numbers for each.
+    pub sky: &'a [f32],
+    /// The sun bounce's numbers for each.
+    pub bounce: &'a [f32],
+}
+
+impl<'a> VertexValues<'a> {
+    /// Those of solved light.
+    #[must_use]
+    pub fn of(baked: &'a BakedLight) -> Self {
+        let light = &baked.light;
+        let bounce = light.sun_bounce.as_ref().map_or(&[][..], |bounce| &bounce.coefficients);
+        Self { valid: &light.validity.valid, masks: &baked.masks.words, sky: &light.sky_transfer, bounce }
+    }
+}
+
 /// Makes the chunks of a scene, part by part.
 pub struct ChunkMaker<'a> {
     scene: &'a Scene,
     atlas: Option<&'a Atlas>,
-    light: &'a BakedLight,
+    light: VertexValues<'a>,
     layout: LightLayout,
     weathered: Option<WeatheredAlbedo<'a>>,
 }
@@ -23,7 +46,7 @@ pub struct ChunkMaker<'a> {
 impl<'a> ChunkMaker<'a> {
     /// For `scene`, whose vertices have `light`.
     #[must_use]
-    pub fn new(scene: &'a Scene, atlas: Option<&'a Atlas>, light: &'a BakedLight, layout: LightLayout) -> Self {
+    pub fn new(scene: &'a Scene, atlas: Option<&'a Atlas>, light: VertexValues<'a>, layout: LightLayout) -> Self {
         Self { scene, atlas, light, layout, weathered: None }
     }
 
@@ -114,23 +137,21 @@ impl<'a> ChunkMaker<'a> {
             texel_uvs: atlas.map_or_else(Vec::new, |atlas| piece.vertices.iter().map(|&vertex| atlas.uv(vertex)).collect()),
             albedo: vertices.iter().zip(&piece.materials).map(albedo).collect(),
             triangles: piece.triangles.clone(),
-            valid: vertices.iter().map(|&vertex| self.light.light.validity.valid[vertex]).collect(),
+            valid: vertices.iter().map(|&vertex| self.light.valid[vertex]).collect(),
             light: self.vertex_light(&vertices),
         }
     }
 
     fn vertex_light(&self, vertices: &[usize]) -> VertexLight {
-        let layout = self.layout;
-        let light = &self.light.light;
-        let bounce = light.sun_bounce.as_ref().map_or(&[][..], |bounce| &bounce.coefficients);
+        let (layout, light) = (self.layout, self.light);
         VertexLight {
             sun_steps: layout.sun_steps,
             coefficients: layout.coefficients,
             channels: layout.channels,
             sun_bounce_functions: layout.sun_bounce_functions,
-            sun_mask: pick(&self.light.masks.words, layout.mask_words(), vertices),
-            sky_transfer: pick(&light.sky_transfer, layout.transfer_floats(), vertices),
-            sun_bounce: pick(bounce, layout.bounce_floats(), vertices),
+            sun_mask: pick(light.masks, layout.mask_words(), vertices),
+            sky_transfer: pick(light.sky, layout.transfer_floats(), vertices),
+            sun_bounce: pick(light.bounce, layout.bounce_floats(), vertices),
         }
     }
 }

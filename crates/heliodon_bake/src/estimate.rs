@@ -2,12 +2,13 @@
 //! what preparation itself will cost.
 
 use crate::blocks::{GRANULE, points_per_block};
-use crate::budget::{Need, viewer_bytes};
+use crate::budget::{Need, shown_counts, viewer_bytes};
 use crate::error::BakeError;
 use crate::panorama::side_of;
 use crate::plan::Plan;
 use crate::prepare::{PrepareEstimate, estimate_with, is_prepared, textures_of};
 use crate::report::Reporter;
+use crate::scan::{Scan, is_wanted};
 use crate::scene::{Scene, Traceable};
 use crate::sky::lapse_params;
 use crate::stand_in::StandIn;
@@ -102,6 +103,10 @@ const TEXEL_BYTES: u64 = 120;
 /// Copies of a texel's light at once: as it is solved, with its seams closed, at its place in the atlas, and as a texture's bytes. With these the
 /// workshop's atlas of 2048 x 2048 texels comes to 1.1 GB; its bake took 1.55 GB in all (BENCHMARKS.md, "Daylight in texels").
 const TEXEL_COPIES: u64 = 4;
+/// Bytes of a vertex of the scan itself beside its light: its part of the mesh, its ray's start, and its place among those.
+const SCAN_VERTEX_BYTES: u64 = 160;
+/// Vertices that scans have for each of their triangles, about.
+const VERTICES_A_TRIANGLE: f64 = 0.5;
 /// What an atlas packs to in the bundle, over what a viewer holds of it: the workshop's 169 MB are 67.2 MB.
 const ATLAS_PACKS_TO: f64 = 0.4;
 /// Copies of a block while it is written: itself, and its bytes.
@@ -123,6 +128,10 @@ pub fn estimate(plan: &Plan, reporter: &dyn Reporter) -> Result<Estimate, BakeEr
     };
     reporter.stage("timing", 0);
     let rays = scene.take_rays()?;
+    let scan = match &prepare {
+        None => Scan::new(&plan.site, &mut scene, reporter).map_or([0; 2], |scan| scan.counts()),
+        Some(prepare) => expected_scan(plan, prepare),
+    };
     let mesh = &scene.mesh;
     let traceable = Traceable::new(&scene, rays);
     let surfaces = traceable.surfaces();
@@ -139,7 +148,7 @@ pub fn estimate(plan: &Plan, reporter: &dyn Reporter) -> Result<Estimate, BakeEr
         None => Size::of(&scene, &traceable.rays, &layout, &timed),
         Some(prepare) => Size::expected(prepare, &scene, &layout, &timed),
     };
-    let light = reckon(plan, &Size { grid_points, atlas, ..size }, suns.len() as u32, &params, &timed);
+    let light = reckon(plan, &Size { grid_points, atlas, scan, ..size }, suns.len() as u32, &params, &timed);
     let memory_bytes = light.memory_bytes.max(prepare.as_ref().map_or(0, |prepare| prepare.memory_bytes));
     let cache_bytes = light.cache_bytes.max(prepare.as_ref().map_or(0, |prepare| prepare.cache_bytes));
     Ok(Estimate { memory_bytes, cache_bytes, prepare, ..light })
@@ -156,6 +165,8 @@ struct Size {
     grid_points: u64,
     /// Texels along a side of the atlas, where there is one.
     atlas: Option<u32>,
+    /// Vertices and triangles of the scan itself.
+    scan: [u64; 2],
     /// Geometry with its textures and what is made of them, and what rays meet.
     geometry_bytes: u64,
     texture_bytes: u64,
@@ -176,6 +187,7 @@ impl Size {
             points: layout.points().len() as u64 + timed.back_sides as u64,
             grid_points: 0,
             atlas: None,
+            scan: [0; 2],
             geometry_bytes: geometry_bytes(scene) + rays.memory_bytes() as u64,
             texture_bytes,
             largest_texture_bytes: largest_texture_bytes(mesh),
@@ -200,6 +212,7 @@ impl Size {
             points: (prepare.vertices as f64 * cells) as u64 + back_sides,
             grid_points: 0,
             atlas: None,
+            scan: [0; 2],
             geometry_bytes: expected_geometry_bytes(prepare),
             texture_bytes: prepare.texture_bytes,
             largest_texture_bytes: prepare.largest_texture_bytes,
@@ -222,21 +235,30 @@ fn geometry_bytes(scene: &Scene) -> u64 {
 }
 
 /// What the light of a scene whose rays were taken needs: known before any of it is solved.
-pub(crate) fn light_need(plan: &Plan, scene: &Scene, rays: &TriangleScene, grid_points: usize) -> Need {
+pub(crate) fn light_need(plan: &Plan, scene: &Scene, rays: &TriangleScene, [grid_points, of_scan]: [u64; 2]) -> Need {
     let (vertices, triangles) = (scene.mesh.positions.len(), scene.mesh.triangles.len());
     // only large triangles are divided, each into a few dozens
     let cells = plan.light_params(&scene.mesh.positions, &scene.mesh.triangles).max_sub_cells.min(64 * triangles);
-    let points = (vertices + cells + AXES.len() * grid_points) as u64;
-    need(plan, points, vertices as u64, geometry_bytes(scene) + rays.memory_bytes() as u64, expects_texels(scene))
+    let points = (vertices + cells) as u64 + AXES.len() as u64 * grid_points;
+    let geometry_bytes = geometry_bytes(scene) + rays.memory_bytes() as u64;
+    need(plan, points, [vertices as u64, of_scan], geometry_bytes, expects_texels(scene))
 }
 
 /// What the light of what preparation will leave needs; points of the light grid not counted, for nobody knows yet where the ground is.
 pub(crate) fn expected_light_need(plan: &Plan, prepare: &PrepareEstimate) -> Need {
     let points = (prepare.vertices as f64 * (1.0 + CELLS_A_VERTEX)) as u64;
-    need(plan, points, prepare.vertices, expected_geometry_bytes(prepare), prepare.by_texels)
+    let [of_scan, _] = expected_scan(plan, prepare);
+    need(plan, points, [prepare.vertices, of_scan], expected_geometry_bytes(prepare), prepare.by_texels)
 }
 
-fn need(plan: &Plan, points: u64, vertices: u64, geometry_bytes: u64, by_texels: bool) -> Need {
+/// Vertices and triangles of the scan itself, where a site wants it, before anybody knows what of it stands behind what is drawn: all.
+fn expected_scan(plan: &Plan, prepare: &PrepareEstimate) -> [u64; 2] {
+    let triangles = if is_wanted(&plan.site) { prepare.triangles_original } else { 0 };
+    [(VERTICES_A_TRIANGLE * triangles as f64) as u64, triangles]
+}
+
+/// `vertices` are those of what is drawn and reflects, and those of the scan itself.
+fn need(plan: &Plan, points: u64, vertices: [u64; 2], geometry_bytes: u64, by_texels: bool) -> Need {
     let bake = &plan.site.bake;
     // one probe is one sun, however many steps the site names; what is wrong with the sky is told where it is made
     let sun_steps = lapse_params(&plan.site, &plan.files).map_or(bake.sun_steps, |sky| sky.effective_sun_steps());
@@ -248,7 +270,10 @@ fn need(plan: &Plan, points: u64, vertices: u64, geometry_bytes: u64, by_texels:
     let atlas = if by_texels { TexelCounts::of(bake.effective_texels(), light) } else { TexelCounts::default() };
     let panorama = side_of(&plan.site).map_or_else(TexelCounts::default, |side| TexelCounts::of_panorama(side, light));
     Need {
-        least: geometry_bytes + bytes_of_points(points, vertices, light_bytes) + atlas.and(panorama).memory_bytes(light),
+        least: geometry_bytes
+            + bytes_of_points(points, vertices[0], light_bytes)
+            + atlas.and(panorama).memory_bytes(light)
+            + vertices[1] * (SCAN_VERTEX_BYTES + light_bytes),
         thread: block.min(points) * (hit_bytes + light_bytes) * BLOCK_COPIES,
         kept: (points * hit_bytes).min(LightParams::default().hit_budget_bytes),
     }
@@ -455,6 +480,7 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
     let looks = (timed.gather_rays / f64::from(params.samples)).max(1.0);
     let traces = (2.0 * kept as f64 * looks) as u64;
     let counts = Counts { vertices, triangles, ..Counts::default() };
+    let of_scan = Counts { vertices: size.scan[0], triangles: size.scan[1], ..Counts::default() };
     let patches = (size.surfaces * timed.patches as f64) as u64;
     // geometry, rays, points, hits, and light: of the points twice, gathered and solved, and of the vertices
     let solving = size.geometry_bytes
@@ -470,7 +496,10 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
     // what was scanned changes from texel to texel
     let gathered = SKY_ASKED * of_atlas.sky as f64 + seen.sky as f64 + atlas.bounce as f64;
     let texel_seconds = size.depth * (gathered * timed.gather_seconds + texels * timed.mask_seconds);
-    let texel_bytes = atlas.memory_bytes(light);
+    let [scan_vertices, scan_triangles] = size.scan;
+    let scanned = scan_vertices as f64;
+    let scan_seconds = size.depth * scanned * (timed.gather_seconds + timed.mask_seconds);
+    let texel_bytes = atlas.memory_bytes(light) + scan_vertices * (SCAN_VERTEX_BYTES + light_bytes);
     let shown =
         size.atlas.map_or(0, |side| atlas_bytes(light, [side; 2])) + panorama.map_or(0, |side| panorama_bytes(light, side));
     let packed = (ATLAS_PACKS_TO * shown as f64) as u64;
@@ -480,16 +509,24 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
         triangles,
         points: size.points,
         grid_points,
-        gather_rays: (all(timed.gather_rays) + gathered * timed.gather_rays) as u64,
-        mask_rays: (all(timed.mask_rays) + texels * timed.mask_rays) as u64 + (size.surfaces * timed.sun_rays as f64) as u64,
-        seconds: all(traced_seconds + bounce_seconds) + size.surfaces * size.depth * timed.sun_seconds + texel_seconds,
+        gather_rays: (all(timed.gather_rays) + (gathered + scanned) * timed.gather_rays) as u64,
+        mask_rays: (all(timed.mask_rays) + (texels + scanned) * timed.mask_rays) as u64
+            + (size.surfaces * timed.sun_rays as f64) as u64,
+        seconds: all(traced_seconds + bounce_seconds)
+            + size.surfaces * size.depth * timed.sun_seconds
+            + texel_seconds
+            + scan_seconds,
         memory_bytes: (solving + texel_bytes).max(encoding + texel_bytes),
-        cache_bytes: kept + traces + points * (light_bytes + 16) + vertices * light_bytes + atlas.kept_bytes(light),
-        bundle_bytes: vertices * (BUNDLE_VERTEX_BYTES + light_bytes)
-            + triangles * BUNDLE_TRIANGLE_BYTES
+        cache_bytes: kept
+            + traces
+            + points * (light_bytes + 16)
+            + (vertices + 2 * scan_vertices) * light_bytes
+            + atlas.kept_bytes(light),
+        bundle_bytes: (vertices + scan_vertices) * (BUNDLE_VERTEX_BYTES + light_bytes)
+            + (triangles + scan_triangles) * BUNDLE_TRIANGLE_BYTES
             + grid_points * point_bytes(light)
             + packed,
-        viewer_bytes: viewer_bytes(counts, light, size.texture_bytes, [size.atlas, panorama]),
+        viewer_bytes: viewer_bytes(shown_counts(counts, Some(of_scan)), light, size.texture_bytes, [size.atlas, panorama]),
         prepare: None,
     }
 }

@@ -61,6 +61,7 @@ pub fn decode_light(bytes: &[u8], layout: &Layout, input: &LightInput) -> Option
         grid: None,
         texels: None,
         panorama: None,
+        scan: None,
     })
 }
 

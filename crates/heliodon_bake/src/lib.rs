@@ -7,7 +7,7 @@
 //! 3. [`light`]: sun masks, sky transfer ([`stages`]), bounces, in [`blocks`] that are kept in a [`cache`] as soon as they are done;
 //!    with the vertices that of the points in space that [`grid`] lays through rooms and along the paths of [`actors`], of which [`ground`] tells what they stand on;
 //! 4. [`weathering`], where the site wants it: what the weather has left on the surfaces;
-//! 5. [`chunks`]: spatially tight primitives with their light, streamed into the bundle.
+//! 5. [`chunks`]: spatially tight primitives with their light, streamed into the bundle, and into that of the [`scan`] itself where the site wants it.
 //!
 //! A bake that is killed goes on where it stopped, and ends with the same bytes: every block depends on nothing but what the
 //! cache's key holds. So many machines can share one ([`merge`]): each does the blocks of its [`shard`], as the [`division`] has
@@ -45,6 +45,7 @@ pub mod plan;
 pub mod prepare;
 mod referenced;
 pub mod report;
+pub mod scan;
 pub mod scene;
 pub mod shard;
 pub mod sky;

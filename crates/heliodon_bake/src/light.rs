@@ -8,6 +8,7 @@ use crate::kept_light::{decode_grid, decode_light, encode_grid, encode_light};
 use crate::names::{LightNames, TexelNames};
 use crate::panorama::Panorama;
 use crate::report::Reporter;
+use crate::scan::{BakedScan, Scan};
 use crate::scene::Scene;
 use crate::stages::{LightStages, Work, lay_out};
 use crate::texels::{Atlas, BakedTexels, SolvedScene, bake_texels};
@@ -33,6 +34,8 @@ pub struct LightInput<'a> {
     pub texels: Option<(&'a Scene, &'a Atlas)>,
     /// What a room's middle sees of the original, where that is wanted.
     pub panorama: Option<&'a Panorama>,
+    /// The scan itself, likewise.
+    pub scan: Option<&'a Scan>,
     /// What the blocks are called.
     pub names: &'a LightNames,
     /// What the surfaces are made of, part by part.
@@ -56,8 +59,10 @@ pub struct BakedLight {
     pub grid: Option<BakedGrid>,
     /// Light in texels, where there is any,
     pub texels: Option<BakedTexels>,
-    /// and that of the panorama.
+    /// that of the panorama,
     pub panorama: Option<BakedTexels>,
+    /// and that of the scan itself.
+    pub scan: Option<BakedScan>,
 }
 
 /// The light of the points in space.
@@ -113,15 +118,25 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
         }
     }
     reporter.stage("bounces", 0);
-    let mut cells = (input.texels.is_some() || input.panorama.is_some()).then(CellLight::default);
+    let mut cells =
+        [input.texels.is_some(), input.panorama.is_some(), input.scan.is_some()].contains(&true).then(CellLight::default);
     let (light, free) = solve_all(surfaces, &layout, &blocks, sun, params, cells.as_mut())?;
     drop(blocks);
     light.validate()?;
     free.validate(&light)?;
     let of_vertices = vertex_masks(&layout, &masks, &light.validity);
     of_vertices.validate()?;
-    let mut baked =
-        BakedLight { light, points, gather_rays, mask_rays, masks: of_vertices, grid: None, texels: None, panorama: None };
+    let mut baked = BakedLight {
+        light,
+        points,
+        gather_rays,
+        mask_rays,
+        masks: of_vertices,
+        grid: None,
+        texels: None,
+        panorama: None,
+        scan: None,
+    };
     if let Some(cache) = cache {
         cache.store(&names.fronts.light, 0, &encode_light(&baked))?;
     }
@@ -146,6 +161,10 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
         if let (Some(panorama), Some(names)) = (input.panorama, &names.panorama) {
             keep(names, baked.panorama.insert(panorama.light(&solved, &work, names)?))?;
         }
+        if let (Some(scan), Some(names)) = (input.scan, &names.scan) {
+            let light = baked.scan.insert(scan.light(&solved, &work, names)?);
+            cache.map_or(Ok(()), |cache| light.keep(cache, names))?;
+        }
     }
     Ok(baked)
 }
@@ -158,6 +177,12 @@ fn solved(input: &LightInput, cache: &Cache, layout: &Layout) -> Option<BakedLig
     }
     if let (Some(names), Some(_)) = (&input.names.panorama, input.panorama) {
         done.panorama = Some(BakedTexels::from_bytes(&cache.load(&names.light, 0)?)?);
+    }
+    if let (Some(names), Some(scan)) = (&input.names.scan, input.scan) {
+        let channels = done.light.channels.count();
+        let functions = done.light.sun_bounce.as_ref().map_or(0, |bounce| bounce.functions.len());
+        let widths = [done.masks.words_per_point(), done.light.coefficients * channels, functions * channels];
+        done.scan = Some(BakedScan::kept(cache, names, scan, widths)?);
     }
     if input.grid.is_empty() {
         return Some(done);

@@ -15,7 +15,7 @@ use crate::memory::peak_resident_bytes;
 use crate::names::{LightNames, SceneDigests};
 use crate::plan::Plan;
 use crate::report::Reporter;
-use crate::scene::Traceable;
+use crate::scene::{Original, Traceable};
 use crate::shard::Shard;
 use crate::sky::{SkyShare, sky_names};
 use crate::stages::{LightStages, Work, lay_out};
@@ -140,6 +140,7 @@ pub fn bake_shard(
     cache.adopt(&sky_names(plan)?.all())?;
     reporter.stage("rays", 0);
     let rays = scene.take_rays()?;
+    scene.original.iter_mut().for_each(Original::forget_looks);
     let mesh = &scene.mesh;
     let traceable = Traceable::new(&scene, rays);
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
@@ -149,14 +150,15 @@ pub fn bake_shard(
     let sky = SkyShare::new(plan, &cache, reporter, Share { shard, first: 0 })?;
     let suns = sky.suns()?;
     let sun_bounce = plan.site.bake.sun_bounce;
-    // texels take their light from all cells: the merge solves them
-    let names = &LightNames::new(&digests, &params, (&suns, sun_bounce), &grid, [None; 2]);
+    // texels and the scan itself take their light from all cells: the merge solves them
+    let names = &LightNames::new(&digests, &params, (&suns, sun_bounce), &grid, [None; 3]);
     cache.adopt(&names.all())?;
     reporter.stage("points", 0);
     let layout = lay_out(&surfaces, &params, &names.sight, Some(&cache))?;
     reporter.finished();
     let (params, grid, record) = (&params, &grid, &record);
-    let input = LightInput { surfaces, suns: &suns, sun_bounce, params, grid, texels: None, panorama: None, names, record };
+    let (texels, panorama, scan) = (None, None, None);
+    let input = LightInput { surfaces, suns: &suns, sun_bounce, params, grid, texels, panorama, scan, names, record };
     let earlier = Earlier::find(&input, &cache);
     leave_record(&input, &cache)?;
     let stages = LightStages::new(&input, layout, earlier.as_ref());

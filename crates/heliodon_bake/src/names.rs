@@ -118,8 +118,10 @@ pub struct LightNames {
     pub space: PointNames,
     /// Light in texels, where there is any,
     pub texels: Option<TexelNames>,
-    /// and that of a panorama.
+    /// that of a panorama,
     pub panorama: Option<TexelNames>,
+    /// and that of the scan itself.
+    pub scan: Option<TexelNames>,
     /// What followed paths depend on besides the traces' own name.
     pub paths: u64,
     /// What bakes among other geometry need to know of this one.
@@ -149,14 +151,14 @@ pub struct TexelNames {
 pub const RECORD: &str = "record";
 
 impl LightNames {
-    /// Those of a scene's light under some suns; the last are hashes of an atlas and of a panorama.
+    /// Those of a scene's light under some suns; the last are hashes of an atlas, of a panorama and of a scan.
     #[must_use]
     pub fn new(
         scene: &SceneDigests,
         params: &LightParams,
         (suns, sun_bounce): (&[Vec3], bool),
         grid: &GridPlan,
-        [atlas, panorama]: [Option<[u8; 32]>; 2],
+        [atlas, panorama, scan]: [Option<[u8; 32]>; 3],
     ) -> Self {
         let LightParams {
             samples,
@@ -228,6 +230,7 @@ impl LightNames {
             sampling: of("sampling", &[rays, told(format!("{seed}"))]).digits(),
             texels: atlas.map(|atlas| on_texels("texel", atlas)),
             panorama: panorama.map(|panorama| on_texels("panorama", panorama)),
+            scan: scan.map(|scan| on_texels("scan", scan)),
             paths: u64::from_le_bytes(paths.bytes()[..8].try_into().unwrap_or_default()),
         }
     }
@@ -239,10 +242,10 @@ impl LightNames {
             let PointNames { masks, gather, traces, light, places } = names.clone();
             [masks, gather, traces, light, places]
         };
-        let Self { sight, patches, curves, curve_traces, record, plan, texels, panorama, .. } = self.clone();
+        let Self { sight, patches, curves, curve_traces, record, plan, texels, panorama, scan, .. } = self.clone();
         let mut all = vec![sight, patches, curves, curve_traces, record, plan];
         let of_texels = |TexelNames { masks, sky, bounce, light }| [masks, sky, bounce, light];
-        all.extend(texels.into_iter().chain(panorama).flat_map(of_texels));
+        all.extend(texels.into_iter().chain(panorama).chain(scan).flat_map(of_texels));
         all.extend([&self.fronts, &self.space].into_iter().flat_map(of_points));
         all
     }

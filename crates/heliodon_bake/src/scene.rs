@@ -16,6 +16,7 @@ use heliodon_mesh::{Material, Mesh, Texture, TextureWrap};
 use heliodon_rays::{BuildParams, TriangleScene};
 use std::cell::Cell;
 use std::fs;
+use std::mem::take;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -37,15 +38,15 @@ pub struct Scene {
 /// The geometry that rays meet where less of it is drawn.
 #[derive(Debug, Default)]
 pub struct Original {
-    /// Its vertices, metres; none once [`Scene::take_rays`] has used them.
+    /// Its vertices, metres; none once [`Scene::take_rays`] has used them, but where `looks` are wanted.
     pub positions: Vec<Vec3>,
-    /// Its triangles; none once [`Scene::take_rays`] has used them, but where `looks` are wanted.
+    /// Its triangles, likewise.
     pub triangles: Vec<[u32; 3]>,
     /// For each of them the triangle of the scene's mesh that stands for it.
     pub stands_for: Vec<u32>,
     /// For each vertex of the scene's mesh how far the original departs from the triangles around it, metres.
     pub clearance_m: Vec<f32>,
-    /// What its vertices look like, where a panorama is to show it.
+    /// What its vertices look like, where a panorama or the scan itself is to show it.
     pub(crate) looks: Surfacing,
     /// Of each part then whether its vertices have colours of their own: 1 or 0.
     pub(crate) colored: Vec<u8>,
@@ -54,9 +55,16 @@ pub struct Original {
 impl Original {
     /// Bytes of what is kept of it once rays are taken.
     pub(crate) fn memory_bytes(&self) -> usize {
-        let Self { positions: _, triangles, stands_for, clearance_m, looks, colored: _ } = self;
+        let Self { positions, triangles, stands_for, clearance_m, looks, colored: _ } = self;
         let of_looks = size_of_val(looks.colors.as_slice()) + size_of_val(looks.normals.as_slice());
-        size_of_val(triangles.as_slice()) + size_of_val(stands_for.as_slice()) + size_of_val(clearance_m.as_slice()) + of_looks
+        let of_mesh = size_of_val(positions.as_slice()) + size_of_val(triangles.as_slice());
+        of_mesh + size_of_val(stands_for.as_slice()) + size_of_val(clearance_m.as_slice()) + of_looks
+    }
+
+    /// Gives up what only those need who show it.
+    pub(crate) fn forget_looks(&mut self) {
+        let Self { stands_for, clearance_m, .. } = self;
+        *self = Self { stands_for: take(stands_for), clearance_m: take(clearance_m), ..Self::default() };
     }
 }
 
@@ -71,9 +79,8 @@ impl Scene {
             None => TriangleScene::build(&self.mesh.positions, &self.mesh.triangles, &of(&self.mesh.triangles))?,
             Some(original) => {
                 let rays = TriangleScene::build(&original.positions, &original.triangles, &of(&original.triangles))?;
-                original.positions = Vec::new();
                 if original.looks.is_empty() {
-                    original.triangles = Vec::new();
+                    original.forget_looks();
                 }
                 rays
             }

@@ -3,6 +3,7 @@
 use crate::chunk::LightLayout;
 use crate::config::ConfigError;
 use crate::grid::GridInfo;
+use crate::layout::SCAN_FOLDER;
 use crate::lineage::{InputState, Prepared, PreparedPart, compare_inputs};
 use crate::manifest::{Bounds, Counts, Manifest, Parameters, PartInfo};
 use crate::panorama::PanoramaInfo;
@@ -56,6 +57,8 @@ pub struct BundleSummary {
     pub texels: Option<TexelInfo>,
     /// What a room's middle sees of what was scanned, where that is shown.
     pub panorama: Option<PanoramaInfo>,
+    /// How much the scan itself holds, where it lies beside what is drawn of it.
+    pub scan: Option<Counts>,
     /// glTF files.
     pub geometry_files: Vec<String>,
     /// Size of all files but the manifest.
@@ -139,6 +142,7 @@ impl BundleSummary {
             grid: manifest.grid.clone(),
             texels: manifest.texels.clone(),
             panorama: manifest.panorama.clone(),
+            scan: manifest.scan,
             geometry_files: manifest.geometry.clone(),
             bytes: manifest.files.iter().map(|f| f.bytes).sum(),
             lineage: Lineage::of(manifest),
@@ -316,6 +320,15 @@ impl fmt::Display for BundleSummary {
         if let Some(PanoramaInfo { side, middle: [x, y, z], texels }) = &self.panorama {
             let texels = thousands(*texels);
             writeln!(f, "  a panorama from ({x:.2}, {y:.2}, {z:.2}): six faces of {side} x {side}, {texels} texels")?;
+        }
+        if let Some(scan) = &self.scan {
+            writeln!(
+                f,
+                "  the scan itself in {SCAN_FOLDER}/, for eyes at rest: {} triangles, {} vertices, {} chunks",
+                thousands(scan.triangles),
+                thousands(scan.vertices),
+                thousands(scan.chunks)
+            )?;
         }
         let (files, textures) = (self.geometry_files.join(", "), counted(self.textures as u64, "texture"));
         writeln!(f, "  {:.1} MB in all; geometry in {files}, {textures}", self.bytes as f64 / 1e6)?;

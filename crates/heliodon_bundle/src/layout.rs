@@ -32,9 +32,14 @@ pub const PROFILE_VERSION: u32 = 1;
 /// The folder of what single photographs saw of parts: PNG files, colours and directions.
 pub const VIEWS_FOLDER: &str = "views";
 
-/// The latest version of the bundle's manifest, which bundles have with a panorama or a size for it in `[prepare]`.
-pub const FORMAT_VERSION: u32 = 7;
-/// The version of those without that, but which say what colours rest on, or what single photographs saw.
+/// The folder of the scan itself beside what is drawn of it: a bundle of its own, with the same parts and the same day.
+pub const SCAN_FOLDER: &str = "scan";
+
+/// The latest version of the bundle's manifest, which bundles have with the scan itself beside what is drawn of it, or `scan` in `[prepare]`.
+pub const FORMAT_VERSION: u32 = 8;
+/// The version of those without that, but with a panorama or a size for it in `[prepare]`.
+pub const PANORAMA_FORMAT_VERSION: u32 = 7;
+/// The version of those without that too, but which say what colours rest on, or what single photographs saw.
 pub const EVIDENCE_FORMAT_VERSION: u32 = 6;
 /// The version of those without that too, but in which something happens: things, films, sounds, scripts.
 pub const LIVING_FORMAT_VERSION: u32 = 5;

@@ -7,7 +7,7 @@ use crate::detail::DetailInfo;
 use crate::grid::GridInfo;
 use crate::layout::{
     DETAIL_FORMAT_VERSION, EVIDENCE_FORMAT_VERSION, FORMAT_VERSION, LIVING_FORMAT_VERSION, MOVING_FORMAT_VERSION,
-    STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION,
+    PANORAMA_FORMAT_VERSION, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION,
 };
 use crate::lineage::Prepared;
 use crate::panorama::PanoramaInfo;
@@ -160,6 +160,9 @@ pub struct Manifest {
     /// What a room's middle sees of what was scanned, where the viewer is to show that: from version 7 on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub panorama: Option<PanoramaInfo>,
+    /// How much the scan itself holds, where it lies beside what is drawn of it ([`crate::layout::SCAN_FOLDER`]): from version 8 on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scan: Option<Counts>,
     /// The actors, as the site has them, but: each has its name; files are paths within the bundle; place and path are in the bundle's
     /// space, the site's origin subtracted. From version 2 on.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -338,6 +341,7 @@ impl Manifest {
             grid: None,
             texels: None,
             panorama: None,
+            scan: None,
             actors: Vec::new(),
             lamps: meta.lamps.clone(),
             mattes: meta.mattes.clone(),
@@ -372,6 +376,12 @@ impl Manifest {
         Self { version: complete.least_version(), ..complete }
     }
 
+    /// Whether both have parts of the same names and roles, in the same order.
+    pub(crate) fn same_parts(&self, other: &Self) -> bool {
+        let told = |part: &PartInfo| (part.name.clone(), part.role);
+        self.parts.iter().map(told).eq(other.parts.iter().map(told))
+    }
+
     /// The earliest version that has all of it: programs refuse a key that they do not know as malformed, a later version as what it is.
     fn least_version(&self) -> u32 {
         let parameters = &self.parameters;
@@ -380,9 +390,11 @@ impl Manifest {
         // `[bake]` says how large an atlas would be, even where no part is lit by texels
         let of_texels = self.texels.is_some() || parameters.bake.texels.is_some();
         let moving = self.grid.is_some() || !self.actors.is_empty() || !self.lamps.is_empty();
-        // `[prepare]` says how large a panorama would be, even where nothing of it is drawn
-        if self.panorama.is_some() || parameters.prepare.as_ref().is_some_and(|prepare| prepare.panorama > 0) {
+        // `[prepare]` says that there would be a scan, or how large a panorama would be, even where nothing is drawn of them
+        if self.scan.is_some() || parameters.prepare.as_ref().is_some_and(|prepare| prepare.scan) {
             FORMAT_VERSION
+        } else if self.panorama.is_some() || parameters.prepare.as_ref().is_some_and(|prepare| prepare.panorama > 0) {
+            PANORAMA_FORMAT_VERSION
         } else if self.parts.iter().any(|part| part.evidence.is_some() || part.views.is_some()) {
             EVIDENCE_FORMAT_VERSION
         } else if living {

@@ -66,6 +66,11 @@ impl Staging {
         Ok(Self { target: target.to_owned(), temporary, old, lock })
     }
 
+    /// Where it will stand.
+    pub(crate) fn target(&self) -> &Path {
+        &self.target
+    }
+
     /// The folder to write into.
     pub(crate) fn folder(&self) -> &Path {
         &self.temporary

@@ -124,6 +124,14 @@ impl HashedFile {
     }
 }
 
+/// Puts a file that is there and never changes at a second place, where the file system can without its bytes.
+pub(crate) fn share(from: &Path, to: &Path) -> Result<(), WriteFault> {
+    if std::fs::hard_link(from, to).is_err() {
+        std::fs::copy(from, to).and_then(|_| File::open(to)?.sync_all()).map_err(io_fault(to))?;
+    }
+    Ok(())
+}
+
 /// Writes a whole file.
 pub(crate) fn store(folder: &Path, name: &str, bytes: &[u8]) -> Result<StoredFile, WriteFault> {
     let mut file = HashedFile::create(&folder.join(name))?;

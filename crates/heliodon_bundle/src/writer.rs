@@ -7,14 +7,14 @@ use crate::glb::{GlbBuilder, bounds};
 use crate::gltf::{Asset, AssetExtras, Material, Mesh, Node, NodeExtras, Pbr, Primitive, Scene, TextureRef};
 use crate::grid::{GridInfo, GridPoints, POINTS_PER_PRIMITIVE};
 use crate::lapse_check::check_lapse;
-use crate::layout::{PROFILE_VERSION, VIEWS_FOLDER};
+use crate::layout::{PROFILE_VERSION, SCAN_FOLDER, VIEWS_FOLDER};
 use crate::manifest::{
     BundleMeta, Counts, EvidenceInfo, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, TextureInfo, ViewsInfo,
 };
 use crate::panorama::{self, PANORAMA_FOLDER, Panorama, PanoramaInfo};
 use crate::site::Detail;
 use crate::staging::{Staging, sync_folder};
-use crate::storage::{StoredFile, WriteFault, io_fault, store};
+use crate::storage::{StoredFile, WriteFault, io_fault, share, store};
 use crate::texels::{
     BOUNCE_FILE, SKY_FILE, SUN_FILE, TEXELS_FOLDER, TexelInfo, TexelLight, WEATHERING_FILE, validate_weathering,
 };
@@ -257,6 +257,51 @@ impl BundleWriter {
         self.store_textures(PANORAMA_FOLDER, &textures)?;
         self.manifest.panorama = Some(info);
         Ok(())
+    }
+
+    /// Begins the scan itself, a bundle of the same parts and light within this one: to be filled with chunks, and given to [`BundleWriter::end_scan`]. It needs no
+    /// sky maps of its own.
+    ///
+    /// # Errors
+    /// If it does not fit the bundle, is there already, or cannot be written.
+    pub fn begin_scan(&self, meta: BundleMeta) -> Result<Self, WriteError> {
+        if self.manifest.scan.is_some() {
+            return Err(WriteError::Unfit("the bundle has a scan beside it already".to_owned()));
+        }
+        let scan = Self::create_with(self.scan_folder(), meta, self.options)?;
+        if scan.manifest.light != self.manifest.light || !scan.manifest.same_parts(&self.manifest) {
+            return Err(WriteError::Unfit("the scan has other parts or another light than the bundle".to_owned()));
+        }
+        Ok(scan)
+    }
+
+    /// Ends the scan of this bundle, after the last sky map was added: it shares those, and has this lapse, which [`BundleWriter::finish`] must be given too.
+    ///
+    /// # Errors
+    /// If it was not begun here, as [`BundleWriter::finish`] would end it, or if it cannot be written.
+    pub fn end_scan(&mut self, mut scan: Self, lapse: &Lapse) -> Result<(), WriteError> {
+        let folder = self.scan_folder();
+        if scan.staging.target() != folder {
+            return Err(WriteError::Unfit("the scan was begun for another bundle".to_owned()));
+        }
+        for map in self.manifest.files.iter().filter(|file| file.path.starts_with("sky/")) {
+            let (from, to) = (self.staging.folder().join(&map.path), scan.staging.folder().join(&map.path));
+            to.parent().map_or(Ok(()), std::fs::create_dir_all).map_err(io_fault(&to))?;
+            share(&from, &to)?;
+            scan.manifest.files.push(map.clone());
+        }
+        let manifest = scan.finish(lapse)?;
+        let path = folder.join(MANIFEST_FILE_NAME);
+        let own = StoredFile::hash(&path, MANIFEST_FILE_NAME).map_err(io_fault(&path))?;
+        let within = |file: StoredFile| StoredFile { path: format!("{SCAN_FOLDER}/{}", file.path), ..file };
+        self.manifest.files.extend(manifest.files.into_iter().chain([own]).map(within));
+        self.manifest.scan = Some(manifest.counts);
+        Ok(())
+    }
+
+    /// Where the scan stands while the bundle is written.
+    fn scan_folder(&self) -> PathBuf {
+        self.staging.folder().join(SCAN_FOLDER)
     }
 
     /// Stores those textures that there are, all in one folder.

@@ -388,7 +388,7 @@ impl Layout {
 
     fn points_at(&self, surfaces: &Surfaces, sites: &[u32], offset_m: f32) -> PointSet {
         let (vertices, sub_cells) = (self.vertex_count, &self.sub_cells);
-        let inward = inward_shifts(surfaces);
+        let inward = inward_shifts(surfaces.positions, surfaces.triangles);
         let place = |&site: &u32| {
             let (index, side) = (site & !BACK, if site & BACK == 0 { 1.0 } else { -1.0 });
             match index.checked_sub(vertices) {

@@ -26,7 +26,7 @@ impl PointSet {
     /// The vertices alone, site `i` being vertex `i`: all that sun masks need.
     #[must_use]
     pub fn at_vertices(surfaces: &Surfaces, offset_m: f32) -> Self {
-        let inward = inward_shifts(surfaces);
+        let inward = inward_shifts(surfaces.positions, surfaces.triangles);
         let place = |v: u32| Place {
             position: surfaces.positions[v as usize],
             normal: surfaces.normals[v as usize],
@@ -113,10 +113,10 @@ impl Place {
 /// stay in it, and whether their rays into the floor meet it is a matter of rounding: light leaks in along every inner edge. So
 /// points are lifted by the offset times the normal and this vector's part along the surface: vertices of a rim move off the
 /// planes that meet there, those amid a surface stay where they are.
-pub(crate) fn inward_shifts(surfaces: &Surfaces) -> Vec<Vec3> {
-    let mut sums = vec![(Vec3::ZERO, 0.0_f32); surfaces.positions.len()];
-    for t in surfaces.triangles {
-        let corners = t.map(|i| surfaces.positions[i as usize]);
+pub(crate) fn inward_shifts(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
+    let mut sums = vec![(Vec3::ZERO, 0.0_f32); positions.len()];
+    for t in triangles {
+        let corners = t.map(|i| positions[i as usize]);
         for k in 0..3 {
             let (sum, distances) = &mut sums[t[k] as usize];
             for other in [corners[(k + 1) % 3], corners[(k + 2) % 3]] {

@@ -47,8 +47,8 @@ pub struct Receiving<'a> {
 pub struct Receivers<'a> {
     among: &'a Receiving<'a>,
     points: PointSet,
-    /// For each of the places the receiver there.
-    point_of_place: Vec<u32>,
+    /// For each of them the number of its place.
+    place_of_point: Vec<u32>,
 }
 
 /// The light of a range of receivers, P of them, in their own order.
@@ -71,7 +71,7 @@ impl<'a> Receiving<'a> {
     /// On surfaces that a layout has divided, all back sides added ([`Layout::add_back_sides`]), and that were solved with these parameters.
     #[must_use]
     pub fn new(surfaces: &'a Surfaces<'a>, layout: &'a Layout, params: &'a LightParams) -> Self {
-        Self { surfaces, layout, params, inward: inward_shifts(surfaces) }
+        Self { surfaces, layout, params, inward: inward_shifts(surfaces.positions, surfaces.triangles) }
     }
 
     /// Receivers at places.
@@ -107,15 +107,31 @@ impl<'a> Receiving<'a> {
         self.of_points(PointSet::new(places.iter().enumerate().map(place)))
     }
 
+    /// Receivers at the vertices of triangles of the very geometry that rays meet, with these normals. As from the surfaces' own vertices, rays from those of a rim start
+    /// off the planes that meet there.
+    ///
+    /// # Panics
+    /// If there are not as many normals as positions, or a triangle names a vertex that is not there.
+    #[must_use]
+    pub fn at_vertices(&'a self, positions: &[Vec3], normals: &[Vec3], triangles: &[[u32; 3]]) -> Receivers<'a> {
+        assert_eq!(positions.len(), normals.len(), "a normal for each vertex");
+        let inward = inward_shifts(positions, triangles);
+        let place = |site: usize| Place {
+            position: positions[site],
+            normal: normals[site],
+            inward: inward[site],
+            lift_m: self.params.offset_m,
+            site: site as u32,
+        };
+        self.of_points(PointSet::new((0..positions.len()).map(place)))
+    }
+
     /// Receivers at points whose sites are the numbers of their places.
     fn of_points(&'a self, mut points: PointSet) -> Receivers<'a> {
-        let mut point_of_place = vec![NONE; points.len()];
-        for (point, site) in points.sites.iter_mut().enumerate() {
-            point_of_place[*site as usize] = point as u32;
-            // of no vertex and no cell
-            *site = NONE;
-        }
-        Receivers { among: self, points, point_of_place }
+        // they are of no vertex and no cell
+        let none = vec![NONE; points.len()];
+        let place_of_point = std::mem::replace(&mut points.sites, none);
+        Receivers { among: self, points, place_of_point }
     }
 }
 
@@ -129,8 +145,20 @@ impl Receivers<'_> {
     /// Numbers of the receivers in their order, `width` each, in the order of the places instead.
     #[must_use]
     pub fn in_order_of_places<T: Copy>(&self, numbers: &[T], width: usize) -> Vec<T> {
-        let of_place = |&point: &u32| &numbers[point as usize * width..(point as usize + 1) * width];
-        self.point_of_place.iter().flat_map(of_place).copied().collect()
+        let mut of_places = numbers.to_vec();
+        self.put(0..self.points.len(), numbers, width, &mut of_places);
+        of_places
+    }
+
+    /// Puts numbers of the receivers in `range`, in their order, `width` each, to where they belong among those of all places.
+    ///
+    /// # Panics
+    /// If there are fewer numbers than that.
+    pub fn put<T: Copy>(&self, range: Range<usize>, numbers: &[T], width: usize, of_places: &mut [T]) {
+        for (point, &place) in self.place_of_point[range].iter().enumerate() {
+            let to = place as usize * width;
+            of_places[to..to + width].copy_from_slice(&numbers[point * width..(point + 1) * width]);
+        }
     }
 
     /// The light of the receivers in `range`, any of their order; every number is the same however they are divided. `cells` are those of the solve

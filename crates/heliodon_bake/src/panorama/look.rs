@@ -1,6 +1,5 @@
 //! What lies on the lines from the middle of the room through the texels.
 
-use super::super::prepare::Surfacing;
 use crate::scene::Scene;
 use glam::{UVec2, Vec3, Vec4};
 use heliodon_bundle::panorama::direction_of;
@@ -8,16 +7,6 @@ use heliodon_light::RayPlace;
 use heliodon_rays::{Hit, Ray, TriangleScene};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
-
-/// What is known of the original.
-pub struct LookedAt {
-    /// Its triangles.
-    pub triangles: Vec<[u32; 3]>,
-    /// What its vertices look like.
-    pub looks: Surfacing,
-    /// Of each part whether they have colours of their own.
-    pub colored: Vec<u8>,
-}
 
 /// A texel that shows the original.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +31,7 @@ const LEAST_COSINE: f32 = 0.05;
 /// The texels of all faces that show the original, face by face, each row by row. `rays` meet the original, `shown` what is drawn, triangle by triangle of
 /// `drawn` in the scene; `done` is told of rows.
 pub fn look(
-    original: (&Scene, &LookedAt),
+    scene: &Scene,
     (rays, shown, drawn): (&TriangleScene, &TriangleScene, &[u32]),
     (side, middle): (u32, Vec3),
     done: &(dyn Fn(u64) + Sync),
@@ -63,7 +52,7 @@ pub fn look(
         shown.closest(&row, of_shown);
         let texel = |x: usize| {
             let there = Hit { triangle: *drawn.get(of_shown[x].triangle as usize)?, ..of_shown[x] };
-            let of = texel(original, &row[x], &of_original[x], &there)?;
+            let of = texel(scene, &row[x], &of_original[x], &there)?;
             Some(Texel { at: [x as u16, y as u16], ..of })
         };
         let found = (0..row.len()).filter_map(texel).collect();
@@ -81,7 +70,7 @@ pub fn face(side: u32, [x, y]: [u16; 2]) -> u32 {
 }
 
 /// What a line shows that has met the original and what is drawn, if that is the same surface.
-fn texel((scene, looked_at): (&Scene, &LookedAt), ray: &Ray, met: &Hit, there: &Hit) -> Option<Texel> {
+fn texel(scene: &Scene, ray: &Ray, met: &Hit, there: &Hit) -> Option<Texel> {
     let (mesh, detail) = (&scene.mesh, scene.original.as_ref()?);
     if !met.is_some() {
         return None;
@@ -97,16 +86,16 @@ fn texel((scene, looked_at): (&Scene, &LookedAt), ray: &Ray, met: &Hit, there: &
     if part.by_texels || apart * cosine > CLEARANCES * clearance + ROUNDED * there.t * length {
         return None;
     }
-    let vertices = looked_at.triangles[met.triangle as usize];
+    let vertices = detail.triangles[met.triangle as usize];
     let weights = [1.0 - met.u - met.v, met.u, met.v];
     let mixed = |of: &dyn Fn(u32) -> Vec3| vertices.iter().zip(weights).map(|(&v, weight)| of(v) * weight).sum::<Vec3>();
-    let normal = mixed(&|vertex| looked_at.looks.of(vertex)[1]).try_normalize()?;
+    let normal = mixed(&|vertex| detail.looks.of(vertex)[1]).try_normalize()?;
     let stand_in = detail.stands_for[met.triangle as usize] as usize;
     let material = |triangle: usize| mesh.triangle_material.get(triangle).copied().unwrap_or(0);
     let own = scene.parts.iter().position(|part| part.triangles.contains(&stand_in))?;
-    let albedo = if looked_at.colored[own] == 1 {
+    let albedo = if detail.colored[own] == 1 {
         let base = mesh.materials.get(usize::from(material(stand_in))).map_or(Vec3::ONE, |material| material.base_color_linear);
-        mixed(&|vertex| looked_at.looks.of(vertex)[0]) * base
+        mixed(&|vertex| detail.looks.of(vertex)[0]) * base
     } else {
         mesh.corner_albedo(mesh.triangles[stand_in][0] as usize, material(stand_in))
     };

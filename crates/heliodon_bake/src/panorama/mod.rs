@@ -32,30 +32,20 @@ pub struct Panorama {
 }
 
 impl Panorama {
-    /// Of a scene whose rays were taken; none where the site wants none. What the original looks like is given up with it.
+    /// Of a scene whose rays were taken; none where the site wants none.
     ///
     /// # Errors
     /// More geometry than the ray engine holds.
-    pub fn new(
-        site: &Site,
-        scene: &mut Scene,
-        rays: &TriangleScene,
-        reporter: &dyn Reporter,
-    ) -> Result<Option<Self>, BakeError> {
+    pub fn new(site: &Site, scene: &Scene, rays: &TriangleScene, reporter: &dyn Reporter) -> Result<Option<Self>, BakeError> {
         let side = side_of(site);
-        let (Some(side), [room], Some(original)) = (side, &site.rooms[..], scene.original.as_mut()) else { return Ok(None) };
-        let looked_at = look::LookedAt {
-            triangles: std::mem::take(&mut original.triangles),
-            looks: std::mem::take(&mut original.looks),
-            colored: std::mem::take(&mut original.colored),
-        };
+        let (Some(side), [room]) = (side, &site.rooms[..]) else { return Ok(None) };
         let corner = |corner: [f64; 3]| glam::DVec3::from(corner);
         let middle = (0.5 * (corner(room.min) + corner(room.max))).as_vec3();
         reporter.stage("panorama", u64::from(side) * 2);
         let drawn: Vec<u32> = scene.parts.iter().flat_map(|part| part.drawn_triangles()).map(|t| t as u32).collect();
         let triangles: Vec<[u32; 3]> = drawn.iter().map(|&t| scene.mesh.triangles[t as usize]).collect();
         let shown = TriangleScene::build(&scene.mesh.positions, &triangles, &BuildParams::default())?;
-        let texels = look::look((scene, &looked_at), (rays, &shown, &drawn), (side, middle), &|row| reporter.progress(row));
+        let texels = look::look(scene, (rays, &shown, &drawn), (side, middle), &|row| reporter.progress(row));
         reporter.finished();
         Ok(Some(Self { side, middle, texels }))
     }

@@ -26,8 +26,8 @@ pub(super) fn geometry_key(plan: &Plan, settings: &Prepare) -> String {
     digest.run(crate::TOOL.as_bytes());
     digest.json(&inputs_of(plan, |kind| kind.mesh_part().is_some()));
     let parts: Vec<(Part, Choice)> = (0..site.parts.len()).map(|part| geometry_of(site, part)).collect();
-    // however fine a panorama is, it wants to know what the original looks like
-    let settings = Prepare { panorama: settings.panorama.min(1), ..settings.clone() };
+    // however fine a panorama is, and for a scan too, what the original looks like is to be known
+    let settings = Prepare { panorama: settings.shows_original().into(), scan: false, ..settings.clone() };
     digest.json(&(parts, site.site.origin, settings, &site.rooms, &site.display));
     format!("{GEOMETRY}{}", digest.folder_digits())
 }
@@ -38,7 +38,7 @@ pub(super) fn part_digest(plan: &Plan, settings: &Prepare, part: usize) -> Diges
     let mut digest = Digest::default();
     digest.run(crate::TOOL.as_bytes());
     digest.json(&inputs_of(plan, |kind| kind.mesh_part() == Some(part)));
-    let settings = Prepare { panorama: 0, ..settings.clone() };
+    let settings = Prepare { panorama: 0, scan: false, ..settings.clone() };
     digest.json(&(geometry_of(site, part), site.site.origin, settings, &site.rooms, &site.display));
     digest
 }

@@ -190,7 +190,7 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
     for index in 0..count {
         let first = original.positions.len();
         let (mesh, of_part) = prepare_part(work, index, &mut original, &mut looks, &mut warnings)?;
-        if let (true, Some(look)) = (work.settings.panorama > 0, looks.last()) {
+        if let (true, Some(look)) = (work.settings.shows_original(), looks.last()) {
             original.looks.append(look, original.positions.len() - first);
             original.colored.push(u8::from(!look.colors.is_empty()));
         }

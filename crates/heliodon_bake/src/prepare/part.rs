@@ -134,7 +134,7 @@ pub(super) fn prepare_part(
     warnings.extend(whole.warnings);
     push_original(original, &whole.mesh)?;
     let is_simplified = simplifies(&simplify_params(work.settings), &work.views);
-    let is_looked_at = is_simplified || work.settings.panorama > 0;
+    let is_looked_at = is_simplified || work.settings.shows_original();
     looks.push(if is_looked_at { Surfacing::new(&whole.mesh) } else { Surfacing::default() });
     if !is_simplified {
         return Ok((whole.mesh, whole.report));

@@ -86,19 +86,33 @@ impl SolvedScene<'_> {
         self.params().channels.count() as u32
     }
 
+    /// Numbers of the sky's transfer and of the bounced sun at a place.
+    #[must_use]
+    pub fn widths(&self) -> [usize; 2] {
+        let params = self.params();
+        [params.coefficients, self.sun.map_or(0, BouncedSun::function_count)].map(|count| count * params.channels.count())
+    }
+
     /// Which suns reach each texel.
     ///
     /// # Errors
     /// A cache that cannot be written.
     pub fn masks(&self, texels: &dyn Lit, work: &Work, name: &str) -> Result<SunMasks, BakeError> {
-        let surfaces = &self.input.surfaces;
         let all: Vec<u32> = (0..texels.grid().len() as u32).collect();
-        let receivers = texels.receivers(self.receiving, &all);
+        self.masks_at(&texels.receivers(self.receiving, &all), work, (name, "sun on texels"))
+    }
+
+    /// Which suns reach each place of some receivers; `told` is the stage's name for people.
+    ///
+    /// # Errors
+    /// A cache that cannot be written.
+    pub fn masks_at(&self, receivers: &Receivers, work: &Work, (name, told): (&str, &str)) -> Result<SunMasks, BakeError> {
+        let surfaces = &self.input.surfaces;
         let (suns, steps) = (self.input.suns, self.input.suns.len() as u32);
         let points = receivers.points();
         let per_block = points_per_block(points.len(), (suns.len() as u64).div_ceil(2));
         let ranges: Vec<Range<usize>> = block_ranges(0..points.len(), per_block).collect();
-        let parts = work.stage(name, "sun on texels").run(
+        let parts = work.stage(name, told).run(
             &ranges,
             0,
             |bytes, range| {
@@ -123,10 +137,8 @@ impl SolvedScene<'_> {
     /// # Errors
     /// Input that the solver refuses, a cache that cannot be written.
     pub fn values(&self, texels: &dyn Lit, asked: Asked, work: &Work, name: &str) -> Result<TexelValues, BakeError> {
-        let params = self.params();
-        let channels = params.channels.count();
-        let functions = self.sun.map_or(0, BouncedSun::function_count);
-        let count = channels * if asked == Asked::Sky { params.coefficients } else { functions };
+        let (params, [sky, bounce]) = (self.params(), self.widths());
+        let count = if asked == Asked::Sky { sky } else { bounce };
         let refining = RefineParams {
             first_stride: if asked == Asked::Sky { 8 } else { 1 },
             error: (ERROR_PER_SAMPLE / params.samples as f32).max(LEAST_ERROR),
@@ -174,30 +186,51 @@ impl SolvedScene<'_> {
         stage: &BlockStage,
         first_block: &mut usize,
     ) -> Result<Received, BakeError> {
-        let params = self.params();
-        let sun = self.sun.filter(|_| asked == Asked::Bounce);
-        let functions = sun.map_or(0, BouncedSun::function_count);
         let receivers = texels.receivers(self.receiving, some);
-        let per_block = points_per_block(some.len(), u64::from(params.samples));
-        let ranges: Vec<Range<usize>> = block_ranges(0..some.len(), per_block).collect();
-        let blocks = stage.run(
-            &ranges,
-            *first_block,
-            |bytes, range| decode_received(bytes).filter(|block| block.validate(range.len(), functions, params).is_ok()),
-            |range| Ok::<_, BakeError>(receivers.receive(self.cells, sun, range)?),
-            encode_received,
-        )?;
+        let ranges = self.ranges(some.len());
+        let blocks = self.received(&receivers, &ranges, asked, (stage, *first_block))?;
         *first_block += ranges.len();
         let mut all = Received::default();
         blocks.into_iter().for_each(|block| all.append(block));
-        let channels = params.channels.count();
+        let [sky, bounce] = self.widths();
+        let bounce = if asked == Asked::Bounce { bounce } else { 0 };
         Ok(Received {
-            sky_transfer: receivers.in_order_of_places(&all.sky_transfer, params.coefficients * channels),
-            sun_bounce: receivers.in_order_of_places(&all.sun_bounce, functions * channels),
+            sky_transfer: receivers.in_order_of_places(&all.sky_transfer, sky),
+            sun_bounce: receivers.in_order_of_places(&all.sun_bounce, bounce),
             valid: receivers.in_order_of_places(&all.valid, 1),
             reach_m: receivers.in_order_of_places(&all.reach_m, 1),
             rays: all.rays,
         })
+    }
+
+    /// The blocks of so many receivers.
+    #[must_use]
+    pub fn ranges(&self, receivers: usize) -> Vec<Range<usize>> {
+        block_ranges(0..receivers, points_per_block(receivers, u64::from(self.params().samples))).collect()
+    }
+
+    /// The light of some blocks of receivers, in the receivers' own order: the sky's, and with the bounced sun asked for both. They are kept as those of a stage from a
+    /// number on.
+    ///
+    /// # Errors
+    /// Input that the solver refuses, a cache that cannot be written.
+    pub fn received(
+        &self,
+        receivers: &Receivers,
+        ranges: &[Range<usize>],
+        asked: Asked,
+        (stage, first_block): (&BlockStage, usize),
+    ) -> Result<Vec<Received>, BakeError> {
+        let params = self.params();
+        let sun = self.sun.filter(|_| asked == Asked::Bounce);
+        let functions = sun.map_or(0, BouncedSun::function_count);
+        stage.run(
+            ranges,
+            first_block,
+            |bytes, range| decode_received(bytes).filter(|block| block.validate(range.len(), functions, params).is_ok()),
+            |range| Ok::<_, BakeError>(receivers.receive(self.cells, sun, range)?),
+            encode_received,
+        )
     }
 }
 

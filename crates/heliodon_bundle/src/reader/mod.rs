@@ -15,7 +15,7 @@ use crate::grid::{Grid, MAX_GRID_POINTS};
 use crate::lapse_check::check_lapse;
 use crate::layout::{
     DETAIL_FORMAT_VERSION, EVIDENCE_FORMAT_VERSION, FORMAT_VERSION, LIVING_FORMAT_VERSION, MOVING_FORMAT_VERSION,
-    STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION,
+    PANORAMA_FORMAT_VERSION, SCAN_FOLDER, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION,
 };
 use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, Preamble};
 use crate::panorama::{self, Panorama};
@@ -271,6 +271,30 @@ impl BundleReader {
         Ok(Some(panorama))
     }
 
+    /// Opens the scan itself, a bundle in the bundle's folder that shows the same parts through the same day; `None` where the bundle has none.
+    ///
+    /// # Errors
+    /// As [`BundleReader::open`], and if it is not what the manifest says.
+    pub fn scan(&self) -> Result<Option<Self>, ReadError> {
+        let Some(counts) = self.manifest.scan else { return Ok(None) };
+        let scan = Self::open(self.folder.join(SCAN_FOLDER))?;
+        let (own, of_scan) = (&self.manifest, &scan.manifest);
+        let same = [
+            ("counts are", of_scan.counts == counts),
+            ("parts are", own.same_parts(of_scan)),
+            ("light is", own.light == of_scan.light),
+            ("day is", self.lapse == scan.lapse),
+            ("own scan is", of_scan.scan.is_none()),
+        ];
+        match same.iter().find(|(_, same)| !same) {
+            None => Ok(Some(scan)),
+            Some((what, _)) => {
+                let path = scan.folder.join(MANIFEST_FILE_NAME);
+                Err(malformed(&path, format!("its {what} not what the bundle around it says")))
+            }
+        }
+    }
+
     /// A texture that is what the manifest says; one that is not is not unpacked.
     fn read_texture(&self, name: &str, wanted: Ktx2Shape) -> Result<Ktx2, ReadError> {
         let path = self.folder.join(name);
@@ -420,13 +444,22 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
         }
     }
     if let Some(info) = &manifest.panorama {
-        if manifest.version < FORMAT_VERSION {
+        if manifest.version < PANORAMA_FORMAT_VERSION {
             return Err(malformed(&path, format!("version {} has no panorama", manifest.version)));
         }
         let wanted = Panorama::files(manifest.light, info).map_err(|fault| malformed(&path, fault.to_string()))?;
         let is_missing = |(name, _): &&(&str, _)| !manifest.files.iter().any(|file| file.path == *name);
         if let Some((missing, _)) = wanted.iter().find(is_missing) {
             return Err(malformed(&path, format!("it has a panorama, and `{missing}` is not among its files")));
+        }
+    }
+    if manifest.scan.is_some() {
+        if manifest.version < FORMAT_VERSION {
+            return Err(malformed(&path, format!("version {} has no scan beside what is drawn", manifest.version)));
+        }
+        let name = format!("{SCAN_FOLDER}/{MANIFEST_FILE_NAME}");
+        if !manifest.files.iter().any(|file| file.path == name) {
+            return Err(malformed(&path, format!("it has a scan beside what is drawn, and `{name}` is not among its files")));
         }
     }
     if manifest.parameters.weathering.is_some() && manifest.version < TEXEL_FORMAT_VERSION {

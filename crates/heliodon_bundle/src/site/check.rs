@@ -7,7 +7,7 @@ use super::lamp::Lamp;
 use super::living_check::{check_living, check_things};
 use super::matte::Matte;
 use super::prepare::Prepare;
-use super::types::{Albedo, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part, Room, SiteFile, Sky};
+use super::types::{Albedo, LightStorage, MAX_SKY_STEPS, MAX_SUN_STEPS, Mapping, Part, Room, SiteFile, Sky};
 use super::values::ProbeTimes;
 use super::weathering::{PartWeathering, WIND_M_PER_S, Weathering};
 use crate::config::rules::{COORDINATES_M, Checked, fault, finite, not_empty, within};
@@ -70,6 +70,9 @@ pub(super) fn check(site: &SiteFile) -> Checked {
     if let Some(prepare) = &site.prepare {
         check_prepare(prepare)?;
         check_panorama(prepare.panorama, site.rooms.len(), site.weathering.is_some())?;
+        if prepare.scan {
+            check_scan(&site.parts, site.weathering.is_some())?;
+        }
     }
     if let Some(weathering) = &site.weathering {
         check_weathering(&["weathering"], weathering)?;
@@ -109,6 +112,21 @@ fn check_panorama(side: u32, rooms: usize, weathers: bool) -> Checked {
     if weathers {
         let message = "a panorama shows the colours of the scan, without what [weathering] leaves on its vertices";
         return fault(&key, message, "take one of them out");
+    }
+    Ok(())
+}
+
+/// Of a site that wants the scan itself beside what is drawn.
+fn check_scan(parts: &[Part], weathers: bool) -> Checked {
+    let key = ["prepare", "scan"];
+    if weathers {
+        let message = "the scan itself has its own colours, without what [weathering] leaves on the vertices that are drawn";
+        return fault(&key, message, "take one of them out");
+    }
+    let is_in = |part: &Part| part.light != LightStorage::Texel && !matches!(part.albedo, Some(Albedo::Image(_)));
+    if !parts.iter().any(is_in) {
+        let message = "parts that are lit by texels or have textures are not in the scan, and there are no others";
+        return fault(&key, message, "light one of them by its vertices, or take scan out");
     }
     Ok(())
 }

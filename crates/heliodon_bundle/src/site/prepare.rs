@@ -52,6 +52,18 @@ pub struct Prepare {
     #[serde(skip_serializing_if = "is_none")]
     #[schemars(range(max = 2048))]
     pub panorama: u32,
+    /// Whether the scan itself is kept beside what is drawn of it, with its own light at each of its vertices, for eyes at rest: all of the original, as it was cleaned and split, that
+    /// stands behind what is drawn. Parts that are lit by texels or have textures are not in it.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub scan: bool,
+}
+
+impl Prepare {
+    /// Whether anything shows what was scanned besides what is drawn of it.
+    #[must_use]
+    pub fn shows_original(&self) -> bool {
+        self.scan || self.panorama > 0
+    }
 }
 
 /// Sites without it are written as they were before there was any.
@@ -76,6 +88,7 @@ impl Default for Prepare {
             purge: true,
             ring: 1,
             panorama: 0,
+            scan: false,
         }
     }
 }

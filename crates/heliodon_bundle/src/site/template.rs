@@ -264,6 +264,7 @@ fn write_prepare(w: &mut Writer, prepare: &Prepare) {
     w.optional("ring", &prepare.ring, &default.ring, "rings of neighbours kept around what is seen");
     let seen = "texels along a side of what the room's middle sees of the original, laid over what is drawn: 1024; 0: none";
     w.optional("panorama", &prepare.panorama, &default.panorama, seen);
+    w.optional("scan", &prepare.scan, &default.scan, "the scan itself beside it, for eyes at rest");
 }
 
 fn write_weathering(w: &mut Writer, weathering: &Weathering) {

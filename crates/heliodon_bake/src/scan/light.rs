@@ -1,0 +1,149 @@
+//! The light of the scan's vertices, every one of which is asked.
+
+use super::Scan;
+use crate::blocks::BlockStage;
+use crate::cache::Cache;
+use crate::chunks::VertexValues;
+use crate::codec::{Decoder, Encoder};
+use crate::error::BakeError;
+use crate::names::TexelNames;
+use crate::report::Batches;
+use crate::stages::Work;
+use crate::texels::{Asked, SolvedScene};
+use heliodon_light::Validity;
+use std::ops::Range;
+
+/// The light of the scan's N vertices.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BakedScan {
+    /// W words for each.
+    pub masks: Vec<u32>,
+    /// The sky transfer's numbers for each.
+    pub sky: Vec<f32>,
+    /// The sun bounce's numbers for each.
+    pub bounce: Vec<f32>,
+    /// 1 where a vertex sees the open; the others show the light of one that does, where their surface has any.
+    pub valid: Vec<u8>,
+    /// Rays of the gather,
+    pub gather_rays: u64,
+    /// and those to the suns.
+    pub mask_rays: u64,
+}
+
+/// Blocks whose light is put into its place at once: all of a large scan would be there twice.
+const AT_ONCE: usize = 64;
+/// Vertices of a block of finished light.
+const KEPT_AT_ONCE: usize = 1 << 18;
+
+impl Scan {
+    /// Its light.
+    ///
+    /// # Errors
+    /// Input that the solver refuses, a cache that cannot be written.
+    pub fn light(&self, solved: &SolvedScene, work: &Work, names: &TexelNames) -> Result<BakedScan, BakeError> {
+        let mesh = &self.scene.mesh;
+        let count = mesh.positions.len();
+        let receivers = solved.receiving.at_vertices(&mesh.positions, &mesh.normals, &mesh.triangles);
+        let masks = solved.masks_at(&receivers, work, (&names.masks, "sun on the scan"))?;
+        let [sky, bounce] = solved.widths();
+        let mut baked = BakedScan {
+            masks: masks.words,
+            sky: vec![0.0; count * sky],
+            bounce: vec![0.0; count * bounce],
+            valid: vec![0; count],
+            gather_rays: 0,
+            mask_rays: masks.rays,
+        };
+        let told = "sky and bounced sun on the scan";
+        work.reporter.stage(told, count as u64);
+        let batches = Batches::new(work.reporter);
+        let stage = BlockStage { reporter: &batches, ..work.stage(&names.sky, told) };
+        let ranges = solved.ranges(count);
+        for (batch, some) in ranges.chunks(AT_ONCE).enumerate() {
+            // whoever asks for the bounced sun gets the sky by the same rays
+            let blocks = solved.received(&receivers, some, Asked::Bounce, (&stage, batch * AT_ONCE))?;
+            for (range, block) in some.iter().zip(blocks) {
+                receivers.put(range.clone(), &block.sky_transfer, sky, &mut baked.sky);
+                receivers.put(range.clone(), &block.sun_bounce, bounce, &mut baked.bounce);
+                receivers.put(range.clone(), &block.valid, 1, &mut baked.valid);
+                baked.gather_rays += block.rays;
+            }
+        }
+        work.reporter.finished();
+        drop(receivers);
+        let validity = Validity::new(baked.valid, &mesh.positions, &mesh.normals, &mesh.triangles);
+        for (vertex, &source) in validity.source.iter().enumerate().filter(|&(vertex, &source)| source as usize != vertex) {
+            let of = |width: usize| source as usize * width..(source as usize + 1) * width;
+            let words = baked.masks.len() / count;
+            baked.masks.copy_within(of(words), vertex * words);
+            baked.sky.copy_within(of(sky), vertex * sky);
+            baked.bounce.copy_within(of(bounce), vertex * bounce);
+        }
+        baked.valid = validity.valid;
+        Ok(baked)
+    }
+}
+
+impl BakedScan {
+    /// As chunks show it.
+    #[must_use]
+    pub fn values(&self) -> VertexValues<'_> {
+        VertexValues { valid: &self.valid, masks: &self.masks, sky: &self.sky, bounce: &self.bounce }
+    }
+
+    /// Keeps it until the bundle is written.
+    ///
+    /// # Errors
+    /// A cache that cannot be written.
+    pub fn keep(&self, cache: &Cache, names: &TexelNames) -> Result<(), BakeError> {
+        let count = self.valid.len();
+        let mut head = Encoder::default();
+        head.run(&[count as u64, self.gather_rays, self.mask_rays]);
+        cache.store(&names.light, 0, &head.finish())?;
+        for (block, range) in pieces(count).enumerate() {
+            let mut encoder = Encoder::default();
+            encoder.run(some(&self.masks, count, &range)).run(some(&self.sky, count, &range));
+            encoder.run(some(&self.bounce, count, &range)).run(some(&self.valid, count, &range));
+            cache.store(&names.light, block + 1, &encoder.finish())?;
+        }
+        Ok(())
+    }
+
+    /// What was kept of a scan; `widths` are words of masks, and numbers of the sky and of the bounced sun. `None` where it is not all there.
+    #[must_use]
+    pub fn kept(cache: &Cache, names: &TexelNames, scan: &Scan, widths: [usize; 3]) -> Option<Self> {
+        let [count, gather_rays, mask_rays] = Decoder::new(&cache.load(&names.light, 0)?).run::<u64>()?[..] else {
+            return None;
+        };
+        if count != scan.counts()[0] {
+            return None;
+        }
+        let mut baked = Self { gather_rays, mask_rays, ..Self::default() };
+        for (block, range) in pieces(usize::try_from(count).ok()?).enumerate() {
+            let bytes = cache.load(&names.light, block + 1)?;
+            let mut decoder = Decoder::new(&bytes);
+            let (masks, sky, bounce) = (decoder.run::<u32>()?, decoder.run::<f32>()?, decoder.run::<f32>()?);
+            let valid = decoder.run::<u8>()?;
+            let lengths = [masks.len(), sky.len(), bounce.len()];
+            if lengths != widths.map(|width| width * range.len()) || valid.len() != range.len() || !decoder.is_empty() {
+                return None;
+            }
+            baked.masks.extend(masks);
+            baked.sky.extend(sky);
+            baked.bounce.extend(bounce);
+            baked.valid.extend(valid);
+        }
+        Some(baked)
+    }
+}
+
+/// Ranges of vertices that are kept together.
+fn pieces(count: usize) -> impl Iterator<Item = Range<usize>> {
+    crate::blocks::block_ranges(0..count, KEPT_AT_ONCE)
+}
+
+/// The values of some of `count` vertices.
+fn some<'a, T>(all: &'a [T], count: usize, range: &Range<usize>) -> &'a [T] {
+    let width = all.len() / count.max(1);
+    &all[range.start * width..range.end * width]
+}
