@@ -5,7 +5,7 @@
 mod common;
 
 use common::{MONO, chunk, lapse, meta};
-use heliodon_bundle::layout::FORMAT_VERSION;
+use heliodon_bundle::layout::PANORAMA_FORMAT_VERSION;
 use heliodon_bundle::panorama::{albedo_texture, size_of, surface_texture};
 use heliodon_bundle::site::Prepare;
 use heliodon_bundle::texels::{TEXEL_LEVELS, float_texture, sky_level, sun_texture};
@@ -48,7 +48,7 @@ fn write(target: &Path, layout: LightLayout) {
     for path in ["sky/0000.hdr", "sky/0001.hdr"] {
         writer.add_sky_map(path, b"unread").unwrap();
     }
-    assert_eq!(writer.finish(&lapse(layout)).unwrap().version, FORMAT_VERSION);
+    assert_eq!(writer.finish(&lapse(layout)).unwrap().version, PANORAMA_FORMAT_VERSION);
 }
 
 #[test]
