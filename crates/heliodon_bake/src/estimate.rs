@@ -9,7 +9,7 @@ use crate::plan::Plan;
 use crate::prepare::{PrepareEstimate, estimate_with, is_prepared, textures_of};
 use crate::report::Reporter;
 use crate::scan::{Scan, is_wanted};
-use crate::scene::{Scene, Traceable};
+use crate::scene::{Original, Scene, Traceable};
 use crate::sky::lapse_params;
 use crate::stand_in::StandIn;
 use crate::texels::expects_texels;
@@ -132,6 +132,7 @@ pub fn estimate(plan: &Plan, reporter: &dyn Reporter) -> Result<Estimate, BakeEr
         None => Scan::new(&plan.site, &mut scene, reporter).map_or([0; 2], |scan| scan.counts()),
         Some(prepare) => expected_scan(plan, prepare),
     };
+    scene.original.iter_mut().for_each(Original::forget_looks);
     let mesh = &scene.mesh;
     let traceable = Traceable::new(&scene, rays);
     let surfaces = traceable.surfaces();
