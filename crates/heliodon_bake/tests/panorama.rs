@@ -1,5 +1,4 @@
 //! Bakes of prepared scans with a panorama: it holds what the middle of the room sees of the original, and nothing of what that does not see.
-#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 use glam::{UVec2, Vec2, Vec3, Vec4};
 use half::f16;
