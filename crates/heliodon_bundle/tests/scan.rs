@@ -5,6 +5,7 @@
 mod common;
 
 use common::{MONO, RGB, chunk, chunks, lapse, meta};
+use glam::Vec3;
 use heliodon_bundle::inspect::BundleSummary;
 use heliodon_bundle::layout::{FORMAT_VERSION, SCAN_FOLDER};
 use heliodon_bundle::manifest::Manifest;
@@ -12,8 +13,10 @@ use heliodon_bundle::site::Prepare;
 use heliodon_bundle::{BundleReader, BundleWriter, LightLayout, LitChunk, ReadError};
 use std::path::Path;
 
+/// More of both parts, in a colour that 16 bits hold as it is.
 fn finer(layout: LightLayout) -> Vec<LitChunk> {
-    vec![chunk(layout, 0, None, 40, 0.0), chunk(layout, 1, None, 25, -1.0)]
+    let white = |chunk: LitChunk| LitChunk { albedo: vec![Vec3::ONE; chunk.vertex_count()], ..chunk };
+    vec![white(chunk(layout, 0, None, 40, 0.0)), white(chunk(layout, 1, None, 25, -1.0))]
 }
 
 /// A writer with all but the scan.
