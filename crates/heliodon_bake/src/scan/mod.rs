@@ -1,7 +1,7 @@
 //! The scan itself, beside what is drawn of it: all of the cleaned original that stands behind what is drawn, with its own light at each of its vertices.
 //!
 //! The original is what rays meet anyway, so its vertices take their light from the solved cells like texels do ([`crate::panorama`]), every one of them for itself
-//! ([`light`]). It stands in the bundle's folder as a bundle of its own ([`write`]).
+//! (`light`). It stands in the bundle's folder as a bundle of its own (`write`).
 //!
 //! Parts that are lit by texels, and those of which anything drawn has a texture, are left out whole: what the original has of them are places and normals, no coordinates.
 

@@ -212,6 +212,12 @@ pub struct ViewCulling {
 }
 
 impl ViewCulling {
+    /// Leaves nothing out.
+    pub fn nothing(&mut self) {
+        self.removed.clear();
+        self.saved = Saved::default();
+    }
+
     /// Takes over what was found for a pair.
     pub fn share(&mut self, pair: &Self) {
         self.removed.clone_from(&pair.removed);

@@ -66,6 +66,12 @@ pub struct PreparedChunk {
 }
 
 impl PreparedChunk {
+    /// What the most of it takes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.baked.len() * 4 + self.kept.positions.len() * 16
+    }
+
     /// Clusters the triangles, drops vertices that none uses, and packs what remains; of a bundle with or without a panorama.
     #[must_use]
     pub fn new(layout: VertexLayout, chunk: &LitChunk, panorama: bool) -> Self {

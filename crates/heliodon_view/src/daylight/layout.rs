@@ -9,6 +9,7 @@
 use glam::Vec3;
 use half::f16;
 use heliodon_bundle::{LightLayout, VertexLight};
+use rayon::prelude::*;
 
 /// Vertices a block and invocations a workgroup: the most that every device has. On software Vulkan a workgroup costs a
 /// fixed time, so few large ones are quicker.
@@ -123,6 +124,25 @@ pub fn pack(layout: VertexLayout, baked: Baked<'_>, order: &[u32]) -> Vec<u32> {
     packed
 }
 
+/// The texels' words of single vertices, each out of the blocks ([`pack`]) of some chunk, with its number there; whole blocks, the rest zero.
+#[must_use]
+pub fn gather<'a>(layout: VertexLayout, count: usize, vertex: impl Fn(usize) -> (&'a [u32], usize) + Sync) -> Vec<u32> {
+    let (block, lanes) = (BLOCK as usize, TEXEL_WORDS as usize);
+    let row = block * lanes;
+    let of_block = row * layout.texels() as usize;
+    let mut gathered = vec![0; count.div_ceil(block) * of_block];
+    gathered.par_chunks_mut(of_block).enumerate().for_each(|(number, to)| {
+        for at in 0..block.min(count - number * block) {
+            let (from, index) = vertex(number * block + at);
+            let from = &from[index / block * of_block + index % block * lanes..];
+            for (to, from) in to[at * lanes..].chunks_mut(row).zip(from.chunks(row)) {
+                to[..lanes].copy_from_slice(&from[..lanes]);
+            }
+        }
+    });
+    gathered
+}
+
 /// Two half floats, the first in the low bits, as WGSL's `unpack2x16float` reads them.
 fn halves(pair: &[f32]) -> u32 {
     let low = u32::from(f16::from_f32(pair[0]).to_bits());
@@ -218,6 +238,28 @@ mod tests {
         assert_eq!(decode(shared_exponent([0.0; 3])), [0.0; 3]);
         assert_eq!(decode(shared_exponent([1e9, -1e9, 255.0])), [32_640.0, -32_640.0, 256.0]);
         assert_eq!(decode(shared_exponent([-1.0, 0.5, 0.25])), [-1.0, 0.5, 0.25]);
+    }
+
+    #[test]
+    fn vertices_that_are_gathered_are_those_that_would_be_packed() {
+        let shape = LightLayout { sun_steps: 40, coefficients: 4, channels: 3, sun_bounce_functions: 3 };
+        let (layout, count) = (VertexLayout(shape), 700_u32);
+        let mut light = VertexLight::zeros(shape, count as usize);
+        (0..).zip(&mut light.sun_mask).for_each(|(i, word)| *word = hash2_u32(i, 1));
+        (0..).zip(&mut light.sky_transfer).for_each(|(i, value)| *value = hash2_u32(i, 2) as f32 * 1e-9);
+        (0..).zip(&mut light.sun_bounce).for_each(|(i, value)| *value = hash2_u32(i, 3) as f32 * 1e-9);
+        let normals = fibonacci_sphere(count);
+        let baked = Baked { normals: &normals, light: &light };
+        // of two chunks, every third vertex from behind
+        let chunks = [(0..300).collect::<Vec<u32>>(), (300..count).collect()];
+        let packed = chunks.each_ref().map(|order| pack(layout, baked, order));
+        let some: Vec<u32> = (0..count).rev().step_by(3).chain([5, 5]).collect();
+        let gathered = gather(layout, some.len(), |number| {
+            let vertex = some[number] as usize;
+            let chunk = usize::from(vertex >= 300);
+            (&packed[chunk], vertex - 300 * chunk)
+        });
+        assert!(gathered == pack(layout, baked, &some));
     }
 
     #[test]

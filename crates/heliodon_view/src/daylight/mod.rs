@@ -14,6 +14,7 @@ mod encoded;
 mod flat;
 pub mod key;
 pub mod layout;
+mod lit;
 pub mod moment;
 mod multiview;
 mod occlusion;
@@ -25,6 +26,7 @@ mod pixels;
 pub(crate) mod prepare;
 mod raster;
 mod relight;
+mod scan;
 pub(crate) mod seen;
 #[cfg(test)]
 pub(crate) mod shader_tests;

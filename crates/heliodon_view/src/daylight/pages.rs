@@ -4,21 +4,16 @@
 //! page costs a dispatch and a few bindings a frame. A chunk begins at a whole block of vertices.
 
 use super::chunk::{KeptChunk, PreparedChunk};
-use super::flat::flat_texture;
-use super::layout::{BLOCK, GROUP, TEXEL_WORDS, VertexLayout};
+use super::layout::{BLOCK, GROUP, VertexLayout};
+use super::lit::LitVertices;
 use super::parts::Parts;
 use super::pipelines::StoneKind;
 use crate::stage::texture::LevelledTexture;
-use bevy::math::UVec2;
 use bevy::render::render_resource::{
-    BindGroup, BindGroupEntries, BindGroupLayout, Buffer, BufferDescriptor, BufferUsages, Extent3d, Origin3d, Sampler,
-    TexelCopyBufferLayout, TexelCopyTextureInfo, Texture, TextureFormat, TextureUsages, TextureViewDescriptor,
+    BindGroup, BindGroupEntries, BindGroupLayout, Buffer, BufferDescriptor, BufferUsages, Sampler, TextureViewDescriptor,
 };
 use bevy::render::renderer::{RenderDevice, RenderQueue};
 use std::sync::{Arc, OnceLock};
-
-/// Rows of a page's texture: what every WebGPU device has.
-const MAX_ROWS: u32 = 8192;
 
 /// The most indices of a page.
 const MAX_INDICES: u64 = 32 << 20;
@@ -56,7 +51,7 @@ impl Remaining {
     fn room(self, layout: VertexLayout, vertices: u32, indices: u32) -> (u32, u32) {
         let wanted_vertices = in_blocks(self.vertices + self.chunks * u64::from(BLOCK));
         let wanted_indices = self.triangles * 3 + self.chunks * 2;
-        let most = u64::from(MAX_ROWS / layout.texels() * BLOCK);
+        let most = u64::from(LitVertices::most(layout));
         let room = wanted_vertices.min(most).max(u64::from(vertices));
         // Where not all vertices fit, neither need all indices; chunks have more triangles a vertex here and fewer there.
         let share = room as f64 / wanted_vertices.max(1) as f64 * INDEX_SLACK;
@@ -81,17 +76,12 @@ pub struct Page {
     pub uvs: Option<Buffer>,
     /// Normals and places in the atlas, 12 bytes a vertex, in pages of chunks that are lit by texels.
     pub texels: Option<PageTexels>,
-    /// The light of the moment at vertices, four half floats a vertex: the light shader writes it, the draw reads it.
-    pub light: Buffer,
+    /// What lights its vertices.
+    pub lit: LitVertices,
     /// 16-bit indices.
     pub indices: Buffer,
-    /// Groups that the light shader must do.
-    pub work: Buffer,
     /// Normals, where lamps need them.
     pub normals: Option<PageNormals>,
-    /// What the light shader binds.
-    pub light_bind_group: BindGroup,
-    baked: Texture,
     capacity: (u32, u32),
     used: (u32, u32),
 }
@@ -177,17 +167,6 @@ impl Page {
             })
         };
         let count = u64::from(vertices);
-        let size = UVec2::new(BLOCK, vertices / BLOCK * layout.texels());
-        let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
-        let baked: Texture = flat_texture(device, "stone_baked", size, TextureFormat::Rgba32Uint, usage).into();
-        let baked_view = baked.create_view(&TextureViewDescriptor::default());
-        let light = buffer("stone_light", count * 8, BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::COPY_SRC);
-        let work = buffer("stone_light_work", count / u64::from(GROUP) * 4, BufferUsages::STORAGE);
-        let light_bind_group = device.create_bind_group(
-            "stone_light",
-            light_layout,
-            &BindGroupEntries::sequential((work.as_entire_buffer_binding(), &baked_view, light.as_entire_buffer_binding())),
-        );
         Self {
             positions: buffer("stone_positions", count * 12, BufferUsages::VERTEX),
             albedo: buffer("stone_albedo", count * 4, BufferUsages::VERTEX),
@@ -197,12 +176,9 @@ impl Page {
                 normals: buffer("stone_texel_normals", count * 4, BufferUsages::VERTEX),
                 uvs: buffer("stone_texel_uvs", count * 8, BufferUsages::VERTEX),
             }),
-            light,
+            lit: LitVertices::new(device, layout, light_layout, vertices),
             indices: buffer("stone_indices", u64::from(indices) * 2, BufferUsages::INDEX),
-            work,
             normals: None,
-            light_bind_group,
-            baked,
             capacity: (vertices, indices),
             used: (0, 0),
         }
@@ -216,7 +192,7 @@ impl Page {
             usage: BufferUsages::STORAGE | BufferUsages::VERTEX,
             mapped_at_creation: false,
         });
-        let view = self.baked.create_view(&TextureViewDescriptor::default());
+        let view = self.lit.baked.create_view(&TextureViewDescriptor::default());
         let entries = BindGroupEntries::sequential((&view, buffer.as_entire_buffer_binding()));
         let bind_group = device.create_bind_group("stone_normals", layout, &entries);
         self.normals = Some(PageNormals { buffer, bind_group });
@@ -276,14 +252,7 @@ pub fn upload(
         queue.write_buffer(&texels.normals, at * 4, bytemuck::cast_slice(&chunk.normals));
         queue.write_buffer(&texels.uvs, at * 8, bytemuck::cast_slice(&chunk.texel_uvs));
     }
-    let blocks = vertices / BLOCK;
-    let into = TexelCopyTextureInfo {
-        origin: Origin3d { x: 0, y: base_vertex / BLOCK * layout.texels(), z: 0 },
-        ..to.baked.as_image_copy()
-    };
-    let row = TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(BLOCK * 4 * TEXEL_WORDS), rows_per_image: None };
-    let size = Extent3d { width: BLOCK, height: blocks * layout.texels(), depth_or_array_layers: 1 };
-    queue.write_texture(into, bytemuck::cast_slice(&chunk.baked), row, size);
+    to.lit.write(queue, layout, base_vertex, &chunk.baked);
     if kept.indices.len().is_multiple_of(2) {
         queue.write_buffer(&to.indices, u64::from(first_index) * 2, bytemuck::cast_slice(&kept.indices));
     } else {
@@ -318,7 +287,7 @@ mod tests {
         let (mut vertices, mut indices) = (0u64, 0u64);
         while left.chunks > 0 {
             let (room, index_room) = left.room(layout, 10_240, 58_000);
-            assert!(room / BLOCK * layout.texels() <= MAX_ROWS);
+            assert!(room <= LitVertices::most(layout));
             (vertices, indices) = (vertices + u64::from(room), indices + u64::from(index_room));
             let chunks = (u64::from(room) / 7_756).min(u64::from(index_room) / 43_502).min(left.chunks);
             assert!(chunks > 0, "a page takes a chunk");

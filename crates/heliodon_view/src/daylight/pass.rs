@@ -5,11 +5,13 @@
 //! eye is submitted in two parts (occlusion.rs).
 
 use super::encoded::Encoded;
+use super::lit::LitVertices;
 use super::multiview::{BOTH, BothEyes};
 use super::occlusion::{DepthReadback, may_show};
 use super::pages::GpuChunk;
 use super::pipelines::{Near, PipelineKey, STONES, SUBJECTS, StagePipelines, StoneKind, Subject};
 use super::prepare::{Drawn, StageGpu, StageView};
+use super::scan::ScanPixels;
 use super::seen::{Draw, Seen, split};
 use crate::actors::render::{ActorPipelines, ActorsGpu};
 use crate::covering::gpu::{CoversGpu, Worn};
@@ -33,16 +35,24 @@ use wgpu::{RenderPass, TextureView};
 pub const PASS_TRIANGLES: u64 = 200_000;
 
 /// Lights the visible vertices, if the moment is a new one for them.
-pub fn light_stage(gpu: Res<StageGpu>, cache: Res<PipelineCache>, mut context: RenderContext) {
-    encode_light(&gpu, &cache, &mut context);
+pub fn light_stage(gpu: Res<StageGpu>, cache: Res<PipelineCache>, views: Query<&StageView>, mut context: RenderContext) {
+    encode_texels(&gpu, &cache, &mut context);
+    let of_scan = views.iter().filter_map(|view| view.scan.shown.as_ref()).flat_map(ScanPixels::stale);
+    encode_light(&gpu, &cache, of_scan, &mut context);
 }
 
-/// Lights the groups that are listed.
-fn encode_light(gpu: &StageGpu, cache: &PipelineCache, context: &mut RenderContext) {
-    encode_texels(gpu, cache, context);
+/// Lights the groups that are listed, and these vertices besides, with how many workgroups do it.
+fn encode_light<'a>(
+    gpu: &'a StageGpu,
+    cache: &PipelineCache,
+    besides: impl Iterator<Item = (&'a LitVertices, u32)>,
+    context: &mut RenderContext,
+) {
     let (Some(id), Some(moment)) = (gpu.light_pipeline, gpu.moment_bind_group()) else { return };
     let Some(pipeline) = cache.get_compute_pipeline(id) else { return };
-    if gpu.lit_pages().next().is_none() {
+    let of_pages = gpu.lit_pages().map(|(page, workgroups)| (&page.lit, workgroups));
+    let mut all = of_pages.chain(besides).peekable();
+    if all.peek().is_none() {
         return;
     }
     let mut pass = context
@@ -50,8 +60,8 @@ fn encode_light(gpu: &StageGpu, cache: &PipelineCache, context: &mut RenderConte
         .begin_compute_pass(&ComputePassDescriptor { label: Some("stone_light"), timestamp_writes: None });
     pass.set_pipeline(pipeline);
     pass.set_bind_group(0, &**moment, &[]);
-    for (page, workgroups) in gpu.lit_pages() {
-        pass.set_bind_group(1, &*page.light_bind_group, &[]);
+    for (lit, workgroups) in all {
+        pass.set_bind_group(1, &*lit.bind_group, &[]);
         pass.dispatch_workgroups(workgroups, 1, 1);
     }
 }
@@ -150,7 +160,7 @@ pub fn draw_stage(
         let (shown, new) = found
             .unwrap_or_else(|| [(); 2].map(|()| Seen::clusters(&gpu.chunks, &clusters, &stage_view.culling.removed)).into());
         gpu.list_stale(&new.groups, &queue);
-        encode_light(&gpu, &cache, &mut context);
+        encode_light(&gpu, &cache, std::iter::empty(), &mut context);
         stage_view.depth = Some(readback);
         stage_view.drawn = Drawn::new(&device, &gpu.chunks, shown);
         later = Some(Drawn::new(&device, &gpu.chunks, new));
@@ -163,12 +173,22 @@ pub fn draw_stage(
         canvas.numbers(encoder, &gpu, &stage_view.drawn, (&question.view, depth), pipelines);
         question.read(encoder);
     }
-    let mut pass = match stage_view.pixels.as_ref().zip(relight_pipeline) {
-        Some((pixels, pipeline)) => {
+    let by_pixel = match (&stage_view.scan.shown, &stage_view.pixels) {
+        (Some(scan), _) => {
+            scan.light(encoder);
+            Some(&scan.bind_group)
+        }
+        (None, Some(pixels)) => {
             pixels.light(encoder, &gpu.pages);
+            Some(&pixels.bind_group)
+        }
+        (None, None) => None,
+    };
+    let mut pass = match by_pixel.zip(relight_pipeline) {
+        Some((bind_group, pipeline)) => {
             let mut pass = canvas.stone_pass(encoder);
             pass.set_pipeline(pipeline);
-            pass.set_bind_group(1, &*pixels.bind_group, &[]);
+            pass.set_bind_group(1, &**bind_group, &[]);
             pass.draw(0..3, 0..1);
             pass
         }
@@ -394,7 +414,7 @@ impl Canvas<'_> {
         let mut bound = Bound::default();
         bound.normals(true);
         pass.set_pipeline(pipeline);
-        for (number, chunk) in (0..).zip(&gpu.chunks) {
+        for (number, chunk) in (0..).zip(gpu.drawn()) {
             let worn = covers.part(chunk.part);
             if worn.marked && worn.sight.casts() {
                 let draw = Draw { chunk: number, indices: 0..chunk.kept.indices.len() as u32 };
@@ -555,7 +575,7 @@ impl Bound {
         if self.page != Some(chunk.page) {
             let page = &gpu.pages[chunk.page];
             pass.set_vertex_buffer(0, *page.positions.slice(..));
-            pass.set_vertex_buffer(1, *page.light.slice(..));
+            pass.set_vertex_buffer(1, *page.lit.light.slice(..));
             pass.set_vertex_buffer(2, *page.albedo.slice(..));
             let texels = page.texels.as_ref();
             let for_lamps = page.normals.as_ref().filter(|_| self.normals).map(|normals| &normals.buffer);

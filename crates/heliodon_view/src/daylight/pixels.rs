@@ -57,12 +57,12 @@ impl Pixels {
             }
         };
         pixels.raster.draw(size, &lens, Stone { chunks, page_rows: &pixels.relight.page_rows, worn }, &cull(chunks));
-        pixels.relight.show(queue, &pixels.raster);
+        pixels.relight.show(queue, &pixels.raster.words, &pixels.raster.depth);
         Some(pixels)
     }
 
     /// Takes the light of the moment.
     pub fn light(&self, encoder: &mut wgpu::CommandEncoder, pages: &[Page]) {
-        self.relight.light(encoder, pages);
+        self.relight.light(encoder, pages.iter().map(|page| &page.lit));
     }
 }

@@ -9,11 +9,12 @@ use super::pages::{GpuChunk, GpuTexture, Page, PageNormals, Remaining, upload};
 use super::pipelines::{KINDS, Near, PipelineKey, STONES, SUBJECTS, StagePipelines};
 use super::pixels::{Pixels, Wanted};
 use super::raster::{Lens, Raster};
+use super::scan::{Scan, ScanSight};
 use super::seen::{LightGroup, Run, Seen};
 use super::sight::{Change, Sight, SightKey};
 use super::slot::write_uniform;
 use super::texels::{TexelMoment, TexelsGpu};
-use super::view::{ClusterRef, Eye, Look, ViewUniform};
+use super::view::{ClusterRef, Eye, Look, ViewUniform, cull};
 use super::{DaylightCamera, ExactAtRest, StereoPair, allocator};
 use crate::actors::render::ActorsGpu;
 use crate::covering::gpu::CoversGpu;
@@ -22,7 +23,7 @@ use crate::culling::{Culler, Culling, CullingScene, CullingTold, Saved, ViewCull
 use crate::detail::DetailsGpu;
 use crate::lamps::maps::LampsGpu;
 use crate::sky::SkyResources;
-use crate::stage::feed::Delivery;
+use crate::stage::feed::{Delivery, OfScan};
 use crate::stage::frame::StageFrame;
 use crate::stage::texture::{self, LevelledTexture};
 use bevy::camera::{Camera3d, CameraMainTextureUsages, MainPassResolutionOverride};
@@ -56,6 +57,8 @@ pub struct StageGpu {
     samplers: HashMap<[TextureWrap; 2], Sampler>,
     /// Chunks that are there, by their [`KINDS`].
     uploaded: [Remaining; KINDS.len()],
+    /// Chunks of the scan that are.
+    uploaded_scan: Remaining,
     /// Light in texels,
     pub texels: TexelsGpu,
     /// and that of a panorama.
@@ -71,8 +74,12 @@ pub struct StageGpu {
     needed: Vec<LightGroup>,
     /// Whether a processor draws: then it is found what cameras see, and textures are read with fewer samples.
     pub software: bool,
-    /// Whether it is known which chunks are closed.
-    closed_known: bool,
+    /// How many of the chunks are drawn, once they are there and it is known which are closed; after them come those of the scan.
+    drawn_chunks: Option<usize>,
+    /// The scan where it stays in main memory, which others see once it is whole.
+    scan: Option<Arc<Scan>>,
+    /// Whether all that is to be seen is there.
+    is_whole: bool,
     /// What culling knows of the bundle, once all of it is there.
     culling: Option<Arc<CullingScene>>,
     /// What pairs of cameras leave out.
@@ -149,9 +156,23 @@ impl StageGpu {
             if !work.is_empty() {
                 // Whole workgroups; light.wgsl passes over what is added.
                 work.resize(work.len().next_multiple_of((BLOCK / GROUP) as usize), u32::MAX);
-                queue.write_buffer(&page.work, 0, bytemuck::cast_slice(work));
+                queue.write_buffer(&page.lit.work, 0, bytemuck::cast_slice(work));
             }
         }
+    }
+
+    /// The chunks that are drawn while an eye moves.
+    #[must_use]
+    pub fn drawn(&self) -> &[GpuChunk] {
+        &self.chunks[..self.drawn_chunks.unwrap_or(self.chunks.len())]
+    }
+
+    /// The clusters that a camera at rest meets where the scan is on the GPU: all of that, and what is drawn of parts that are not in it.
+    fn at_rest(chunks: &[GpuChunk], drawn: usize, of_scan: &OfScan, looks: &[Look]) -> Vec<ClusterRef> {
+        let is_in_scan = |chunk: &GpuChunk| of_scan.parts.get(usize::from(chunk.part)).is_some_and(|&is_in| is_in);
+        let mut clusters = cull(chunks, looks);
+        clusters.retain(|one| one.chunk as usize >= drawn || !is_in_scan(&chunks[one.chunk as usize]));
+        clusters
     }
 
     /// Triangles of clusters.
@@ -185,6 +206,10 @@ pub struct StageView {
     stage: u64,
     /// What is known of its pixels, where stone is lit pixel by pixel.
     pub pixels: Option<Pixels>,
+    /// The scan in main memory, as it sees it at rest.
+    pub scan: ScanSight,
+    /// Where it was, and for how many frames it has been there.
+    still: (Mat4, u32),
     /// The pipeline for that.
     pub relight_pipeline: Option<CachedRenderPipelineId>,
     /// What all subjects are drawn by.
@@ -207,7 +232,11 @@ impl StageView {
     /// Triangles of the stone that were drawn, or that are seen.
     #[must_use]
     pub fn triangle_count(&self) -> u64 {
-        self.pixels.as_ref().map_or_else(|| self.drawn.seen.triangle_count(), |pixels| pixels.raster.triangle_count())
+        match (&self.scan.shown, &self.pixels) {
+            (Some(scan), _) => scan.triangle_count(),
+            (None, Some(pixels)) => pixels.raster.triangle_count(),
+            (None, None) => self.drawn.seen.triangle_count(),
+        }
     }
 
     /// What it draws in a frame. `may_ask` is the size of its picture if it may ask what that shows; what is hidden from a moving eye is found if it `may_occlude`; `find`
@@ -295,6 +324,7 @@ pub fn receive(
     mut cache: ResMut<PipelineCache>,
     (device, queue): (Res<RenderDevice>, Res<RenderQueue>),
     covers: Res<CoversGpu>,
+    exact: Query<(), With<ExactAtRest>>,
 ) {
     let gpu = &mut *gpu;
     let Some(feed) = &frame.feed else {
@@ -357,13 +387,33 @@ pub fn receive(
                 gpu.details.push(&device, &queue, &layout, &detail);
             }
             Some(Delivery::Closed(closed)) => {
-                gpu.closed_known = true;
+                gpu.drawn_chunks = Some(gpu.chunks.len());
                 gpu.chunks.iter_mut().zip(closed).for_each(|(chunk, closed)| chunk.closed = closed);
+            }
+            // where a processor draws other than stills, main memory is the place for what few frames ask for
+            Some(Delivery::Scan(chunk)) if gpu.software && exact.is_empty() => {
+                // pixels of what is not in the scan are nothing that the processor draws
+                if feed.of_scan.is_whole {
+                    let scan = gpu.scan.get_or_insert_with(|| Arc::new(Scan::new(feed.layout)));
+                    if let Some(scan) = Arc::get_mut(scan) {
+                        scan.push(*chunk);
+                    }
+                }
+            }
+            Some(Delivery::Scan(chunk)) => {
+                bytes += chunk.bytes();
+                let remaining = feed.of_scan.total.after(gpu.uploaded_scan);
+                gpu.uploaded_scan.add(chunk.kept.positions.len() as u64, chunk.kept.indices.len() as u64 / 3);
+                let placed = upload(&device, &queue, feed.layout, &light_layout, &mut gpu.pages, &chunk, remaining);
+                gpu.chunks.push(placed);
+            }
+            Some(Delivery::Whole) => {
+                gpu.is_whole = true;
                 feed.end();
             }
             Some(Delivery::Culling(scene)) => gpu.culling = Some(scene),
             Some(Delivery::Chunk(chunk)) => {
-                bytes += chunk.baked.len() * 4 + chunk.kept.positions.len() * 16;
+                bytes += chunk.bytes();
                 let kind = chunk.kind as usize;
                 let remaining = feed.total[kind].after(gpu.uploaded[kind]);
                 gpu.uploaded[kind].add(chunk.kept.positions.len() as u64, chunk.kept.indices.len() as u64 / 3);
@@ -390,6 +440,9 @@ pub fn receive(
 
 /// Frames after which what is not needed any more is free; and as many more in which it is given back.
 const SETTLED_FRAMES: u32 = 4;
+
+/// Frames after which an eye that has not moved rests.
+const STILL_FRAMES: u32 = 3;
 
 /// Larger pictures do not ask what they show: each pixel takes eight bytes for it.
 const MAX_ASKED_PIXELS: u32 = 16 << 20;
@@ -443,7 +496,10 @@ pub fn prepare_views(
 ) {
     gpu.needed.clear();
     let Some(covers_buffer) = covers.buffer() else { return };
-    let (faded, worn_by) = (covers.faded(&gpu.chunks), covers.subjects(&gpu.chunks));
+    let (faded, worn_by) = (covers.faded(gpu.drawn()), covers.subjects(&gpu.chunks));
+    let drawn_chunks = gpu.drawn().len();
+    let scan_on_gpu = gpu.is_whole && drawn_chunks < gpu.chunks.len();
+    let scan = gpu.scan.clone().filter(|_| gpu.is_whole);
     let scene = gpu.culling.clone();
     let mut saved = Saved::default();
     let mut pairs = std::mem::take(&mut gpu.pairs);
@@ -506,12 +562,20 @@ pub fn prepare_views(
         if stage_view.covers {
             pipelines.want(&mut cache, &device, keys[0].outlined());
         }
+        let still = &mut stage_view.still;
+        *still = if still.0 == clip_from_world { (clip_from_world, still.1.saturating_add(1)) } else { (clip_from_world, 0) };
+        // heads are never still
+        let shows_scan = scan_on_gpu && pair.is_none() && (still.1 >= STILL_FRAMES || exact.contains(entity));
         let key = SightKey {
+            scan: shows_scan,
             clip_from_world,
             beside: looks.iter().map(|look| look.clip_from_world).find(|other| *other != clip_from_world),
             viewport: view.viewport,
             samples: msaa.samples(),
-            stage: (gpu.serial, gpu.chunks.len() + usize::from(gpu.closed_known) + usize::from(gpu.culling.is_some())),
+            stage: (
+                gpu.serial,
+                gpu.chunks.len() + usize::from(gpu.drawn_chunks.is_some()) + usize::from(gpu.culling.is_some()),
+            ),
             culling: *culling,
             covers: covers.serial(),
         };
@@ -541,20 +605,29 @@ pub fn prepare_views(
         // Stone that nothing else lights or shades, and that shows no detail, is lit pixel by pixel.
         let by_pixel = may_ask
             .filter(|&size| Raster::can_be(size) && !exact.contains(entity) && actors.shade().is_none() && !shows_details)
-            .filter(|_| covers.is_settled());
+            .filter(|_| covers.is_settled() && !shows_scan);
         let wanted = by_pixel
             .filter(|_| stage_view.relight_pipeline.is_some_and(|id| cache.get_render_pipeline(id).is_some()))
             .and_then(|size| Some(Wanted { key, size, lens: Lens::new(&clip_from_world)?, worn: covers.parts() }));
         let culler = Culler { scene: scene.as_ref(), settings: *culling, remembers: !exact.contains(entity), faded: &faded };
+        let relight_layout = cache.get_bind_group_layout(&pipelines.relight_layout);
+        let light_layout = cache.get_bind_group_layout(&pipelines.light_layout);
+        stage_view.scan.next(scan.as_ref(), own, wanted.as_ref(), (&device, &queue), (&light_layout, &relight_layout));
         let before = stage_view.pixels.take();
-        stage_view.pixels = wanted.and_then(|wanted| {
-            let layout = cache.get_bind_group_layout(&pipelines.relight_layout);
-            let find = |chunks: &[GpuChunk]| {
-                covers.there(chunks, pairs.clusters(pair.copied(), &mut stage_view.culling, &culler, chunks, &looks))
-            };
-            Pixels::next(before, &wanted, (&gpu.pages, &gpu.chunks), (&device, &queue), &layout, find)
-        });
-        if let Some(pixels) = &stage_view.pixels {
+        stage_view.pixels = match wanted {
+            Some(wanted) if stage_view.scan.shown.is_none() => {
+                let find = |chunks: &[GpuChunk]| {
+                    covers.there(chunks, pairs.clusters(pair.copied(), &mut stage_view.culling, &culler, chunks, &looks))
+                };
+                Pixels::next(before, &wanted, (&gpu.pages, gpu.drawn()), (&device, &queue), &relight_layout, find)
+            }
+            // for when it moves again
+            Some(_) => before,
+            None => None,
+        };
+        if stage_view.scan.shown.is_some() {
+            stage_view.forget_sight();
+        } else if let Some(pixels) = &stage_view.pixels {
             gpu.needed.extend_from_slice(&pixels.raster.groups);
             stage_view.forget_sight();
         } else if layer == Some(1) {
@@ -562,7 +635,14 @@ pub fn prepare_views(
             stage_view.forget_sight();
         } else {
             stage_view.look(&mut gpu, &device, key, (may_ask, may_occlude), |own, chunks| {
-                covers.there(chunks, pairs.clusters(pair.copied(), own, &culler, chunks, &looks))
+                let clusters = match frame.feed.as_ref().filter(|_| shows_scan) {
+                    Some(feed) => {
+                        own.nothing();
+                        StageGpu::at_rest(chunks, drawn_chunks, &feed.of_scan, &looks)
+                    }
+                    None => pairs.clusters(pair.copied(), own, &culler, &chunks[..drawn_chunks], &looks),
+                };
+                covers.there(chunks, clusters)
             });
             gpu.needed.extend_from_slice(&stage_view.drawn.seen.groups);
         }
@@ -598,6 +678,7 @@ pub fn prepare_light(
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
+    mut views: Query<&mut StageView>,
 ) {
     let gpu = &mut *gpu;
     gpu.work.clear();
@@ -617,6 +698,9 @@ pub fn prepare_light(
     let moment = TexelMoment::new(feed.layout, moment, frame.exposure_stops.exp2());
     gpu.texels.light_at(&queue, moment);
     gpu.panorama.light_at(&queue, moment);
+    for shown in views.iter_mut().filter_map(|view| view.into_inner().scan.shown.as_mut()) {
+        shown.light_at(gpu.moment_serial);
+    }
     let needed = std::mem::take(&mut gpu.needed);
     gpu.list_stale(&needed, &queue);
     gpu.needed = needed;

@@ -14,6 +14,8 @@ use crate::covering::gpu::Worn;
 use glam::{DMat3, DVec3, Mat4, UVec2, UVec3, Vec4, Vec4Swizzles};
 use heliodon_raster::{Extent, ItemBuffer, MAX_SIDE, NOTHING, Perspective, TILE_PX, Weights};
 use rayon::prelude::*;
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What a pixel without stone holds.
 const NO_STONE: [u32; 4] = [u32::MAX; 4];
@@ -93,8 +95,6 @@ struct Queued {
 #[derive(Debug)]
 struct Band {
     items: ItemBuffer,
-    /// A bit for each group of vertices of all chunks: whether it is seen.
-    groups: Vec<u64>,
     /// Triangles that were met last, each at its place in the table.
     remembered: Vec<(u32, Surface)>,
 }
@@ -120,6 +120,83 @@ impl Raster {
     /// # Panics
     /// With a size that [`Self::can_be`] refuses.
     pub fn draw(&mut self, size: UVec2, lens: &Lens, stone: Stone, clusters: &[ClusterRef]) {
+        let chunks = stone.chunks;
+        let mut ends = 0;
+        let group_begins: Vec<u32> = chunks
+            .iter()
+            .map(|chunk| {
+                let begin = ends;
+                ends += chunk.lit_at.len() as u32;
+                begin
+            })
+            .collect();
+        let group_words = (ends as usize).div_ceil(64);
+        let numbers = || Paged { stone, group_begins: &group_begins, seen: vec![0; group_words] };
+        let told = self.draw_by(size, lens, stone, (clusters, &AtomicBool::new(false)), numbers);
+        self.groups.clear();
+        for (number, chunk) in chunks.iter().enumerate() {
+            for group in 0..chunk.lit_at.len() as u32 {
+                let at = group_begins[number] + group;
+                let is_seen = |band: &Paged| band.seen[at as usize / 64] >> (at % 64) & 1 == 1;
+                if told.iter().any(is_seen) {
+                    self.groups.push(LightGroup { chunk: number as u32, group: group as u16 });
+                }
+            }
+        }
+    }
+
+    /// As [`Self::draw`], but pixels number the vertices as they are met first, whatever page they are in; returns chunk and number in it of each. None where `is_off` became
+    /// true meanwhile, or there are more than pixels can tell apart.
+    ///
+    /// # Panics
+    /// With a size that [`Self::can_be`] refuses.
+    pub fn draw_numbered(
+        &mut self,
+        size: UVec2,
+        lens: &Lens,
+        stone: Stone,
+        clusters: &[ClusterRef],
+        is_off: &AtomicBool,
+    ) -> Option<Vec<(u32, u16)>> {
+        let met = self.draw_by(size, lens, stone, (clusters, is_off), Met::default);
+        if is_off.load(Ordering::Relaxed) {
+            return None;
+        }
+        let mut all: Vec<(u32, u16)> = Vec::with_capacity(met.iter().map(|band| band.vertices.len()).sum());
+        let begins: Vec<u32> = met
+            .into_iter()
+            .map(|band| {
+                let begin = all.len() as u32;
+                all.extend(band.vertices);
+                begin
+            })
+            .collect();
+        if all.len() > 1 << NUMBER_BITS {
+            return None;
+        }
+        let band_pixels = self.band_pixels();
+        self.words.par_rchunks_mut(band_pixels).zip(&begins).for_each(|(words, begin)| {
+            for pixel in words.iter_mut().filter(|pixel| **pixel != NO_STONE) {
+                pixel[..3].iter_mut().for_each(|word| *word += begin);
+            }
+        });
+        Some(all)
+    }
+
+    /// Pixels of a band; the highest may have fewer. Bands are counted from the lowest row, pixels from the top.
+    fn band_pixels(&self) -> usize {
+        self.bands[0].items.held().len() * self.size.x as usize
+    }
+
+    /// Finds what each pixel shows, band by band with numbers of their own; of no use if the flag became true meanwhile.
+    fn draw_by<N: Numbers + Send>(
+        &mut self,
+        size: UVec2,
+        lens: &Lens,
+        stone: Stone,
+        (clusters, is_off): (&[ClusterRef], &AtomicBool),
+        numbers: impl Fn() -> N + Sync,
+    ) -> Vec<N> {
         if self.size != size {
             *self = Self::new(size, rayon::current_num_threads());
         }
@@ -142,36 +219,17 @@ impl Raster {
             let near = |queued: &Queued| queued.extent.map_or(f32::INFINITY, |extent| extent.nearness);
             near(b).total_cmp(&near(a))
         });
-        let mut ends = 0;
-        let group_begins: Vec<u32> = chunks
-            .iter()
-            .map(|chunk| {
-                let begin = ends;
-                ends += chunk.lit_at.len() as u32;
-                begin
-            })
-            .collect();
-        let group_words = (ends as usize).div_ceil(64);
-        let view = View { lens, stone, queue: &self.queue, group_begins: &group_begins, size: [width, height] };
-        // Bands are counted from the lowest row, pixels from the top.
-        let band_pixels = self.bands[0].items.held().len() * width;
+        let band_pixels = self.band_pixels();
+        let view = View { lens, stone, queue: &self.queue, size: [width, height] };
         let pixels = self.words.par_rchunks_mut(band_pixels).zip(self.depth.par_rchunks_mut(band_pixels));
-        self.bands.par_iter_mut().zip(pixels).with_max_len(1).for_each(|(band, (words, depth))| {
-            band.groups.clear();
-            band.groups.resize(group_words, 0);
-            band.draw(&view);
-            band.tell(&view, words, depth);
+        let bands = self.bands.par_iter_mut().zip(pixels).with_max_len(1);
+        let told = bands.map(|(band, (words, depth))| {
+            let mut numbers = numbers();
+            band.draw(&view, is_off);
+            band.tell(&view, &mut numbers, words, depth);
+            numbers
         });
-        self.groups.clear();
-        for (number, chunk) in chunks.iter().enumerate() {
-            for group in 0..chunk.lit_at.len() as u32 {
-                let at = group_begins[number] + group;
-                let is_seen = |band: &Band| band.groups[at as usize / 64] >> (at % 64) & 1 == 1;
-                if self.bands.iter().any(is_seen) {
-                    self.groups.push(LightGroup { chunk: number as u32, group: group as u16 });
-                }
-            }
-        }
+        told.collect()
     }
 
     /// Triangles that show.
@@ -189,7 +247,6 @@ impl Raster {
         let rows = tiles.div_ceil(threads * BANDS_A_THREAD) * TILE_PX;
         let band = |first: usize| Band {
             items: ItemBuffer::band([width, height], first..(first + rows).min(height)),
-            groups: Vec::new(),
             remembered: vec![(NOTHING, Surface::NONE); REMEMBERED],
         };
         Self {
@@ -207,8 +264,55 @@ struct View<'a> {
     lens: &'a Lens,
     stone: Stone<'a>,
     queue: &'a [Queued],
-    group_begins: &'a [u32],
     size: [usize; 2],
+}
+
+/// How the vertices of a picture are numbered.
+trait Numbers {
+    /// Whether a triangle that no two pixels side by side can show takes all its light from its nearest corner: half of the vertices are to be lit then.
+    const NEAREST: bool;
+
+    /// The number of a chunk's vertex, whose light some pixel takes.
+    fn number(&mut self, chunk: u32, vertex: u16) -> u32;
+}
+
+/// By their places in the pages; which groups of them are seen is noted.
+struct Paged<'a> {
+    stone: Stone<'a>,
+    group_begins: &'a [u32],
+    /// A bit for each group of vertices of all chunks.
+    seen: Vec<u64>,
+}
+
+impl Numbers for Paged<'_> {
+    const NEAREST: bool = false;
+
+    fn number(&mut self, chunk: u32, vertex: u16) -> u32 {
+        let group = self.group_begins[chunk as usize] + u32::from(vertex) / GROUP;
+        self.seen[group as usize / 64] |= 1 << (group % 64);
+        let chunk = &self.stone.chunks[chunk as usize];
+        self.stone.page_rows[chunk.page] * BLOCK + chunk.base_vertex + u32::from(vertex)
+    }
+}
+
+/// As they are met.
+#[derive(Default)]
+struct Met {
+    numbers: HashMap<(u32, u16), u32>,
+    vertices: Vec<(u32, u16)>,
+}
+
+impl Numbers for Met {
+    const NEAREST: bool = true;
+
+    fn number(&mut self, chunk: u32, vertex: u16) -> u32 {
+        let next = self.vertices.len() as u32;
+        let number = *self.numbers.entry((chunk, vertex)).or_insert(next);
+        if number == next {
+            self.vertices.push((chunk, vertex));
+        }
+        number
+    }
 }
 
 /// The bits of an item's number that say which triangle of its part it is.
@@ -216,11 +320,14 @@ const TRIANGLE_BITS: u32 = PART_TRIANGLES.ilog2();
 const _: () = assert!(PART_TRIANGLES.is_power_of_two());
 
 impl Band {
-    fn draw(&mut self, view: &View) {
+    fn draw(&mut self, view: &View, is_off: &AtomicBool) {
         let items = &mut self.items;
         items.clear();
         let held = items.held();
         for (at, queued) in view.queue.iter().enumerate() {
+            if is_off.load(Ordering::Relaxed) {
+                return;
+            }
             if queued.extent.is_some_and(|extent| !extent.meets(&held) || items.hides(&extent)) {
                 continue;
             }
@@ -232,9 +339,9 @@ impl Band {
     }
 
     /// Says of each pixel what it shows.
-    fn tell(&mut self, view: &View, words: &mut [[u32; 4]], depth: &mut [f32]) {
+    fn tell(&mut self, view: &View, numbers: &mut impl Numbers, words: &mut [[u32; 4]], depth: &mut [f32]) {
         let [width, _] = view.size;
-        let Self { items, groups, remembered } = self;
+        let Self { items, remembered } = self;
         // Items have other numbers in each frame.
         remembered.iter_mut().for_each(|(known, _)| *known = NOTHING);
         let [to_depth, constant] = view.lens.depth;
@@ -258,7 +365,7 @@ impl Band {
                         }
                         let (known, surface) = &mut remembered[id as usize % REMEMBERED];
                         if *known != id {
-                            (*known, *surface) = (id, Surface::new(view, items, id, groups));
+                            (*known, *surface) = (id, Surface::new(view, items, (id, [column, held.start + row]), numbers));
                         }
                         *words = surface.words(column, held.start + row);
                     }
@@ -271,16 +378,12 @@ impl Band {
 impl Surface {
     const NONE: Self = Self { weights: Weights::NONE, vertices: [0; 3], albedo: [Vec4::ZERO; 3] };
 
-    fn new(view: &View, items: &ItemBuffer, id: u32, groups: &mut [u64]) -> Self {
+    /// Of an item, and a pixel that shows it.
+    fn new<N: Numbers>(view: &View, items: &ItemBuffer, (id, pixel): (u32, [usize; 2]), numbers: &mut N) -> Self {
         let queued = &view.queue[(id >> TRIANGLE_BITS) as usize];
         let chunk = &view.stone.chunks[queued.chunk as usize];
         let first = chunk.parts().part(queued.part).first_triangle;
         let corners = chunk.kept.triangle(first + (id & (PART_TRIANGLES as u32 - 1)));
-        for vertex in corners {
-            let group = view.group_begins[queued.chunk as usize] + u32::from(vertex) / GROUP;
-            groups[group as usize / 64] |= 1 << (group % 64);
-        }
-        let begin = view.stone.page_rows[chunk.page] * BLOCK + chunk.base_vertex;
         let [a, b, c] = corners.map(|vertex| {
             let word = chunk.kept.albedo[usize::from(vertex)];
             let root = (UVec3::new(word, word >> 10, word >> 20) & 1023).as_vec3();
@@ -289,11 +392,12 @@ impl Surface {
             const WHOLE: f32 = 1023.0 * 1023.0;
             coat.map_or(own, |coat| coat.over(own / WHOLE) * WHOLE).extend(0.0)
         });
-        Self {
-            weights: items.weights(&view.lens.perspective, corners.map(|vertex| chunk.kept.positions[usize::from(vertex)])),
-            vertices: corners.map(|vertex| begin + u32::from(vertex)),
-            albedo: [a, b - a, c - a],
-        }
+        let weights = items.weights(&view.lens.perspective, corners.map(|vertex| chunk.kept.positions[usize::from(vertex)]));
+        let vertices = match nearest(&weights, pixel).filter(|_| N::NEAREST) {
+            Some(corner) => [numbers.number(queued.chunk, corners[corner]); 3],
+            None => corners.map(|vertex| numbers.number(queued.chunk, vertex)),
+        };
+        Self { weights, vertices, albedo: [a, b - a, c - a] }
     }
 
     /// Of a pixel.
@@ -309,4 +413,14 @@ impl Surface {
         let [a, b, c] = self.vertices;
         [a | root[0] << NUMBER_BITS, b | root[1] << NUMBER_BITS, c | root[2] << NUMBER_BITS, codes[0] | codes[1] << 16]
     }
+}
+
+/// The corner nearest to a pixel's middle of a triangle that is shown by neither the pixel beside it nor the one above it, however it lies: some weight
+/// changes by one on the way to each.
+fn nearest(weights: &Weights, [column, row]: [usize; 2]) -> Option<usize> {
+    let all = |[to_b, to_c]: [f32; 2]| [1.0 - to_b - to_c, to_b, to_c];
+    let here = all(weights.at(column, row));
+    let is_out = |there: [f32; 3]| here.iter().zip(there).any(|(here, there)| (here - there).abs() >= 1.0);
+    let is_alone = [[column + 1, row], [column, row + 1]].iter().all(|&[x, y]| is_out(all(weights.at(x, y))));
+    (0..3).filter(|_| is_alone).max_by(|&a, &b| here[a].total_cmp(&here[b]))
 }

@@ -6,8 +6,9 @@
 
 use super::flat::flat_texture;
 use super::layout::BLOCK;
+use super::lit::LitVertices;
 use super::pages::Page;
-use super::raster::{NUMBER_BITS, Raster};
+use super::raster::NUMBER_BITS;
 use bevy::prelude::*;
 use bevy::render::renderer::{RenderDevice, RenderQueue};
 use wgpu::{
@@ -18,15 +19,15 @@ use wgpu::{
 /// Bytes of a vertex's light.
 const LIGHT_BYTES: u32 = 8;
 
-/// The row of the light's texture at which each page begins, and how many there are.
-fn rows(pages: &[Page]) -> (Vec<u32>, u32) {
+/// The row of the light's texture at which each of these begins, and how many there are.
+fn rows<'a>(all: impl Iterator<Item = &'a LitVertices>) -> (Vec<u32>, u32) {
     let mut end = 0;
-    let mut begins = Vec::with_capacity(pages.len());
-    for page in pages {
-        begins.push(end);
-        end += page.vertex_room() / BLOCK;
-    }
-    (begins, end)
+    let begins = all.map(|lit| {
+        let begin = end;
+        end += lit.blocks();
+        begin
+    });
+    (begins.collect(), end)
 }
 
 /// Whether no stone has a texture: another bundle may have one in pages of the same size.
@@ -49,12 +50,18 @@ pub struct Relight {
 }
 
 impl Relight {
-    /// For pictures of this size. None where stone has textures, whose albedo is not known here, or where there are more vertices than a texture holds.
+    /// For pictures of this size of what pages hold. None where stone has textures, whose albedo is not known here, or where there are more vertices than a texture holds.
     #[must_use]
     pub fn new(device: &RenderDevice, pages: &[Page], size: UVec2) -> Option<Self> {
-        let (page_rows, light_rows) = rows(pages);
+        if are_plain(pages) { Self::of(device, pages.iter().map(|page| &page.lit), size) } else { None }
+    }
+
+    /// For pictures of this size that take the light of these. None where there are more vertices than a texture holds.
+    #[must_use]
+    pub fn of<'a>(device: &RenderDevice, all: impl Iterator<Item = &'a LitVertices>, size: UVec2) -> Option<Self> {
+        let (page_rows, light_rows) = rows(all);
         let most_rows = device.limits().max_texture_dimension_2d.min((1 << NUMBER_BITS) / BLOCK);
-        if light_rows == 0 || light_rows > most_rows || !are_plain(pages) {
+        if light_rows == 0 || light_rows > most_rows {
             return None;
         }
         let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
@@ -72,31 +79,31 @@ impl Relight {
     #[must_use]
     pub fn is(&self, size: UVec2, pages: &[Page]) -> bool {
         let [pixels, _, light] = &self.textures;
-        let (page_rows, light_rows) = rows(pages);
+        let (page_rows, light_rows) = rows(pages.iter().map(|page| &page.lit));
         let same = page_rows == self.page_rows && light.height() == light_rows && are_plain(pages);
         same && UVec2::new(pixels.width(), pixels.height()) == size
     }
 
-    /// Takes what the pixels show.
-    pub fn show(&self, queue: &RenderQueue, raster: &Raster) {
+    /// Takes what the pixels show: [`super::raster::Raster::words`] and [`super::raster::Raster::depth`].
+    pub fn show(&self, queue: &RenderQueue, words: &[[u32; 4]], depths: &[f32]) {
         let [pixels, depth, _] = &self.textures;
         let write = |texture: &Texture, bytes: &[u8], of_pixel: u32| {
             let row =
                 TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(texture.width() * of_pixel), rows_per_image: None };
             queue.write_texture(texture.as_image_copy(), bytes, row, texture.size());
         };
-        write(pixels, bytemuck::cast_slice(&raster.words), 16);
-        write(depth, bytemuck::cast_slice(&raster.depth), 4);
+        write(pixels, bytemuck::cast_slice(words), 16);
+        write(depth, bytemuck::cast_slice(depths), 4);
     }
 
     /// Takes the light of the moment.
-    pub fn light(&self, encoder: &mut CommandEncoder, pages: &[Page]) {
+    pub fn light<'a>(&self, encoder: &mut CommandEncoder, all: impl Iterator<Item = &'a LitVertices>) {
         let [_, _, light] = &self.textures;
-        for (page, &y) in pages.iter().zip(&self.page_rows) {
+        for (lit, &y) in all.zip(&self.page_rows) {
             let layout = TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(BLOCK * LIGHT_BYTES), rows_per_image: None };
             let to = TexelCopyTextureInfo { origin: wgpu::Origin3d { x: 0, y, z: 0 }, ..light.as_image_copy() };
-            let size = Extent3d { width: BLOCK, height: page.vertex_room() / BLOCK, depth_or_array_layers: 1 };
-            encoder.copy_buffer_to_texture(TexelCopyBufferInfo { buffer: &page.light, layout }, to, size);
+            let size = Extent3d { width: BLOCK, height: lit.blocks(), depth_or_array_layers: 1 };
+            encoder.copy_buffer_to_texture(TexelCopyBufferInfo { buffer: &lit.light, layout }, to, size);
         }
     }
 }

@@ -34,6 +34,8 @@ pub struct SightKey {
     pub samples: u32,
     /// The bundle, and how much of it is there.
     pub stage: (u64, usize),
+    /// Whether it is the scan itself that is seen.
+    pub scan: bool,
     /// What is culled.
     pub culling: Culling,
     /// What is hidden, faded, and of another colour ([`crate::covering::gpu::CoversGpu::serial`]).

@@ -8,7 +8,7 @@ use crate::daylight::pages::Remaining;
 use crate::daylight::pipelines::KINDS;
 use crate::daylight::texels::TexelPiece;
 use crate::detail::PreparedDetail;
-use heliodon_bundle::PanoramaInfo;
+use heliodon_bundle::{BundleReader, Manifest, PanoramaInfo};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -28,10 +28,39 @@ pub enum Delivery {
     Detail(PreparedDetail),
     /// A chunk.
     Chunk(Box<PreparedChunk>),
-    /// After all chunks: which of them, in their order, are parts of closed bodies. All that is to be seen is there then.
+    /// After all chunks: which of them, in their order, are parts of closed bodies.
     Closed(Vec<bool>),
+    /// A chunk of the scan itself ([`BundleReader::scan`]), after those that are drawn.
+    Scan(Box<PreparedChunk>),
+    /// All that is to be seen is there.
+    Whole,
     /// Last, some time later: what culling knows of the bundle.
     Culling(Arc<CullingScene>),
+}
+
+/// What a bundle holds of the scan itself.
+#[derive(Clone, Debug, Default)]
+pub struct OfScan {
+    /// Its chunks, which are plain.
+    pub total: Remaining,
+    /// Of each part whether it is in it: others are drawn as ever.
+    pub parts: Vec<bool>,
+    /// Whether all stone is in it.
+    pub is_whole: bool,
+}
+
+impl OfScan {
+    /// Of a bundle and its scan.
+    #[must_use]
+    pub fn new(bundle: &Manifest, scan: &BundleReader) -> Self {
+        let mut total = Remaining::default();
+        for chunk in (0..scan.chunk_count()).map(|chunk| scan.chunk_info(chunk)) {
+            total.add(u64::from(chunk.vertices), u64::from(chunk.triangles));
+        }
+        let parts: Vec<bool> = scan.manifest().parts.iter().map(|part| part.counts.chunks > 0).collect();
+        let is_whole = bundle.parts.iter().zip(&parts).all(|(part, &is_in)| is_in || part.counts.chunks == 0);
+        Self { total, parts, is_whole }
+    }
 }
 
 /// The stage of one bundle, as the render world sees it. The queue is short, so that a bundle is never in memory twice; and
@@ -42,8 +71,10 @@ pub struct Feed {
     pub serial: u64,
     /// Shape of its light.
     pub layout: VertexLayout,
-    /// All chunks that will come, by kinds of stone: plain, textured, lit by texels, by the panorama.
+    /// All chunks that will come, by kinds of stone: plain, textured, lit by texels, by the panorama; those of the scan not among them.
     pub total: [Remaining; KINDS.len()],
+    /// The scan.
+    pub of_scan: OfScan,
     receiver: Mutex<Receiver<Delivery>>,
     uploaded: AtomicBool,
 }
@@ -51,8 +82,13 @@ pub struct Feed {
 impl Feed {
     /// A feed from `receiver`.
     #[must_use]
-    pub fn new(serial: u64, layout: VertexLayout, total: [Remaining; KINDS.len()], receiver: Receiver<Delivery>) -> Arc<Self> {
-        Arc::new(Self { serial, layout, total, receiver: Mutex::new(receiver), uploaded: AtomicBool::new(false) })
+    pub fn new(
+        serial: u64,
+        layout: VertexLayout,
+        (total, of_scan): ([Remaining; KINDS.len()], OfScan),
+        receiver: Receiver<Delivery>,
+    ) -> Arc<Self> {
+        Arc::new(Self { serial, layout, total, of_scan, receiver: Mutex::new(receiver), uploaded: AtomicBool::new(false) })
     }
 
     /// The next thing, if one is ready.

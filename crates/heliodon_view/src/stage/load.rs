@@ -24,19 +24,29 @@ pub enum Progress {
     Chunk(Arc<KeptChunk>),
     /// Nothing more will come, because of this.
     Failed(String),
-    /// All chunks were read.
+    /// All chunks that are drawn were read.
+    Drawn,
+    /// The scan itself was read too, where there is one.
     Done,
 }
 
 /// Deliveries that may wait for the GPU: enough to keep both sides busy, few enough to be no second copy of the bundle.
 pub const QUEUE_LENGTH: usize = 4;
 
-/// Reads all of `reader` until done, an error, or nobody listens any more.
-pub fn run(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Sender<Progress>) {
+/// Reads all of `reader`, and of the scan that it may hold, until done, an error, or nobody listens any more.
+pub fn run(reader: &BundleReader, scan: Option<&BundleReader>, to_gpu: &SyncSender<Delivery>, to_stage: &Sender<Progress>) {
     // The stage may have gone to another bundle: then nobody wants to know.
     match deliver(reader, to_gpu, to_stage) {
         Ok(stone) => {
-            to_stage.send(Progress::Done).ok();
+            to_stage.send(Progress::Drawn).ok();
+            // of a scan that breaks off nothing is shown
+            match scan.map_or(Ok(()), |scan| deliver_scan(scan, to_gpu)) {
+                Ok(()) => {
+                    to_gpu.send(Delivery::Whole).ok();
+                    to_stage.send(Progress::Done).ok();
+                }
+                Err(what) => drop(to_stage.send(Progress::Failed(what))),
+            }
             if let Some(stone) = stone {
                 // Only now: it takes seconds of a large bundle, and pictures are the same before.
                 let begun = Instant::now();
@@ -56,7 +66,19 @@ struct Stone {
     bodies: Bodies,
 }
 
-/// Hands on all that there is to see; nothing comes of it if nobody listens any more.
+/// Hands on the scan itself; nothing comes of it if nobody listens any more.
+fn deliver_scan(reader: &BundleReader, to_gpu: &SyncSender<Delivery>) -> Result<(), String> {
+    let layout = VertexLayout(reader.manifest().light);
+    for index in 0..reader.chunk_count() {
+        let chunk = reader.read_chunk(index).map_err(|error| error.to_string())?;
+        if to_gpu.send(Delivery::Scan(Box::new(PreparedChunk::new(layout, &chunk, false)))).is_err() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Hands on all that is drawn; nothing comes of it if nobody listens any more.
 fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Sender<Progress>) -> Result<Option<Stone>, String> {
     let layout = VertexLayout(reader.manifest().light);
     let decode = linear_from_srgb8_table();

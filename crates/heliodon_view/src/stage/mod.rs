@@ -14,7 +14,7 @@ use crate::daylight::pages::Remaining;
 use crate::daylight::pipelines::KINDS;
 use crate::time_lapse::TimeLapse;
 use bevy::prelude::*;
-use feed::Feed;
+use feed::{Feed, OfScan};
 use frame::StageFrame;
 use ground::Ground;
 use heliodon_bundle::{BundleReader, Manifest, ReadError};
@@ -60,6 +60,8 @@ impl Stage {
     /// If it is no bundle, or its manifest, lapse or geometry are malformed. The stage then stays as it was.
     pub fn open(&mut self, folder: impl AsRef<Path>) -> Result<(), ReadError> {
         let bundle = Arc::new(BundleReader::open(folder)?);
+        let scan = bundle.scan()?;
+        let of_scan = scan.as_ref().map(|scan| OfScan::new(bundle.manifest(), scan)).unwrap_or_default();
         let mut total = [Remaining::default(); KINDS.len()];
         for chunk in (0..bundle.chunk_count()).map(|chunk| bundle.chunk_info(chunk)) {
             total[stone_kind(chunk.texture, chunk.by_texels, bundle.manifest().panorama.is_some()) as usize]
@@ -68,12 +70,12 @@ impl Stage {
         let (to_gpu, from_loader) = sync_channel(load::QUEUE_LENGTH);
         let (to_stage, progress) = channel();
         self.serial += 1;
-        self.feed = Some(Feed::new(self.serial, VertexLayout(bundle.manifest().light), total, from_loader));
+        self.feed = Some(Feed::new(self.serial, VertexLayout(bundle.manifest().light), (total, of_scan), from_loader));
         self.progress = Some(Mutex::new(progress));
         self.status = StageStatus::Loading { done: 0, total: bundle.chunk_count() };
         self.ground = Ground::default();
         self.bundle = Some(Arc::clone(&bundle));
-        std::thread::spawn(move || load::run(&bundle, &to_gpu, &to_stage));
+        std::thread::spawn(move || load::run(&bundle, scan.as_ref(), &to_gpu, &to_stage));
         Ok(())
     }
 
@@ -162,10 +164,8 @@ fn follow_loading(mut stage: ResMut<Stage>, mut frame: ResMut<StageFrame>, mut l
                 stage.status = StageStatus::Failed(what);
                 ended = true;
             }
-            Progress::Done => {
-                stage.status = StageStatus::Ready;
-                ended = true;
-            }
+            Progress::Drawn => stage.status = StageStatus::Ready,
+            Progress::Done => ended = true,
         }
     }
     drop(progress);

@@ -5,6 +5,7 @@
 #[path = "../../examples/common/mod.rs"]
 mod common;
 mod detailed;
+mod scan;
 mod textured;
 
 use bevy::asset::Assets;
