@@ -5,7 +5,7 @@
 //! triangles. Nobody waits for it: until it is there, and as soon as the eye moves, the few triangles are seen.
 
 use super::chunk::PreparedChunk;
-use super::layout::{BLOCK, GROUP, VertexLayout, gather};
+use super::layout::{BLOCK, GROUP, TEXEL_WORDS, VertexLayout, gather};
 use super::lit::LitVertices;
 use super::pages::GpuChunk;
 use super::pixels::Wanted;
@@ -103,6 +103,10 @@ impl Off {
     fn end(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
+
+    fn is_ended(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
 }
 
 impl Drop for Off {
@@ -132,7 +136,7 @@ impl ScanPixels {
         (device, queue): (&RenderDevice, &RenderQueue),
         (light_layout, relight_layout): (&BindGroupLayout, &BindGroupLayout),
     ) -> Option<Self> {
-        let block_words = layout.texels() as usize * (BLOCK * super::layout::TEXEL_WORDS) as usize;
+        let block_words = layout.texels() as usize * (BLOCK * TEXEL_WORDS) as usize;
         let of_each = LitVertices::most(layout) / BLOCK;
         let vertices: Vec<LitVertices> = picture
             .baked
@@ -213,12 +217,12 @@ impl ScanSight {
         match self.finding.take() {
             None => self.finding = Some(Self::find(scan, look, wanted)),
             Some(finding) if !finding.thread.is_finished() => self.finding = Some(finding),
-            Some(Finding { key, thread, .. }) => match thread.join() {
-                Ok(picture) if key == wanted.key => {
+            Some(Finding { key, off, thread }) => match thread.join() {
+                Ok(picture) if key == wanted.key && !off.is_ended() => {
                     self.shown = picture.and_then(|it| ScanPixels::new(&it, wanted.size, scan.layout, gpu, layouts));
                     self.given_up = self.shown.is_none();
                 }
-                // of another place; the next frame asks anew
+                // of another place, or broken off on the way back to this one; the next frame asks anew
                 Ok(_) => {}
                 Err(_) => self.given_up = true,
             },
