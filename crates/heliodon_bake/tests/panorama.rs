@@ -4,7 +4,6 @@ use glam::{UVec2, Vec2, Vec3, Vec4};
 use half::f16;
 use heliodon_bake::bake::bake;
 use heliodon_bake::merge::{bake_shard, begin_shards, merge};
-use heliodon_bake::plan::{BakeOptions, Plan};
 use heliodon_bake::report::Silent;
 use heliodon_bundle::moment::{Blend, Day};
 use heliodon_bundle::panorama::{direction_of, size_of, uv_of};
@@ -15,7 +14,7 @@ use heliodon_math::color::linear_from_srgb;
 use heliodon_math::frame::unit_or;
 use std::fs;
 use tempfile::TempDir;
-use waves::{PREPARE, baked, plan, red, site, wave};
+use waves::{PREPARE, baked, own_cache, plan, red, site, wave};
 
 mod waves;
 
@@ -143,13 +142,8 @@ fn shards_and_other_numbers_of_threads_make_the_same_bytes() {
     };
     baked(folder.path(), "whole");
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let own_cache = |bundle: &str| {
-        let cache = Some(folder.path().join(format!("{bundle}-cache")));
-        let options = BakeOptions { cache, ..BakeOptions::new(folder.path().join(bundle)) };
-        Plan::new(Site::read(folder.path()).unwrap(), options).unwrap()
-    };
-    pool.install(|| bake(&own_cache("single"), &Silent).unwrap());
-    let sharded = own_cache("sharded");
+    pool.install(|| bake(&own_cache(folder.path(), "single"), &Silent).unwrap());
+    let sharded = own_cache(folder.path(), "sharded");
     begin_shards(&sharded, 2, &Silent).unwrap();
     for shard in ["1/2", "2/2"] {
         bake_shard(&sharded, shard.parse().unwrap(), None, &Silent).unwrap();

@@ -16,7 +16,7 @@ use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
-use waves::{PREPARE, baked, plan, red, sheet, site};
+use waves::{PREPARE, baked, own_cache, plan, red, sheet, site};
 
 mod waves;
 
@@ -151,14 +151,9 @@ fn however_it_is_come_by_it_has_the_same_bytes() {
     assert!(bundle.scan().unwrap().is_some() && bundle.read_panorama().unwrap().is_some());
     let whole = files(folder.path(), "whole");
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let own_cache = |bundle: &str| {
-        let cache = Some(folder.path().join(format!("{bundle}-cache")));
-        let options = BakeOptions { cache, ..BakeOptions::new(folder.path().join(bundle)) };
-        Plan::new(Site::read(folder.path()).unwrap(), options).unwrap()
-    };
-    pool.install(|| bake(&own_cache("single"), &Silent).unwrap());
+    pool.install(|| bake(&own_cache(folder.path(), "single"), &Silent).unwrap());
     assert!(files(folder.path(), "single") == whole, "one thread");
-    let sharded = own_cache("sharded");
+    let sharded = own_cache(folder.path(), "sharded");
     begin_shards(&sharded, 2, &Silent).unwrap();
     for shard in ["1/2", "2/2"] {
         bake_shard(&sharded, shard.parse().unwrap(), None, &Silent).unwrap();
@@ -173,7 +168,7 @@ fn however_it_is_come_by_it_has_the_same_bytes() {
             cut(&block.unwrap().path());
         }
         let heard = Collector::default();
-        let plan = own_cache("single");
+        let plan = own_cache(folder.path(), "single");
         let options = BakeOptions { again: true, ..plan.options.clone() };
         bake(&Plan::new(Site::read(folder.path()).unwrap(), options).unwrap(), &heard).unwrap();
         assert!(files(folder.path(), "single") == whole);

@@ -97,3 +97,10 @@ pub fn baked(folder: &Path, bundle: &str) -> (BakeReport, BundleReader) {
     let report = bake(&plan(folder, bundle), &Silent).unwrap();
     (report, BundleReader::open(folder.join(bundle)).unwrap())
 }
+
+/// The plan of a site's bake into a bundle of this name in its folder, with a cache of its own.
+pub fn own_cache(site: &Path, bundle: &str) -> Plan {
+    let cache = Some(site.join(format!("{bundle}-cache")));
+    let options = BakeOptions { cache, ..BakeOptions::new(site.join(bundle)) };
+    Plan::new(Site::read(site).unwrap(), options).unwrap()
+}
