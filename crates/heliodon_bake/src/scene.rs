@@ -94,6 +94,7 @@ pub struct Traceable<'a> {
     /// What rays meet.
     pub rays: TriangleScene,
     albedo: SceneAlbedo<'a>,
+    drawn: Vec<Range<usize>>,
 }
 
 impl<'a> Traceable<'a> {
@@ -102,14 +103,15 @@ impl<'a> Traceable<'a> {
     pub fn new(scene: &'a Scene, rays: TriangleScene) -> Self {
         let mesh = &scene.mesh;
         let albedo = SceneAlbedo::new(mesh, median_edge_m(&mesh.positions, &mesh.triangles));
-        Self { scene, rays, albedo }
+        let drawn = scene.parts.iter().map(PartRange::drawn_triangles).collect();
+        Self { scene, rays, albedo, drawn }
     }
 
     /// As the solver takes it.
     #[must_use]
     pub fn surfaces(&self) -> Surfaces<'_> {
         let mesh = &self.scene.mesh;
-        let detail = |original: &'a Original| Detail { stands_for: &original.stands_for, clearance_m: &original.clearance_m };
+        let detail = |Original { stands_for, clearance_m, .. }: &'a Original| Detail { stands_for, clearance_m, shown: &self.drawn };
         Surfaces {
             rays: &self.rays,
             positions: &mesh.positions,

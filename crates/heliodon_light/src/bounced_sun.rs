@@ -15,11 +15,8 @@ use heliodon_math::color::luminance;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Points whose curves over the day decide the functions of bounced sunlight,
-const CURVES: usize = 8192;
-
-/// neighbours in runs of so many, which makes beams of their rays.
-const RUN: usize = 8;
+/// So many runs of neighbouring points are asked for the curves over the day that decide the functions of bounced sunlight.
+const CURVE_RUNS: usize = 1024;
 
 /// The suns whose light bounces: where they shine, and the functions of the day that bounced sunlight is told by.
 pub struct BouncedSun {
@@ -59,10 +56,11 @@ impl SunOnSurfaces {
         Ok(Self(BouncedSun { steps, patches, by_step: by_step(&day), day }))
     }
 
-    /// Runs of neighbouring points whose curves decide; ranges of them may be asked apart.
+    /// Runs of neighbouring points whose curves decide, all of them on what is shown ([`crate::Detail`]) where that has any; ranges of
+    /// them may be asked apart.
     #[must_use]
     pub fn curve_runs(layout: &Layout) -> usize {
-        layout.front_count().div_ceil(curve_stride(layout))
+        layout.spread_runs(CURVE_RUNS).len()
     }
 
     /// The first bounce at every step, at the points of some runs that do not lie inside something. Curves of consecutive ranges, one after the
@@ -83,10 +81,9 @@ impl SunOnSurfaces {
         params: &LightParams,
         known: Option<CurveRuns>,
     ) -> (Vec<f32>, CurveRuns) {
-        let (count, channels, steps) = (layout.front_count(), params.channels.count(), self.0.steps);
+        let (channels, steps) = (params.channels.count(), self.0.steps);
         let lattices = Lattice::all(params);
-        let ranges: Vec<Range<usize>> =
-            runs.map(|run| run * curve_stride(layout)).map(|first| first..(first + RUN).min(count)).collect();
+        let ranges = layout.spread_runs(CURVE_RUNS)[runs].to_vec();
         let fits = |known: &CurveRuns| {
             let same = |(traces, range): (&Traces, &Range<usize>)| traces.validate(range, surfaces, params).is_ok();
             known.len() == ranges.len() && known.iter().zip(&ranges).all(same)
@@ -125,11 +122,6 @@ impl SunOnSurfaces {
         sun.by_step = by_step(&sun.day);
         sun
     }
-}
-
-/// Every how-maniest point on a front begins a run whose curves decide.
-fn curve_stride(layout: &Layout) -> usize {
-    (layout.front_count() / (CURVES / RUN)).max(RUN)
 }
 
 impl BouncedSun {

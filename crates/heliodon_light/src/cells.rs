@@ -81,6 +81,8 @@ pub struct Layout {
     near_m: Vec<f32>,
     /// What each triangle fills of the views of some points; empty where it was not asked.
     seen: Vec<u32>,
+    /// Of the runs of [`RUN`] points those that lie wholly on triangles which are shown, where some are and some are not.
+    shown_runs: Vec<u32>,
     cell_size_m: f32,
     rounds: u32,
 }
@@ -113,6 +115,8 @@ const FINEST_CELLS_PER_DIAGONAL: f32 = 512.0;
 const SAMPLES_PER_BACK_HIT: u32 = 32;
 /// Cells of triangles that are seen much are at least this many median edges long.
 const FINEST_CELLS_PER_EDGE: f32 = 2.0;
+/// Neighbouring points whose rays make good beams.
+const RUN: usize = 8;
 /// The growth of the cell size where there would be too many cells.
 const CELL_GROWTH: f32 = 1.25;
 /// Hits nearer than this part of their cell's longest edge are followed: beyond, the vertices' mean stands for what is seen.
@@ -171,6 +175,7 @@ impl Layout {
             back_cells: Vec::new(),
             near_m: Vec::new(),
             seen: Vec::new(),
+            shown_runs: Vec::new(),
             cell_size_m,
             rounds: 0,
         };
@@ -202,7 +207,37 @@ impl Layout {
         for (point, &site) in layout.points.sites.iter().enumerate() {
             layout.point_of_site[site as usize] = point as u32;
         }
+        layout.shown_runs = layout.find_shown_runs(surfaces);
         Ok(layout)
+    }
+
+    fn find_shown_runs(&self, surfaces: &Surfaces) -> Vec<u32> {
+        let shown = surfaces.detail.map_or(&[][..], |detail| detail.shown);
+        if shown.is_empty() {
+            return Vec::new();
+        }
+        let mut sites = vec![false; self.site_count()];
+        for &vertex in shown.iter().flat_map(|range| surfaces.triangles[range.clone()].as_flattened()) {
+            sites[vertex as usize] = true;
+        }
+        for (site, &(triangle, ..)) in sites[surfaces.positions.len()..].iter_mut().zip(&self.sub_cells) {
+            *site = shown.iter().any(|range| range.contains(&(triangle as usize)));
+        }
+        let runs = self.points.sites.chunks(RUN).enumerate();
+        runs.filter(|(_, run)| run.iter().all(|&site| sites[site as usize])).map(|(run, _)| run as u32).collect()
+    }
+
+    /// Runs of at most [`RUN`] neighbouring points, at most so many of them, evenly spread over all that is shown.
+    pub(crate) fn spread_runs(&self, most: usize) -> Vec<Range<usize>> {
+        let points = self.front_count();
+        let (runs, all) = (points.div_ceil(RUN), self.shown_runs.is_empty());
+        let candidates = if all { runs } else { self.shown_runs.len() };
+        let count = candidates.min(most);
+        let run_of = |i: usize| {
+            let candidate = i * candidates / count;
+            if all { candidate } else { self.shown_runs[candidate] as usize }
+        };
+        (0..count).map(run_of).map(|run| run * RUN..((run + 1) * RUN).min(points)).collect()
     }
 
     /// How much of the points' views each triangle fills; nothing where nobody had to look.

@@ -11,8 +11,9 @@ const GOING_ON: usize = 28;
 const FEW_GOING_ON: usize = 12;
 const FEW_SAMPLES: u32 = 256;
 
-/// An error of the functions of the day that is no more than that of the sampling, over the number of samples.
-const FUNCTION_ERROR_PER_SAMPLE: f32 = 16.0;
+/// An error of the functions of the day that is no more than that of the sampling, over the number of samples. It is the mean over the
+/// day: some hours err twice as much.
+const FUNCTION_ERROR_PER_SAMPLE: f32 = 8.0;
 
 /// Whether light takes on the colour of what it bounces off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,7 +68,7 @@ pub struct LightParams {
     pub back_side_rounds: u32,
     /// The most functions that bounced sunlight is stored by over the day; each is a float per vertex and channel.
     pub sun_functions: usize,
-    /// The relative error (root mean square over the day, 95th percentile of the points) at which fewer functions are enough; 16 in `samples`
+    /// The relative error (root mean square over the day, 95th percentile of the points) at which fewer functions are enough; 8 in `samples`
     /// where that is more.
     pub sun_error: f32,
     /// Turns the set of directions.

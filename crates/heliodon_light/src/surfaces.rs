@@ -4,6 +4,7 @@ use crate::{Channels, LightError};
 use glam::Vec3;
 use heliodon_math::color::luminance;
 use heliodon_rays::{Hit, NO_HIT, TriangleScene, set_bits};
+use std::ops::Range;
 
 /// Triangles with normals, albedo and the structure that answers rays among them.
 ///
@@ -36,6 +37,9 @@ pub struct Detail<'a> {
     /// For each vertex how far in metres the finer triangles depart from the surfaces around it: rays start off the surface by as much more,
     /// or what was simplified would shadow itself.
     pub clearance_m: &'a [f32],
+    /// Ranges of the surfaces' triangles that are shown; the others only reflect light. The day is told by functions that serve these
+    /// ([`crate::BouncedSun`]). None: all are.
+    pub shown: &'a [Range<usize>],
 }
 
 /// What part of the light surfaces reflect: linear Rec. 709, each component in [0, 1).
@@ -76,7 +80,7 @@ impl Surfaces<'_> {
                 return Err(LightError::TooMany { what, count });
             }
         }
-        if let Some(Detail { stands_for, clearance_m }) = self.detail {
+        if let Some(Detail { stands_for, clearance_m, shown }) = self.detail {
             let mismatch = |what: &str| Err(LightError::Mismatch(what.into()));
             if clearance_m.len() != positions || !clearance_m.iter().all(|c| *c >= 0.0 && c.is_finite()) {
                 return mismatch("clearances that are not one length for each vertex");
@@ -84,6 +88,9 @@ impl Surfaces<'_> {
             let named = stands_for.iter().all(|&t| (t as usize) < self.triangles.len());
             if !named || stands_for.len() < self.rays.triangle_count() {
                 return mismatch("finer triangles for which no triangle stands");
+            }
+            if shown.iter().any(|range| range.start > range.end || range.end > self.triangles.len()) {
+                return mismatch("triangles that are shown and do not exist");
             }
         }
         for (triangle, indices) in self.triangles.iter().enumerate() {

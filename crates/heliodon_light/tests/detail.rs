@@ -35,7 +35,7 @@ fn stand_ins(fine: &Scene, coarse: &Scene) -> Vec<u32> {
 }
 
 fn among(fine: &Lit, coarse: &Lit, stands_for: &[u32], clearance_m: &[f32], params: &LightParams, suns: &[Vec3]) -> Baked {
-    let detail = Some(Detail { stands_for, clearance_m });
+    let detail = Some(Detail { stands_for, clearance_m, shown: &[] });
     let surfaces = Surfaces { rays: &fine.rays, detail, ..coarse.surfaces() };
     bake(&surfaces, suns, !suns.is_empty(), params).unwrap()
 }
@@ -112,7 +112,7 @@ fn what_does_not_belong_together_is_refused() {
     let lit = Lit::new(ground(1.0, 2), 0.5);
     let (vertices, triangles) = (lit.scene.positions.len(), lit.scene.triangles.len());
     let refused = |stands_for: &[u32], clearance_m: &[f32]| {
-        let surfaces = Surfaces { detail: Some(Detail { stands_for, clearance_m }), ..lit.surfaces() };
+        let surfaces = Surfaces { detail: Some(Detail { stands_for, clearance_m, shown: &[] }), ..lit.surfaces() };
         matches!(bake(&surfaces, &[], false, &params(16, 1)), Err(LightError::Mismatch(_)))
     };
     assert!(!refused(&vec![0; triangles], &vec![0.0; vertices]));

@@ -239,7 +239,7 @@ fn a_shape_shows_the_light_of_what_it_stands_for() {
     }
     // what rays meet is told in these triangles, or not at all
     let (stands_for, clearance_m) = (vec![0; seen.scene.triangles.len()], vec![0.0; seen.scene.positions.len()]);
-    let detail = Some(Detail { stands_for: &stands_for, clearance_m: &clearance_m });
+    let detail = Some(Detail { stands_for: &stands_for, clearance_m: &clearance_m, shown: &[] });
     let simplified = Surfaces { detail, ..seen.surfaces() };
     simplified.validate().unwrap();
     let shape = Shape { surfaces: &simplified, reach_rad: &whole };
