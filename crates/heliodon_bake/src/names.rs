@@ -33,7 +33,8 @@ impl SceneDigests {
             geometry.run(bytemuck::cast_slice(&original.triangles));
             geometry.run(bytemuck::cast_slice(&original.stands_for));
             geometry.run(bytemuck::cast_slice(&original.clearance_m));
-            let drawn: Vec<u64> = scene.parts.iter().flat_map(|part| [part.triangles.start, part.drawn].map(|n| n as u64)).collect();
+            let drawn: Vec<u64> =
+                scene.parts.iter().flat_map(|part| [part.triangles.start, part.drawn].map(|n| n as u64)).collect();
             geometry.run(bytemuck::cast_slice(&drawn));
         }
         let mut albedo = Digest::default();

@@ -111,7 +111,8 @@ impl<'a> Traceable<'a> {
     #[must_use]
     pub fn surfaces(&self) -> Surfaces<'_> {
         let mesh = &self.scene.mesh;
-        let detail = |Original { stands_for, clearance_m, .. }: &'a Original| Detail { stands_for, clearance_m, shown: &self.drawn };
+        let detail =
+            |Original { stands_for, clearance_m, .. }: &'a Original| Detail { stands_for, clearance_m, shown: &self.drawn };
         Surfaces {
             rays: &self.rays,
             positions: &mesh.positions,

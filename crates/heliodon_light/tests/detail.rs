@@ -6,8 +6,12 @@ mod common;
 
 use common::{Lit, UNIFORM_SKY, params};
 use glam::Vec3;
-use heliodon_light::{Baked, Detail, LightError, LightParams, Surfaces, bake};
+use heliodon_light::{
+    Baked, Detail, Layout, LightError, LightParams, MaskParams, PatchPlan, SunOnSurfaces, Surfaces, bake, bake_sun_masks,
+    light_patches,
+};
 use heliodon_testkit::scenes::{Scene, cuboid, ground, rectangle};
+use std::ops::Range;
 
 /// A room open to the south, with a block on its floor: faces of `parts` pieces an edge.
 fn room(parts: u32) -> Scene {
@@ -108,6 +112,34 @@ fn simplified_stone_does_not_shadow_itself() {
 }
 
 #[test]
+fn the_day_is_told_by_what_is_shown() {
+    let (shown, mut hidden) = (room(8), room(8));
+    hidden.positions.iter_mut().for_each(|p| p.x += 20.0);
+    let (vertices, triangles) = (shown.positions.len(), shown.triangles.len());
+    let lit = Lit::new(shown.and(hidden), 0.6);
+    let itself: Vec<u32> = (0..lit.scene.triangles.len() as u32).collect();
+    let clearance_m = vec![0.0; lit.scene.positions.len()];
+    let (suns, params) = ([Vec3::new(0.3, 0.8, 0.52).normalize()], params(64, 1));
+    // how many points decide, and whether all of them are shown
+    let decide = |shown: &[Range<usize>]| {
+        let detail = Some(Detail { stands_for: &itself, clearance_m: &clearance_m, shown });
+        let surfaces = Surfaces { detail, ..lit.surfaces() };
+        let layout = Layout::new(&surfaces, &params).unwrap();
+        let plan = PatchPlan::new(&surfaces, &layout, &params);
+        let sunlit = light_patches(&surfaces, &plan, &suns, 0..plan.triangle_count(), &params).unwrap();
+        let fronts = 0..layout.front_count();
+        let masks = bake_sun_masks(&surfaces, layout.points(), &suns, fronts, &MaskParams::default()).unwrap();
+        let sun = SunOnSurfaces::new(&surfaces, &layout, plan, &suns, vec![sunlit], &masks, &params).unwrap();
+        let runs = 0..SunOnSurfaces::curve_runs(&layout);
+        let (_, traces) = sun.curves_knowing(&surfaces, &layout, runs, &params, None);
+        let points: Vec<usize> = traces.into_iter().flat_map(|traces| traces.range).collect();
+        (points.len(), points.iter().all(|&point| layout.points().origins[point].x < 15.0))
+    };
+    let ((all, of_all), (few, of_few)) = (decide(&[]), decide(&[0..triangles]));
+    assert!(!of_all && of_few && few > vertices / 2 && few <= all / 2, "{few} of {all}");
+}
+
+#[test]
 fn what_does_not_belong_together_is_refused() {
     let lit = Lit::new(ground(1.0, 2), 0.5);
     let (vertices, triangles) = (lit.scene.positions.len(), lit.scene.triangles.len());
@@ -120,4 +152,8 @@ fn what_does_not_belong_together_is_refused() {
     assert!(refused(&vec![0; triangles - 1], &vec![0.0; vertices]), "one for each triangle of the rays");
     assert!(refused(&vec![0; triangles], &vec![0.0; vertices - 1]));
     assert!(refused(&vec![0; triangles], &vec![f32::NAN; vertices]));
+    let beyond = [0..triangles + 1];
+    let detail = Detail { stands_for: &vec![0; triangles], clearance_m: &vec![0.0; vertices], shown: &beyond };
+    let surfaces = Surfaces { detail: Some(detail), ..lit.surfaces() };
+    assert!(matches!(bake(&surfaces, &[], false, &params(16, 1)), Err(LightError::Mismatch(_))), "shown and not there");
 }
