@@ -5,6 +5,8 @@ use crate::light::BakedLight;
 use crate::scene::Scene;
 use crate::texels::Atlas;
 use crate::weathering::WeatheredAlbedo;
+use half::f16;
+use half::slice::HalfFloatSliceExt;
 use heliodon_bundle::chunk::MAX_CHUNK_TRIANGLES;
 use heliodon_bundle::{LightLayout, LitChunk, VertexLight};
 use heliodon_mesh::Mesh;
@@ -19,9 +21,28 @@ pub struct VertexValues<'a> {
     /// W words for each.
     pub masks: &'a [u32],
     /// The sky transfer's numbers for each.
-    pub sky: &'a [f32],
+    pub sky: Numbers<'a>,
     /// The sun bounce's numbers for each.
-    pub bounce: &'a [f32],
+    pub bounce: Numbers<'a>,
+}
+
+/// Numbers as they are held in memory.
+#[derive(Clone, Copy, Debug)]
+pub enum Numbers<'a> {
+    /// In 32 bits each.
+    Single(&'a [f32]),
+    /// In 16.
+    Half(&'a [f16]),
+}
+
+impl Numbers<'_> {
+    /// The `width` numbers of each of `vertices`.
+    fn pick(self, width: usize, vertices: &[usize]) -> Vec<f32> {
+        match self {
+            Self::Single(numbers) => pick(numbers, width, vertices),
+            Self::Half(numbers) => pick(numbers, width, vertices).to_f32_vec(),
+        }
+    }
 }
 
 impl<'a> VertexValues<'a> {
@@ -30,7 +51,12 @@ impl<'a> VertexValues<'a> {
     pub fn of(baked: &'a BakedLight) -> Self {
         let light = &baked.light;
         let bounce = light.sun_bounce.as_ref().map_or(&[][..], |bounce| &bounce.coefficients);
-        Self { valid: &light.validity.valid, masks: &baked.masks.words, sky: &light.sky_transfer, bounce }
+        Self {
+            valid: &light.validity.valid,
+            masks: &baked.masks.words,
+            sky: Numbers::Single(&light.sky_transfer),
+            bounce: Numbers::Single(bounce),
+        }
     }
 }
 
@@ -150,8 +176,8 @@ impl<'a> ChunkMaker<'a> {
             channels: layout.channels,
             sun_bounce_functions: layout.sun_bounce_functions,
             sun_mask: pick(light.masks, layout.mask_words(), vertices),
-            sky_transfer: pick(light.sky, layout.transfer_floats(), vertices),
-            sun_bounce: pick(light.bounce, layout.bounce_floats(), vertices),
+            sky_transfer: light.sky.pick(layout.transfer_floats(), vertices),
+            sun_bounce: light.bounce.pick(layout.bounce_floats(), vertices),
         }
     }
 }

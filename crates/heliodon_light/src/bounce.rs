@@ -8,12 +8,14 @@
 
 use crate::cells::{Layout, NONE};
 use crate::follow::MAX_FOLLOWED;
-use crate::from_cells::{Arrived, Seen, UnitOf, arrivals};
+use crate::from_cells::{Arrived, CellsAt, Seen, UnitOf, arrivals};
 use crate::gather::{GatherBlock, Lattice, unit_ranges};
 use crate::inside::BACK_LIMIT;
 use crate::surfaces::reflected;
 use crate::{Channels, LightParams, Surfaces, Validity};
 use glam::Vec3;
+use half::f16;
+use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
 use std::collections::VecDeque;
 
@@ -159,12 +161,11 @@ impl<'a> Transport<'a> {
         let units = self.units();
         let arrivals: Vec<Vec<Arrived<W>>> = units.par_iter().map(|unit| arrivals(unit, lanes, first)).collect();
         let paths_end = keep.is_some() || units.iter().any(|unit| !unit.followed().ends.is_empty());
-        // what the cells reflect, the latest first
-        let mut reflected: VecDeque<Vec<[f32; W]>> = VecDeque::new();
+        let mut reflected = Reflected::<W> { newest: vec![[0.0; W]; self.albedo.len()], older: VecDeque::new() };
         for bounce in 0..bounces as usize {
-            let oldest = if paths_end { MAX_FOLLOWED } else { 0 };
-            let spare = if reflected.len() > oldest { reflected.pop_back() } else { None };
-            let mut cells = spare.unwrap_or_else(|| vec![[0.0_f32; W]; self.albedo.len()]);
+            if bounce > 0 && paths_end {
+                reflected.grow_older();
+            }
             let light: Vec<[f32; W]> = units
                 .par_iter()
                 .flat_map_iter(|unit| {
@@ -177,7 +178,7 @@ impl<'a> Transport<'a> {
                     })
                 })
                 .collect();
-            cells.par_iter_mut().enumerate().for_each(|(index, out)| {
+            reflected.newest.par_iter_mut().enumerate().for_each(|(index, out)| {
                 let (lit_by, albedo) = self.cell(index);
                 let (mut sum, mut count) = ([0.0_f32; W], 0.0_f32);
                 for point in lit_by {
@@ -189,15 +190,14 @@ impl<'a> Transport<'a> {
                 let mean = if count > 0.0 { 1.0 / count } else { 0.0 };
                 *out = std::array::from_fn(|l| sum[l] * (mean * albedo[channel_of[l]]));
             });
-            reflected.push_front(cells);
-            let ages: Vec<&[[f32; W]]> = reflected.iter().map(Vec::as_slice).collect();
+            let reflected = reflected.told();
             let gathered: Vec<Vec<[f32; W]>> = units
                 .par_iter()
                 .zip(&arrivals)
                 .map(|(unit, arrivals)| {
                     // sorted by bounce
                     let arrived = arrivals.partition_point(|a| a.bounce <= bounce + 1);
-                    self.seen.gathered(unit, &ages, &arrivals[..arrived], lanes, first)
+                    self.seen.gathered(unit, &reflected, &arrivals[..arrived], lanes, first)
                 })
                 .collect();
             for (unit, light) in units.iter().zip(gathered) {
@@ -205,9 +205,34 @@ impl<'a> Transport<'a> {
             }
         }
         if let Some(keep) = keep {
-            keep.groups.push(CellGroup { width: W, ages: reflected.into_iter().map(Vec::into_flattened).collect() });
+            let Reflected { newest, older } = reflected;
+            let older = older.into_iter().map(Vec::into_flattened).collect();
+            keep.groups.push(CellGroup { width: W, newest: newest.into_flattened(), older });
         }
         bounced
+    }
+}
+
+/// What cells reflect: lanes that bounce together.
+struct Reflected<const W: usize> {
+    newest: Vec<[f32; W]>,
+    /// At the bounces before, the latest first, of which only paths that end on a cell ask.
+    older: VecDeque<Vec<[f16; W]>>,
+}
+
+impl<const W: usize> Reflected<W> {
+    /// Lets what is the newest become older.
+    fn grow_older(&mut self) {
+        let mut cells = match self.older.len() {
+            MAX_FOLLOWED => self.older.pop_back().unwrap_or_default(),
+            _ => vec![[f16::ZERO; W]; self.newest.len()],
+        };
+        cells.par_iter_mut().zip(&self.newest).for_each(|(to, from)| to.convert_from_f32_slice(from));
+        self.older.push_front(cells);
+    }
+
+    fn told(&self) -> CellsAt<'_, W> {
+        CellsAt { newest: &self.newest, older: self.older.iter().map(Vec::as_slice).collect() }
     }
 }
 
@@ -227,8 +252,10 @@ pub struct CellLight {
 pub(crate) struct CellGroup {
     /// Lanes of a cell, padded.
     pub width: usize,
-    /// For each bounce from the last on the lanes of one cell after the other.
-    pub ages: Vec<Vec<f32>>,
+    /// At the last bounce, the lanes of one cell after the other.
+    pub newest: Vec<f32>,
+    /// At each bounce before, the latest first.
+    pub older: Vec<Vec<f16>>,
 }
 
 /// The points of a triangle's valid vertices; of those they borrow from where none is valid.

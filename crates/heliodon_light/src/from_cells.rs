@@ -5,6 +5,8 @@ use crate::cells::{Among, BACK};
 use crate::follow::Arrival;
 use crate::gather::{GatherBlock, Lattice, UnitHits, trace_hits};
 use crate::{Followed, Surfaces};
+use half::f16;
+use half::slice::HalfFloatSliceExt;
 use heliodon_math::color::linear_from_rgb9e5;
 use heliodon_rays::set_bits;
 use std::borrow::Cow;
@@ -41,7 +43,7 @@ impl Seen<'_> {
     pub fn gathered<const W: usize>(
         &self,
         unit: &UnitOf<'_>,
-        reflected: &[&[[f32; W]]],
+        reflected: &CellsAt<'_, W>,
         arrived: &[Arrived<W>],
         lanes: Lanes,
         first: usize,
@@ -60,7 +62,7 @@ impl Seen<'_> {
             for (point, &cell) in set_bits(met).zip(&mut next) {
                 let Some(cell) = self.cell_index(cell) else { continue };
                 let cos = normals[point].dot(direction);
-                for (sum, x) in sums[point].iter_mut().zip(&reflected[0][cell]) {
+                for (sum, x) in sums[point].iter_mut().zip(&reflected.newest[cell]) {
                     *sum += cos * x;
                 }
             }
@@ -72,9 +74,11 @@ impl Seen<'_> {
         }
         for &[key, share, cell] in &unit.followed().ends {
             let Arrival { point, bounce } = Arrival::of(key);
-            let (Some(cells), Some(cell)) = (reflected.get(bounce), self.cell_index(cell)) else { continue };
-            let share = linear_from_rgb9e5(share);
-            for ((sum, x), &channel) in sums[point].iter_mut().zip(&cells[cell]).zip(&channel_of) {
+            let cells = bounce.checked_sub(1).and_then(|before| reflected.older.get(before));
+            let (Some(cells), Some(cell)) = (cells, self.cell_index(cell)) else { continue };
+            let (share, mut light) = (linear_from_rgb9e5(share), [0.0; W]);
+            cells[cell].convert_to_f32_slice(&mut light);
+            for ((sum, x), &channel) in sums[point].iter_mut().zip(&light).zip(&channel_of) {
                 *sum += share[channel] * x;
             }
         }
@@ -85,6 +89,14 @@ impl Seen<'_> {
         }
         sums
     }
+}
+
+/// What cells reflected, for those that see them.
+pub(crate) struct CellsAt<'a, const W: usize> {
+    /// At the last bounce.
+    pub newest: &'a [[f32; W]],
+    /// At each bounce before, the latest first.
+    pub older: Vec<&'a [[f16; W]]>,
 }
 
 /// A run of points that is gathered together, and where its hits are.

@@ -5,7 +5,7 @@
 
 use crate::bounce::{CellGroup, CellLight, LANES, Lanes};
 use crate::cells::{Among, NONE};
-use crate::from_cells::{Seen, UnitOf, arrivals};
+use crate::from_cells::{CellsAt, Seen, UnitOf, arrivals};
 use crate::gather::{GatherBlock, Lattice, gather_unit, unit_ranges};
 use crate::inside::BACK_LIMIT;
 use crate::points::{Place, inward_shifts};
@@ -280,8 +280,9 @@ fn from_cells<const W: usize>(
     first: usize,
     bounces: u32,
 ) -> Vec<[f32; W]> {
-    let ages: Vec<&[[f32; W]]> = group.ages.iter().map(|cells| cells.as_chunks().0).collect();
+    let older = group.older.iter().map(|cells| cells.as_chunks().0).collect();
+    let reflected = CellsAt { newest: group.newest.as_chunks().0, older };
     let arrivals = arrivals(unit, lanes, first);
     let arrived = arrivals.partition_point(|a| a.bounce <= bounces as usize);
-    seen.gathered(unit, &ages, &arrivals[..arrived], lanes, first)
+    seen.gathered(unit, &reflected, &arrivals[..arrived], lanes, first)
 }

@@ -3,13 +3,15 @@
 use super::Scan;
 use crate::blocks::BlockStage;
 use crate::cache::Cache;
-use crate::chunks::VertexValues;
+use crate::chunks::{Numbers, VertexValues};
 use crate::codec::{Decoder, Encoder};
 use crate::error::BakeError;
 use crate::names::TexelNames;
 use crate::report::Batches;
 use crate::stages::Work;
 use crate::texels::{Asked, SolvedScene};
+use half::f16;
+use half::vec::HalfFloatVecExt;
 use heliodon_light::Validity;
 use std::ops::Range;
 
@@ -18,10 +20,10 @@ use std::ops::Range;
 pub struct BakedScan {
     /// W words for each.
     pub masks: Vec<u32>,
-    /// The sky transfer's numbers for each.
-    pub sky: Vec<f32>,
+    /// The sky transfer's numbers for each, as bundles hold them no more exactly.
+    pub sky: Vec<f16>,
     /// The sun bounce's numbers for each.
-    pub bounce: Vec<f32>,
+    pub bounce: Vec<f16>,
     /// 1 where a vertex sees the open; the others show the light of one that does, where their surface has any.
     pub valid: Vec<u8>,
     /// Rays of the gather,
@@ -48,8 +50,8 @@ impl Scan {
         let [sky, bounce] = solved.widths();
         let mut baked = BakedScan {
             masks: masks.words,
-            sky: vec![0.0; count * sky],
-            bounce: vec![0.0; count * bounce],
+            sky: vec![f16::ZERO; count * sky],
+            bounce: vec![f16::ZERO; count * bounce],
             valid: vec![0; count],
             gather_rays: 0,
             mask_rays: masks.rays,
@@ -63,8 +65,8 @@ impl Scan {
             // whoever asks for the bounced sun gets the sky by the same rays
             let blocks = solved.received(&receivers, some, Asked::Bounce, (&stage, batch * AT_ONCE))?;
             for (range, block) in some.iter().zip(blocks) {
-                receivers.put(range.clone(), &block.sky_transfer, sky, &mut baked.sky);
-                receivers.put(range.clone(), &block.sun_bounce, bounce, &mut baked.bounce);
+                receivers.put(range.clone(), &to_half(&block.sky_transfer), sky, &mut baked.sky);
+                receivers.put(range.clone(), &to_half(&block.sun_bounce), bounce, &mut baked.bounce);
                 receivers.put(range.clone(), &block.valid, 1, &mut baked.valid);
                 baked.gather_rays += block.rays;
             }
@@ -88,7 +90,8 @@ impl BakedScan {
     /// As chunks show it.
     #[must_use]
     pub fn values(&self) -> VertexValues<'_> {
-        VertexValues { valid: &self.valid, masks: &self.masks, sky: &self.sky, bounce: &self.bounce }
+        let (sky, bounce) = (Numbers::Half(&self.sky), Numbers::Half(&self.bounce));
+        VertexValues { valid: &self.valid, masks: &self.masks, sky, bounce }
     }
 
     /// Keeps it until the bundle is written.
@@ -122,7 +125,7 @@ impl BakedScan {
         for (block, range) in pieces(usize::try_from(count).ok()?).enumerate() {
             let bytes = cache.load(&names.light, block + 1)?;
             let mut decoder = Decoder::new(&bytes);
-            let (masks, sky, bounce) = (decoder.run::<u32>()?, decoder.run::<f32>()?, decoder.run::<f32>()?);
+            let (masks, sky, bounce) = (decoder.run::<u32>()?, decoder.run::<f16>()?, decoder.run::<f16>()?);
             let valid = decoder.run::<u8>()?;
             let lengths = [masks.len(), sky.len(), bounce.len()];
             if lengths != widths.map(|width| width * range.len()) || valid.len() != range.len() || !decoder.is_empty() {
@@ -135,6 +138,10 @@ impl BakedScan {
         }
         Some(baked)
     }
+}
+
+fn to_half(numbers: &[f32]) -> Vec<f16> {
+    Vec::from_f32_slice(numbers)
 }
 
 /// Ranges of vertices that are kept together.
