@@ -20,7 +20,7 @@ use std::ops::Range;
 pub struct BakedScan {
     /// W words for each.
     pub masks: Vec<u32>,
-    /// The sky transfer's numbers for each, as bundles hold them no more exactly.
+    /// The sky transfer's numbers for each, rounded to 16 bits: one part in 2,048 at most.
     pub sky: Vec<f16>,
     /// The sun bounce's numbers for each.
     pub bounce: Vec<f16>,
