@@ -12,7 +12,7 @@ const FEW_GOING_ON: usize = 12;
 const FEW_SAMPLES: u32 = 256;
 
 /// An error of the functions of the day that is no more than that of the sampling, over the number of samples. It is the mean over the
-/// day: some hours err twice as much.
+/// day, and single hours err by more.
 const FUNCTION_ERROR_PER_SAMPLE: f32 = 8.0;
 
 /// Whether light takes on the colour of what it bounces off.
