@@ -13,13 +13,13 @@ use crate::evidence::seen_share;
 use crate::grid::GridPlan;
 use crate::ground;
 use crate::key::told_name;
+use crate::lamps;
 use crate::light::{BakedGrid, BakedLight, LightInput, bake_light};
-use crate::memory::peak_resident_bytes;
 use crate::names::{LightNames, SceneDigests};
 use crate::panorama::Panorama;
 use crate::plan::Plan;
 use crate::report::{Reporter, WarningsKept};
-use crate::scan::Scan;
+use crate::scan::{self, Scan};
 use crate::scene::{Original, Scene, Traceable};
 use crate::sky::{BakedSky, bake_sky, sky_names};
 use crate::stages::Work;
@@ -28,6 +28,7 @@ use crate::weathering::{BakedWeathering, WeatherPlan, WeatheredAlbedo, bake_weat
 use glam::Vec3;
 use heliodon_bundle::grid::AXES;
 use heliodon_bundle::manifest::Counts;
+use heliodon_bundle::memory::{give_back_freed_memory, peak_resident_bytes};
 use heliodon_bundle::site::{Actor, InputKind};
 use heliodon_bundle::{
     BundleMeta, BundleReader, BundleWriter, EvidenceInfo, GridPoints, LightLayout, Manifest, VertexLight, WriteError,
@@ -114,10 +115,13 @@ pub(crate) fn bake_where(
     clock.lap("charts");
     let panorama = Panorama::new(&plan.site, &scene, &rays, reporter)?;
     clock.lap("panorama");
-    let scan = Scan::new(&plan.site, &mut scene, reporter);
+    let of_scan = scan::of_site(&plan.site, &mut scene, reporter);
     scene.original.iter_mut().for_each(Original::forget_looks);
-    let scan_vertices = scan.as_ref().map_or(0, |scan| scan.counts()[0]);
+    let scan_vertices = of_scan.as_ref().map_or(0, |scan| scan.mesh.positions.len() as u64);
     let means = within_budget(plan, &scene, (&rays, scan_vertices), reporter)?;
+    let scan = of_scan.map(|scan| Scan::new(scan, &cache)).transpose()?;
+    // what preparation and the hierarchy of rays needed for a moment
+    give_back_freed_memory();
     let sky = bake_sky(plan, &cache, reporter)?;
     clock.lap("sky");
     let sky_steps = sky.lapse.steps.len();
@@ -189,7 +193,7 @@ struct SceneParts<'a> {
     record: &'a SceneRecord,
     atlas: Option<&'a Atlas>,
     panorama: Option<&'a Panorama>,
-    scan: Option<&'a Scan>,
+    scan: Option<&'a Scan<'a>>,
 }
 
 fn scene_light(
@@ -208,7 +212,7 @@ fn scene_light(
     let actors = plan.actors(Some(&traceable.rays));
     let of_files = plan.figures.iter().flat_map(|figure| figure.warnings.iter().cloned());
     let doubts = ground::doubts(&plan.site, &actors, &plan.figures, &traceable.rays);
-    of_files.chain(doubts).for_each(|warning| reporter.warning(&warning));
+    of_files.chain(doubts).chain(lamps::doubts(&plan.site, &traceable.rays)).for_each(|warning| reporter.warning(&warning));
     let grid = plan.grid(Some(&traceable.rays))?;
     let sun_bounce = plan.site.bake.sun_bounce;
     let names = LightNames::new(

@@ -74,9 +74,19 @@ pub struct BlockStage<'a> {
     pub name: &'a str,
     /// The part of a shard; others' blocks may appear in the cache meanwhile.
     pub share: Option<Share>,
+    /// Whether it was told already what of it is done: a stage in batches tells of all of them at once.
+    pub told: bool,
 }
 
 impl BlockStage<'_> {
+    /// Says how many of some blocks are done already.
+    pub fn tell_kept(&self, blocks: Range<usize>) {
+        let (of, kept) = (blocks.len(), blocks.filter(|&block| self.has(block)).count());
+        if kept > 0 {
+            self.reporter.note(&format!("going on: {kept} of {of} blocks of {} are done", self.name));
+        }
+    }
+
     /// Does the blocks of `ranges`, or takes them from an earlier run; `first_block` numbers them. A shard does its own first, then those
     /// that no other has done meanwhile: what comes next needs all of them.
     ///
@@ -93,9 +103,8 @@ impl BlockStage<'_> {
         encode: impl Fn(&T) -> Vec<u8> + Sync,
     ) -> Result<Vec<T>, E> {
         self.reporter.stage(self.name, points(ranges));
-        let kept = (0..ranges.len()).filter(|i| self.has(first_block + i)).count();
-        if kept > 0 {
-            self.reporter.note(&format!("going on: {kept} of {} blocks of {} are done", ranges.len(), self.name));
+        if !self.told {
+            self.tell_kept(first_block..first_block + ranges.len());
         }
         let load = |i: usize| {
             let bytes = self.cache.and_then(|cache| cache.load(self.file_stage, first_block + i));
@@ -105,7 +114,7 @@ impl BlockStage<'_> {
             let was_there = self.has(first_block + i);
             let block = if was_there { load(i) } else { None };
             if was_there && block.is_none() {
-                self.reporter.note(&format!("block {} of {} was damaged and is done again", i + 1, self.name));
+                self.reporter.note(&format!("block {} of {} was damaged and is done again", first_block + i + 1, self.name));
             }
             block
         };
@@ -234,7 +243,8 @@ mod tests {
         let computed = AtomicUsize::new(0);
         let ranges: Vec<_> = block_ranges(0..10, 3).collect();
         let run = |reporter: &Collector| {
-            let stage = BlockStage { cache: Some(&cache), reporter, file_stage: "test", name: "the test", share: None };
+            let stage =
+                BlockStage { cache: Some(&cache), reporter, file_stage: "test", name: "the test", share: None, told: false };
             stage
                 .run::<u64, CacheError>(
                     &ranges,
@@ -270,7 +280,14 @@ mod tests {
         let reporter = Collector::default();
         let share = Share { shard: "1/2".parse().unwrap(), first: 1 };
         assert_eq!(share.in_order(0..5), [1, 3, 4, 2, 0]);
-        let stage = BlockStage { cache: Some(&cache), reporter: &reporter, file_stage: "test", name: "it", share: Some(share) };
+        let stage = BlockStage {
+            cache: Some(&cache),
+            reporter: &reporter,
+            file_stage: "test",
+            name: "it",
+            share: Some(share),
+            told: false,
+        };
         let sum = |range: Range<usize>| Ok::<u64, CacheError>(range.sum::<usize>() as u64);
         let encode = |sum: &u64| sum.to_le_bytes().to_vec();
         assert_eq!(stage.run_own(&ranges, sum, encode).unwrap(), 2);

@@ -7,6 +7,7 @@ use crate::error::BakeError;
 use crate::estimate::USUAL_FUNCTIONS;
 use crate::grid::GridPlan;
 use crate::ground::{as_given, doubts, on_the_ground};
+use crate::lamps;
 use crate::panorama::side_of;
 use crate::report::Reporter;
 use crate::scan::is_wanted;
@@ -106,12 +107,13 @@ pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeEr
     let details = Details::read(site, &files, reporter)?;
     let scene = scene::read(site, &files, reporter)?;
     let mut warnings: Vec<String> = figures.iter().flat_map(|figure| figure.warnings.iter().cloned()).collect();
-    if !site.actors.is_empty() {
+    if !site.actors.is_empty() || !site.lamps.is_empty() {
         reporter.stage("rays", 0);
         let rays = TriangleScene::build(&scene.mesh.positions, &scene.mesh.triangles, &BuildParams::default())?;
         reporter.finished();
         let actors = on_the_ground(site, &figures, &rays);
         warnings.extend(doubts(site, &actors, &figures, &rays));
+        warnings.extend(lamps::doubts(site, &rays));
         grid = GridPlan::new(site, &actors, layout, None)?;
     }
     if site.prepare.is_none() {

@@ -63,6 +63,12 @@ pub enum BakeError {
         /// The file.
         path: PathBuf,
     },
+    /// What this bake has kept until it would need it is gone.
+    #[error("{}: what the bake kept there is missing or damaged; run it again: it goes on where it stopped", path.display())]
+    Lost {
+        /// The file, or those that begin so.
+        path: PathBuf,
+    },
     /// A step needs more memory than `[budget]` gives.
     #[error(
         "{what} would take about {needs} MiB of memory, {least} at the least, and [budget] bake_mib in site.toml gives {budget}; allow more, bake on a machine that has more, or make it smaller: fewer triangles (in the files, or [prepare]), transfer = \"mono\", fewer sun_steps"

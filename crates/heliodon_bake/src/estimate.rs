@@ -8,7 +8,7 @@ use crate::panorama::side_of;
 use crate::plan::Plan;
 use crate::prepare::{PrepareEstimate, estimate_with, is_prepared, textures_of};
 use crate::report::Reporter;
-use crate::scan::{Scan, is_wanted};
+use crate::scan::{self, is_wanted};
 use crate::scene::{Original, Scene, Traceable};
 use crate::sky::lapse_params;
 use crate::stand_in::StandIn;
@@ -103,8 +103,8 @@ const TEXEL_BYTES: u64 = 120;
 /// Copies of a texel's light at once: as it is solved, with its seams closed, at its place in the atlas, and as a texture's bytes. With these the
 /// workshop's atlas of 2048 x 2048 texels comes to 1.1 GB; its bake took 1.55 GB in all (BENCHMARKS.md, "Daylight in texels").
 const TEXEL_COPIES: u64 = 4;
-/// Bytes of a vertex of the scan itself beside its light: its part of the mesh, its ray's start, and its place among those.
-const SCAN_VERTEX_BYTES: u64 = 160;
+/// Bytes of a vertex of the scan itself beside its light: of the mesh, while it is written.
+const SCAN_VERTEX_BYTES: u64 = 64;
 /// Vertices that scans have for each of their triangles, about.
 const VERTICES_A_TRIANGLE: f64 = 0.5;
 /// What an atlas packs to in the bundle, over what a viewer holds of it: the workshop's 169 MB are 67.2 MB.
@@ -129,7 +129,8 @@ pub fn estimate(plan: &Plan, reporter: &dyn Reporter) -> Result<Estimate, BakeEr
     reporter.stage("timing", 0);
     let rays = scene.take_rays()?;
     let scan = match &prepare {
-        None => Scan::new(&plan.site, &mut scene, reporter).map_or([0; 2], |scan| scan.counts()),
+        None => scan::of_site(&plan.site, &mut scene, reporter)
+            .map_or([0; 2], |Scene { mesh, .. }| [mesh.positions.len(), mesh.triangles.len()].map(|count| count as u64)),
         Some(prepare) => expected_scan(plan, prepare),
     };
     scene.original.iter_mut().for_each(Original::forget_looks);
@@ -274,7 +275,7 @@ fn need(plan: &Plan, points: u64, vertices: [u64; 2], geometry_bytes: u64, by_te
         least: geometry_bytes
             + bytes_of_points(points, vertices[0], light_bytes)
             + atlas.and(panorama).memory_bytes(light)
-            + vertices[1] * (SCAN_VERTEX_BYTES + light_bytes),
+            + scan_bytes(vertices[1], light),
         thread: block.min(points) * (hit_bytes + light_bytes) * BLOCK_COPIES,
         kept: (points * hit_bytes).min(LightParams::default().hit_budget_bytes),
     }
@@ -291,6 +292,11 @@ fn expected_geometry_bytes(prepare: &PrepareEstimate) -> u64 {
 /// Points, and light: of the points twice, gathered and solved, and of the vertices.
 fn bytes_of_points(points: u64, vertices: u64, light_bytes: u64) -> u64 {
     points * (size_of::<[f32; 6]>() as u64 + 8 + 2 * light_bytes) + vertices * light_bytes
+}
+
+/// So many vertices of the scan itself, with their light, whose numbers take 16 bits.
+fn scan_bytes(vertices: u64, light: LightLayout) -> u64 {
+    vertices * (SCAN_VERTEX_BYTES + (4 * light.mask_words() + 2 * (light.transfer_floats() + light.bounce_floats())) as u64)
 }
 
 /// How many texels of an atlas hold light, about: of all, masks; fewer the rest.
@@ -500,7 +506,7 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
     let [scan_vertices, scan_triangles] = size.scan;
     let scanned = scan_vertices as f64;
     let scan_seconds = size.depth * scanned * (timed.gather_seconds + timed.mask_seconds);
-    let texel_bytes = atlas.memory_bytes(light) + scan_vertices * (SCAN_VERTEX_BYTES + light_bytes);
+    let texel_bytes = atlas.memory_bytes(light) + scan_bytes(scan_vertices, light);
     let shown =
         size.atlas.map_or(0, |side| atlas_bytes(light, [side; 2])) + panorama.map_or(0, |side| panorama_bytes(light, side));
     let packed = (ATLAS_PACKS_TO * shown as f64) as u64;
@@ -522,6 +528,7 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
             + traces
             + points * (light_bytes + 16)
             + (vertices + 2 * scan_vertices) * light_bytes
+            + scan_vertices * SCAN_VERTEX_BYTES
             + atlas.kept_bytes(light),
         bundle_bytes: (vertices + scan_vertices) * (BUNDLE_VERTEX_BYTES + light_bytes)
             + (triangles + scan_triangles) * BUNDLE_TRIANGLE_BYTES

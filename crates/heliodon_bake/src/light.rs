@@ -13,6 +13,7 @@ use crate::scene::Scene;
 use crate::stages::{LightStages, Work, lay_out};
 use crate::texels::{Atlas, BakedTexels, SolvedScene, bake_texels};
 use glam::Vec3;
+use heliodon_bundle::memory::give_back_freed_memory;
 use heliodon_light::{
     BouncedSun, CellLight, Channels, LatticeLight, Layout, LightParams, Receiving, SunMasks, Surfaces, VertexLight, solve_all,
     vertex_masks,
@@ -35,7 +36,7 @@ pub struct LightInput<'a> {
     /// What a room's middle sees of the original, where that is wanted.
     pub panorama: Option<&'a Panorama>,
     /// The scan itself, likewise.
-    pub scan: Option<&'a Scan>,
+    pub scan: Option<&'a Scan<'a>>,
     /// What the blocks are called.
     pub names: &'a LightNames,
     /// What the surfaces are made of, part by part.
@@ -122,6 +123,8 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
         [input.texels.is_some(), input.panorama.is_some(), input.scan.is_some()].contains(&true).then(CellLight::default);
     let (light, free) = solve_all(surfaces, &layout, &blocks, sun, params, cells.as_mut())?;
     drop(blocks);
+    // a large part of what all of them took is free in small pieces, which what comes next has no use for
+    give_back_freed_memory();
     light.validate()?;
     free.validate(&light)?;
     let of_vertices = vertex_masks(&layout, &masks, &light.validity);

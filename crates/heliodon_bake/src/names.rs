@@ -200,6 +200,8 @@ impl LightNames {
         let suns_of_gather = if sun_bounce { day } else { [0; 32] };
         let gather = of("gather", &[traces.bytes(), paths.bytes(), seen, suns_of_gather]);
         let light = of("light", &[gather.bytes(), day, told(format!("{bounces}"))]);
+        // where the sun does not bounce, no sun has a part in it
+        let of_sky = of("light of the sky", &[gather.bytes(), told(format!("{bounces}"))]);
         let points = |begin: &str, more: &dyn Fn(&Digest) -> Digest| {
             let name = |what: &str, digest: &Digest| format!("{begin}{what}-{}", more(digest).digits());
             PointNames {
@@ -214,7 +216,7 @@ impl LightNames {
             let name = |what: &str, parts: &[[u8; 32]]| format!("{begin}-{what}-{}", of(what, parts).digits());
             TexelNames {
                 masks: name("masks", &[atlas, layout_bytes, day]),
-                sky: name("sky", &[atlas, light.bytes()]),
+                sky: name("sky", &[atlas, of_sky.bytes()]),
                 bounce: name("bounce", &[atlas, light.bytes()]),
                 light: name("light", &[atlas, light.bytes()]),
             }

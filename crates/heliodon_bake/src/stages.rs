@@ -41,7 +41,7 @@ impl<'a> Work<'a> {
     #[must_use]
     pub fn stage(&self, file_stage: &'a str, name: &'a str) -> BlockStage<'a> {
         let share = self.shard.map(|(shard, division)| Share { shard, first: division.first_of(file_stage) });
-        BlockStage { cache: self.cache, reporter: self.reporter, file_stage, name, share }
+        BlockStage { cache: self.cache, reporter: self.reporter, file_stage, name, share, told: false }
     }
 }
 

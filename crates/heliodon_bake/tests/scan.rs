@@ -199,6 +199,24 @@ fn however_it_is_come_by_it_has_the_same_bytes() {
 }
 
 #[test]
+fn other_suns_ask_nothing_of_the_sky_again_where_none_bounces() {
+    let folder = many_suns();
+    let site = folder.path().join("site.toml");
+    let text = fs::read_to_string(&site).unwrap().replace("sun_steps = 12\n", "sun_steps = 12\nsun_bounce = false\n");
+    fs::write(&site, &text).unwrap();
+    baked(folder.path(), "kept");
+    fs::write(&site, text.replace("sun_steps = 12\n", "sun_steps = 9\n")).unwrap();
+    let (report, _) = baked(folder.path(), "kept");
+    let taken =
+        |stage: &str| report.taken.iter().find(|taken| taken.stage == stage).map(|taken| [taken.blocks, taken.of]).unwrap();
+    let [known, all] = taken("sky and bounced sun on the scan");
+    assert!(known == all && all > 1, "{known} of {all}");
+    assert_eq!(taken("sun on the scan")[0], 0);
+    bake(&own_cache(folder.path(), "anew"), &Silent).unwrap();
+    assert!(files(folder.path(), "kept") == files(folder.path(), "anew"));
+}
+
+#[test]
 fn to_want_it_prepares_nothing_again_and_to_want_it_no_more_leaves_nothing() {
     let folder = site(&format!("{PREPARE}panorama = 64\n"));
     let (_, first) = baked(folder.path(), "bundle");

@@ -31,6 +31,7 @@ mod lapse_check;
 pub mod layout;
 pub mod lineage;
 pub mod manifest;
+pub mod memory;
 pub mod moment;
 pub mod npy;
 pub mod panorama;

@@ -68,7 +68,7 @@ pub use masks::{MaskParams, MasksBefore, SunMasks, bake_sun_masks, bake_sun_mask
 pub use params::{Channels, LightParams, MAX_SUN_STEPS};
 pub use patches::{PatchPlan, PatchesBefore, SunlitPatches, light_patches, light_patches_knowing};
 pub use points::PointSet;
-pub use receive::{RayPlace, Received, Receivers, Receiving, SurfacePlace};
+pub use receive::{RayPlace, RayVertices, Received, Receivers, Receiving, SurfacePlace};
 pub use solve::{Baked, SunBounce, VertexLight, bake, solve, solve_all, vertex_masks};
 pub use sun_basis::{DayFunctions, day_functions};
 pub use surfaces::{ConstantAlbedo, Detail, SurfaceAlbedo, Surfaces, default_offset_m, median_edge_m};

@@ -11,6 +11,7 @@ use crate::inside::BACK_LIMIT;
 use crate::points::{Place, inward_shifts};
 use crate::{BouncedSun, Layout, LightError, LightParams, PointSet, Surfaces};
 use glam::Vec3;
+use heliodon_rays::beam_order;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -41,6 +42,16 @@ pub struct Receiving<'a> {
     params: &'a LightParams,
     /// See [`inward_shifts`].
     inward: Vec<Vec3>,
+}
+
+/// The vertices of triangles of the very geometry that rays meet. Some of them at a time are receivers: of a large scan all at once take more memory than their light.
+pub struct RayVertices<'a> {
+    positions: &'a [Vec3],
+    normals: &'a [Vec3],
+    /// See [`inward_shifts`].
+    inward: Vec<Vec3>,
+    /// Their numbers, neighbours together.
+    order: Vec<u32>,
 }
 
 /// Receivers, in an order in which neighbours in space lie together.
@@ -107,31 +118,41 @@ impl<'a> Receiving<'a> {
         self.of_points(PointSet::new(places.iter().enumerate().map(place)))
     }
 
-    /// Receivers at the vertices of triangles of the very geometry that rays meet, with these normals. As from the surfaces' own vertices, rays from those of a rim start
-    /// off the planes that meet there.
-    ///
-    /// # Panics
-    /// If there are not as many normals as positions, or a triangle names a vertex that is not there.
-    #[must_use]
-    pub fn at_vertices(&'a self, positions: &[Vec3], normals: &[Vec3], triangles: &[[u32; 3]]) -> Receivers<'a> {
-        assert_eq!(positions.len(), normals.len(), "a normal for each vertex");
-        let inward = inward_shifts(positions, triangles);
-        let place = |site: usize| Place {
-            position: positions[site],
-            normal: normals[site],
-            inward: inward[site],
-            lift_m: self.params.offset_m,
-            site: site as u32,
-        };
-        self.of_points(PointSet::new((0..positions.len()).map(place)))
-    }
-
     /// Receivers at points whose sites are the numbers of their places.
     fn of_points(&'a self, mut points: PointSet) -> Receivers<'a> {
         // they are of no vertex and no cell
         let none = vec![NONE; points.len()];
         let place_of_point = std::mem::replace(&mut points.sites, none);
         Receivers { among: self, points, place_of_point }
+    }
+}
+
+impl<'a> RayVertices<'a> {
+    /// With these normals.
+    ///
+    /// # Panics
+    /// If there are not as many normals as positions, or a triangle names a vertex that is not there.
+    #[must_use]
+    pub fn new(positions: &'a [Vec3], normals: &'a [Vec3], triangles: &[[u32; 3]]) -> Self {
+        let order = beam_order(positions, Some(normals));
+        Self { positions, normals, inward: inward_shifts(positions, triangles), order }
+    }
+
+    /// Receivers at those that come in `range` of the order in which neighbours in space lie together; their places are the vertices. As from the surfaces' own vertices,
+    /// rays from those of a rim start off the planes that meet there.
+    ///
+    /// # Panics
+    /// If the range goes beyond the vertices.
+    #[must_use]
+    pub fn receivers<'r>(&self, among: &'r Receiving<'r>, range: Range<usize>) -> Receivers<'r> {
+        let place = |&site: &u32| Place {
+            position: self.positions[site as usize],
+            normal: self.normals[site as usize],
+            inward: self.inward[site as usize],
+            lift_m: among.params.offset_m,
+            site,
+        };
+        among.of_points(PointSet::new(self.order[range].iter().map(place)))
     }
 }
 

@@ -6,7 +6,7 @@ mod common;
 use common::{Lit, params};
 use glam::Vec3;
 use heliodon_light::{
-    BouncedSun, CellLight, Layout, LightParams, Received, Receiving, SurfacePlace, VertexLight, gather, solve_all,
+    BouncedSun, CellLight, Layout, LightParams, RayVertices, Received, Receiving, SurfacePlace, VertexLight, gather, solve_all,
 };
 use heliodon_testkit::scenes::{cuboid, ground};
 
@@ -98,6 +98,50 @@ fn receivers_are_lit_as_the_vertices_in_whose_places_they_lie() {
     sky.validate(places.len(), 0, &params).unwrap();
     for (a, b) in sky.sky_transfer.iter().zip(&received.sky_transfer) {
         assert!((a - b).abs() < 0.02, "{a} and {b}");
+    }
+}
+
+#[test]
+fn vertices_of_what_rays_meet_receive_what_they_do_as_places_however_many_at_a_time() {
+    let lit = lit();
+    let params = LightParams { offset_m: 1e-3, ..params(512, 2) };
+    let solved = solve(&lit, &SUNS, &params);
+    let surfaces = lit.surfaces();
+    let receiving = Receiving::new(&surfaces, &solved.layout, &params);
+    let vertices = RayVertices::new(surfaces.positions, surfaces.normals, surfaces.triangles);
+    let count = surfaces.positions.len();
+    let functions = solved.sun.as_ref().unwrap().function_count();
+    let (corner_of, places): (Vec<usize>, Vec<SurfacePlace>) = corners(&lit).into_iter().unzip();
+    let at_corners = receiving.at(&places);
+    let own = at_corners.receive(&solved.cells, solved.sun.as_ref(), 0..places.len()).unwrap();
+    let own_valid = at_corners.in_order_of_places(&own.valid, 1);
+    let numbers = [(4, &own.sky_transfer), (functions, &own.sun_bounce)];
+    let own = numbers.map(|(width, numbers)| at_corners.in_order_of_places(numbers, width));
+    for at_once in [count, 300] {
+        let mut light = [4, functions].map(|width| vec![f32::NAN; count * width]);
+        let mut valid = vec![2; count];
+        for first in (0..count).step_by(at_once) {
+            let receivers = vertices.receivers(&receiving, first..(first + at_once).min(count));
+            let all = 0..receivers.points().len();
+            let some = receivers.receive(&solved.cells, solved.sun.as_ref(), all.clone()).unwrap();
+            receivers.put(all.clone(), &some.sky_transfer, 4, &mut light[0]);
+            receivers.put(all.clone(), &some.sun_bounce, functions, &mut light[1]);
+            receivers.put(all, &some.valid, 1, &mut valid);
+        }
+        assert!(corner_of.iter().zip(&own_valid).all(|(&vertex, own)| valid[vertex] == *own));
+        for ((light, own), width) in light.iter().zip(&own).zip([4, functions]) {
+            let (mut squares, mut sum) = (0.0_f64, 0.0_f64);
+            for (place, &vertex) in corner_of.iter().enumerate().filter(|(place, _)| own_valid[*place] == 1) {
+                for number in 0..width {
+                    let (a, b) = (light[vertex * width + number], own[place * width + number]);
+                    squares += f64::from(a - b).powi(2);
+                    sum += f64::from(b).powi(2);
+                }
+            }
+            // paths are random: of others' numbers
+            let off = (squares / sum).sqrt();
+            assert!(sum > 0.0 && off < 0.015, "{at_once} at once, {width} numbers: {off}");
+        }
     }
 }
 

@@ -11,8 +11,9 @@
 mod common;
 
 use glam::Vec3;
+use heliodon_bundle::memory::resident_bytes;
 use heliodon_view::Pose;
-use heliodon_view::bench::{FrameBench, frame_times, resident_bytes};
+use heliodon_view::bench::{FrameBench, frame_times};
 use std::path::PathBuf;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

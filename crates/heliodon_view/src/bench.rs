@@ -21,6 +21,7 @@ use bevy::render::render_resource::TextureFormat;
 use bevy::render::renderer::RenderAdapterInfo;
 use heliodon_bundle::ReadError;
 use heliodon_bundle::display::Passes;
+use heliodon_bundle::memory::resident_bytes;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -146,14 +147,6 @@ pub struct FrameTimes {
     pub particles: ParticlesTold,
     /// What films took: pictures of the frames that count, and milliseconds of the last one.
     pub films: FilmTold,
-}
-
-/// Resident memory of this process.
-#[must_use]
-pub fn resident_bytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
-    line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib * 1024)
 }
 
 /// Processor time of this process so far, in milliseconds.

@@ -13,8 +13,8 @@ use anyhow::Result;
 use clap::ValueEnum;
 use glam::Vec3;
 use heliodon_bake::albedo::SceneAlbedo;
-use heliodon_bake::memory::peak_resident_bytes;
 use heliodon_bake::report::Reporter;
+use heliodon_bundle::memory::peak_resident_bytes;
 use heliodon_light::{
     GatherBlock, Layout, LightParams, MaskParams, PointSet, Surfaces, bake_sun_masks, default_offset_m, gather, solve,
 };

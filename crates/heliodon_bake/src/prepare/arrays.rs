@@ -190,6 +190,20 @@ impl Reader<'_> {
     }
 }
 
+/// Keeps one array alone.
+pub(crate) fn store_array<T: Pod>(cache: &Cache, name: &str, values: &[T]) -> Result<(), CacheError> {
+    let mut writer = Writer::new(cache, name, &[]);
+    writer.array(VALUES, values)?;
+    writer.finish()
+}
+
+/// What [`store_array`] has kept; `None` where it is missing or damaged.
+pub(crate) fn load_array<T: Pod>(cache: &Cache, name: &str) -> Option<Vec<T>> {
+    read(cache, name, &[], |reader| reader.array(VALUES))
+}
+
+const VALUES: &str = "values";
+
 #[cfg(test)]
 mod tests {
     use super::*;

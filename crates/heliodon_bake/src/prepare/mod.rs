@@ -23,7 +23,7 @@ mod steps;
 mod surfacing;
 mod views;
 
-pub(crate) use arrays::textures_of;
+pub(crate) use arrays::{load_array, store_array, textures_of};
 pub use estimate::{PrepareEstimate, StepEstimate, estimate};
 pub(crate) use estimate::{estimate_with, is_prepared};
 pub(crate) use kept::GEOMETRY;

@@ -1,9 +1,9 @@
 //! What preparation found and did, in all.
 
 use super::{PartReport, Step};
-use crate::memory::peak_resident_bytes;
 use crate::scene::Scene;
 use heliodon_bundle::lineage::{MeasuredError, Prepared, PreparedPart, PurgeCheck};
+use heliodon_bundle::memory::peak_resident_bytes;
 use heliodon_prepare::clean::CleanReport;
 use heliodon_prepare::purge::{PurgeReport, Verified};
 use heliodon_prepare::simplify::MeasureReport;

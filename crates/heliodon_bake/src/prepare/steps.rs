@@ -1,7 +1,7 @@
 //! What each step of preparation takes.
 
-use crate::memory::peak_resident_bytes;
 use crate::report::Reporter;
+use heliodon_bundle::memory::peak_resident_bytes;
 use heliodon_prepare::Tell;
 use serde::{Deserialize, Serialize};
 use std::sync::{Mutex, PoisonError};

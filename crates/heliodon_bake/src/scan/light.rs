@@ -1,7 +1,7 @@
 //! The light of the scan's vertices, every one of which is asked.
 
-use super::Scan;
-use crate::blocks::BlockStage;
+use super::{NORMALS, POSITIONS, Scan, TRIANGLES};
+use crate::blocks::{BlockStage, GRANULE, block_ranges};
 use crate::cache::Cache;
 use crate::chunks::{Numbers, VertexValues};
 use crate::codec::{Decoder, Encoder};
@@ -10,9 +10,10 @@ use crate::names::TexelNames;
 use crate::report::Batches;
 use crate::stages::Work;
 use crate::texels::{Asked, SolvedScene};
+use glam::Vec3;
 use half::f16;
 use half::vec::HalfFloatVecExt;
-use heliodon_light::Validity;
+use heliodon_light::{RayVertices, Validity};
 use std::ops::Range;
 
 /// The light of the scan's N vertices.
@@ -37,46 +38,67 @@ const AT_ONCE: usize = 64;
 /// Vertices of a block of finished light.
 const KEPT_AT_ONCE: usize = 1 << 18;
 
-impl Scan {
+impl Scan<'_> {
     /// Its light.
     ///
     /// # Errors
     /// Input that the solver refuses, a cache that cannot be written.
     pub fn light(&self, solved: &SolvedScene, work: &Work, names: &TexelNames) -> Result<BakedScan, BakeError> {
-        let mesh = &self.scene.mesh;
-        let count = mesh.positions.len();
-        let receivers = solved.receiving.at_vertices(&mesh.positions, &mesh.normals, &mesh.triangles);
-        let masks = solved.masks_at(&receivers, work, (&names.masks, "sun on the scan"))?;
-        let [sky, bounce] = solved.widths();
+        let (positions, normals): (Vec<Vec3>, Vec<Vec3>) = (self.array(POSITIONS)?, self.array(NORMALS)?);
+        let vertices = RayVertices::new(&positions, &normals, &self.array::<[u32; 3]>(TRIANGLES)?);
+        let count = positions.len();
+        let (words, [sky, bounce]) = (solved.input.suns.len().div_ceil(u32::BITS as usize), solved.widths());
         let mut baked = BakedScan {
-            masks: masks.words,
+            masks: vec![0; count * words],
             sky: vec![f16::ZERO; count * sky],
             bounce: vec![f16::ZERO; count * bounce],
             valid: vec![0; count],
             gather_rays: 0,
-            mask_rays: masks.rays,
+            mask_rays: 0,
         };
+        let pieces = || block_ranges(0..count, receiving_at_once(count));
+        let some = || pieces().map(|range| vertices.receivers(solved.receiving, range));
+
+        let told = "sun on the scan";
+        work.reporter.stage(told, count as u64);
+        let batches = Batches::new(work.reporter);
+        let stage = BlockStage { reporter: &batches, told: true, ..work.stage(&names.masks, told) };
+        stage.tell_kept(0..pieces().map(|range| solved.mask_ranges(range.len()).len()).sum());
+        let mut first_block = 0;
+        for receivers in some() {
+            let ranges = solved.mask_ranges(receivers.points().len());
+            let masks = solved.masks_at(&receivers, &ranges, (&stage, first_block))?;
+            receivers.put(0..receivers.points().len(), &masks.words, words, &mut baked.masks);
+            baked.mask_rays += masks.rays;
+            first_block += ranges.len();
+        }
+        work.reporter.finished();
+
         let told = "sky and bounced sun on the scan";
         work.reporter.stage(told, count as u64);
         let batches = Batches::new(work.reporter);
-        let stage = BlockStage { reporter: &batches, ..work.stage(&names.sky, told) };
-        let ranges = solved.ranges(count);
-        for (batch, some) in ranges.chunks(AT_ONCE).enumerate() {
-            // whoever asks for the bounced sun gets the sky by the same rays
-            let blocks = solved.received(&receivers, some, Asked::Bounce, (&stage, batch * AT_ONCE))?;
-            for (range, block) in some.iter().zip(blocks) {
-                receivers.put(range.clone(), &to_half(&block.sky_transfer), sky, &mut baked.sky);
-                receivers.put(range.clone(), &to_half(&block.sun_bounce), bounce, &mut baked.bounce);
-                receivers.put(range.clone(), &block.valid, 1, &mut baked.valid);
-                baked.gather_rays += block.rays;
+        let stage = BlockStage { reporter: &batches, told: true, ..work.stage(&names.sky, told) };
+        stage.tell_kept(0..pieces().map(|range| solved.ranges(range.len()).len()).sum());
+        let mut first_block = 0;
+        for receivers in some() {
+            for ranges in solved.ranges(receivers.points().len()).chunks(AT_ONCE) {
+                // whoever asks for the bounced sun gets the sky by the same rays
+                let blocks = solved.received(&receivers, ranges, Asked::Bounce, (&stage, first_block))?;
+                first_block += ranges.len();
+                for (range, block) in ranges.iter().zip(blocks) {
+                    receivers.put(range.clone(), &to_half(&block.sky_transfer), sky, &mut baked.sky);
+                    receivers.put(range.clone(), &to_half(&block.sun_bounce), bounce, &mut baked.bounce);
+                    receivers.put(range.clone(), &block.valid, 1, &mut baked.valid);
+                    baked.gather_rays += block.rays;
+                }
             }
         }
         work.reporter.finished();
-        drop(receivers);
-        let validity = Validity::new(baked.valid, &mesh.positions, &mesh.normals, &mesh.triangles);
+        drop(vertices);
+
+        let validity = Validity::new(baked.valid, &positions, &normals, &self.array::<[u32; 3]>(TRIANGLES)?);
         for (vertex, &source) in validity.source.iter().enumerate().filter(|&(vertex, &source)| source as usize != vertex) {
             let of = |width: usize| source as usize * width..(source as usize + 1) * width;
-            let words = baked.masks.len() / count;
             baked.masks.copy_within(of(words), vertex * words);
             baked.sky.copy_within(of(sky), vertex * sky);
             baked.bounce.copy_within(of(bounce), vertex * bounce);
@@ -138,6 +160,11 @@ impl BakedScan {
         }
         Some(baked)
     }
+}
+
+/// How many of so many vertices receive light at once: an eighth, for the places of all take more memory than their light, but not so few that threads wait for one another.
+fn receiving_at_once(count: usize) -> usize {
+    (count / 8).next_multiple_of(GRANULE).clamp(4 * GRANULE, 1 << 20)
 }
 
 fn to_half(numbers: &[f32]) -> Vec<f16> {

@@ -3,6 +3,8 @@
 //! The original is what rays meet anyway, so its vertices take their light from the solved cells like texels do ([`crate::panorama`]), every one of them for itself
 //! (`light`). It stands in the bundle's folder as a bundle of its own (`write`).
 //!
+//! Its geometry waits on the disk until somebody asks for it: of ten million triangles it takes a tenth of what a bake may take, and while the drawn vertices are solved nobody needs it.
+//!
 //! Parts that are lit by texels, and those of which anything drawn has a texture, are left out whole: what the original has of them are places and normals, no coordinates.
 
 mod light;
@@ -10,61 +12,110 @@ mod write;
 
 pub use light::BakedScan;
 
+use crate::cache::{Cache, CacheError};
+use crate::error::BakeError;
 use crate::key::{Digest, TOOL};
+use crate::prepare::{load_array, store_array};
 use crate::report::Reporter;
 use crate::scene::{Original, PartRange, Scene};
+use bytemuck::Pod;
 use glam::Vec3;
 use heliodon_bundle::site::{Site, SiteFile};
-use heliodon_mesh::Mesh;
+use heliodon_mesh::{Material, Mesh};
 use std::mem::take;
 
-/// The geometry of the scan, part by part.
+/// The geometry of the scan, part by part; its arrays are in the cache.
 #[derive(Debug)]
-pub struct Scan {
-    /// All of it is drawn.
-    scene: Scene,
+pub struct Scan<'a> {
+    cache: &'a Cache,
+    /// All of them is drawn.
+    parts: Vec<PartRange>,
+    materials: Vec<Material>,
+    counts: [u64; 2],
+    digest: [u8; 32],
 }
 
 /// No number of a vertex.
 const NONE: u32 = u32::MAX;
 
-impl Scan {
-    /// Of a scene whose rays were taken; none where the site wants none, or no part can be in it. The original's own mesh is given up for it.
-    pub fn new(site: &Site, scene: &mut Scene, reporter: &dyn Reporter) -> Option<Self> {
-        let wanted = is_wanted(site).then_some(scene.original.as_mut()?)?;
-        let original = Original {
-            positions: take(&mut wanted.positions),
-            triangles: take(&mut wanted.triangles),
-            looks: take(&mut wanted.looks),
-            colored: take(&mut wanted.colored),
-            ..Original::default()
-        };
-        let stands_for = scene.original.as_ref().map_or(&[][..], |original| &original.stands_for);
-        let scan = Self { scene: behind_drawn(scene, original, stands_for) };
-        if scan.scene.mesh.triangles.is_empty() {
-            reporter.warning("[prepare] scan: what is drawn is lit by texels or has textures, and such parts are not in the scan: there is none");
-            return None;
-        }
-        Some(scan)
-    }
+/// What the arrays are called in the cache.
+const POSITIONS: &str = "scan-positions";
+const NORMALS: &str = "scan-normals";
+const COLORS: &str = "scan-colors";
+const TRIANGLES: &str = "scan-triangles";
+const MATERIALS: &str = "scan-materials";
 
-    /// Vertices and triangles.
-    #[must_use]
-    pub fn counts(&self) -> [u64; 2] {
-        [self.scene.mesh.positions.len() as u64, self.scene.mesh.triangles.len() as u64]
-    }
-
-    /// What decides where its light is asked for, for names of blocks.
-    #[must_use]
-    pub fn digest(&self) -> [u8; 32] {
-        let mesh = &self.scene.mesh;
+impl<'a> Scan<'a> {
+    /// Puts what [`of_site`] has found into the cache.
+    ///
+    /// # Errors
+    /// A cache that cannot be written.
+    pub fn new(Scene { mesh, parts, .. }: Scene, cache: &'a Cache) -> Result<Self, CacheError> {
         let mut digest = Digest::default();
         digest.run(TOOL.as_bytes());
         digest.run(bytemuck::cast_slice(&mesh.positions));
         digest.run(bytemuck::cast_slice(&mesh.normals));
         digest.run(bytemuck::cast_slice(&mesh.triangles));
-        digest.bytes()
+        store_array(cache, POSITIONS, &mesh.positions)?;
+        store_array(cache, NORMALS, &mesh.normals)?;
+        store_array(cache, COLORS, &mesh.colors_linear)?;
+        store_array(cache, TRIANGLES, &mesh.triangles)?;
+        store_array(cache, MATERIALS, &mesh.triangle_material)?;
+        let [vertices, triangles] = [mesh.positions.len(), mesh.triangles.len()].map(|count| count as u64);
+        Ok(Self { cache, parts, counts: [vertices, triangles], materials: mesh.materials, digest: digest.bytes() })
     }
+
+    /// Vertices and triangles.
+    #[must_use]
+    pub fn counts(&self) -> [u64; 2] {
+        self.counts
+    }
+
+    /// What decides where its light is asked for, for names of blocks.
+    #[must_use]
+    pub fn digest(&self) -> [u8; 32] {
+        self.digest
+    }
+
+    /// One of its arrays.
+    fn array<T: Pod>(&self, name: &str) -> Result<Vec<T>, BakeError> {
+        load_array(self.cache, name).ok_or_else(|| BakeError::Lost { path: self.cache.folder().join(name) })
+    }
+
+    /// All of it.
+    fn scene(&self) -> Result<Scene, BakeError> {
+        let mesh = Mesh {
+            positions: self.array(POSITIONS)?,
+            normals: self.array(NORMALS)?,
+            colors_linear: self.array(COLORS)?,
+            triangles: self.array(TRIANGLES)?,
+            triangle_material: self.array(MATERIALS)?,
+            materials: self.materials.clone(),
+            ..Mesh::default()
+        };
+        Ok(Scene { mesh, parts: self.parts.clone(), warnings: Vec::new(), original: None, prepared: None })
+    }
+}
+
+/// The scan, of a scene whose rays were taken; none where the site wants none, or no part can be in it. The original's own mesh is given up for it.
+pub fn of_site(site: &Site, scene: &mut Scene, reporter: &dyn Reporter) -> Option<Scene> {
+    let wanted = is_wanted(site).then_some(scene.original.as_mut()?)?;
+    let original = Original {
+        positions: take(&mut wanted.positions),
+        triangles: take(&mut wanted.triangles),
+        looks: take(&mut wanted.looks),
+        colored: take(&mut wanted.colored),
+        ..Original::default()
+    };
+    let stands_for = scene.original.as_ref().map_or(&[][..], |original| &original.stands_for);
+    let scan = behind_drawn(scene, original, stands_for);
+    if scan.mesh.triangles.is_empty() {
+        reporter.warning(
+            "[prepare] scan: what is drawn is lit by texels or has textures, and such parts are not in the scan: there is none",
+        );
+        return None;
+    }
+    Some(scan)
 }
 
 /// Whether a site wants the scan itself.

@@ -18,7 +18,7 @@ impl BakedScan {
     }
 }
 
-impl Scan {
+impl Scan<'_> {
     /// Writes it with its light into the bundle of `writer`, which has all of its sky maps and will end with this lapse; `meta` is that of the bundle.
     ///
     /// # Errors
@@ -31,12 +31,13 @@ impl Scan {
     ) -> Result<(), BakeError> {
         // nothing of it was simplified
         let meta = BundleMeta { measures: light.measures(), prepared: None, ..meta.clone() };
-        let maker = ChunkMaker::new(&self.scene, None, light.values(), meta.light);
+        let scene = self.scene()?;
+        let maker = ChunkMaker::new(&scene, None, light.values(), meta.light);
         let mut within = writer.begin_scan(meta)?;
         reporter.stage("writing the scan", self.counts()[1]);
         reporter.progress(0);
         let mut done = 0;
-        for part in 0..self.scene.parts.len() {
+        for part in 0..self.parts.len() {
             for piece in maker.pieces(part) {
                 within.push_chunk(&maker.make(part, &piece, None))?;
                 done += piece.triangles.len() as u64;

@@ -99,22 +99,34 @@ impl SolvedScene<'_> {
     /// A cache that cannot be written.
     pub fn masks(&self, texels: &dyn Lit, work: &Work, name: &str) -> Result<SunMasks, BakeError> {
         let all: Vec<u32> = (0..texels.grid().len() as u32).collect();
-        self.masks_at(&texels.receivers(self.receiving, &all), work, (name, "sun on texels"))
+        let receivers = texels.receivers(self.receiving, &all);
+        let masks = self.masks_at(&receivers, &self.mask_ranges(all.len()), (&work.stage(name, "sun on texels"), 0))?;
+        let words = receivers.in_order_of_places(&masks.words, masks.words_per_point());
+        Ok(SunMasks { words, ..masks })
     }
 
-    /// Which suns reach each place of some receivers; `told` is the stage's name for people.
+    /// The blocks in which so many receivers are asked for the suns.
+    #[must_use]
+    pub fn mask_ranges(&self, receivers: usize) -> Vec<Range<usize>> {
+        block_ranges(0..receivers, points_per_block(receivers, (self.input.suns.len() as u64).div_ceil(2))).collect()
+    }
+
+    /// Which suns reach each receiver of some blocks, in the receivers' own order. They are kept as those of a stage from a number on.
     ///
     /// # Errors
     /// A cache that cannot be written.
-    pub fn masks_at(&self, receivers: &Receivers, work: &Work, (name, told): (&str, &str)) -> Result<SunMasks, BakeError> {
+    pub fn masks_at(
+        &self,
+        receivers: &Receivers,
+        ranges: &[Range<usize>],
+        (stage, first_block): (&BlockStage, usize),
+    ) -> Result<SunMasks, BakeError> {
         let surfaces = &self.input.surfaces;
         let (suns, steps) = (self.input.suns, self.input.suns.len() as u32);
         let points = receivers.points();
-        let per_block = points_per_block(points.len(), (suns.len() as u64).div_ceil(2));
-        let ranges: Vec<Range<usize>> = block_ranges(0..points.len(), per_block).collect();
-        let parts = work.stage(name, told).run(
-            &ranges,
-            0,
+        let parts = stage.run(
+            ranges,
+            first_block,
             |bytes, range| {
                 let (rays, words) = decode_masks(bytes)?;
                 let masks = SunMasks { steps, rays, words };
@@ -128,8 +140,7 @@ impl SolvedScene<'_> {
         for part in &parts {
             all.append(part)?;
         }
-        let words = receivers.in_order_of_places(&all.words, all.words_per_point());
-        Ok(SunMasks { words, ..all })
+        Ok(all)
     }
 
     /// The numbers of all texels, of which those are sampled between which light changes.

@@ -285,6 +285,7 @@ impl BundleReader {
             ("light is", own.light == of_scan.light),
             ("day is", self.lapse == scan.lapse),
             ("own scan is", of_scan.scan.is_none()),
+            ("stone is", of_scan.textures.is_empty() && of_scan.texels.is_none() && of_scan.panorama.is_none()),
         ];
         match same.iter().find(|(_, same)| !same) {
             None => Ok(Some(scan)),

@@ -30,22 +30,12 @@ pub fn spare_memory() {
 
 /// Lets the allocator keep what is freed, or give it back to the system as usual, from the next time something is freed.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
-#[expect(unsafe_code, reason = "glibc's allocator is told by a C function; all of it is in this module")]
+#[expect(unsafe_code, reason = "glibc's allocator is told by a C function")]
 pub fn keep_freed_memory(keep: bool) {
     // SAFETY: mallopt takes the allocator's own lock and sets one word; it touches no memory of the program, and an allocation
     // beside it sees the old word or the new one, both of which are right.
     unsafe {
         libc::mallopt(libc::M_TRIM_THRESHOLD, if keep { KEPT_BYTES } else { USUAL_BYTES });
-    }
-}
-
-/// Gives back what is free now, but for the ends of heaps other than the first: those go when something before them is freed.
-#[cfg(all(target_os = "linux", target_env = "gnu"))]
-#[expect(unsafe_code, reason = "as above")]
-pub fn give_back_freed_memory() {
-    // SAFETY: malloc_trim takes the allocator's own locks and returns only pages that hold no allocation.
-    unsafe {
-        libc::malloc_trim(0);
     }
 }
 
@@ -56,7 +46,3 @@ pub fn spare_memory() {}
 /// Elsewhere the allocator is left as it is.
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
 pub fn keep_freed_memory(_keep: bool) {}
-
-/// Elsewhere the allocator is left as it is.
-#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
-pub fn give_back_freed_memory() {}

@@ -66,7 +66,7 @@ use wgpu::{DeviceType, TextureUsages};
 pub struct DaylightCamera;
 
 /// For a [`DaylightCamera`] whose pictures must be the same to the bit whatever it saw before, as stills and films are: where a processor
-/// draws, an eye at rest is otherwise lit pixel by pixel, which is up to a code of 255 off.
+/// draws, an eye at rest is otherwise lit pixel by pixel, which is up to a code of 255 off. One of them is to be there before a bundle is opened whose scan itself it is to see.
 #[derive(Component, Clone, Copy, Debug, Default, ExtractComponent)]
 pub struct ExactAtRest;
 

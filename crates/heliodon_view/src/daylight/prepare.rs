@@ -35,6 +35,7 @@ use bevy::render::render_resource::*;
 use bevy::render::renderer::{RenderDevice, RenderQueue};
 use bevy::render::texture::{FallbackImage, GpuImage};
 use bevy::render::view::ExtractedView;
+use heliodon_bundle::memory::give_back_freed_memory;
 use heliodon_image::TextureWrap;
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
@@ -78,6 +79,10 @@ pub struct StageGpu {
     drawn_chunks: Option<usize>,
     /// The scan where it stays in main memory, which others see once it is whole.
     scan: Option<Arc<Scan>>,
+    /// Whether nothing of the scan goes to the GPU.
+    scan_stays_off: bool,
+    /// How many eyes of each pair had found their pictures of it in the last frame.
+    scans_found: HashMap<StereoPair, usize>,
     /// Whether all that is to be seen is there.
     is_whole: bool,
     /// What culling knows of the bundle, once all of it is there.
@@ -389,10 +394,14 @@ pub fn receive(
             Some(Delivery::Closed(closed)) => {
                 gpu.drawn_chunks = Some(gpu.chunks.len());
                 gpu.chunks.iter_mut().zip(closed).for_each(|(chunk, closed)| chunk.closed = closed);
+                // where a processor draws other than stills, main memory is the place for what few frames ask for
+                gpu.scan_stays_off = gpu.software && exact.is_empty();
+                if gpu.scan_stays_off {
+                    // pixels of what is not in the scan are nothing that the processor draws
+                    feed.scan_stays_off(feed.of_scan.is_whole);
+                }
             }
-            // where a processor draws other than stills, main memory is the place for what few frames ask for
-            Some(Delivery::Scan(chunk)) if gpu.software && exact.is_empty() => {
-                // pixels of what is not in the scan are nothing that the processor draws
+            Some(Delivery::Scan(chunk)) if gpu.scan_stays_off => {
                 if feed.of_scan.is_whole {
                     let scan = gpu.scan.get_or_insert_with(|| Arc::new(Scan::new(feed.layout)));
                     if let Some(scan) = Arc::get_mut(scan) {
@@ -422,7 +431,7 @@ pub fn receive(
             }
         }
     }
-    if (!gpu.details.is_empty() || covers.any()) && feed.is_uploaded() {
+    if (!gpu.details.is_empty() || covers.any()) && feed.has_pages() {
         let pipeline = pipelines.normals(&mut cache, feed.layout);
         let layout = cache.get_bind_group_layout(&pipelines.normals_layout);
         gpu.want_normals(&device, pipeline, &layout);
@@ -430,7 +439,7 @@ pub fn receive(
     if gpu.software && feed.is_uploaded() {
         gpu.settled_frames = gpu.settled_frames.saturating_add(1);
         if gpu.settled_frames == SETTLED_FRAMES {
-            allocator::give_back_freed_memory();
+            give_back_freed_memory();
         }
         if gpu.settled_frames == 2 * SETTLED_FRAMES {
             allocator::keep_freed_memory(true);
@@ -504,6 +513,8 @@ pub fn prepare_views(
     let mut saved = Saved::default();
     let mut pairs = std::mem::take(&mut gpu.pairs);
     pairs.begin(views.iter().filter_map(|(_, _, _, _, view, _, _, pair, _)| Some((*pair?, look(view)))));
+    // both eyes of a pair change in one frame: the one after that in which the later picture was found
+    let found_before = std::mem::take(&mut gpu.scans_found);
     let mut multiview = std::mem::take(&mut gpu.multiview);
     let canvases = views.iter().filter_map(|(entity, camera, _, _, view, msaa, resolution, pair, stage_view)| {
         // A camera that is new has no share yet.
@@ -564,8 +575,8 @@ pub fn prepare_views(
         }
         let still = &mut stage_view.still;
         *still = if still.0 == clip_from_world { (clip_from_world, still.1.saturating_add(1)) } else { (clip_from_world, 0) };
-        // heads are never still
-        let shows_scan = scan_on_gpu && pair.is_none() && (still.1 >= STILL_FRAMES || exact.contains(entity));
+        // heads are never still, but in pictures
+        let shows_scan = scan_on_gpu && (exact.contains(entity) || (pair.is_none() && still.1 >= STILL_FRAMES));
         let key = SightKey {
             scan: shows_scan,
             clip_from_world,
@@ -612,7 +623,17 @@ pub fn prepare_views(
         let culler = Culler { scene: scene.as_ref(), settings: *culling, remembers: !exact.contains(entity), faded: &faded };
         let relight_layout = cache.get_bind_group_layout(&pipelines.relight_layout);
         let light_layout = cache.get_bind_group_layout(&pipelines.light_layout);
-        stage_view.scan.next(scan.as_ref(), own, wanted.as_ref(), (&device, &queue), (&light_layout, &relight_layout));
+        let may_show = pair.is_none_or(|pair| found_before.get(pair).is_some_and(|&eyes| eyes >= looks.len()));
+        stage_view.scan.next(
+            scan.as_ref(),
+            own,
+            (wanted.as_ref(), may_show),
+            (&device, &queue),
+            (&light_layout, &relight_layout),
+        );
+        if let Some(pair) = pair.filter(|_| stage_view.scan.is_found()) {
+            *gpu.scans_found.entry(*pair).or_default() += 1;
+        }
         let before = stage_view.pixels.take();
         stage_view.pixels = match wanted {
             Some(wanted) if stage_view.scan.shown.is_none() => {

@@ -202,9 +202,13 @@ impl Raster {
         }
         let [width, height] = size.to_array().map(|side| side as usize);
         let chunks = stone.chunks;
-        clusters.par_chunk_by(|a, b| a.chunk == b.chunk).for_each(|of_chunk| {
+        let goes_on = || !is_off.load(Ordering::Relaxed);
+        clusters.par_chunk_by(|a, b| a.chunk == b.chunk).filter(|_| goes_on()).for_each(|of_chunk| {
             chunks[of_chunk[0].chunk as usize].parts();
         });
+        if !goes_on() {
+            return Vec::new();
+        }
         self.queue.clear();
         for &ClusterRef { chunk, cluster } in clusters {
             let parts = chunks[chunk as usize].parts();
@@ -226,7 +230,9 @@ impl Raster {
         let told = bands.map(|(band, (words, depth))| {
             let mut numbers = numbers();
             band.draw(&view, is_off);
-            band.tell(&view, &mut numbers, words, depth);
+            if goes_on() {
+                band.tell(&view, &mut numbers, words, depth);
+            }
             numbers
         });
         told.collect()

@@ -187,17 +187,25 @@ pub struct ScanSight {
     finding: Option<Finding>,
     /// Whether it was found that it cannot be shown.
     given_up: bool,
+    /// What was found and waits for the other eye's.
+    found: Option<ScanPixels>,
     /// What it shows in this frame.
     pub shown: Option<ScanPixels>,
 }
 
 impl ScanSight {
-    /// Goes on to the next frame of a camera that wants such a picture, if it does.
+    /// Whether it has its picture, shown or not.
+    #[must_use]
+    pub fn is_found(&self) -> bool {
+        self.found.is_some() || self.shown.is_some()
+    }
+
+    /// Goes on to the next frame of a camera that wants such a picture, if it does; where it `may_show` it: else one eye of a pair would see what the other does not.
     pub fn next(
         &mut self,
         scan: Option<&Arc<Scan>>,
         look: Look,
-        wanted: Option<&Wanted<'_>>,
+        (wanted, may_show): (Option<&Wanted<'_>>, bool),
         gpu: (&RenderDevice, &RenderQueue),
         layouts: (&BindGroupLayout, &BindGroupLayout),
     ) {
@@ -211,7 +219,10 @@ impl ScanSight {
             self.key = Some(wanted.key);
             return;
         }
-        if self.shown.is_some() || self.given_up {
+        if may_show && self.found.is_some() {
+            self.shown = self.found.take();
+        }
+        if self.is_found() || self.given_up {
             return;
         }
         match self.finding.take() {
@@ -219,8 +230,11 @@ impl ScanSight {
             Some(finding) if !finding.thread.is_finished() => self.finding = Some(finding),
             Some(Finding { key, off, thread }) => match thread.join() {
                 Ok(picture) if key == wanted.key && !off.is_ended() => {
-                    self.shown = picture.and_then(|it| ScanPixels::new(&it, wanted.size, scan.layout, gpu, layouts));
-                    self.given_up = self.shown.is_none();
+                    self.found = picture.and_then(|it| ScanPixels::new(&it, wanted.size, scan.layout, gpu, layouts));
+                    self.given_up = self.found.is_none();
+                    if self.given_up {
+                        debug!("the scan at rest has more vertices than a texture of this device holds: what is drawn stays");
+                    }
                 }
                 // of another place, or broken off on the way back to this one; the next frame asks anew
                 Ok(_) => {}
@@ -240,7 +254,7 @@ impl ScanSight {
     fn off(&mut self) {
         self.key = None;
         self.given_up = false;
-        self.shown = None;
+        (self.found, self.shown) = (None, None);
         if let Some(finding) = &self.finding {
             finding.off.end();
         }

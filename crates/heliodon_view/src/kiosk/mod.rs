@@ -4,7 +4,6 @@
 mod watch;
 
 use crate::culling::Culling;
-use crate::daylight::allocator::give_back_freed_memory;
 use crate::input::Actions;
 use crate::navigation::{MouseLook, Travel, Visitor};
 use crate::stage::frame::StageFrame;
@@ -13,6 +12,7 @@ use crate::time_lapse::exposure::Exposure;
 use bevy::prelude::*;
 use bevy::window::{CursorOptions, PrimaryWindow, WindowCloseRequested};
 use heliodon_bundle::display::Kiosk as KioskSettings;
+use heliodon_bundle::memory::give_back_freed_memory;
 use std::path::PathBuf;
 pub use watch::{FrameWatch, Slowness};
 

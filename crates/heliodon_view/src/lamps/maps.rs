@@ -142,7 +142,7 @@ pub fn prepare_lamps(
     let uniform = LampsUniform::new(&gpu.lamps, &tiles, stage.exposure_stops.exp2());
     let (_, buffer, _) = gpu.bindings(&device);
     queue.write_buffer(buffer, 0, bytemuck::bytes_of(&uniform));
-    if feed.is_uploaded() {
+    if feed.has_pages() {
         let pipeline = pipelines.normals(&mut cache, feed.layout);
         let layout = cache.get_bind_group_layout(&pipelines.normals_layout);
         stone.want_normals(&device, pipeline, &layout);
@@ -166,7 +166,7 @@ pub fn cast_shadows(
     let (Some(maps), Some(id)) = (&gpu.maps, gpu.pipeline) else { return };
     let Some(pipeline) = cache.get_render_pipeline(id).filter(|_| !gpu.tiles.is_empty()) else { return };
     // The stone when all of it is there; until then it casts no shadows.
-    let there = stage.feed.as_ref().is_some_and(|feed| feed.is_uploaded());
+    let there = stage.feed.as_ref().is_some_and(|feed| feed.has_pages());
     if there && (!gpu.stone_is_drawn || gpu.covers != covers.serial()) {
         (gpu.stone_is_drawn, gpu.covers) = (true, covers.serial());
         let mut clear = true;
@@ -207,7 +207,7 @@ fn make_normals(encoder: &mut CommandEncoder, stone: &StageGpu, cache: &Pipeline
     true
 }
 
-/// Clusters of what casts shadows.
+/// Clusters of what casts shadows: of what is drawn, which the scan itself beside it would shade wherever it is not the same.
 fn clusters_in(stone: &StageGpu, covers: &CoversGpu, clip_from_world: &Mat4) -> Vec<ClusterRef> {
     let planes = frustum_planes(clip_from_world);
     let of_chunk = |(chunk, gpu): (usize, &GpuChunk)| {
@@ -215,7 +215,7 @@ fn clusters_in(stone: &StageGpu, covers: &CoversGpu, clip_from_world: &Mat4) -> 
         meets.map(|(cluster, _)| ClusterRef { chunk: chunk as u32, cluster: cluster as u32 }).collect::<Vec<_>>()
     };
     let casts = |(_, gpu): &(usize, &GpuChunk)| covers.part(gpu.part).sight.casts();
-    stone.chunks.iter().enumerate().filter(casts).flat_map(of_chunk).collect()
+    stone.drawn().iter().enumerate().filter(casts).flat_map(of_chunk).collect()
 }
 
 /// Lets what follows be drawn into a tile.

@@ -41,7 +41,7 @@ pub enum Delivery {
 /// What a bundle holds of the scan itself.
 #[derive(Clone, Debug, Default)]
 pub struct OfScan {
-    /// Its chunks, which are plain.
+    /// Its chunks, all of plain stone.
     pub total: Remaining,
     /// Of each part whether it is in it: others are drawn as ever.
     pub parts: Vec<bool>,
@@ -76,6 +76,9 @@ pub struct Feed {
     /// The scan.
     pub of_scan: OfScan,
     receiver: Mutex<Receiver<Delivery>>,
+    /// Whether the loader is to read the scan; it may have begun.
+    wants_scan: Arc<AtomicBool>,
+    has_pages: AtomicBool,
     uploaded: AtomicBool,
 }
 
@@ -88,7 +91,34 @@ impl Feed {
         (total, of_scan): ([Remaining; KINDS.len()], OfScan),
         receiver: Receiver<Delivery>,
     ) -> Arc<Self> {
-        Arc::new(Self { serial, layout, total, of_scan, receiver: Mutex::new(receiver), uploaded: AtomicBool::new(false) })
+        Arc::new(Self {
+            serial,
+            layout,
+            total,
+            of_scan,
+            receiver: Mutex::new(receiver),
+            wants_scan: Arc::new(AtomicBool::new(true)),
+            has_pages: AtomicBool::new(false),
+            uploaded: AtomicBool::new(false),
+        })
+    }
+
+    /// What tells the loader whether anybody wants the scan.
+    #[must_use]
+    pub fn wants_scan(&self) -> &Arc<AtomicBool> {
+        &self.wants_scan
+    }
+
+    /// All that is drawn has reached the GPU, and nothing of the scan will: it stays in main memory, or is not wanted at all.
+    pub fn scan_stays_off(&self, wanted: bool) {
+        self.wants_scan.store(wanted, Ordering::Release);
+        self.has_pages.store(true, Ordering::Release);
+    }
+
+    /// Whether all stone that will be on the GPU is there.
+    #[must_use]
+    pub fn has_pages(&self) -> bool {
+        self.has_pages.load(Ordering::Acquire)
     }
 
     /// The next thing, if one is ready.
@@ -107,6 +137,7 @@ impl Feed {
 
     /// All that is to be seen has reached the GPU.
     pub fn end(&self) {
+        self.has_pages.store(true, Ordering::Release);
         self.uploaded.store(true, Ordering::Release);
     }
 

@@ -9,11 +9,12 @@ use crate::daylight::layout::VertexLayout;
 use crate::daylight::texels::{panorama_pieces, pieces};
 use crate::detail::PartDetails;
 use bevy::log::debug;
-use heliodon_bundle::BundleReader;
 use heliodon_bundle::site::Role;
+use heliodon_bundle::{BundleReader, ReadError};
 use heliodon_image::SrgbImage;
 use heliodon_math::color::linear_from_srgb8_table;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, SyncSender};
 use std::time::Instant;
 
@@ -33,19 +34,26 @@ pub enum Progress {
 /// Deliveries that may wait for the GPU: enough to keep both sides busy, few enough to be no second copy of the bundle.
 pub const QUEUE_LENGTH: usize = 4;
 
-/// Reads all of `reader`, and of the scan that it may hold, until done, an error, or nobody listens any more.
-pub fn run(reader: &BundleReader, scan: Option<&BundleReader>, to_gpu: &SyncSender<Delivery>, to_stage: &Sender<Progress>) {
+/// Reads all of `reader`, and of the scan that it may hold while that is wanted, until done, an error, or nobody listens any more.
+pub fn run(
+    reader: &BundleReader,
+    (scan, wants_scan): (Result<Option<BundleReader>, ReadError>, &AtomicBool),
+    to_gpu: &SyncSender<Delivery>,
+    to_stage: &Sender<Progress>,
+) {
     // The stage may have gone to another bundle: then nobody wants to know.
     match deliver(reader, to_gpu, to_stage) {
         Ok(stone) => {
             to_stage.send(Progress::Drawn).ok();
             // of a scan that breaks off nothing is shown
-            match scan.map_or(Ok(()), |scan| deliver_scan(scan, to_gpu)) {
+            match scan.and_then(|scan| scan.map_or(Ok(()), |scan| deliver_scan(&scan, wants_scan, to_gpu))) {
                 Ok(()) => {
                     to_gpu.send(Delivery::Whole).ok();
                     to_stage.send(Progress::Done).ok();
                 }
-                Err(what) => drop(to_stage.send(Progress::Failed(what))),
+                Err(error) => drop(to_stage.send(Progress::Failed(format!(
+                    "{error} (what is drawn of the scan is there, the scan itself is not; copy the bundle again, or bake it again)"
+                )))),
             }
             if let Some(stone) = stone {
                 // Only now: it takes seconds of a large bundle, and pictures are the same before.
@@ -66,11 +74,14 @@ struct Stone {
     bodies: Bodies,
 }
 
-/// Hands on the scan itself; nothing comes of it if nobody listens any more.
-fn deliver_scan(reader: &BundleReader, to_gpu: &SyncSender<Delivery>) -> Result<(), String> {
+/// Hands on the scan itself; nothing comes of it if nobody listens any more, or wants it.
+fn deliver_scan(reader: &BundleReader, wanted: &AtomicBool, to_gpu: &SyncSender<Delivery>) -> Result<(), ReadError> {
     let layout = VertexLayout(reader.manifest().light);
     for index in 0..reader.chunk_count() {
-        let chunk = reader.read_chunk(index).map_err(|error| error.to_string())?;
+        if !wanted.load(Ordering::Acquire) {
+            break;
+        }
+        let chunk = reader.read_chunk(index)?;
         if to_gpu.send(Delivery::Scan(Box::new(PreparedChunk::new(layout, &chunk, false)))).is_err() {
             break;
         }

@@ -57,11 +57,13 @@ impl Stage {
     /// Opens the bundle in `folder` and starts to load it in the background, in place of the one before.
     ///
     /// # Errors
-    /// If it is no bundle, or its manifest, lapse or geometry are malformed. The stage then stays as it was.
+    /// If it is no bundle, or its manifest, lapse or geometry are malformed. The stage then stays as it was. What is wrong with the scan itself that a bundle may hold is
+    /// told by [`Stage::status`] once the rest is there.
     pub fn open(&mut self, folder: impl AsRef<Path>) -> Result<(), ReadError> {
         let bundle = Arc::new(BundleReader::open(folder)?);
-        let scan = bundle.scan()?;
-        let of_scan = scan.as_ref().map(|scan| OfScan::new(bundle.manifest(), scan)).unwrap_or_default();
+        let scan = bundle.scan();
+        let of_scan = scan.as_ref().ok().and_then(Option::as_ref);
+        let of_scan = of_scan.map(|scan| OfScan::new(bundle.manifest(), scan)).unwrap_or_default();
         let mut total = [Remaining::default(); KINDS.len()];
         for chunk in (0..bundle.chunk_count()).map(|chunk| bundle.chunk_info(chunk)) {
             total[stone_kind(chunk.texture, chunk.by_texels, bundle.manifest().panorama.is_some()) as usize]
@@ -70,12 +72,14 @@ impl Stage {
         let (to_gpu, from_loader) = sync_channel(load::QUEUE_LENGTH);
         let (to_stage, progress) = channel();
         self.serial += 1;
-        self.feed = Some(Feed::new(self.serial, VertexLayout(bundle.manifest().light), (total, of_scan), from_loader));
+        let feed = Feed::new(self.serial, VertexLayout(bundle.manifest().light), (total, of_scan), from_loader);
+        let wants_scan = Arc::clone(feed.wants_scan());
+        self.feed = Some(feed);
         self.progress = Some(Mutex::new(progress));
         self.status = StageStatus::Loading { done: 0, total: bundle.chunk_count() };
         self.ground = Ground::default();
         self.bundle = Some(Arc::clone(&bundle));
-        std::thread::spawn(move || load::run(&bundle, scan.as_ref(), &to_gpu, &to_stage));
+        std::thread::spawn(move || load::run(&bundle, (scan, &*wants_scan), &to_gpu, &to_stage));
         Ok(())
     }
 
@@ -88,7 +92,9 @@ impl Stage {
     /// Whether everything was read and has reached the GPU.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        self.status == StageStatus::Ready && self.feed.as_ref().is_some_and(|feed| feed.is_uploaded())
+        // what is drawn is ready before the scan itself was read, which may fail
+        let ended = self.status == StageStatus::Ready && self.progress.is_none();
+        ended && self.feed.as_ref().is_some_and(|feed| feed.is_uploaded())
     }
 
     /// What the open bundle is.

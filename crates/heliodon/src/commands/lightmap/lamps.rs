@@ -1,7 +1,7 @@
 //! Lights of a site and of files of their own.
 
 use anyhow::{Context, Result};
-use glam::Vec3;
+use heliodon_bake::lamps;
 use heliodon_bundle::site::{Lamp, Site};
 use heliodon_lightmap::lights::ies::MAX_BYTES;
 use heliodon_lightmap::lights::{
@@ -9,7 +9,7 @@ use heliodon_lightmap::lights::{
 };
 use heliodon_mesh::import::{ImportOptions, read};
 use heliodon_mesh::place::Placement;
-use heliodon_rays::{Ray, TriangleScene};
+use heliodon_rays::TriangleScene;
 use serde::Deserialize;
 use std::fs::File;
 use std::io::Read;
@@ -85,22 +85,10 @@ fn spec(lamp: &Lamp) -> LightSpec {
     }
 }
 
-/// Rays that tell whether a lamp lies inside something.
-const LOOKS: u32 = 64;
-
 /// A warning for each lamp that lies inside of something closed. A mesh that shines may be closed itself: its middle lies inside of it wherever it stands.
 pub fn inside_something(lights: &[Light], rays: &TriangleScene) -> Vec<String> {
-    let directions = heliodon_math::sphere::fibonacci_sphere(LOOKS);
     let is_inside = |light: &&Light| {
-        let Some(bounds) = light.bounds().filter(|_| !light.is_mesh()) else { return false };
-        let ray = |&direction: &Vec3| Ray { origin: bounds.centre(), direction, t_min: 0.0, t_max: f32::INFINITY };
-        let looks: Vec<Ray> = directions.iter().map(ray).collect();
-        let mut counts = vec![0; looks.len()];
-        rays.enclosures(&looks, &mut counts);
-        counts.iter().all(|count| *count > 0)
+        light.bounds().filter(|_| !light.is_mesh()).is_some_and(|bounds| lamps::is_enclosed(bounds.centre(), rays))
     };
-    let told = |light: &Light| {
-        format!("light {} lies inside of something closed, and lights nothing outside of it: move its place", light.title())
-    };
-    lights.iter().filter(is_inside).map(told).collect()
+    lights.iter().filter(is_inside).map(|light| lamps::doubt(light.title())).collect()
 }
