@@ -2,9 +2,9 @@
 
 use crate::names::SceneDigests;
 use heliodon_bundle::StoredFile;
-use heliodon_bundle::site::{Bake, Site};
+use heliodon_bundle::site::{Bake, Site, told_path};
 use serde::Serialize;
-use std::path::{Component, Path};
+use std::path::Path;
 
 /// The program, its version, and a revision that changes with the sources of all that decides what a bake computes, made by
 /// the build script. Bundles and kept work of another revision are made anew.
@@ -14,14 +14,7 @@ pub const TOOL: &str = concat!("heliodon ", env!("CARGO_PKG_VERSION"), " ", env!
 /// for manifests tell nothing of the machine.
 #[must_use]
 pub fn told_name(site: &Path, path: &Path) -> String {
-    let relative = path.strip_prefix(site).ok().filter(|relative| relative.is_relative());
-    let name = || path.file_name().map_or(path, Path::new);
-    let told = relative.unwrap_or_else(name);
-    // `../scans/a.ply` of a site in `.` is outside of it as well
-    let inside = told.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-    let told = if inside { told } else { name() };
-    let parts: Vec<_> = told.components().map(|part| part.as_os_str().to_string_lossy()).collect();
-    parts.join("/")
+    told_path(path.strip_prefix(site).unwrap_or_else(|_| path.file_name().map_or(path, Path::new)))
 }
 
 /// Hashes runs of bytes, each after its length.

@@ -8,7 +8,7 @@ use crate::lineage::{InputState, Prepared, PreparedPart, compare_inputs};
 use crate::manifest::{Bounds, Counts, Manifest, Parameters, PartInfo};
 use crate::panorama::PanoramaInfo;
 use crate::reader::BundleReader;
-use crate::site::{Actor, Albedo, Display, InputKind, Lamp, Role, Site, SiteInfo};
+use crate::site::{Actor, Albedo, Display, InputKind, Lamp, Part, Role, Site, SiteInfo};
 use crate::texels::TexelInfo;
 use glam::DVec3;
 use serde::Serialize;
@@ -74,7 +74,7 @@ pub struct Lineage {
     pub inputs: Vec<InputSummary>,
     /// What and where the site is.
     pub site: SiteInfo,
-    /// The effective parameters of sky, bake and preparation.
+    /// The effective parameters of parts, sky, bake and preparation.
     pub parameters: Parameters,
     /// The display that it was prepared for.
     pub display: Display,
@@ -374,6 +374,9 @@ impl BundleSummary {
                 write!(f, "\n  {table}.{key} = {value}")?;
             }
         }
+        for (part, said) in self.parts.iter().zip(&parameters.parts) {
+            write!(f, "\n  part {}: {}", part.name, said_of(said).join(", "))?;
+        }
         if !measures.is_empty() {
             write!(f, "\nmeasured")?;
         }
@@ -414,6 +417,16 @@ impl BundleSummary {
         }
         Ok(())
     }
+}
+
+/// The file of a part, and what is said of it besides its name and its role.
+fn said_of(part: &Part) -> Vec<String> {
+    // plain structs always have a JSON form
+    let [said, bare] = [part, &part.bare()].map(|part| serde_json::to_value(part).unwrap_or_default());
+    let is_told =
+        |(key, value): &(&String, &serde_json::Value)| key.as_str() == "file" || bare.get(key.as_str()) != Some(*value);
+    let told = said.as_object().into_iter().flatten().filter(is_told);
+    told.map(|(key, value)| format!("{key} = {value}")).collect()
 }
 
 /// What is in a site.
@@ -467,7 +480,7 @@ impl SiteSummary {
     /// If a file that it names is not there.
     pub fn of(site: &Site) -> Result<Self, ConfigError> {
         let inputs = site.input_files()?;
-        let part = |(i, part): (usize, &crate::site::Part)| {
+        let part = |(i, part): (usize, &Part)| {
             let own = || inputs.iter().filter(move |f| f.kind == InputKind::Geometry(i));
             PartSummary {
                 name: part.display_name(),

@@ -7,18 +7,20 @@ use crate::detail::DetailInfo;
 use crate::grid::GridInfo;
 use crate::layout::{
     DETAIL_FORMAT_VERSION, EVIDENCE_FORMAT_VERSION, FORMAT_VERSION, LIVING_FORMAT_VERSION, MOVING_FORMAT_VERSION,
-    PANORAMA_FORMAT_VERSION, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION,
+    PANORAMA_FORMAT_VERSION, SCAN_FORMAT_VERSION, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION,
 };
 use crate::lineage::Prepared;
 use crate::panorama::PanoramaInfo;
 use crate::site::{
-    Actor, Bake, Display, Lamp, Living, Matte, PartWeathering, Prepare, Role, Room, SiteFile, SiteInfo, Sky, Weathering,
+    Actor, Bake, Display, Lamp, Living, Matte, Part, PartWeathering, Prepare, Role, Room, SiteFile, SiteInfo, Sky, Weathering,
+    told_path,
 };
 use crate::storage::StoredFile;
 use crate::texels::TexelInfo;
 use heliodon_image::view_layers::{LayerFiles, MOST_LAYERS};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// What `format` says in every manifest.
 pub const FORMAT_NAME: &str = "heliodon-bundle";
@@ -46,7 +48,7 @@ pub struct BundleMeta {
     pub living: Living,
     /// The display that the site was prepared for.
     pub display: Display,
-    /// The effective parameters of sky and bake.
+    /// The effective parameters of parts, sky, bake and preparation.
     pub parameters: Parameters,
     /// How far off the surface rays started, metres.
     pub offset_m: f64,
@@ -94,11 +96,15 @@ pub struct PartMeta {
     pub role: Role,
 }
 
-/// The effective parameters of a bake.
+/// The effective parameters of a bake. `[budget]` is not among them: whatever it gives, the result is the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameters {
-    /// `[sky]`.
+    /// The parts as the site has them, in bundle order; empty where it says no more of any than its file, its name and its role. Files are told by
+    /// [`told_path`]. From version 9 on.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<Part>,
+    /// `[sky]`, its probes told likewise.
     pub sky: Sky,
     /// `[bake]`.
     pub bake: Bake,
@@ -117,8 +123,11 @@ impl Parameters {
     fn from_site(site: &SiteFile) -> Self {
         let own: Vec<_> = site.parts.iter().map(|part| part.weathering.clone()).collect();
         let departs = site.weathering.is_some() && own.iter().any(Option::is_some);
+        let says_more = site.parts.iter().any(|part| *part != part.bare());
+        let probes = site.sky.probes.as_ref().map(|probes| told_path(Path::new(probes)));
         Self {
-            sky: site.sky.clone(),
+            parts: if says_more { site.parts.iter().map(Part::told).collect() } else { Vec::new() },
+            sky: Sky { probes, ..site.sky.clone() },
             bake: site.bake.clone(),
             prepare: site.prepare.clone(),
             weathering: site.weathering.clone(),
@@ -181,7 +190,7 @@ pub struct Manifest {
     pub rooms: Vec<Room>,
     /// The display that the site was prepared for.
     pub display: Display,
-    /// The effective parameters of sky and bake.
+    /// The effective parameters of parts, sky, bake and preparation.
     pub parameters: Parameters,
     /// Figures of the bake, by name.
     pub measures: BTreeMap<String, f64>,
@@ -390,9 +399,12 @@ impl Manifest {
         // `[bake]` says how large an atlas would be, even where no part is lit by texels
         let of_texels = self.texels.is_some() || parameters.bake.texels.is_some();
         let moving = self.grid.is_some() || !self.actors.is_empty() || !self.lamps.is_empty();
+        if !parameters.parts.is_empty() {
+            return FORMAT_VERSION;
+        }
         // `[prepare]` says that there would be a scan, or how large a panorama would be, even where nothing is drawn of them
         if self.scan.is_some() || parameters.prepare.as_ref().is_some_and(|prepare| prepare.scan) {
-            FORMAT_VERSION
+            SCAN_FORMAT_VERSION
         } else if self.panorama.is_some() || parameters.prepare.as_ref().is_some_and(|prepare| prepare.panorama > 0) {
             PANORAMA_FORMAT_VERSION
         } else if self.parts.iter().any(|part| part.evidence.is_some() || part.views.is_some()) {

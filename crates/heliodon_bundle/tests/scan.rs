@@ -7,7 +7,7 @@ mod common;
 use common::{MONO, RGB, chunk, chunks, lapse, meta};
 use glam::Vec3;
 use heliodon_bundle::inspect::BundleSummary;
-use heliodon_bundle::layout::{FORMAT_VERSION, SCAN_FOLDER};
+use heliodon_bundle::layout::{SCAN_FOLDER, SCAN_FORMAT_VERSION};
 use heliodon_bundle::manifest::Manifest;
 use heliodon_bundle::site::Prepare;
 use heliodon_bundle::{BundleReader, BundleWriter, LightLayout, LitChunk, ReadError};
@@ -44,7 +44,7 @@ fn a_scan_reads_back() {
         let target = folder.path().join("bundle");
         let manifest = write(&target, layout);
         let reader = BundleReader::open(&target).unwrap();
-        assert_eq!((reader.manifest(), manifest.version), (&manifest, FORMAT_VERSION));
+        assert_eq!((reader.manifest(), manifest.version), (&manifest, SCAN_FORMAT_VERSION));
         let scan = reader.scan().unwrap().unwrap();
         assert_eq!(Some(scan.manifest().counts), manifest.scan);
         assert_eq!((scan.lapse(), scan.manifest().light), (reader.lapse(), layout));
@@ -71,7 +71,7 @@ fn a_site_that_asks_for_one_makes_the_version_that_has_it() {
     let folder = tempfile::tempdir().unwrap();
     let mut writer = begin(&folder.path().join("bundle"), MONO);
     writer.meta_mut().parameters.prepare = Some(Prepare { scan: true, panorama: 64, ..Prepare::default() });
-    assert_eq!(writer.finish(&lapse(MONO)).unwrap().version, FORMAT_VERSION);
+    assert_eq!(writer.finish(&lapse(MONO)).unwrap().version, SCAN_FORMAT_VERSION);
     let text = |prepare: &Prepare| serde_json::to_string(prepare).unwrap();
     assert!(
         !text(&Prepare::default()).contains("scan") && text(&Prepare { scan: true, ..Prepare::default() }).contains("scan")

@@ -8,9 +8,7 @@ use crate::failure::wrong_arguments;
 use crate::output::count;
 use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
-use heliodon_bundle::site::{
-    Bake, BelowHorizon, Budget, Display, LightStorage, Part, Role, SITE_FILE_NAME, SiteFile, SiteInfo, Sky, Unit, UpAxis,
-};
+use heliodon_bundle::site::{Bake, BelowHorizon, Budget, Display, Part, Role, SITE_FILE_NAME, SiteFile, SiteInfo, Sky};
 use heliodon_mesh::export::write_ply;
 use heliodon_mesh::part::{PartRole, SitePart};
 use std::ffi::OsString;
@@ -141,24 +139,7 @@ fn write_site(folder: &Path, site: &SiteFile) -> Result<()> {
 
 /// A part whose file is in metres and upright.
 fn part(file: &str, name: &str, role: Role) -> Part {
-    Part {
-        file: file.to_owned(),
-        name: Some(name.to_owned()),
-        role,
-        albedo: None,
-        unit: Unit::Metre,
-        up: UpAxis::Y,
-        translate: [0.0; 3],
-        rotate_deg: [0.0; 3],
-        scale: 1.0,
-        crease_deg: None,
-        light: LightStorage::Auto,
-        texels: 1.0,
-        weathering: None,
-        detail: None,
-        evidence: None,
-        views: None,
-    }
+    Part { name: Some(name.to_owned()), role, ..Part::of_file(file) }
 }
 
 /// Writes meshes as PLY files and adds them to the site; answers the files' names.

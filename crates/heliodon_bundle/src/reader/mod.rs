@@ -15,7 +15,7 @@ use crate::grid::{Grid, MAX_GRID_POINTS};
 use crate::lapse_check::check_lapse;
 use crate::layout::{
     DETAIL_FORMAT_VERSION, EVIDENCE_FORMAT_VERSION, FORMAT_VERSION, LIVING_FORMAT_VERSION, MOVING_FORMAT_VERSION,
-    PANORAMA_FORMAT_VERSION, SCAN_FOLDER, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION,
+    PANORAMA_FORMAT_VERSION, SCAN_FOLDER, SCAN_FORMAT_VERSION, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION,
 };
 use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, Preamble};
 use crate::panorama::{self, Panorama};
@@ -455,13 +455,20 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
         }
     }
     if manifest.scan.is_some() {
-        if manifest.version < FORMAT_VERSION {
+        if manifest.version < SCAN_FORMAT_VERSION {
             return Err(malformed(&path, format!("version {} has no scan beside what is drawn", manifest.version)));
         }
         let name = format!("{SCAN_FOLDER}/{MANIFEST_FILE_NAME}");
         if !manifest.files.iter().any(|file| file.path == name) {
             return Err(malformed(&path, format!("it has a scan beside what is drawn, and `{name}` is not among its files")));
         }
+    }
+    let said = &manifest.parameters.parts;
+    if !said.is_empty() && manifest.version < FORMAT_VERSION {
+        return Err(malformed(&path, format!("version {} does not tell what is said of the parts", manifest.version)));
+    }
+    if !said.is_empty() && said.len() != manifest.parts.len() {
+        return Err(malformed(&path, "it tells what is said of more or fewer parts than it has".to_owned()));
     }
     if manifest.parameters.weathering.is_some() && manifest.version < TEXEL_FORMAT_VERSION {
         return Err(malformed(&path, format!("version {} has no weathering", manifest.version)));

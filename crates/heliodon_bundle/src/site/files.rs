@@ -3,7 +3,7 @@
 use super::Site;
 use super::types::Albedo;
 use crate::config::ConfigError;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// What a file is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -62,6 +62,17 @@ pub struct InputFile {
     pub path: PathBuf,
     /// Its path relative to the site's folder, with `/` between folders, as messages and manifests give it.
     pub name: String,
+}
+
+/// What manifests call a path, or a pattern of paths, from the site's folder: as it stands, with `/` between folders, where it stays in that folder; otherwise only
+/// its last name, for manifests tell nothing of the machine.
+#[must_use]
+pub fn told_path(path: &Path) -> String {
+    // `../scans/a.ply` of a site in `.` is outside of it as well
+    let inside = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    let told = if inside { path } else { path.file_name().map_or(path, Path::new) };
+    let parts: Vec<_> = told.components().map(|part| part.as_os_str().to_string_lossy()).collect();
+    parts.join("/")
 }
 
 impl Site {

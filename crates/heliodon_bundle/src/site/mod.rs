@@ -26,7 +26,7 @@ pub(crate) use check::check_lone_actor as check_actor;
 pub(crate) use check::check_lone_lamp as check_lamp;
 pub(crate) use check::check_lone_matte as check_matte;
 pub use detail::{Along, DEFAULT_DETAIL_TEXELS, Detail, DetailMapping, DetailPattern};
-pub use files::{InputFile, InputKind};
+pub use files::{InputFile, InputKind, told_path};
 pub use heliodon_math::unit::Unit;
 pub use lamp::Lamp;
 pub use living::{

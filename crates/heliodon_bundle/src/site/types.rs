@@ -9,11 +9,13 @@ use super::lamp::Lamp;
 use super::living::{Echo, Film, Living, Material, Particles, Region, SoundSource, Story, View, Way};
 use super::matte::Matte;
 use super::prepare::Prepare;
+use super::told_path;
 use super::values::{Date, ProbeTimes, TimeOfDay, UtcOffset};
 use super::weathering::{PartWeathering, Weathering};
 use heliodon_math::unit::Unit;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
+use std::path::Path;
 
 /// The most sun steps that the bundle format holds.
 pub const MAX_SUN_STEPS: u32 = 1024;
@@ -206,6 +208,52 @@ pub(super) fn unit_schema(_: &mut SchemaGenerator) -> Schema {
 }
 
 impl Part {
+    /// A part of which nothing is said but its file.
+    #[must_use]
+    pub fn of_file(file: impl Into<String>) -> Self {
+        Self {
+            file: file.into(),
+            name: None,
+            role: Role::default(),
+            albedo: None,
+            evidence: None,
+            views: None,
+            unit: Unit::default(),
+            up: UpAxis::default(),
+            translate: [0.0; 3],
+            rotate_deg: [0.0; 3],
+            scale: 1.0,
+            crease_deg: None,
+            light: LightStorage::default(),
+            texels: 1.0,
+            weathering: None,
+            detail: None,
+        }
+    }
+
+    /// The part without what is said of it besides its file, its name and its role.
+    #[must_use]
+    pub fn bare(&self) -> Self {
+        Self { name: self.name.clone(), role: self.role, ..Self::of_file(self.file.clone()) }
+    }
+
+    /// The part with its files as manifests tell them ([`told_path`]).
+    #[must_use]
+    pub fn told(&self) -> Self {
+        let told = |file: &String| told_path(Path::new(file));
+        Self {
+            file: told(&self.file),
+            albedo: self.albedo.as_ref().map(|albedo| match albedo {
+                Albedo::Image(image) => Albedo::Image(told(image)),
+                Albedo::Rgb(rgb) => Albedo::Rgb(*rgb),
+            }),
+            evidence: self.evidence.as_ref().map(told),
+            views: self.views.as_ref().map(told),
+            detail: self.detail.clone().map(|detail| Detail { file: detail.file.as_ref().map(told), ..detail }),
+            ..self.clone()
+        }
+    }
+
     /// The part's name: as given, else of its file, without folders and ending; of a pattern that names nothing but an ending
     /// (`scans/*.ply`) its folder.
     #[must_use]
