@@ -4,7 +4,7 @@ use super::{PrepareReport, Work};
 use crate::error::BakeError;
 use heliodon_bundle::site::{Role, Room, SITE_FILE_NAME};
 use heliodon_mesh::Mesh;
-use heliodon_prepare::purge::{PurgeReport, RoomReport};
+use heliodon_prepare::purge::{PurgeParams, PurgeReport, RoomReport, Verified};
 
 /// Columns and furniture within a room take a few percent of its box; a box that reaches into a wall takes more.
 const STONE_IN_ROOMS: f64 = 0.05;
@@ -59,6 +59,32 @@ pub(super) fn room_doubts(rooms: &[Room], purge: &PurgeReport) -> Vec<String> {
     doubts.chain(nobody.then_some(all_kept)).collect()
 }
 
+/// One sentence for each room from which more pixels than may still lack a triangle that the purge has dropped, after all of its checks.
+pub(super) fn purge_doubts(rooms: &[Room], purge: &PurgeReport, params: &PurgeParams) -> Vec<String> {
+    // where nobody sees anything nothing is dropped, and nothing checked
+    if purge.passed || purge.checks == 0 {
+        return Vec::new();
+    }
+    let told = |(room, report): (&Room, &RoomReport)| {
+        let verified = &report.verified;
+        (verified.wrong_share() > params.wrong_share).then(|| {
+            let Verified { met, wrong, worst, .. } = verified;
+            let place = worst.map_or_else(String::new, |worst| {
+                let [x, y, z] = worst.eye;
+                format!(", most of them, {}, from ({x:.2}, {y:.2}, {z:.2})", worst.wrong)
+            });
+            format!(
+                "room \"{}\": {wrong} of {met} pixels of random frames lack a triangle that was dropped as one that nobody sees{place}, after {} checks; one in {:.0} may; \
+                 write a larger ring, or purge = false, into [prepare] of {SITE_FILE_NAME}",
+                room.name,
+                purge.checks,
+                1.0 / params.wrong_share
+            )
+        })
+    };
+    rooms.iter().zip(&purge.rooms).filter_map(told).collect()
+}
+
 fn room_doubt(room: &Room, report: &RoomReport) -> Option<String> {
     let (name, stone) = (&room.name, 100.0 * report.in_stone);
     let [x, y, z] = std::array::from_fn(|axis| 0.5 * (room.min[axis] + room.max[axis]));
@@ -73,5 +99,35 @@ fn room_doubt(room: &Room, report: &RoomReport) -> Option<String> {
         Some(format!("{place} reaches into stone with {stone:.0} % of its box, where nobody can stand; {remedy}"))
     } else {
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use heliodon_prepare::purge::WorstFrame;
+
+    #[test]
+    fn a_purge_that_fails_its_last_check_is_told_with_its_pixels() {
+        let room =
+            |name: &str| Room { name: name.to_owned(), min: [0.0; 3], max: [1.0; 3], windows: Vec::new(), looks_at: None };
+        let checked = |wrong: u64| {
+            let worst = WorstFrame { eye: [0.5, 1.5, 0.25], forward: [1.0, 0.0, 0.0], met: 4000, wrong: 7 };
+            let verified = Verified { frames: 300, met: 1_200_000, wrong, worst: Some(worst), ..Verified::default() };
+            RoomReport { seen: 10, verified, ..RoomReport::default() }
+        };
+        let rooms = [room("hall"), room("cell")];
+        let params = PurgeParams::default();
+        let purge = PurgeReport { rooms: vec![checked(5), checked(12)], checks: 4, passed: false, ..PurgeReport::default() };
+        let [told] = &purge_doubts(&rooms, &purge, &params)[..] else { panic!("the hall's are within what may be") };
+        for words in [
+            "room \"cell\": 12 of 1200000 pixels",
+            "7, from (0.50, 1.50, 0.25), after 4 checks; one in 200000 may",
+            "larger ring",
+        ] {
+            assert!(told.contains(words), "`{words}` is not in {told}");
+        }
+        assert!(purge_doubts(&rooms, &PurgeReport { passed: true, ..purge.clone() }, &params).is_empty());
+        assert!(purge_doubts(&rooms, &PurgeReport { checks: 0, ..purge }, &params).is_empty());
     }
 }

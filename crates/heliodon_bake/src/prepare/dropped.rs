@@ -10,6 +10,7 @@ use super::steps::{Step, Steps};
 use crate::cache::CacheError;
 use crate::error::BakeError;
 use glam::Vec3;
+use heliodon_bundle::site::Prepare;
 use heliodon_mesh::Mesh;
 use heliodon_prepare::purge::{PurgeParams, PurgeReport, Purged, Surface, purge_telling};
 use heliodon_prepare::simplify::{SimplifyParams, measure_telling, nearest_triangles_telling, simplify_telling};
@@ -44,6 +45,11 @@ pub(super) struct Seen {
     pub steps: Vec<Step>,
 }
 
+/// How the site wants to be looked at.
+pub(super) fn purge_params(settings: &Prepare) -> PurgeParams {
+    PurgeParams { ring: settings.ring, ..PurgeParams::default() }
+}
+
 /// What the purge's piece is called.
 pub(super) fn purge_name() -> String {
     format!("{PIECE}purge")
@@ -57,7 +63,7 @@ pub(super) fn seen(work: &Work, meshes: &[Mesh]) -> Result<Option<Seen>, BakeErr
     if !work.purges() {
         return Ok(None);
     }
-    let params = PurgeParams { ring: work.settings.ring, ..PurgeParams::default() };
+    let params = purge_params(work.settings);
     Ok(Some(work.pieces.kept_or(&purge_name(), &[], || look_around(work, meshes, &params))?))
 }
 

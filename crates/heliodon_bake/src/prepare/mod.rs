@@ -40,8 +40,8 @@ use crate::key::Digest;
 use crate::plan::Plan;
 use crate::report::Reporter;
 use crate::scene::{Original, PartRange, Scene};
-use doubts::{empty_parts, room_doubts, small_parts};
-use dropped::{Reduced, purge_name, reduce, seen};
+use doubts::{empty_parts, purge_doubts, room_doubts, small_parts};
+use dropped::{Reduced, purge_name, purge_params, reduce, seen};
 use fit::fit;
 use heliodon_bundle::site::{InputFile, Prepare, Role, Site};
 use heliodon_mesh::Mesh;
@@ -234,6 +234,7 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
     let reduced = reduce(work, parts, &keep, &params, &mut report)?;
     if let Some(purge) = &report.purge {
         warnings.extend(room_doubts(&work.site.rooms, purge));
+        warnings.extend(purge_doubts(&work.site.rooms, purge, &purge_params(work.settings)));
     }
     let by_texels = report.parts.iter().map(|part| part.by_texels).collect();
     let mut scene = join((reduced, by_texels), original, work.files, warnings)?;
