@@ -35,7 +35,7 @@ pub const VIEWS_FOLDER: &str = "views";
 /// The folder of the scan itself beside what is drawn of it: a bundle of its own, with the same parts and the same day.
 pub const SCAN_FOLDER: &str = "scan";
 
-/// The latest version of the bundle's manifest, which bundles have that tell what the site says of its parts.
+/// The latest version of the bundle's manifest, which bundles have that tell what the site says of its parts, or `purge_effort` in `[prepare]`.
 pub const FORMAT_VERSION: u32 = 9;
 /// The version of those without that, but with the scan itself beside what is drawn of it, or `scan` in `[prepare]`.
 pub const SCAN_FORMAT_VERSION: u32 = 8;

@@ -399,7 +399,8 @@ impl Manifest {
         // `[bake]` says how large an atlas would be, even where no part is lit by texels
         let of_texels = self.texels.is_some() || parameters.bake.texels.is_some();
         let moving = self.grid.is_some() || !self.actors.is_empty() || !self.lamps.is_empty();
-        if !parameters.parts.is_empty() {
+        let has_effort = parameters.prepare.as_ref().is_some_and(|prepare| !prepare.purge_effort.is_usual());
+        if !parameters.parts.is_empty() || has_effort {
             return FORMAT_VERSION;
         }
         // `[prepare]` says that there would be a scan, or how large a panorama would be, even where nothing is drawn of them

@@ -6,7 +6,7 @@ mod common;
 
 use common::{MONO, chunks, lapse};
 use heliodon_bundle::inspect::BundleSummary;
-use heliodon_bundle::layout::{FORMAT_VERSION, SCAN_FORMAT_VERSION, STILL_FORMAT_VERSION};
+use heliodon_bundle::layout::{FORMAT_VERSION, MOVING_FORMAT_VERSION, SCAN_FORMAT_VERSION, STILL_FORMAT_VERSION};
 use heliodon_bundle::site::{Part, Site, SiteFile};
 use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter};
 use serde_json::{Value, json};
@@ -119,4 +119,11 @@ fn parts_of_which_nothing_is_said_make_no_later_version() {
     let manifest = written(&folder.path().join("said"), &format!("{head}{bare}up = \"z\"\n{sky}"));
     assert_eq!(manifest["parameters"]["parts"][1]["up"], "z");
     assert_eq!(Part::of_file("a.ply").bare(), Part::of_file("a.ply"));
+    // likewise keys of [prepare] that earlier programs do not know
+    for (more, version) in [("", MOVING_FORMAT_VERSION), ("purge_effort = \"archival\"\n", FORMAT_VERSION)] {
+        let target = folder.path().join(format!("prepared-{version}"));
+        let manifest = written(&target, &format!("{head}{bare}{sky}[prepare]\n{more}"));
+        assert_eq!(manifest["version"], version);
+        assert_eq!(manifest["parameters"]["prepare"].get("purge_effort").is_some(), !more.is_empty());
+    }
 }

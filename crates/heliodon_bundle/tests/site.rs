@@ -2,7 +2,7 @@
 
 use heliodon_bundle::site::{
     Actor, Albedo, Bake, Between, Date, Display, Ground, Lamp, LightStorage, Mapping, Matte, OwnWeathering, PartWeathering,
-    Prepare, ProbeTimes, Role, Room, Site, SiteFile, SkyModel, Transfer, Unit, UpAxis, Walk, Weathering, Winding,
+    Prepare, ProbeTimes, PurgeEffort, Role, Room, Site, SiteFile, SkyModel, Transfer, Unit, UpAxis, Walk, Weathering, Winding,
 };
 use proptest::prelude::*;
 use std::path::Path;
@@ -130,6 +130,7 @@ edge_m = 0.1
 triangles = 1000000
 purge = true
 ring = 2
+purge_effort = "archival"
 
 [budget]
 bake_mib = 4096
@@ -203,7 +204,7 @@ fn every_key_of_the_design_is_read() {
     let prepare = site.prepare.as_ref().unwrap();
     assert_eq!((prepare.clean, prepare.weld_m, prepare.winding, prepare.solids), (true, 0.001, Winding::Report, false));
     assert_eq!((prepare.error_px, prepare.edge_px, prepare.error_m, prepare.ring), (0.5, 4.0, Some(0.01), 2));
-    assert_eq!(prepare.triangles, 1_000_000);
+    assert_eq!((prepare.triangles, prepare.purge_effort), (1_000_000, PurgeEffort::Archival));
     assert_eq!((site.budget.bake_bytes(), site.budget.viewer_bytes()), (Some(4 << 30), None));
     assert!(parse(SMALLEST).unwrap().budget.is_empty());
     assert_eq!(parse(SMALLEST).unwrap().prepare, None);

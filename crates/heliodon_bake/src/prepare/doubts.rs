@@ -75,7 +75,7 @@ pub(super) fn purge_doubts(rooms: &[Room], purge: &PurgeReport, params: &PurgePa
             });
             format!(
                 "room \"{}\": {wrong} of {met} pixels of random frames lack a triangle that was dropped as one that nobody sees{place}, after {} checks; one in {:.0} may; \
-                 write a larger ring, or purge = false, into [prepare] of {SITE_FILE_NAME}",
+                 write purge_effort = \"archival\", a larger ring, or purge = false into [prepare] of {SITE_FILE_NAME}",
                 room.name,
                 purge.checks,
                 1.0 / params.wrong_share
@@ -123,7 +123,7 @@ mod tests {
         for words in [
             "room \"cell\": 12 of 1200000 pixels",
             "7, from (0.50, 1.50, 0.25), after 4 checks; one in 200000 may",
-            "larger ring",
+            "purge_effort = \"archival\", a larger ring",
         ] {
             assert!(told.contains(words), "`{words}` is not in {told}");
         }

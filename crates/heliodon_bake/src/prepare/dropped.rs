@@ -10,7 +10,7 @@ use super::steps::{Step, Steps};
 use crate::cache::CacheError;
 use crate::error::BakeError;
 use glam::Vec3;
-use heliodon_bundle::site::Prepare;
+use heliodon_bundle::site::{Prepare, PurgeEffort};
 use heliodon_mesh::Mesh;
 use heliodon_prepare::purge::{PurgeParams, PurgeReport, Purged, Surface, purge_telling};
 use heliodon_prepare::simplify::{SimplifyParams, measure_telling, nearest_triangles_telling, simplify_telling};
@@ -47,7 +47,12 @@ pub(super) struct Seen {
 
 /// How the site wants to be looked at.
 pub(super) fn purge_params(settings: &Prepare) -> PurgeParams {
-    PurgeParams { ring: settings.ring, ..PurgeParams::default() }
+    let effort = match settings.purge_effort {
+        PurgeEffort::Preview => PurgeParams::preview(),
+        PurgeEffort::Usual => PurgeParams::default(),
+        PurgeEffort::Archival => PurgeParams::archival(),
+    };
+    PurgeParams { ring: settings.ring, ..effort }
 }
 
 /// What the purge's piece is called.
@@ -222,6 +227,16 @@ mod tests {
         let square = |a: u32| [[a, a + row, a + 1], [a + 1, a + row, a + row + 1]];
         let triangles = (0..SIDE).flat_map(|z| (0..SIDE).flat_map(move |x| square(z * row + x))).collect();
         Mesh { positions, triangles, ..Mesh::default() }
+    }
+
+    #[test]
+    fn the_purge_looks_as_long_as_the_site_wants() {
+        let of = |purge_effort| purge_params(&Prepare { purge_effort, ring: 3, ..Prepare::default() });
+        assert_eq!(of(PurgeEffort::Usual), PurgeParams { ring: 3, ..PurgeParams::default() });
+        let [preview, usual, archival] = [PurgeEffort::Preview, PurgeEffort::Usual, PurgeEffort::Archival].map(of);
+        assert!(preview.frames < usual.frames && usual.frames < archival.frames);
+        assert!(preview.wrong_share > usual.wrong_share && usual.wrong_share > archival.wrong_share);
+        assert_eq!([preview.ring, archival.ring], [3, 3]);
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //! and in the run that measured simplification: machines differ by the same factor in all of them, nearly.
 
 use super::arrays::index_of;
+use super::dropped::purge_params;
 use super::fit::MOST_ROUNDS;
 use super::kept::{FINISHED, geometry_key};
 use super::limits::{Grained, Limits};
@@ -313,7 +314,7 @@ impl Reckoning<'_> {
         }
         let triangles: f64 = left.iter().sum();
         if purges {
-            let seconds = unit * self.purge_units(triangles, &PurgeParams::default());
+            let seconds = unit * self.purge_units(triangles, &purge_params(self.settings));
             self.step("purging", 1, seconds, held + bytes::PURGE * triangles, triangles);
         }
         let drawn = seen * triangles;

@@ -35,7 +35,7 @@ pub use living::{
 };
 pub(crate) use living_check::check_lone_living as check_living;
 pub use matte::{MAX_MATTE_CORNERS, Matte};
-pub use prepare::{Prepare, Winding};
+pub use prepare::{Prepare, PurgeEffort, Winding};
 pub use types::{
     Albedo, Bake, BelowHorizon, Between, DEFAULT_GRID_M, DEFAULT_TEXELS, Display, LightStorage, MAX_SKY_STEPS, MAX_SUN_STEPS,
     Mapping, Part, Role, Room, SiteFile, SiteInfo, Sky, SkyModel, Transfer, UpAxis,

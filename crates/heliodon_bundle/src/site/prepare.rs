@@ -47,6 +47,9 @@ pub struct Prepare {
     /// Rings of neighbours that are kept around what is seen.
     #[schemars(range(max = 16))]
     pub ring: u32,
+    /// How much is looked at before a face counts as one that nobody sees, and how many pixels of random frames may lack one afterwards.
+    #[serde(skip_serializing_if = "PurgeEffort::is_usual")]
+    pub purge_effort: PurgeEffort,
     /// Texels along the side of each of six faces of a cube around the middle of the site's one room, in which what that sees of the original is laid over what is drawn: its light,
     /// its normals, its colours. The display's width over the tangent of half its angle makes texels as large as its pixels. A multiple of 16, up to 2,048; 0 makes none.
     #[serde(skip_serializing_if = "is_none")]
@@ -87,9 +90,32 @@ impl Default for Prepare {
             triangles: 700_000,
             purge: true,
             ring: 1,
+            purge_effort: PurgeEffort::Usual,
             panorama: 0,
             scan: false,
         }
+    }
+}
+
+/// How much is looked at before a face counts as one that nobody sees. More takes longer, and misses fewer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum PurgeEffort {
+    /// For a first look: one pixel in 10,000 may be wrong.
+    Preview,
+    /// For delivery: one in 200,000.
+    #[default]
+    Usual,
+    /// For what is kept for good: one in a million. Pictures have four times the pixels, and more of them are drawn.
+    Archival,
+}
+
+impl PurgeEffort {
+    /// Whether it is what sites have that say nothing of it; these are written as they were before there was any.
+    #[must_use]
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's skip_serializing_if passes a reference")]
+    pub fn is_usual(&self) -> bool {
+        *self == Self::Usual
     }
 }
 

@@ -262,6 +262,8 @@ fn write_prepare(w: &mut Writer, prepare: &Prepare) {
     );
     w.optional("purge", &prepare.purge, &default.purge, "drop what no eye in any room can see; it still gives shadow");
     w.optional("ring", &prepare.ring, &default.ring, "rings of neighbours kept around what is seen");
+    let effort = "preview, usual or archival: how much is looked at before a face counts as unseen";
+    w.optional("purge_effort", &prepare.purge_effort, &default.purge_effort, effort);
     let seen = "texels along a side of what the room's middle sees of the original, laid over what is drawn: 1024; 0: none";
     w.optional("panorama", &prepare.panorama, &default.panorama, seen);
     w.optional("scan", &prepare.scan, &default.scan, "the scan itself beside it, for eyes at rest");
