@@ -2,9 +2,10 @@
 //!
 //! Triangles are halved at the median of their centroids along the longest axis of these, so that pieces are tight in space and
 //! all nearly full; better than runs along a Morton curve, whose pieces jump where the curve does. Inside a piece, triangles are
-//! ordered for the GPU's vertex cache by meshoptimizer, and vertices by first use. The same mesh gives the same pieces, whatever
-//! the number of threads.
+//! ordered for the GPU's vertex cache and against overdraw by meshoptimizer, and vertices by first use. The same mesh gives the
+//! same pieces, whatever the number of threads.
 
+use crate::device_order::{Ordered, ordered};
 use crate::{Material, Mesh, Texture};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -129,20 +130,10 @@ impl Cut<'_> {
         used.sort_unstable();
         used.dedup();
         let local: Vec<u32> = corners.iter().map(|corner| used.binary_search(corner).map_or(0, |place| place as u32)).collect();
-        let mut local = meshopt::optimize_vertex_cache(&local, used.len());
-        let mut place = vec![u32::MAX; used.len()];
-        let (mut vertices, mut materials) = (Vec::with_capacity(used.len()), Vec::with_capacity(used.len()));
-        for corner in &mut local {
-            let place = &mut place[*corner as usize];
-            if *place == u32::MAX {
-                *place = vertices.len() as u32;
-                let (vertex, material) = used[*corner as usize];
-                vertices.push(vertex);
-                materials.push(material);
-            }
-            *corner = *place;
-        }
-        let triangles = local.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
+        let places: Vec<[f32; 3]> = used.iter().map(|&(vertex, _)| self.mesh.positions[vertex as usize].to_array()).collect();
+        let Ordered { corners, vertices } = ordered(&local, &places);
+        let (vertices, materials) = vertices.iter().map(|&place| used[place as usize]).unzip();
+        let triangles = corners.as_chunks::<3>().0.to_vec();
         Chunk { triangles, vertices, materials, textured_material: texture }
     }
 }
@@ -205,6 +196,22 @@ mod tests {
         let mesh = grid(100);
         let repeated: usize = split(&mesh, 1250).iter().map(|c| c.vertices.len()).sum();
         assert!(repeated < 101 * 101 * 107 / 100, "{repeated} vertices for {}", 101 * 101);
+    }
+
+    #[test]
+    fn what_faces_outward_comes_first_in_a_piece() {
+        // a sheet that looks up, and one beneath it, which comes first in the mesh
+        let (low, mut mesh) = (grid(20), grid(20));
+        mesh.positions.iter_mut().for_each(|p| p.y += 9.0);
+        let first = mesh.positions.len() as u32;
+        mesh.triangles.splice(0..0, low.triangles.iter().map(|t| t.map(|vertex| vertex + first)));
+        mesh.positions.extend(&low.positions);
+        let [chunk] = &split(&mesh, 2000)[..] else { panic!("one piece") };
+        let (early, late) = chunk.triangles.split_at(chunk.triangles.len() / 2);
+        let height = |half: &[[u32; 3]]| -> f32 {
+            half.as_flattened().iter().map(|&i| mesh.positions[chunk.vertices[i as usize] as usize].y).sum()
+        };
+        assert!(height(early) > 2.0 * height(late), "{} {}", height(early), height(late));
     }
 
     #[test]

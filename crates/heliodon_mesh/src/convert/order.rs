@@ -1,10 +1,8 @@
 //! Vertices that are the same become one; triangles and vertices in the order in which a device takes them best.
 
 use super::attributes::Stream;
-use meshopt::VertexDataAdapter;
+use crate::device_order::{Ordered, ordered};
 
-/// How much worse for the vertex cache an order against overdraw may be.
-const OVERDRAW_THRESHOLD: f32 = 1.05;
 /// Vertices that caches hold, where misses are counted.
 const CACHE: u32 = 16;
 const EMPTY: u32 = u32::MAX;
@@ -34,27 +32,13 @@ pub(super) fn weld_and_order(rows: &mut Rows, places: &[[f32; 3]]) {
         rows.corners = corners;
         return;
     }
-    let mut corners = meshopt::optimize_vertex_cache(&corners, rows.vertices);
-    if let Ok(adapter) = VertexDataAdapter::new(meshopt::typed_to_bytes(places), size_of::<[f32; 3]>(), 0) {
-        meshopt::optimize_overdraw_in_place(&mut corners, &adapter, OVERDRAW_THRESHOLD);
-    }
-    // by first use
-    let mut place = vec![EMPTY; rows.vertices];
-    let mut order = Vec::new();
-    for corner in &mut corners {
-        let place = &mut place[*corner as usize];
-        if *place == EMPTY {
-            *place = order.len() as u32;
-            order.push(*corner);
-        }
-        *corner = *place;
-    }
+    let Ordered { corners, vertices } = ordered(&corners, places);
     for stream in &mut rows.streams {
         let stride = stream.stride;
         let row = |&vertex: &u32| &stream.bytes[vertex as usize * stride..][..stride];
-        stream.bytes = order.iter().flat_map(row).copied().collect();
+        stream.bytes = vertices.iter().flat_map(row).copied().collect();
     }
-    (rows.vertices, rows.corners) = (order.len(), corners);
+    (rows.vertices, rows.corners) = (vertices.len(), corners);
 }
 
 /// For each vertex the first one of which all bytes are the same.
