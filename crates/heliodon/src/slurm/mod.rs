@@ -1,7 +1,8 @@
 //! A bake on Slurm: an array of shards and a merge that depends on it, followed to their end.
 //!
 //! Slurm does the work without us: whoever closes the terminal finds the bundle all the same, unless a shard is lost. While we are there we
-//! tell how far all shards are (by the blocks in the cache, which needs no accounting), submit again what was lost, and on Ctrl-C cancel all.
+//! tell how far all shards are (by the blocks in the cache, which needs no accounting), submit again what was lost, and on Ctrl-C cancel all. Before
+//! anything is submitted Ctrl-C ends the program, as it does elsewhere.
 
 mod client;
 mod script;
@@ -66,10 +67,11 @@ pub struct SlurmReport {
 pub fn bake(app: &App, plan: &Plan, options: &Options) -> Result<SlurmReport> {
     client::find()?;
     let begun = Instant::now();
+    let key = begin_shards(plan, options.shards, &app.progress)?;
+    // not before: until there can be jobs to cancel, which preparation may put off for minutes, an interruption ends the program
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).context("interruptions cannot be listened to")?;
-    let key = begin_shards(plan, options.shards, &app.progress)?;
     let mut launch = Launch::new(app, plan, options, key, interrupted)?;
     let done = launch.run();
     if launch.interrupted.load(Ordering::Relaxed) {
