@@ -161,6 +161,36 @@ fn what_moves_no_vertex_keeps_the_prepared_geometry() {
 }
 
 #[test]
+fn what_no_step_of_a_part_reads_leaves_the_parts_as_they_were_prepared() {
+    let folder = site(PREPARE);
+    prepared(folder.path());
+    let text = fs::read_to_string(folder.path().join("site.toml")).unwrap();
+    let more = |more: &str| text.replace(PREPARE, &format!("{PREPARE}{more}"));
+    for (text, kept) in [
+        (more("ring = 3\n"), 3),
+        (text.replace("name = \"cell\"", "name = \"cella\"\nlooks_at = [30, 1.5, 0]"), 3),
+        (more("purge_effort = \"preview\"\n"), 3),
+        (more("purge = false\n"), 3),
+        (more("triangles = 600000\n"), 2),
+        (more("edge_px = 6\n"), 0),
+    ] {
+        let fresh = site("");
+        let [again, whole] = [folder.path(), fresh.path()].map(|folder| {
+            fs::write(folder.join("site.toml"), &text).unwrap();
+            let heard = Collector::default();
+            let plan = Plan::new(Site::read(folder).unwrap(), BakeOptions::new(folder.join("bundle"))).unwrap();
+            let scene = prepare(&plan, plan.site.prepare.as_ref().unwrap(), None, &heard).unwrap().scene;
+            let original = scene.original.unwrap();
+            let made = (scene.mesh.positions, scene.mesh.normals, scene.mesh.triangles);
+            ((made, original.positions, original.stands_for, original.clearance_m), heard.heard().notes)
+        });
+        let told = format!("preparation has read {kept} of 3 parts");
+        assert_eq!(again.1.iter().any(|note| note.contains(&told)), kept > 0, "{:?} after {text}", again.1);
+        assert!(again.0 == whole.0, "after {text}");
+    }
+}
+
+#[test]
 fn what_is_lit_by_texels_is_not_split() {
     let folder = site(PREPARE);
     let text = fs::read_to_string(folder.path().join("site.toml")).unwrap();

@@ -10,7 +10,7 @@ use crate::referenced::referenced_files;
 use crate::scene::{Original, PartRange, Scene};
 use crate::texels::Choice;
 use heliodon_bundle::StoredFile;
-use heliodon_bundle::site::{InputKind, LightStorage, Part, Prepare, Site};
+use heliodon_bundle::site::{InputKind, LightStorage, Part, Prepare, Role, Room, Site};
 use std::collections::HashSet;
 
 /// What the folders of prepared geometry are called, before their key.
@@ -32,15 +32,25 @@ pub(super) fn geometry_key(plan: &Plan, settings: &Prepare) -> String {
     format!("{GEOMETRY}{}", digest.folder_digits())
 }
 
-/// Hash of all that decides how one part is read, cleaned, split and first simplified: other parts do not matter to it.
+/// Hash of all that decides how one part is read, cleaned, split and first simplified: other parts do not matter to it, nor what is done with all of them
+/// together, nor what rooms are called.
 pub(super) fn part_digest(plan: &Plan, settings: &Prepare, part: usize) -> Digest {
     let site = &plan.site;
     let mut digest = Digest::default();
     digest.run(crate::TOOL.as_bytes());
     digest.json(&inputs_of(plan, |kind| kind.mesh_part() == Some(part)));
-    let settings = Prepare { panorama: 0, scan: false, ..settings.clone() };
-    digest.json(&(geometry_of(site, part), site.site.origin, settings, &site.rooms, &site.display));
+    digest.json(&(geometry_of(site, part), site.site.origin, of_part(settings, site.parts[part].role)));
+    let rooms = site.rooms.iter().map(|room| Room { name: String::new(), looks_at: None, ..room.clone() });
+    digest.json(&(rooms.collect::<Vec<_>>(), &site.display));
     digest
+}
+
+/// The settings without what no step of one part alone reads. What is not named here counts, as keys to come will until somebody knows that they need not.
+fn of_part(settings: &Prepare, role: Role) -> Prepare {
+    let Prepare { purge, ring, purge_effort, panorama, scan, triangles, .. } = Prepare::default();
+    // it limits how finely ground is split
+    let triangles = if role == Role::Ground { settings.triangles } else { triangles };
+    Prepare { purge, ring, purge_effort, panorama, scan, triangles, ..settings.clone() }
 }
 
 /// A part without what moves none of its vertices; of where its light is stored only what decides whether it is split.
