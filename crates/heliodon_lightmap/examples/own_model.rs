@@ -57,7 +57,7 @@ impl SurfaceModel for Velvet {
         false
     }
 
-    fn shown(&self, light: Vec3, place: &Place) -> Vec3 {
+    fn shown(&self, light: Vec3, place: &Place, _bright: f32) -> Vec3 {
         // what faces down is worn
         light * if place.normal.y < -0.5 { 0.5 } else { 1.0 }
     }

@@ -1,7 +1,7 @@
 //! Both sides of borders between charts are made to show the same.
 
 use super::walls::DARK;
-use super::{Scene, nearly_brightest};
+use super::{Scene, bright};
 use crate::refine::Grid;
 use crate::seams::Seams;
 use glam::Vec3;
@@ -120,13 +120,7 @@ fn apart(light: &[Vec3]) -> Vec<f32> {
     (0..3).flat_map(|c| light.iter().map(move |light| light[c])).collect()
 }
 
-/// What is shown as white: what 95 of 100 texels do not exceed, or where these are black, of those that are not.
+/// What is shown as white.
 fn white(light: &[Vec3]) -> f32 {
-    let mut bright: Vec<f32> = light.iter().map(|light| light.max_element()).collect();
-    let white = nearly_brightest(&mut bright);
-    if white > 0.0 {
-        return white;
-    }
-    bright.retain(|light| *light > 0.0);
-    nearly_brightest(&mut bright)
+    bright(light.iter().map(|light| light.max_element()).collect())
 }

@@ -33,6 +33,7 @@ use directions::{EVEN, Lookouts};
 use gather::{Arriving, Found, Gather};
 use glam::Vec3;
 use heliodon_image::HdrImage;
+use heliodon_math::color::luminance;
 use heliodon_math::dome::Environment;
 use heliodon_rays::TriangleScene;
 use kept::Kept;
@@ -301,7 +302,8 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
     if let Some(settings) = &params.denoise {
         denoise(&grid, &mut light, settings);
     }
-    light.iter_mut().zip(&stage.places).for_each(|(light, place)| *light = models.surface.shown(*light, place));
+    let bright = bright(seen(scene.texels, &light, &valid).map(luminance).collect());
+    light.iter_mut().zip(&stage.places).for_each(|(light, place)| *light = models.surface.shown(*light, place, bright));
     walls.darken(&mut light);
     let parted = stage.parted.iter().filter(|parted| **parted).count();
     let seen: Vec<bool> = valid.iter().zip(&lain_on).map(|(valid, lain_on)| *valid && !lain_on).collect();
@@ -382,10 +384,25 @@ pub fn nearly_brightest(values: &mut [f32]) -> f32 {
     if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(place, f32::total_cmp).1 }
 }
 
+/// What 95 of 100 values do not exceed, or where these are black, of those that are not.
+fn bright(mut values: Vec<f32>) -> f32 {
+    let bright = nearly_brightest(&mut values);
+    if bright > 0.0 {
+        return bright;
+    }
+    values.retain(|value| *value > 0.0);
+    nearly_brightest(&mut values)
+}
+
+/// The light of all texels that are covered and valid.
+fn seen<'a>(texels: &'a [Texel], light: &'a [Vec3], valid: &'a [bool]) -> impl Iterator<Item = Vec3> {
+    let all = texels.iter().zip(light).zip(valid);
+    all.filter(|((texel, _), valid)| texel.is_covered && **valid).map(|((_, light), _)| *light)
+}
+
 fn mean(texels: &[Texel], light: &[Vec3], valid: &[bool]) -> Vec3 {
-    let seen = || texels.iter().zip(light).zip(valid).filter(|((texel, _), valid)| texel.is_covered && **valid);
-    let sum: glam::DVec3 = seen().map(|((_, light), _)| light.as_dvec3()).sum();
-    (sum / seen().count().max(1) as f64).as_vec3()
+    let sum: glam::DVec3 = seen(texels, light, valid).map(Vec3::as_dvec3).sum();
+    (sum / seen(texels, light, valid).count().max(1) as f64).as_vec3()
 }
 
 impl Scene<'_> {

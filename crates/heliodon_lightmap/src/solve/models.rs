@@ -65,8 +65,9 @@ pub trait SurfaceModel: Sync {
         true
     }
 
-    /// What is written for a place that has so much light (irradiance over pi), at the very end.
-    fn shown(&self, light: Vec3, _place: &Place) -> Vec3 {
+    /// What is written for a place that has so much light (irradiance over pi), at the very end. `bright` is the luminance that 95 of 100 texels do not exceed, or, where
+    /// that is none, 95 of 100 of those that are lit: what is made of light by it does not depend on how strong all lights together are.
+    fn shown(&self, light: Vec3, _place: &Place, _bright: f32) -> Vec3 {
         light
     }
 }
@@ -154,15 +155,15 @@ impl SurfaceModel for Lambertian {
 pub struct Cartoon {
     /// How many bands there are, at least 1, the darkest not black.
     pub bands: u32,
-    /// The luminance from which on all is the lightest band, above 0.
-    pub white: f32,
+    /// The luminance of the lightest band, above 0; without it the one that 95 of 100 texels do not exceed.
+    pub white: Option<f32>,
     /// What part of a band's breadth the way to the next takes, 0 a hard edge to 1 no bands at all.
     pub softness: f32,
 }
 
 impl Default for Cartoon {
     fn default() -> Self {
-        Self { bands: 3, white: 1.0, softness: 0.1 }
+        Self { bands: 3, white: None, softness: 0.1 }
     }
 }
 
@@ -171,19 +172,20 @@ impl SurfaceModel for Cartoon {
         "cartoon"
     }
 
-    fn shown(&self, light: Vec3, _place: &Place) -> Vec3 {
-        let bright = luminance(light);
-        if bright <= 0.0 {
+    fn shown(&self, light: Vec3, _place: &Place, bright: f32) -> Vec3 {
+        let own = luminance(light);
+        let white = self.white.unwrap_or(bright);
+        if own <= 0.0 {
             return Vec3::ZERO;
         }
         let bands = self.bands.max(1) as f32;
-        let at = (bright / self.white).clamp(0.0, 1.0) * bands;
+        let at = (own / white).clamp(0.0, 1.0) * bands;
         let band = at.floor().min(bands - 1.0);
         let soft = self.softness.clamp(1.0e-6, 1.0);
         // the last part of each band leads over to the next one
         let over = if band + 1.0 < bands { ((at - band - (1.0 - soft)) / soft).clamp(0.0, 1.0) } else { 0.0 };
-        let level = (band + over + 1.0) / bands * self.white;
-        light * (level / bright)
+        let level = (band + over + 1.0) / bands * white;
+        light * (level / own)
     }
 }
 
@@ -194,18 +196,23 @@ mod tests {
     #[test]
     fn bands_are_few_and_even_and_keep_the_hue() {
         let place = Place { position: Vec3::ZERO, normal: Vec3::Y };
-        let cartoon = Cartoon { bands: 4, white: 2.0, softness: 0.0 };
-        let mut levels: Vec<u32> = (1..1000)
-            .map(|i| luminance(cartoon.shown(Vec3::splat(i as f32 * 0.003), &place)))
-            .map(|level| (level * 1000.0).round() as u32)
-            .collect();
-        levels.dedup();
-        assert_eq!(levels, [500, 1000, 1500, 2000]);
-        let tinted = cartoon.shown(Vec3::new(0.2, 0.4, 0.8), &place);
+        let cartoon = Cartoon { bands: 4, white: Some(2.0), softness: 0.0 };
+        let shown = |cartoon: &Cartoon, light: Vec3| cartoon.shown(light, &place, 7.0);
+        let levels = |cartoon: &Cartoon, scale: f32| {
+            let mut levels: Vec<u32> = (1..1000)
+                .map(|i| luminance(shown(cartoon, Vec3::splat(i as f32 * 0.003 * scale))))
+                .map(|level| (level * 1000.0).round() as u32)
+                .collect();
+            levels.dedup();
+            levels
+        };
+        assert_eq!(levels(&cartoon, 1.0), [500, 1000, 1500, 2000]);
+        assert_eq!(levels(&Cartoon { white: None, ..cartoon }, 3.0), [1750, 3500, 5250, 7000], "what is bright is white");
+        let tinted = shown(&cartoon, Vec3::new(0.2, 0.4, 0.8));
         assert!((tinted.y / tinted.x - 2.0).abs() < 1e-5 && (tinted.z / tinted.x - 4.0).abs() < 1e-5);
-        assert_eq!(cartoon.shown(Vec3::ZERO, &place), Vec3::ZERO);
+        assert_eq!(shown(&cartoon, Vec3::ZERO), Vec3::ZERO);
         let smooth = Cartoon { softness: 1.0, ..cartoon };
-        let (a, b) = (smooth.shown(Vec3::splat(0.7499), &place), smooth.shown(Vec3::splat(0.7501), &place));
+        let (a, b) = (shown(&smooth, Vec3::splat(0.7499)), shown(&smooth, Vec3::splat(0.7501)));
         assert!((a - b).length() < 1e-3);
     }
 }
