@@ -6,7 +6,7 @@ use crate::evidence;
 use crate::prepare::Surfacing;
 use crate::report::Reporter;
 use crate::texels::Choice;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use heliodon_bundle::lineage::Prepared;
 use heliodon_bundle::site::{Albedo, InputFile, InputKind, Part, Site};
 use heliodon_image::SrgbImage;
@@ -152,6 +152,26 @@ impl PartRange {
 /// # Errors
 /// Files that cannot be read, and an albedo image without texture coordinates to lay it on.
 pub fn read(site: &Site, files: &[InputFile], reporter: &dyn Reporter) -> Result<Scene, BakeError> {
+    read_all(site, files, None, reporter)
+}
+
+/// As [`read`]; returns the texture coordinates of the files of each part as well, one for each of its vertices, also where `site.toml` gives an albedo that needs
+/// none and the scene has none therefore. None where no file of a part has any; zero for the vertices of those of its files that have none.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with_uvs(site: &Site, files: &[InputFile], reporter: &dyn Reporter) -> Result<(Scene, Vec<Vec<Vec2>>), BakeError> {
+    let mut uvs = vec![Vec::new(); site.parts.len()];
+    let scene = read_all(site, files, Some(&mut uvs), reporter)?;
+    Ok((scene, uvs))
+}
+
+fn read_all(
+    site: &Site,
+    files: &[InputFile],
+    mut uvs: Option<&mut [Vec<Vec2>]>,
+    reporter: &dyn Reporter,
+) -> Result<Scene, BakeError> {
     reporter.stage("reading", (0..site.parts.len()).map(|part| part_bytes(files, part)).sum());
     reporter.progress(0);
     let mut scene = Scene { mesh: Mesh::default(), parts: Vec::new(), warnings: Vec::new(), original: None, prepared: None };
@@ -159,7 +179,8 @@ pub fn read(site: &Site, files: &[InputFile], reporter: &dyn Reporter) -> Result
     let mut done = 0;
     for index in 0..site.parts.len() {
         let (first_vertex, first_triangle) = (scene.mesh.positions.len(), scene.mesh.triangles.len());
-        read_files(site, files, index, &mut scene.mesh, &mut report, &|read| reporter.progress(done + read))?;
+        let of_part = uvs.as_deref_mut().map(|uvs| &mut uvs[index]);
+        read_files(site, files, index, (&mut scene.mesh, of_part), &mut report, &|read| reporter.progress(done + read))?;
         done += part_bytes(files, index);
         let (mesh, choice) = (&scene.mesh, Choice::of(site, index));
         let by_texels = choice.is_texels(&site.rooms, &mesh.positions, &mesh.triangles[first_triangle..]);
@@ -199,22 +220,22 @@ pub(crate) fn read_part(
     tell: &dyn Fn(u64),
 ) -> Result<Mesh, BakeError> {
     let mut mesh = Mesh::default();
-    read_files(site, files, part, &mut mesh, report, tell)?;
+    read_files(site, files, part, (&mut mesh, None), report, tell)?;
     Ok(mesh)
 }
 
-/// Adds the files of one part to a mesh; `tell` hears how many of their bytes are read.
+/// Adds the files of one part to a mesh, and their texture coordinates as they are to what is to hold those of the part; `tell` hears how many of their bytes are read.
 fn read_files(
     site: &Site,
     files: &[InputFile],
     index: usize,
-    into: &mut Mesh,
+    (into, mut uvs): (&mut Mesh, Option<&mut Vec<Vec2>>),
     report: &mut ImportReport,
     tell: &dyn Fn(u64),
 ) -> Result<(), BakeError> {
     let options = import_options(&site.parts[index], site.site.origin);
     let albedo = part_albedo(site, index, files)?;
-    let mut before = 0;
+    let (mut before, mut has_uvs) = (0, false);
     for file in files_of(files, index) {
         let last = Cell::new(0);
         let of_file = |read| {
@@ -223,6 +244,12 @@ fn read_files(
         };
         let mut mesh = read_telling(&file.path, &options, report, &of_file)?;
         before += last.get();
+        if let Some(uvs) = &mut uvs {
+            has_uvs |= !mesh.uvs.is_empty();
+            let all = uvs.len() + mesh.positions.len();
+            uvs.extend_from_slice(&mesh.uvs);
+            uvs.resize(all, Vec2::ZERO);
+        }
         if let Some(albedo) = &albedo {
             set_albedo(&mut mesh, albedo, site, index, file)?;
         }
@@ -231,6 +258,9 @@ fn read_files(
         } else {
             into.append(&mesh)?;
         }
+    }
+    if let Some(uvs) = uvs.filter(|_| !has_uvs) {
+        uvs.clear();
     }
     Ok(())
 }

@@ -3,6 +3,7 @@
 pub mod charts;
 pub mod lights;
 pub mod packing;
+pub mod parts;
 pub mod refine;
 pub mod seams;
 pub mod solve;

@@ -75,16 +75,24 @@ impl Mesh {
             })
         });
         let triangles = corners.collect();
-        let mesh = Self {
-            positions: pick(&self.positions, &vertices),
-            normals: pick(&self.normals, &vertices),
-            uvs: pick(&self.uvs, &vertices),
-            colors_linear: pick(&self.colors_linear, &vertices),
+        (self.with_vertices(&vertices, triangles, triangle_material), vertices)
+    }
+
+    /// Some of the vertices, each as often as it is named and in that order, under triangles over these, and all materials.
+    ///
+    /// # Panics
+    /// Where there is no such vertex.
+    #[must_use]
+    pub fn with_vertices(&self, vertices: &[u32], triangles: Vec<[u32; 3]>, triangle_material: Vec<u16>) -> Self {
+        Self {
+            positions: pick(&self.positions, vertices),
+            normals: pick(&self.normals, vertices),
+            uvs: pick(&self.uvs, vertices),
+            colors_linear: pick(&self.colors_linear, vertices),
             triangles,
             triangle_material,
             materials: self.materials.clone(),
-        };
-        (mesh, vertices)
+        }
     }
 
     /// Adds another mesh of the same space. What only one of them has is filled in for the other: computed normals, texture

@@ -1,6 +1,7 @@
-//! Analytic scenes, the hostile corpus, image difference and what a process takes, for Heliodon's tests and examples.
+//! Analytic scenes, the hostile corpus, image difference, glTF files taken apart and what a process takes, for Heliodon's tests and examples.
 
 pub mod flip;
+pub mod gltf;
 pub mod hostile;
 pub mod process;
 pub mod scenes;

@@ -15,7 +15,6 @@ use heliodon_lightmap::refine::{Grid, Place};
 use heliodon_lightmap::seams::Seams;
 use heliodon_lightmap::texels::{Texel, texels};
 use heliodon_lightmap::unwrap::{UnwrapParams, Unwrapped, unwrap};
-use heliodon_mesh::Mesh;
 use std::ops::Range;
 
 /// Surfaces farther from all rooms than this have fewer texels, in proportion: a texel of theirs is seen as large, metres.
@@ -236,23 +235,31 @@ fn texel_density(site: &Site, scene: &Scene, parts: &[usize]) -> Vec<f32> {
     parts.iter().flat_map(of).collect()
 }
 
-/// All parts in one mesh, the triangles first that a light map is for, and how densely each of those has texels beside the others: of the parts that a bake lights by
-/// texels, or where there are none, of all but those whose light is stored at vertices.
+/// A scene whose triangles stand first that a light map is for, part by part and each part's in their order, and how densely each of those has texels beside the others: of
+/// the parts that a bake lights by texels, or where there are none, of all but those whose light is stored at vertices. The scene's parts stay in the site's order and tell
+/// where their triangles are now, and whether they are among those.
 #[must_use]
-pub fn texels_first(site: &Site, scene: Scene) -> (Mesh, Vec<f32>) {
-    let all = || 0..scene.parts.len();
-    let by_texels: Vec<usize> = all().filter(|&part| scene.parts[part].by_texels).collect();
-    let not_by_vertices = || all().filter(|&part| site.parts[part].light != LightStorage::Vertex).collect();
-    let chosen: Vec<usize> = if by_texels.is_empty() { not_by_vertices() } else { by_texels };
-    let others = all().filter(|part| !chosen.contains(part));
-    let order: Vec<usize> = chosen.iter().copied().chain(others).flat_map(|part| scene.parts[part].triangles.clone()).collect();
+pub fn texels_first(site: &Site, mut scene: Scene) -> (Scene, Vec<f32>) {
+    let has_none = !expects_texels(&scene);
+    for (part, of_site) in scene.parts.iter_mut().zip(&site.parts) {
+        part.by_texels |= has_none && of_site.light != LightStorage::Vertex;
+    }
+    let is_chosen = |part: &usize| scene.parts[*part].by_texels;
+    let (chosen, others): (Vec<usize>, Vec<usize>) = (0..scene.parts.len()).partition(is_chosen);
     let density = if chosen.is_empty() { Vec::new() } else { texel_density(site, &scene, &chosen) };
-    let mut mesh = scene.mesh;
+    let mut order: Vec<usize> = Vec::with_capacity(scene.mesh.triangles.len());
+    for part in chosen.into_iter().chain(others) {
+        let range = &mut scene.parts[part].triangles;
+        let first = order.len();
+        order.extend(range.clone());
+        *range = first..order.len();
+    }
+    let mesh = &mut scene.mesh;
     mesh.triangles = order.iter().map(|&t| mesh.triangles[t]).collect();
     if !mesh.triangle_material.is_empty() {
         mesh.triangle_material = order.iter().map(|&t| mesh.triangle_material[t]).collect();
     }
-    (mesh, density)
+    (scene, density)
 }
 
 /// How many texels a triangle has along a metre, beside one in a room.

@@ -13,7 +13,7 @@ pub use glb::{glb, write_glb};
 pub use obj::{obj, write_obj};
 pub use pc2::write_pc2;
 pub use ply::{ply, write_ply};
-pub use second_uvs::{LightTextures, WithSecondUvs, glb_with_second_uvs, write_glb_with_second_uvs};
+pub use second_uvs::{LightTextures, UnwrappedPart, glb_with_second_uvs, write_glb_with_second_uvs};
 
 use crate::Mesh;
 use std::fs::File;

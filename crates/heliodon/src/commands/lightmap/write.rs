@@ -11,13 +11,21 @@ use heliodon_image::{HdrImage, SrgbImage, rgbe8};
 use heliodon_lightmap::solve::{self, LightMap, match_seams, nearly_brightest};
 use heliodon_lightmap::texels::Texel;
 use heliodon_math::color::srgb8_from_linear;
-use heliodon_mesh::Mesh;
-use heliodon_mesh::export::{LightTextures, WithSecondUvs, write_glb_with_second_uvs};
+use heliodon_mesh::export::{LightTextures, UnwrappedPart, write_glb_with_second_uvs};
 use std::io::Write;
+use std::ops::Range;
 use std::path::Path;
 
 /// The report's name.
 pub const REPORT: &str = "lightmap.json";
+/// The parts, whose light lies beside them.
+const MODEL: &str = "model.glb";
+/// The parts with albedo and light in one.
+const LIT: &str = "lit.glb";
+
+/// Kinds that hold the light by itself, how their files' names end, and how a pixel becomes light; models name the first that is written.
+const BESIDE: [(Kind, &str, &str); 3] =
+    [(Kind::Exr, "exr", "linear"), (Kind::Ktx2, "ktx2", "linear"), (Kind::Rgbe, "rgbe.png", "rgbe8")];
 
 /// All that is written from.
 pub struct Output<'a> {
@@ -38,87 +46,81 @@ impl Output<'_> {
     pub fn write(&self, kinds: &[Kind], exposure: Exposure) -> Result<(Vec<String>, Option<f32>)> {
         std::fs::create_dir_all(self.folder)
             .with_context(|| format!("{}: the folder cannot be made", self.folder.display()))?;
-        let light = self.map.image(self.lit.texels, 0, self.lit.sides);
-        let mesh = self.mesh();
-        let (mut written, mut beside, mut stops) = (Vec::new(), None, None);
-        for kind in [Kind::Exr, Kind::Ktx2, Kind::Rgbe, Kind::Combined].into_iter().filter(|kind| kinds.contains(kind)) {
-            let (name, encoding) = match kind {
-                Kind::Exr => ("light.exr", "linear"),
-                Kind::Ktx2 => ("light.ktx2", "linear"),
-                Kind::Rgbe => ("light.rgbe.png", "rgbe8"),
-                Kind::Combined => ("lit.glb", "sRGB"),
-            };
-            let path = self.folder.join(name);
-            match kind {
-                Kind::Exr => replace(&path, |path| Ok(light.write_exr(path)?))?,
-                Kind::Ktx2 => write_whole(&path, |file| file.write_all(&ktx2_bc6h(&light, self.levels)))?,
-                Kind::Rgbe => {
-                    let bytes = rgbe8(&light).to_png_bytes()?;
-                    write_whole(&path, |file| file.write_all(&bytes))?;
-                }
-                Kind::Combined => stops = Some(self.write_combined(&path, &mesh, exposure)?),
+        let parts = self.scene.parts(self.lit.unwrapped);
+        let beside: Vec<(Kind, &str, &str)> = BESIDE.into_iter().filter(|(kind, ..)| kinds.contains(kind)).collect();
+        let (mut written, mut stops) = (Vec::new(), None);
+        for sheet in self.sheets().filter(|_| !beside.is_empty()) {
+            let light = self.map.image(self.lit.texels, sheet, self.lit.sides);
+            for (kind, ending, _) in &beside {
+                let name = self.file_name(sheet, ending);
+                self.write_light(*kind, &light, &self.folder.join(&name))?;
+                written.push(name);
             }
-            if kind != Kind::Combined && beside.is_none() {
-                beside = Some((name.to_owned(), encoding));
-            }
-            written.push(name.to_owned());
         }
-        if let Some((file, encoding)) = beside {
-            let files = [file];
-            let model = self.model(&mesh, LightTextures::Beside { files: &files, encoding });
-            write_glb_with_second_uvs(&self.folder.join("model.glb"), &model)?;
-            written.push("model.glb".to_owned());
+        if kinds.contains(&Kind::Combined) {
+            stops = Some(self.write_combined(&self.folder.join(LIT), &parts, exposure)?);
+            written.push(LIT.to_owned());
+        }
+        if let Some((_, ending, encoding)) = beside.first() {
+            let files: Vec<String> = self.sheets().map(|sheet| self.file_name(sheet, ending)).collect();
+            write_glb_with_second_uvs(&self.folder.join(MODEL), &parts, LightTextures::Beside { files: &files, encoding })?;
+            written.push(MODEL.to_owned());
         }
         Ok((written, stops))
     }
 
-    /// The parts that have texels, vertices split where charts meet.
-    fn mesh(&self) -> Mesh {
-        let mesh = &self.scene.mesh;
-        let original = &self.lit.unwrapped.original_vertex;
-        fn of<T: Copy>(all: &[T], original: &[u32]) -> Vec<T> {
-            if all.is_empty() { Vec::new() } else { original.iter().map(|&v| all[v as usize]).collect() }
-        }
-        let triangles = self.lit.unwrapped.triangles.len();
-        Mesh {
-            positions: of(&mesh.positions, original),
-            normals: of(&mesh.normals, original),
-            uvs: of(&mesh.uvs, original),
-            colors_linear: of(&mesh.colors_linear, original),
-            triangles: self.lit.unwrapped.triangles.clone(),
-            triangle_material: mesh.triangle_material.get(..triangles).unwrap_or(&[]).to_vec(),
-            materials: mesh.materials.clone(),
-        }
+    /// The textures' numbers.
+    fn sheets(&self) -> Range<u16> {
+        0..self.lit.unwrapped.packing.sheets as u16
     }
 
-    fn model<'a>(&'a self, mesh: &'a Mesh, light: LightTextures<'a>) -> WithSecondUvs<'a> {
-        WithSecondUvs { mesh, second_uvs: &self.lit.unwrapped.uvs, sheet: &self.lit.unwrapped.sheet, light }
+    /// What a texture's file is called: it has a number, from 1 on, where there are several.
+    fn file_name(&self, sheet: u16, ending: &str) -> String {
+        if self.sheets().len() == 1 { format!("light.{ending}") } else { format!("light-{}.{ending}", sheet + 1) }
+    }
+
+    fn write_light(&self, kind: Kind, light: &HdrImage, path: &Path) -> Result<()> {
+        match kind {
+            Kind::Exr => replace(path, |path| Ok(light.write_exr(path)?)),
+            Kind::Ktx2 => write_whole(path, |file| file.write_all(&ktx2_bc6h(light, self.levels))),
+            Kind::Rgbe => {
+                let bytes = rgbe8(light).to_png_bytes()?;
+                write_whole(path, |file| file.write_all(&bytes))
+            }
+            // that light is in the model
+            Kind::Combined => Ok(()),
+        }
     }
 
     /// Albedo times light as a screen shows it; returns the exposure.
-    fn write_combined(&self, path: &Path, mesh: &Mesh, exposure: Exposure) -> Result<f32> {
+    fn write_combined(&self, path: &Path, parts: &[UnwrappedPart], exposure: Exposure) -> Result<f32> {
         let albedo = self.lit.albedo;
         let color = |(texel, light): (&Texel, &Vec3)| albedo(texel.triangle, texel.weights.y, texel.weights.z) * *light;
         let mut colors: Vec<Vec3> = self.lit.texels.iter().zip(&self.map.light).map(color).collect();
         // the sides of a border have texels at other places, and their albedo differs
         match_seams(&self.map.seams, &mut colors);
-        let shown = solve::image(self.lit.texels, &colors, 0, self.lit.sides);
+        let shown: Vec<HdrImage> =
+            self.sheets().map(|sheet| solve::image(self.lit.texels, &colors, sheet, self.lit.sides)).collect();
         let stops = match exposure {
             Exposure::Stops(stops) => stops,
             Exposure::Auto => automatic(&shown),
         };
         let scale = stops.exp2();
         let code = |x: f32| srgb8_from_linear(x * scale);
-        let pixels = shown.pixels.iter().map(|p| [code(p.x), code(p.y), code(p.z), 255]).collect();
-        let image = SrgbImage { width: shown.width, height: shown.height, pixels };
-        write_glb_with_second_uvs(path, &self.model(mesh, LightTextures::Multiplied(&[image])))?;
+        let image = |shown: &HdrImage| {
+            let pixels = shown.pixels.iter().map(|p| [code(p.x), code(p.y), code(p.z), 255]).collect();
+            SrgbImage { width: shown.width, height: shown.height, pixels }
+        };
+        let images: Vec<SrgbImage> = shown.iter().map(image).collect();
+        write_glb_with_second_uvs(path, parts, LightTextures::Multiplied(&images))?;
         Ok(stops)
     }
 }
 
-/// The exposure at which nearly all of an image is within what a screen shows.
-fn automatic(image: &HdrImage) -> f32 {
-    let mut bright: Vec<f32> = image.pixels.iter().map(|p| p.max_element()).filter(|x| *x > 0.0).collect();
+/// The exposure at which nearly all of the textures is within what a screen shows.
+fn automatic(images: &[HdrImage]) -> f32 {
+    let all = images.iter().flat_map(|image| &image.pixels);
+    let mut bright: Vec<f32> = all.map(|p| p.max_element()).filter(|x| *x > 0.0).collect();
     if bright.is_empty() { 0.0 } else { -libm::log2f(nearly_brightest(&mut bright)) }
 }
 
