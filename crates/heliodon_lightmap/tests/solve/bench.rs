@@ -46,7 +46,12 @@ impl Bench {
     /// The same, cut into charts in some way.
     pub fn cut(scene: scenes::Scene, side: u32, triangles: usize, charts: ChartParams) -> Self {
         let pack = PackParams { width: side, height: side, ..PackParams::default() };
-        let params = UnwrapParams { charts, pack };
+        Self::unwrapped(scene, triangles, UnwrapParams { charts, pack })
+    }
+
+    /// The same, unwrapped in some way into squares.
+    pub fn unwrapped(scene: scenes::Scene, triangles: usize, params: UnwrapParams) -> Self {
+        let side = params.pack.width;
         let unwrapped = unwrap(&scene.positions, &scene.triangles[..triangles], &[], &params).unwrap();
         let texels = texels(&unwrapped, side, side);
         let rays = TriangleScene::build(&scene.positions, &scene.triangles, &BuildParams::default()).unwrap();

@@ -4,7 +4,9 @@ use crate::bench::{Bench, WHITE, light, sun};
 use glam::Vec3;
 use heliodon_lightmap::charts::ChartParams;
 use heliodon_lightmap::lights::{Amount, LightSpec, PointSpec};
+use heliodon_lightmap::packing::PackParams;
 use heliodon_lightmap::solve::SolveParams;
+use heliodon_lightmap::unwrap::UnwrapParams;
 use heliodon_mesh::temple::{self, TempleParams};
 use heliodon_mesh::workshop::{WorkshopParams, workshop};
 use heliodon_testkit::scenes::{Scene, ball, cuboid, ground};
@@ -94,5 +96,31 @@ fn shaded_differences_across_borders_are_below_what_eight_bits_show() {
         // charts of ruins are a few texels wide: nearly all lie at a border
         let most = if name == "ruins" { 0.05 } else { 0.01 };
         assert!(moved < most, "{name}: texels stay what they were, but for {moved}");
+    }
+}
+
+#[test]
+fn several_textures_show_what_one_does() {
+    let scene = || ground(4.0, 4).and(ball(0.6, 16).moved(Vec3::Y * 0.8));
+    let of = |sheets: u32| {
+        let pack = PackParams { width: 128, height: 128, sheets, ..PackParams::default() };
+        let params = UnwrapParams { pack, ..UnwrapParams::default() };
+        let bench = Bench::unwrapped(scene(), scene().triangles.len(), params).under(WHITE).reflecting(0.5);
+        assert_eq!(bench.unwrapped.packing.sheets, sheets);
+        let map = bench.solve(&SolveParams::default());
+        assert!(map.notes.seam_places[0] > 0 && map.notes.widest_seam_codes < 0.55, "{:?}", map.notes);
+        for sheet in 0..sheets as u16 {
+            let image = map.image(&bench.texels, sheet, [128; 2]);
+            assert!(image.pixels.iter().all(|p| p.min_element() > 0.05), "what no texel covers is filled");
+        }
+        let mean = |wanted: fn(Vec3) -> bool| {
+            let found = bench.at(&map, |_, normal| wanted(normal));
+            found.iter().map(|(_, light)| light.x).sum::<f32>() / found.len() as f32
+        };
+        [mean(|normal| normal.x > 0.9), mean(|normal| normal.z < -0.9), mean(|normal| normal.y > 0.9)]
+    };
+    let (one, two) = (of(1), of(2));
+    for (one, two) in one.into_iter().zip(two) {
+        assert!((one / two - 1.0).abs() < 0.02, "{one} and {two}");
     }
 }

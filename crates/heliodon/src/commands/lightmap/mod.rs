@@ -7,7 +7,7 @@ mod write;
 
 use crate::App;
 use crate::failure::wrong_arguments;
-use crate::output::count;
+use crate::output::{count, counted};
 use crate::values::{self, Exposure};
 use anyhow::{Context, Result};
 use clap::ValueEnum;
@@ -23,7 +23,7 @@ use serde::Serialize;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Lights the parts of a site in texels: unwraps them into one texture, solves lamps, sun, sky and bounces for every texel, and writes the light with the model.
+/// Lights the parts of a site in texels: unwraps them into one texture (or several, see --textures), solves lamps, sun, sky and bounces for every texel, and writes the light with the model.
 ///
 /// Parts have texels that a bake lights by texels: those with light = "texel" in site.toml, and, with texels = N in `[bake]`, those of large triangles; where that is no part, all but those with light =
 /// "vertex". How many each has beside the others is as its own texels = F says, and fewer away from the rooms. What has none stands in the light and reflects. Lamps are
@@ -44,6 +44,10 @@ pub struct Args {
     /// Texels along each side of the texture, 16 to 16384
     #[arg(long, value_name = "N", default_value_t = 2048, value_parser = clap::value_parser!(u32).range(16..=16_384))]
     size: u32,
+    /// Textures at most, 1 to 64, all of that size: charts become as large as all of them hold, so more give more texels for a metre. A chart lies in one of them, and with several,
+    /// files are light-1.exr, light-2.exr ...
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=64))]
+    textures: u32,
     /// Texels that stay free between charts; light.ktx2 has as many smaller versions as they keep apart: none below 4, 1 from there, 2 from 10, 3 from 22, 4 from 46 on
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(0..=64))]
     margin: u32,
@@ -119,7 +123,7 @@ enum ModelName {
     Sky,
     /// How open a place is
     Occlusion,
-    /// All light, in bands
+    /// All light, in three bands up to what 95 of 100 texels do not exceed
     Cartoon,
 }
 
@@ -129,6 +133,8 @@ pub struct Report {
     /// The files that were written.
     files: Vec<String>,
     size: u32,
+    /// How many textures there are.
+    textures: u32,
     texels_per_m: f32,
     utilisation: f32,
     charts: usize,
@@ -169,13 +175,15 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     lamps::inside_something(&lights, &scene.rays).iter().for_each(|warning| app.progress.warning(warning));
 
     app.progress.stage("unwrapping", 0);
-    let pack = PackParams { width: args.size, height: args.size, margin: args.margin, ..PackParams::default() };
+    let (sides, sheets) = ([args.size; 2], args.textures);
+    let pack = PackParams { width: args.size, height: args.size, margin: args.margin, sheets, ..PackParams::default() };
     let params = UnwrapParams { pack, ..UnwrapParams::default() };
     let unwrapped = unwrap(&scene.mesh.positions, scene.with_texels(), &scene.density, &params);
     app.progress.finished();
-    let unwrapped =
-        unwrapped.context("the parts cannot be laid into one texture; where they are too many, give a larger --size or fewer parts light = \"texel\"")?;
-    let sides = [args.size; 2];
+    let unwrapped = unwrapped.with_context(|| {
+        let textures = counted(u64::from(sheets), "texture", "textures");
+        format!("the parts cannot be laid into {textures}; where they are too many, give a larger --size, more --textures or fewer parts light = \"texel\"")
+    })?;
     let texels = texels(&unwrapped, args.size, args.size);
 
     let (illumination, surface) = models(args.model);
@@ -212,6 +220,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     let report = Report {
         files: written,
         size: args.size,
+        textures: unwrapped.packing.sheets,
         texels_per_m: unwrapped.packing.per_m,
         utilisation: unwrapped.packing.utilisation,
         charts: unwrapped.charts.len(),
@@ -243,7 +252,7 @@ fn describe(report: &Report, folder: &std::path::Path) -> String {
     let [r, g, b] = notes.mean;
     format!(
         "{}: {} in {}\n\
-         {} charts use {:.0} % of {} x {} texels, {:.1} for a metre\n\
+         {} charts use {:.0} % of {} of {} x {} texels, {:.1} for a metre\n\
          {} texels, of which {} were sampled for lamps and sky, then {:?}; {} lie inside something\n\
          mean light {r:.4} {g:.4} {b:.4}, both sides of seams shown within {:.2} codes at {} places; {} by {}, {}{} rays in {:.0} s\n",
         folder.display(),
@@ -251,6 +260,7 @@ fn describe(report: &Report, folder: &std::path::Path) -> String {
         report.sky,
         count(report.charts as u64),
         100.0 * report.utilisation,
+        counted(u64::from(report.textures), "texture", "textures"),
         report.size,
         report.size,
         report.texels_per_m,
