@@ -2,7 +2,12 @@
 
 use crate::{done, run};
 use heliodon_image::{HdrImage, SrgbImage, from_rgbe8};
+use heliodon_math::color::luminance;
+use heliodon_mesh::import::{ImportOptions, read};
+use heliodon_testkit::gltf::{Glb, assert_valid};
 use serde_json::Value;
+use std::ffi::OsStr;
+use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -15,6 +20,19 @@ fn ground(folder: &Path) -> PathBuf {
                 [sky]\nmodel = \"atmosphere\"\ndate = \"2003-03-21\"\n[bake]\nbounces = 1\n";
     fs::write(folder.join("site.toml"), site).unwrap();
     folder.to_owned()
+}
+
+/// The report of a light map of 64 texels a side, and its light.
+fn solved(site: &Path, more: &[&str]) -> (Value, HdrImage) {
+    let out = site.join("out");
+    let mut arguments: Vec<&dyn AsRef<OsStr>> = vec![&"lightmap", &site, &"--size", &"64", &"-o", &out, &"--json"];
+    arguments.extend(more.iter().map(|argument| argument as &dyn AsRef<OsStr>));
+    let report = serde_json::from_str(&done(&arguments).out).unwrap();
+    (report, HdrImage::read(out.join("light.exr")).unwrap())
+}
+
+fn mean(report: &Value) -> f64 {
+    report["notes"]["mean"][0].as_f64().unwrap()
 }
 
 #[test]
@@ -60,8 +78,8 @@ fn the_site_s_sky_and_lights_of_a_file_add_up() {
     let lamps = folder.path().join("lamps.toml");
     fs::write(&lamps, "[[light]]\nkind = \"point\"\nplace = [0.5, 2.0, -0.5]\namount = { intensity_cd = 4000.0 }\n").unwrap();
     let mean = |more: &[&str]| {
-        let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> = vec![&"lightmap", &site, &"--size", &"64", &"--json"];
-        arguments.extend(more.iter().map(|argument| argument as &dyn AsRef<std::ffi::OsStr>));
+        let mut arguments: Vec<&dyn AsRef<OsStr>> = vec![&"lightmap", &site, &"--size", &"64", &"--json"];
+        arguments.extend(more.iter().map(|argument| argument as &dyn AsRef<OsStr>));
         let report: Value = serde_json::from_str(&done(&arguments).out).unwrap();
         report["notes"]["mean"][1].as_f64().unwrap()
     };
@@ -120,9 +138,9 @@ fn two_squares(sides: [f64; 2], parts: [&str; 2], more: &str, arguments: &[&str]
         )
     };
     fs::write(site.join("site.toml"), site_of(more)).unwrap();
-    let mut all: Vec<&dyn AsRef<std::ffi::OsStr>> =
+    let mut all: Vec<&dyn AsRef<OsStr>> =
         vec![&"lightmap", &site, &"--sky", &"even", &"--size", &"128", &"--samples", &"64", &"--bounces", &"0", &"--json"];
-    all.extend(arguments.iter().map(|argument| argument as &dyn AsRef<std::ffi::OsStr>));
+    all.extend(arguments.iter().map(|argument| argument as &dyn AsRef<OsStr>));
     serde_json::from_str(&done(&all).out).unwrap()
 }
 
@@ -180,4 +198,215 @@ fn meshes_that_shine_stand_where_the_parts_do_far_from_the_origin() {
     };
     let (near, far) = (mean([0.0; 3]), mean([476_000.25, 120.0, -4_202_000.5]));
     assert!(near > 0.05 && (far / near - 1.0).abs() < 0.01, "{near} and {far}");
+}
+
+#[test]
+fn an_overcast_sky_is_three_times_as_bright_above() {
+    let folder = TempDir::new().unwrap();
+    let site = ground(folder.path());
+    // the horizon has a third of the zenith's radiance: 7/9 of it in the mean
+    for (radiance, expected) in [("1", 7.0 / 9.0), ("3", 7.0 / 3.0)] {
+        let (report, _) = solved(&site, &["--sky", "overcast", "--radiance", radiance]);
+        assert!((mean(&report) / expected - 1.0).abs() < 0.005, "{report}");
+    }
+}
+
+#[test]
+fn models_leave_out_what_they_do_not_know() {
+    let folder = TempDir::new().unwrap();
+    let site = ground(folder.path());
+    let lamps = folder.path().join("lamps.toml");
+    fs::write(&lamps, "[[light]]\nkind = \"point\"\nplace = [0.5, 2.0, -0.5]\namount = { intensity_cd = 4000.0 }\n").unwrap();
+    let lamps = lamps.to_str().unwrap();
+    let (sky, _) = solved(&site, &["--model", "sky", "--sky", "even", "--radiance", "2", "--lights", lamps]);
+    assert!((mean(&sky) - 2.0).abs() < 2e-3 && sky["notes"]["illumination"] == "sky only", "no lamp: {sky}");
+    let (open, _) = solved(&site, &["--model", "occlusion", "--sky", "none", "--lights", lamps]);
+    assert!((mean(&open) - 1.0).abs() < 1e-3 && open["notes"]["illumination"] == "occlusion only", "{open}");
+    assert!(open["notes"]["denoised"] == false && sky["notes"]["denoised"] == false);
+    let (smooth, _) = solved(&site, &["--sky", "even", "--denoise"]);
+    assert!((mean(&smooth) - 1.0).abs() < 1e-3 && smooth["notes"]["denoised"] == true, "{smooth}");
+}
+
+/// The ground below slats half a metre wide and as far apart, five metres up.
+fn slats(folder: &Path) -> PathBuf {
+    let site = ground(folder);
+    let mut text = String::new();
+    for i in 0..40 {
+        let x = f64::from(i) - 20.0;
+        let corners = [[x, 20.0], [x + 0.5, 20.0], [x + 0.5, -20.0], [x, -20.0]];
+        corners.iter().for_each(|[x, z]| writeln!(text, "v {x} 5 {z}").unwrap());
+        writeln!(text, "f {} {} {} {}", 4 * i + 1, 4 * i + 2, 4 * i + 3, 4 * i + 4).unwrap();
+    }
+    fs::write(site.join("slats.obj"), text).unwrap();
+    let above = "[[part]]\nfile = \"slats.obj\"\nlight = \"vertex\"\n[sky]\n";
+    let text = fs::read_to_string(site.join("site.toml")).unwrap().replace("[sky]\n", above);
+    fs::write(site.join("site.toml"), text).unwrap();
+    site
+}
+
+#[test]
+fn a_sharp_sun_s_shadows_end_within_a_texel() {
+    let folder = TempDir::new().unwrap();
+    let site = slats(folder.path());
+    let steepest = |more: &[&str]| {
+        let (_, light) = solved(&site, &[&["--time", "12:00", "--bounces", "0"][..], more].concat());
+        let beside = |x: u32, y: u32| [(x - 1, y), (x, y - 1)].map(|(a, b)| (light.pixel(x, y) - light.pixel(a, b)).x.abs());
+        (1..64).flat_map(|y| (1..64).flat_map(move |x| beside(x, y))).fold(0.0, f32::max)
+    };
+    // over six metres the sun's disc blurs an edge over as many centimetres, of which a texel has 1.6
+    let (sharp, soft) = (steepest(&["--sharp-sun"]), steepest(&[]));
+    assert!(sharp > 1.0 && sharp > 1.8 * soft, "{sharp} and {soft}");
+}
+
+#[test]
+fn a_cartoon_has_its_bands_under_the_brightest_sky() {
+    let folder = TempDir::new().unwrap();
+    let site = slats(folder.path());
+    let (report, light) = solved(&site, &["--time", "12:00", "--model", "cartoon"]);
+    assert_eq!(report["notes"]["surface"], "cartoon");
+    let all: Vec<f32> = light.pixels.iter().map(|p| luminance(*p)).collect();
+    let white = all.iter().copied().fold(0.0, f32::max);
+    let share = |band: f32| all.iter().filter(|light| (3.0 * **light / white - band).abs() < 0.01).count();
+    assert!(white > 5.0 && share(3.0) > 1000 && share(1.0) + share(2.0) > 1000, "{white}: {:?}", [1.0, 2.0, 3.0].map(share));
+}
+
+#[test]
+fn a_measured_luminaire_shines_as_its_file_says() {
+    let folder = TempDir::new().unwrap();
+    let site = ground(folder.path());
+    // 4,000 candelas all around below, nothing above; as much as a point of them from there
+    let ies = "IESNA:LM-63-2002\n[TEST] own\n[MANUFAC] none\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 10\n0 90\n0\n4000 4000\n";
+    fs::write(site.join("lamp.ies"), ies).unwrap();
+    let lit_by = |light: &str| {
+        let lamps = site.join("lamps.toml");
+        fs::write(&lamps, format!("[[light]]\nplace = [0.5, 2.0, -0.5]\n{light}\n")).unwrap();
+        solved(&site, &["--sky", "none", "--lights", lamps.to_str().unwrap()])
+    };
+    let (report, measured) = lit_by("kind = \"ies\"\nfile = \"lamp.ies\"");
+    let (_, point) = lit_by("kind = \"point\"\namount = { intensity_cd = 4000.0 }");
+    assert!(mean(&report) > 0.25, "{report}");
+    for (a, b) in measured.pixels.iter().zip(&point.pixels) {
+        assert!((*a - *b).abs().max_element() < 1e-4, "{a} and {b}");
+    }
+    let (dimmed, _) = lit_by("kind = \"ies\"\nfile = \"lamp.ies\"\nfactor = 0.5");
+    assert!((mean(&dimmed) / mean(&report) - 0.5).abs() < 1e-3, "{dimmed}");
+}
+
+/// A floor of two colours with a wall, a post that is lit at its vertices, and a step that has coordinates and a plain albedo; nothing says where two of them end.
+fn three_parts(folder: &Path) -> PathBuf {
+    let site = ground(folder);
+    let floor = "mtllib floor.mtl\nv 0 0 0\nv 2 0 0\nv 2 0 -2\nv 0 0 -2\nv 2 1 -2\nv 0 1 -2\nvt 0 0\nvt 3 0\nvt 3 3\nvt 0 3\nvt 3 5\nvt 0 5\n\
+                 usemtl red\nf 1/1 2/2 3/3\nusemtl blue\nf 1/1 3/3 4/4\nusemtl red\nf 4/4 3/3 5/5 6/6\n";
+    fs::write(site.join("floor.obj"), floor).unwrap();
+    fs::write(site.join("floor.mtl"), "newmtl red\nKd 0.6 0.2 0.2\nnewmtl blue\nKd 0.2 0.2 0.6\n").unwrap();
+    fs::write(site.join("post.obj"), "v 1 0 -1\nv 1.1 0 -1\nv 1.1 1 -1\nv 1 1 -1\nf 1 2 3 4\n").unwrap();
+    let step = "v 0 0 1\nv 1 0 1\nv 1 0.5 1\nv 0 0.5 1\nv 1 0.5 0.5\nv 0 0.5 0.5\nvt 0.1 0.1\nvt 0.9 0.1\nvt 0.9 0.5\nvt 0.1 0.5\nvt 0.9 0.9\nvt 0.1 0.9\n\
+                f 4/4 3/3 5/5 6/6\nf 1/1 2/2 3/3 4/4\n";
+    fs::write(site.join("step.obj"), step).unwrap();
+    let text = fs::read_to_string(site.join("site.toml")).unwrap();
+    let (head, rest) = text.split_once("[[part]]").unwrap();
+    let sky = &rest[rest.find("[sky]").unwrap()..];
+    let parts = "[[part]]\nfile = \"floor.obj\"\n[[part]]\nfile = \"post.obj\"\nname = \"a post\"\nlight = \"vertex\"\n\
+                 [[part]]\nfile = \"step.obj\"\nalbedo = [0.5, 0.5, 0.5]\n";
+    fs::write(site.join("site.toml"), format!("{head}{parts}{sky}")).unwrap();
+    site
+}
+
+#[test]
+fn parts_return_as_their_files_are() {
+    let folder = TempDir::new().unwrap();
+    let site = three_parts(folder.path());
+    solved(&site, &["--sky", "even", "--kind", "exr,combined", "--samples", "64"]);
+    let models = ["model.glb", "lit.glb"].map(|name| site.join("out").join(name));
+    for model in &models {
+        let glb = Glb::read(model);
+        let names: Vec<&str> =
+            glb.json["nodes"].as_array().unwrap().iter().map(|node| node["name"].as_str().unwrap()).collect();
+        assert_eq!(names, ["floor", "a post", "step"]);
+        for (mesh, file) in ["floor", "post", "step"].into_iter().enumerate() {
+            let of_file = read(&site.join(format!("{file}.obj")), &ImportOptions::default()).unwrap();
+            let count = of_file.positions.len();
+            let primitives = glb.json["meshes"][mesh]["primitives"].as_array().unwrap();
+            let attributes = &primitives[0]["attributes"];
+            let positions = glb.floats::<3>(&attributes["POSITION"]);
+            assert!(of_file.positions.iter().zip(&positions).all(|(a, b)| a.to_array() == *b), "{file}");
+            let triangles = primitives.iter().flat_map(|primitive| glb.triangles(&primitive["indices"]));
+            let triangles: Vec<[u32; 3]> = triangles.collect();
+            // red, and then blue, in the model of two materials; in one piece where light and albedo are one
+            let order =
+                if file == "floor" && model.ends_with("model.glb") { vec![0, 2, 3, 1] } else { (0..triangles.len()).collect() };
+            assert_eq!((triangles.len(), order.len()), (of_file.triangles.len(), of_file.triangles.len()));
+            for (triangle, t) in triangles.iter().zip(order) {
+                let corners = of_file.triangles[t].map(|v| of_file.positions[v as usize].to_array());
+                assert_eq!(triangle.map(|v| positions[v as usize]), corners, "{file}, triangle {t}");
+                if !of_file.uvs.is_empty() {
+                    let uvs = glb.floats::<2>(&attributes["TEXCOORD_0"]);
+                    assert_eq!(
+                        triangle.map(|v| uvs[v as usize]),
+                        of_file.triangles[t].map(|v| of_file.uvs[v as usize].to_array())
+                    );
+                }
+            }
+            let split = positions.len() - count;
+            assert_eq!(
+                (split, attributes["TEXCOORD_1"].is_null()),
+                if file == "post" { (0, true) } else { (2, false) },
+                "{file}"
+            );
+        }
+        let post = &glb.json["materials"][glb.json["meshes"][1]["primitives"][0]["material"].as_u64().unwrap() as usize];
+        assert!(post["extras"].is_null() && post["extensions"].is_null(), "{post}");
+    }
+    assert_valid(&models);
+}
+
+#[test]
+fn several_textures_hold_more() {
+    let folder = TempDir::new().unwrap();
+    let site = three_parts(folder.path());
+    let out = folder.path().join("several");
+    let lit = |textures: &str| -> Value {
+        let ran = done(&[
+            &"lightmap",
+            &site,
+            &"--sky",
+            &"even",
+            &"--size",
+            &"64",
+            &"--samples",
+            &"64",
+            &"--textures",
+            &textures,
+            &"--kind",
+            &"exr,ktx2,rgbe,combined",
+            &"-o",
+            &out,
+            &"--json",
+        ]);
+        serde_json::from_str(&ran.out).unwrap()
+    };
+    let (one, two) = (lit("1"), lit("2"));
+    assert_eq!((one["textures"].as_u64(), two["textures"].as_u64()), (Some(1), Some(2)));
+    assert!(two["texels_per_m"].as_f64().unwrap() > 1.1 * one["texels_per_m"].as_f64().unwrap(), "{one} {two}");
+    let files: Vec<&str> = two["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap()).collect();
+    let expected =
+        "light-1.exr light-1.ktx2 light-1.rgbe.png light-2.exr light-2.ktx2 light-2.rgbe.png lit.glb model.glb lightmap.json";
+    assert_eq!(files, expected.split(' ').collect::<Vec<_>>());
+    for file in ["light-1.exr", "light-2.exr"] {
+        let light = HdrImage::read(out.join(file)).unwrap();
+        assert!(light.width == 64 && light.pixels.iter().all(|p| p.min_element() > 0.1), "{file}");
+    }
+    let (model, lit_model) = (Glb::read(&out.join("model.glb")), Glb::read(&out.join("lit.glb")));
+    let mut named: Vec<String> = model.json["materials"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|material| material["extras"]["lightMap"]["file"].as_str().map(str::to_owned))
+        .collect();
+    named.sort();
+    named.dedup();
+    assert_eq!(named, ["light-1.exr", "light-2.exr"]);
+    assert_eq!(lit_model.json["images"].as_array().unwrap().len(), 2);
+    let ran = run(&[&"lightmap", &site, &"--textures", &"65"]);
+    assert_eq!(ran.code, 2, "{}", ran.err);
 }
