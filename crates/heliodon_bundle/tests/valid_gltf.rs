@@ -8,28 +8,7 @@ mod common;
 use common::{MONO, RGB, chunk, lapse, meta, texture_png, write};
 use heliodon_bundle::export::{ExportOptions, export_lit};
 use heliodon_bundle::{BundleReader, BundleWriter, LightLayout, WriterOptions};
-use std::path::{Path, PathBuf};
-use std::process::Command;
-
-/// The validator's reports, or `None` where it is not to be had.
-#[expect(clippy::print_stdout, reason = "a test that skips says so")]
-fn validate(files: &[PathBuf]) -> Option<Vec<serde_json::Value>> {
-    let script = Path::new("../../scripts/validate_gltf/validate");
-    let run = Command::new("bash").arg(script).args(files).output();
-    let missing = match &run {
-        Ok(output) if output.status.code() != Some(3) => None,
-        Ok(output) => Some(String::from_utf8_lossy(&output.stderr).into_owned()),
-        Err(error) => Some(format!("bash: {error}")),
-    };
-    if let Some(why) = missing {
-        assert!(std::env::var_os("HELIODON_REQUIRE_GLTF_VALIDATOR").is_none(), "{why}");
-        println!("skipped: {why}");
-        return None;
-    }
-    let output = run.ok()?;
-    let text = String::from_utf8_lossy(&output.stdout);
-    Some(serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}: {text} {}", String::from_utf8_lossy(&output.stderr))))
-}
+use heliodon_testkit::gltf::validate;
 
 #[test]
 fn every_variant_passes_the_khronos_validator() {
