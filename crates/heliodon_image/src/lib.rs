@@ -27,16 +27,16 @@ mod tga;
 mod tiff;
 pub mod view_layers;
 
-pub use bc6h::{decode_bc6h, encode_bc6h};
+pub use bc6h::{Bc6h, decode_bc6h, encode_bc6h};
 pub use bc7::{Bc7Quality, decode_bc7, encode_bc7};
 pub use contact_sheet::{SheetLayout, contact_sheet};
 pub use error::ImageError;
 pub use hdr_image::{HdrImage, PixelRepairs};
-pub use ktx2::ktx2_bc6h;
+pub use ktx2::{ktx2_bc6h, ktx2_of_bc6h};
 pub use openexr::ExrSamples;
 pub use picture::{Picture, PictureFile};
 pub use resample::Wrap;
-pub use rgbe::{from_rgbe8, rgbe8};
+pub use rgbe::{from_rgbe8, rgbe8, rgbe8_step};
 pub use srgb_image::SrgbImage;
 pub use texture_wrap::TextureWrap;
 

@@ -6,7 +6,8 @@
 use crate::{HdrImage, SrgbImage};
 use glam::Vec3;
 
-/// The image with the common exponent, plus 128, in the fourth component. Errors are at most 1/256 of the largest component. Not a picture to look at, and not sRGB.
+/// The image with the common exponent, plus 128, in the fourth component. Errors are at most 1/256 of the largest component, and each component is a multiple of
+/// [`rgbe8_step`]. Not a picture to look at, and not sRGB.
 #[must_use]
 pub fn rgbe8(image: &HdrImage) -> SrgbImage {
     SrgbImage { width: image.width, height: image.height, pixels: image.pixels.iter().map(|&color| encode(color)).collect() }
@@ -18,16 +19,25 @@ pub fn from_rgbe8(image: &SrgbImage) -> HdrImage {
     HdrImage { width: image.width, height: image.height, pixels: image.pixels.iter().map(|&pixel| decode(pixel)).collect() }
 }
 
-fn encode(color: Vec3) -> [u8; 4] {
+/// What lies between two values of a component, beside the others of a colour; `None` where it becomes black. With it a colour has components of at most 255 steps.
+#[must_use]
+pub fn rgbe8_step(color: Vec3) -> Option<f32> {
+    Some(libm::ldexpf(1.0, common_exponent(color)? - 8))
+}
+
+fn common_exponent(color: Vec3) -> Option<i32> {
     let largest = if color.is_finite() { color.max_element() } else { 0.0 };
     if largest < 1.0e-32 {
-        return [0; 4];
+        return None;
     }
-    let (_, mut exponent) = libm::frexpf(largest);
+    let (_, exponent) = libm::frexpf(largest);
     // a component that rounds up to 256 takes the next exponent
-    if (libm::ldexpf(largest, 8 - exponent) + 0.5) as u32 > 255 {
-        exponent += 1;
-    }
+    let rounds_up = (libm::ldexpf(largest, 8 - exponent) + 0.5) as u32 > 255;
+    Some(if rounds_up { exponent + 1 } else { exponent })
+}
+
+fn encode(color: Vec3) -> [u8; 4] {
+    let Some(exponent) = common_exponent(color) else { return [0; 4] };
     let component = |x: f32| (libm::ldexpf(x.max(0.0), 8 - exponent) + 0.5).min(255.0) as u8;
     [component(color.x), component(color.y), component(color.z), (exponent + 128).clamp(0, 255) as u8]
 }
@@ -52,6 +62,8 @@ mod tests {
         let back = from_rgbe8(&rgbe8(&image));
         for (a, b) in image.pixels.iter().zip(&back.pixels) {
             assert!((*a - *b).abs().max_element() <= a.max_element() / 255.0, "{a} became {b}");
+            let steps = *b / rgbe8_step(*a).unwrap();
+            assert!(steps.fract() == Vec3::ZERO && steps.max_element() <= 255.0, "{a}: {steps}");
         }
         let odd = HdrImage { width: 3, height: 1, pixels: vec![Vec3::NAN, Vec3::ZERO, Vec3::new(-1.0, 0.999_999, 0.0)] };
         assert_eq!(from_rgbe8(&rgbe8(&odd)).pixels, [Vec3::ZERO, Vec3::ZERO, Vec3::new(0.0, 1.0, 0.0)]);

@@ -15,16 +15,21 @@ const ALIGNMENT: usize = 16;
 /// The bytes of a KTX 2.0 file: the image as BC6H, then half as large each, `levels` in all: at least 1, and at most down to one pixel. The first row is that of v = 0.
 #[must_use]
 pub fn ktx2_bc6h(image: &HdrImage, levels: u32) -> Vec<u8> {
-    let mut images = vec![image.clone()];
-    while images.len() < levels as usize
-        && let Some(last) = images.last().filter(|last| last.width > 1 || last.height > 1)
-    {
-        images.push(halved(last));
+    ktx2_of_bc6h(image, encode_bc6h(image), levels)
+}
+
+/// As [`ktx2_bc6h`], where the first level's blocks are given.
+#[must_use]
+pub fn ktx2_of_bc6h(image: &HdrImage, blocks: Vec<u8>, levels: u32) -> Vec<u8> {
+    let mut images = vec![blocks];
+    let mut last = image.clone();
+    while images.len() < levels as usize && (last.width > 1 || last.height > 1) {
+        last = halved(&last);
+        images.push(encode_bc6h(&last));
     }
-    let levels: Vec<Vec<u8>> = images.iter().map(encode_bc6h).collect();
     let descriptor = block_descriptor(MODEL, [0, 1.0_f32.to_bits()]);
     let values = [key_value("KTXorientation", "rd"), key_value("KTXwriter", "Heliodon")].concat();
-    let levels: Vec<(&[u8], u64)> = levels.iter().map(|level| (level.as_slice(), level.len() as u64)).collect();
+    let levels: Vec<(&[u8], u64)> = images.iter().map(|level| (level.as_slice(), level.len() as u64)).collect();
     let head = Head { vk: BC6H_UFLOAT, type_bytes: 1, size: [image.width, image.height], packing: 0 };
     head.file(0, &levels, &descriptor, &values, ALIGNMENT)
 }

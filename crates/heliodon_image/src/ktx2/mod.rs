@@ -6,7 +6,7 @@
 mod bc6h;
 
 pub(crate) use bc6h::halved;
-pub use bc6h::ktx2_bc6h;
+pub use bc6h::{ktx2_bc6h, ktx2_of_bc6h};
 
 use crate::ImageError;
 use crate::error::COPY_AGAIN;
