@@ -5,6 +5,7 @@
 //! nearest to them that fit). Texels that only filtering asks for change more easily than those that lie on the surface. At creases light changes, and nothing
 //! is matched. Where charts are much narrower than a texel rounds come together slowly: `settle` takes what they leave of it.
 
+mod choose;
 mod settle;
 
 use crate::charts::for_each_pair;
@@ -269,7 +270,9 @@ impl Seams {
     /// As [`Seams::close`].
     #[must_use]
     pub fn widest(&self, values: &[f32]) -> f32 {
-        self.most(values, |[one, other]| (one - other).abs())
+        let own = self.of_touched(values);
+        let apart = |[one, other]: [f32; 2]| (one - other).abs();
+        self.matches.iter().map(|matched| apart(matched.sides(&own))).fold(0.0, f32::max)
     }
 
     /// By how many codes of eight bits both sides are shown apart at most ([`shown_codes`]), of one value of each texel.
@@ -278,12 +281,18 @@ impl Seams {
     /// As [`Seams::close`].
     #[must_use]
     pub fn widest_shown(&self, values: &[f32], white: f32) -> f32 {
-        self.most(values, |[one, other]| shown_codes(one - other, 0.5 * (one + other), white))
+        self.shown_apart(values, white).into_iter().fold(0.0, f32::max)
     }
 
-    fn most(&self, values: &[f32], apart: impl Fn([f32; 2]) -> f32) -> f32 {
+    /// By how many codes both sides are shown apart, place by place.
+    ///
+    /// # Panics
+    /// As [`Seams::close`].
+    #[must_use]
+    pub fn shown_apart(&self, values: &[f32], white: f32) -> Vec<f32> {
         let own = self.of_touched(values);
-        self.matches.iter().map(|matched| apart(matched.sides(&own))).fold(0.0, f32::max)
+        let shown = |[one, other]: [f32; 2]| shown_codes(one - other, 0.5 * (one + other), white);
+        self.matches.iter().map(|matched| shown(matched.sides(&own))).collect()
     }
 
     /// The texels that each place is filtered from, on both sides.

@@ -45,14 +45,14 @@ impl Seams {
 }
 
 /// Which places ask for a texel.
-struct Asks {
+pub(super) struct Asks {
     /// Where each texel's begin in `places`, and the end of all.
     starts: Vec<u32>,
     places: Vec<u32>,
 }
 
 impl Asks {
-    fn new(matches: &[Match], texels: usize) -> Self {
+    pub fn new(matches: &[Match], texels: usize) -> Self {
         let mut pairs: Vec<(u32, u32)> =
             (0..).zip(matches).flat_map(|(place, matched)| matched.asked().map(move |(texel, _)| (texel, place))).collect();
         pairs.sort_unstable();
@@ -60,7 +60,7 @@ impl Asks {
         Self { starts, places: pairs.into_iter().map(|(_, place)| place).collect() }
     }
 
-    fn of(&self, texel: u32) -> &[u32] {
+    pub fn of(&self, texel: u32) -> &[u32] {
         &self.places[self.starts[texel as usize] as usize..self.starts[texel as usize + 1] as usize]
     }
 }

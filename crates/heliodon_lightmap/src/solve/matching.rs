@@ -7,7 +7,7 @@ use crate::seams::Seams;
 use glam::Vec3;
 
 /// Both sides of a border may be shown apart by so many codes of eight bits.
-const SEAM_CODES: f32 = 0.5;
+pub(super) const SEAM_CODES: f32 = 0.5;
 
 /// By how much both sides of borders still differ at most.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -121,6 +121,6 @@ fn apart(light: &[Vec3]) -> Vec<f32> {
 }
 
 /// What is shown as white.
-fn white(light: &[Vec3]) -> f32 {
+pub(super) fn white(light: &[Vec3]) -> f32 {
     bright(light.iter().map(|light| light.max_element()).collect())
 }

@@ -8,6 +8,7 @@
 //! same ([`crate::seams`]). Nothing shines through: rays start off the surface on the side that the texel shows, and off the sides of its triangle, so that no
 //! ray starts in the plane of the wall that rises there; and what lies on both sides of a wall thinner than a texel is dark where one side is.
 
+mod coded;
 mod denoise;
 mod directions;
 mod fill;

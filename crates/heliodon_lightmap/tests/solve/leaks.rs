@@ -89,7 +89,7 @@ fn bright(bench: Bench, first_stride: u32) -> (Bench, LightMap) {
 }
 
 /// The brightest that filtering shows within a room whose walls' inner sides lie at the sides of `shell`, of its floor and ceiling, and of the ground around it.
-fn inside_and_outside(bench: &Bench, map: &LightMap) -> (f32, f32) {
+pub fn inside_and_outside(bench: &Bench, map: &LightMap) -> (f32, f32) {
     let is_inside = |p: Vec3| p.x > 2e-3 && p.x < 3.998 && p.z > 2e-3 && p.z < 4.998 && (p.y == 0.0 || p.y == 3.0);
     let is_outside = |p: Vec3| p.x < -0.4 && p.y == 0.0;
     let all = bench.filtered(map);
@@ -101,15 +101,25 @@ fn inside_and_outside(bench: &Bench, map: &LightMap) -> (f32, f32) {
     (brightest(&is_inside), brightest(&is_outside))
 }
 
+/// Rooms of slabs on a floor of small charts, which lies outside as well, with walls of a thickness and textures of a side.
+fn on_small_charts(thickness: f32, side: u32, longest: f32) -> (Bench, LightMap) {
+    let scene = slabs_on_floor(thickness, 9);
+    let all = scene.triangles.len();
+    bright(Bench::cut(scene, side, all, ChartParams { longest, ..ChartParams::default() }), 8)
+}
+
+/// Some that are entirely dark.
+pub fn dark_rooms() -> impl Iterator<Item = (Bench, LightMap)> {
+    [(192, 0.12), (128, 0.06)].into_iter().map(|(side, longest)| on_small_charts(0.3, side, longest))
+}
+
 #[test]
 fn seams_of_a_floor_under_walls_bring_no_light_into_a_room() {
     // in the third a corner sees a little of the day, matched or not
     for (thickness, side, longest, most) in
         [(0.3, 192, 0.12, 0.0), (0.3, 128, 0.06, 0.0), (0.2, 192, 0.06, 1.0e-6), (0.2, 256, 0.12, 0.0)]
     {
-        let scene = slabs_on_floor(thickness, 9);
-        let all = scene.triangles.len();
-        let (bench, map) = bright(Bench::cut(scene, side, all, ChartParams { longest, ..ChartParams::default() }), 8);
+        let (bench, map) = on_small_charts(thickness, side, longest);
         assert!(bench.unwrapped.charts.len() > 40, "{} charts", bench.unwrapped.charts.len());
         let (inside, outside) = inside_and_outside(&bench, &map);
         assert!(inside <= most * outside && outside > 1000.0, "{thickness} {side} {longest}: {inside} of {outside}");

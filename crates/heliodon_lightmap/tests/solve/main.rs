@@ -4,6 +4,7 @@
 
 mod backs;
 mod bench;
+mod encoded;
 mod leaks;
 mod models;
 mod seams;

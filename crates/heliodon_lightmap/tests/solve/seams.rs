@@ -47,25 +47,27 @@ fn oil_lamp(place: [f64; 3]) -> LightSpec {
     LightSpec::Point(PointSpec { name: None, place, colour: [9.0, 5.0, 1.9], amount: Amount::RadiantIntensity(1.0) })
 }
 
-#[test]
-fn shaded_differences_across_borders_are_below_what_eight_bits_show() {
-    let meshes = [
-        ("ball", ball(1.0, 32)),
-        ("hills", hills(40)),
-        (
-            "balls on a floor",
-            ball(0.5, 24).moved(Vec3::Y * 0.5).and(ground(4.0, 8)).and(ball(0.3, 16).moved(Vec3::new(1.0, 0.3, 0.2))),
-        ),
-        ("room with a ball", cuboid(Vec3::ZERO, Vec3::splat(3.0), 4).inside_out().and(ball(0.7, 24).moved(Vec3::splat(1.2)))),
+/// Scenes with charts of all kinds on the bench, and how they are solved.
+pub fn benches() -> impl Iterator<Item = (&'static str, Bench, SolveParams)> {
+    let meshes: [(&str, fn() -> Scene); 8] = [
+        ("ball", || ball(1.0, 32)),
+        ("hills", || hills(40)),
+        ("balls on a floor", || {
+            ball(0.5, 24).moved(Vec3::Y * 0.5).and(ground(4.0, 8)).and(ball(0.3, 16).moved(Vec3::new(1.0, 0.3, 0.2)))
+        }),
+        ("room with a ball", || {
+            cuboid(Vec3::ZERO, Vec3::splat(3.0), 4).inside_out().and(ball(0.7, 24).moved(Vec3::splat(1.2)))
+        }),
         // a sharp shadow runs over borders of small charts
-        ("tower on tiles", ground(4.0, 24).and(cuboid(Vec3::new(-0.3, 0.0, -0.3), Vec3::new(0.3, 2.0, 0.3), 1))),
-        ("ruins", ruins()),
-        ("workshop", studio()),
-        ("workshop with lamps", studio()),
+        ("tower on tiles", || ground(4.0, 24).and(cuboid(Vec3::new(-0.3, 0.0, -0.3), Vec3::new(0.3, 2.0, 0.3), 1))),
+        ("ruins", ruins),
+        ("workshop", studio),
+        ("workshop with lamps", studio),
     ];
-    for (name, scene) in meshes {
+    meshes.into_iter().map(|(name, scene)| {
         let is_workshop = name.starts_with("workshop");
         let side = if is_workshop || name == "ruins" { 384 } else { 256 };
+        let scene = scene();
         let (all, longest) = (scene.triangles.len(), if name.ends_with("tiles") { 0.1 } else { 1.0 });
         let charts = ChartParams { longest, ..ChartParams::default() };
         let mut bench = Bench::cut(scene, side, all, charts).under(WHITE).reflecting(0.6);
@@ -76,8 +78,14 @@ fn shaded_differences_across_borders_are_below_what_eight_bits_show() {
             }
         }
         let (error, samples) = if is_workshop || name == "ruins" { (0.1, 128) } else { (0.02, 2048) };
-        let solve =
-            |match_seams: bool| bench.solve(&SolveParams { bounces: 2, error, samples, match_seams, ..SolveParams::default() });
+        (name, bench, SolveParams { bounces: 2, error, samples, ..SolveParams::default() })
+    })
+}
+
+#[test]
+fn shaded_differences_across_borders_are_below_what_eight_bits_show() {
+    for (name, bench, params) in benches() {
+        let solve = |match_seams: bool| bench.solve(&SolveParams { match_seams, ..params.clone() });
         let (open, closed) = (solve(false), solve(true));
         let notes = &closed.notes;
         // half of a code is what rounding to eight bits hides
