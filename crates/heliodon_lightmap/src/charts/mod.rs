@@ -61,6 +61,22 @@ impl Chart {
     pub fn coordinates(&self, place: Vec3) -> Vec2 {
         self.plane.project(place) * self.scale
     }
+
+    /// By how much coordinates stretch a triangle's lengths, the most and the least, beside what was wanted: the singular values of the map, 1 where it keeps lengths. `None` of a triangle without area.
+    #[must_use]
+    pub fn stretch(&self, [a, b, c]: [Vec3; 3], density: f32) -> Option<[f32; 2]> {
+        let flat = |place: Vec3| self.coordinates(place).as_dvec2() / f64::from(density);
+        let (u, v) = (flat(b) - flat(a), flat(c) - flat(a));
+        let (along, other) = ((b - a).as_dvec3(), (c - a).as_dvec3());
+        let (length, twice) = (along.length(), along.cross(other).length());
+        // of unit steps along a side and square to it
+        let x = u / length;
+        let y = (v - x * (other.dot(along) / length)) / (twice / length);
+        let (sum, half) = (x.length_squared() + y.length_squared(), 0.5 * (x.length_squared() - y.length_squared()));
+        let apart = (half * half + x.dot(y) * x.dot(y)).sqrt();
+        let values = [0.5 * sum + apart, (0.5 * sum - apart).max(0.0)].map(|square| square.sqrt() as f32);
+        (twice > 0.0 && values.iter().all(|value| value.is_finite())).then_some(values)
+    }
 }
 
 /// What is known of a triangle.
