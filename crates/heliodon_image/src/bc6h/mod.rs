@@ -6,9 +6,10 @@
 //!
 //! Black stays black: what is 0 comes back as 0, whatever is beside it. The price is paid there: endpoints as far apart as 0 and 1 have ten bits in one region and six in two, so light in a block
 //! with black is off by a few parts of a hundred. Where colours of a block do not lie on a line or two, as at a shadow's edge, nothing holds them within a code of eight bits: texels of
-//! light maps are off by a quarter of a code in the root of the mean square where shadows are sharp, and single ones by 10 to 20.
+//! four light maps are off by 0.06 to 0.25 codes in the root of the mean square, single ones by 1 to 18.
 //!
-//! Why no kept crate: none in Rust encodes it without a foreign library. Why two regions, though they take two to three times as long: the error at such edges is a quarter to a third less.
+//! Why no kept crate: none in Rust encodes it without a foreign library. Why two regions, though they take two to three times as long: root mean squares there are 4 to 23 % less, and 18
+//! codes at most in place of 31.
 
 mod fit;
 mod modes;

@@ -6,8 +6,8 @@ use crate::files::{replace, write_whole};
 use crate::values::Exposure;
 use anyhow::{Context, Result};
 use glam::Vec3;
-use heliodon_image::ktx2::ktx2_bc6h;
-use heliodon_image::{HdrImage, SrgbImage, rgbe8};
+use heliodon_image::ktx2::ktx2_of_bc6h;
+use heliodon_image::{HdrImage, SrgbImage};
 use heliodon_lightmap::solve::{self, LightMap, match_seams, nearly_brightest};
 use heliodon_lightmap::texels::Texel;
 use heliodon_math::color::srgb8_from_linear;
@@ -53,7 +53,7 @@ impl Output<'_> {
             let light = self.map.image(self.lit.texels, sheet, self.lit.sides);
             for (kind, ending, _) in &beside {
                 let name = self.file_name(sheet, ending);
-                self.write_light(*kind, &light, &self.folder.join(&name))?;
+                self.write_light(*kind, (sheet, &light), &self.folder.join(&name))?;
                 written.push(name);
             }
         }
@@ -79,12 +79,17 @@ impl Output<'_> {
         if self.sheets().len() == 1 { format!("light.{ending}") } else { format!("light-{}.{ending}", sheet + 1) }
     }
 
-    fn write_light(&self, kind: Kind, light: &HdrImage, path: &Path) -> Result<()> {
+    /// Both sides of borders show the same in files of fewer bits too.
+    fn write_light(&self, kind: Kind, (sheet, light): (u16, &HdrImage), path: &Path) -> Result<()> {
+        let (texels, sides) = (self.lit.texels, self.lit.sides);
         match kind {
             Kind::Exr => replace(path, |path| Ok(light.write_exr(path)?)),
-            Kind::Ktx2 => write_whole(path, |file| file.write_all(&ktx2_bc6h(light, self.levels))),
+            Kind::Ktx2 => {
+                let bytes = ktx2_of_bc6h(light, self.map.bc6h(texels, sheet, sides), self.levels);
+                write_whole(path, |file| file.write_all(&bytes))
+            }
             Kind::Rgbe => {
-                let bytes = rgbe8(light).to_png_bytes()?;
+                let bytes = self.map.rgbe8(texels, sheet, sides).to_png_bytes()?;
                 write_whole(path, |file| file.write_all(&bytes))
             }
             // that light is in the model
