@@ -169,8 +169,6 @@ fn what_no_step_of_a_part_reads_leaves_the_parts_as_they_were_prepared() {
     for (text, kept) in [
         (more("ring = 3\n"), 3),
         (text.replace("name = \"cell\"", "name = \"cella\"\nlooks_at = [30, 1.5, 0]"), 3),
-        (more("purge_effort = \"preview\"\n"), 3),
-        (more("purge = false\n"), 3),
         (more("triangles = 600000\n"), 2),
         (more("edge_px = 6\n"), 0),
     ] {
