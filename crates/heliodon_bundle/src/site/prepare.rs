@@ -113,7 +113,6 @@ pub enum PurgeEffort {
 impl PurgeEffort {
     /// Whether it is what sites have that say nothing of it; these are written as they were before there was any.
     #[must_use]
-    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's skip_serializing_if passes a reference")]
     pub fn is_usual(&self) -> bool {
         *self == Self::Usual
     }

@@ -47,9 +47,12 @@ fn oil_lamp(place: [f64; 3]) -> LightSpec {
     LightSpec::Point(PointSpec { name: None, place, colour: [9.0, 5.0, 1.9], amount: Amount::RadiantIntensity(1.0) })
 }
 
+/// A scene, and what it is called.
+type Named = (&'static str, fn() -> Scene);
+
 /// Scenes with charts of all kinds on the bench, and how they are solved.
 pub fn benches() -> impl Iterator<Item = (&'static str, Bench, SolveParams)> {
-    let meshes: [(&str, fn() -> Scene); 8] = [
+    let meshes: [Named; 8] = [
         ("ball", || ball(1.0, 32)),
         ("hills", || hills(40)),
         ("balls on a floor", || {
