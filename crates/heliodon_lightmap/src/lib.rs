@@ -9,4 +9,5 @@ pub mod seams;
 pub mod solve;
 pub mod texels;
 pub mod unwrap;
+pub mod walls;
 pub mod weathering;

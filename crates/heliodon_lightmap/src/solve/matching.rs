@@ -1,9 +1,9 @@
 //! Both sides of borders between charts are made to show the same.
 
-use super::walls::DARK;
 use super::{Scene, bright};
 use crate::refine::Grid;
 use crate::seams::Seams;
+use crate::walls::DARK;
 use glam::Vec3;
 
 /// Both sides of a border may be shown apart by so many codes of eight bits.

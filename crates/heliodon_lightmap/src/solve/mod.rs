@@ -19,7 +19,6 @@ mod links;
 mod matching;
 pub mod models;
 mod stage;
-mod walls;
 
 pub use denoise::DenoiseParams;
 pub use matching::{Widest, match_seams, widest};
@@ -29,6 +28,7 @@ use crate::refine::{Grid, RefineParams, Refined, Sampled, refine};
 pub use crate::seams::{Seams, shown_codes};
 use crate::texels::Texel;
 use crate::unwrap::Unwrapped;
+use crate::walls::{DARK, Footing, Walls, take_from};
 use denoise::denoise;
 use directions::{EVEN, Lookouts};
 use gather::{Arriving, Found, Gather};
@@ -41,7 +41,6 @@ use kept::Kept;
 use models::{Illumination, SurfaceModel};
 use serde::{Deserialize, Serialize};
 use stage::Stage;
-use walls::Walls;
 
 /// What part of the light triangles reflect, linear Rec. 709, each component in [0, 1]: of a triangle, at the weights of its second and third corner.
 pub type Albedo<'a> = &'a (dyn Fn(u32, f32, f32) -> Vec3 + Sync);
@@ -246,10 +245,14 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
     let floor = params.dark * brightness(scene.texels.len(), |texels| first(texels, f32::MAX));
     let mut first_at_floor = |texels: &[u32]| sampled(first(texels, floor));
     let mut refined = refine(&grid, 3, &refine_params(params, floor, Vec::new()), &mut first_at_floor);
-    let (lain_on, mut asked) = walls::lain_on(&stage, &grid);
+    let (start, is_own) = (|texel: u32| stage.start(texel), |triangle: u32, texel: u32| scene.is_own(triangle, texel));
+    let footing = Footing { rays: scene.rays, grid: &grid, start: &start, is_own: &is_own };
+    let all: Vec<u32> = (0..grid.len() as u32).collect();
+    let (lain_on, mut asked) = footing.lain_on(&all);
     let mut parted = vec![false; scene.texels.len()];
     let walls = loop {
-        let (walls, traced) = Walls::find(&stage, &grid, &refined.valid, &lain_on);
+        let stands: Vec<bool> = refined.valid.iter().zip(&lain_on).map(|(valid, lain_on)| *valid && !lain_on).collect();
+        let (walls, traced) = Walls::find(&footing, &stands, &|_, _| true);
         asked += traced;
         parted.fill(false);
         walls.texels().for_each(|texel| parted[texel as usize] = true);
@@ -305,7 +308,8 @@ pub fn solve(scene: &Scene, models: &Models, params: &SolveParams) -> Result<Lig
     }
     let bright = bright(seen(scene.texels, &light, &valid).map(luminance).collect());
     light.iter_mut().zip(&stage.places).for_each(|(light, place)| *light = models.surface.shown(*light, place, bright));
-    walls.darken(&mut light);
+    let darkened = walls.darkened(DARK, |texel| light[texel as usize].max_element());
+    take_from(&darkened, &mut light, 1);
     let parted = stage.parted.iter().filter(|parted| **parted).count();
     let seen: Vec<bool> = valid.iter().zip(&lain_on).map(|(valid, lain_on)| *valid && !lain_on).collect();
     let seams = matching::seams(scene, &grid, &seen, &stage.whole, &light);
@@ -409,6 +413,12 @@ fn mean(texels: &[Texel], light: &[Vec3], valid: &[bool]) -> Vec3 {
 impl Scene<'_> {
     fn corners(&self, triangle: u32) -> [Vec3; 3] {
         self.triangles[triangle as usize].map(|v| self.positions[v as usize])
+    }
+
+    /// Whether a triangle that was met is of the chart of a texel.
+    fn is_own(&self, triangle: u32, texel: u32) -> bool {
+        let chart = &self.unwrapped.chart;
+        chart.get(triangle as usize) == chart.get(self.texels[texel as usize].triangle as usize)
     }
 
     /// What is reflected at a place: no more than all light, and nothing of what is no number.

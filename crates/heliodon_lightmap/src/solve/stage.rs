@@ -3,6 +3,7 @@
 use super::Scene;
 use crate::refine::Place;
 use crate::texels::{Texel, cell};
+use crate::walls::ABOVE;
 use glam::{Vec2, Vec3};
 use heliodon_math::frame::unit_or;
 use heliodon_rays::{Hit, Ray};
@@ -13,8 +14,6 @@ const NOBODY: u32 = u32::MAX;
 /// Places nearer to a side of their triangle than so many starting distances are moved in by as much: a ray that starts in the very plane of the wall that rises
 /// from there would have both sides of it.
 const INWARD: f32 = 4.0;
-/// Rays between places of one surface go so far above it, as a part of their length: what is lower, as a carpet, parts nothing.
-pub(super) const ABOVE: f32 = 1.0 / 16.0;
 /// Texels so far around one with a wall on it may stand for a place of it, and so many are asked whether they see it.
 const AROUND: i32 = 2;
 const ASKED: usize = 4;
@@ -95,6 +94,11 @@ impl<'a> Stage<'a> {
         let charted = scene.unwrapped.triangles.iter().zip(&scene.unwrapped.sheet).map(charted).collect();
         let (parted, whole) = (Vec::new(), Vec::new());
         (Self { scene, places, planes, origins, offset_m, parted, whole, texel_at, charted }, albedo)
+    }
+
+    /// Where a texel's rays start, and the normal of its triangle's plane.
+    pub fn start(&self, texel: u32) -> (Vec3, Vec3) {
+        (self.origins[texel as usize], self.planes[texel as usize])
     }
 
     /// Whether a texel's rays go in a direction.
