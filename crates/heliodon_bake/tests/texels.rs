@@ -86,6 +86,27 @@ impl Baked {
     fn moment(&self) -> Moment {
         Day::new(self.bundle.lapse().clone()).at(12.0 * 3600.0, Blend::default())
     }
+
+    /// Places all over the triangles of wanted normals, so many for a metre along their longest sides, with their normals and what the atlas shows there.
+    fn shown(&self, per_m: f32, wanted: impl Fn(Vec3) -> bool, mut visit: impl FnMut(Vec3, Vec3, Light)) {
+        let texels: TexelLight = self.bundle.read_texels().unwrap().unwrap();
+        let (layout, moment) = (self.bundle.manifest().light, self.moment());
+        for chunk in self.chunks() {
+            for corners in chunk.triangles.iter().map(|t| t.map(|v| v as usize)) {
+                let normal = chunk.normals[corners[0]];
+                let [a, b, c] = corners.map(|v| chunk.positions[v]);
+                let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+                let steps = (longest * per_m).ceil() as u16;
+                let shares = (0..=steps).flat_map(|i| (0..=steps - i).map(move |j| [i, j]));
+                for [u, v] in shares.filter(|_| wanted(normal)).map(|shares| shares.map(|i| f32::from(i) / f32::from(steps))) {
+                    let mix =
+                        |of: &dyn Fn(usize) -> Vec3| of(corners[0]) * (1.0 - u - v) + of(corners[1]) * u + of(corners[2]) * v;
+                    let uv = mix(&|corner| chunk.texel_uvs[corner].extend(0.0)).truncate();
+                    visit(mix(&|corner| chunk.positions[corner]), normal, texels.light(layout, &moment, uv, normal));
+                }
+            }
+        }
+    }
 }
 
 /// The place in the atlas of a point of a chunk's surface.
@@ -173,29 +194,62 @@ fn closed_room() -> Baked {
 #[test]
 fn a_closed_room_stays_dark_to_the_last_texel() {
     let baked = closed_room();
-    let texels: TexelLight = baked.bundle.read_texels().unwrap().unwrap();
-    let (layout, moment) = (baked.bundle.manifest().light, baked.moment());
     let (mut inside, mut outside, mut bright) = (0, 0, 0);
-    for chunk in baked.chunks() {
-        for t in &chunk.triangles {
-            let corners = t.map(|v| v as usize);
-            for (u, v) in (0..=20_u8).flat_map(|i| (0..=20 - i).map(move |j| (f32::from(i) / 20.0, f32::from(j) / 20.0))) {
-                let mix = |of: &dyn Fn(usize) -> Vec3| of(corners[0]) * (1.0 - u - v) + of(corners[1]) * u + of(corners[2]) * v;
-                let p = mix(&|corner| chunk.positions[corner]);
-                let uv = mix(&|corner| chunk.texel_uvs[corner].extend(0.0)).truncate();
-                let normal = chunk.normals[corners[0]];
-                let light = texels.light(layout, &moment, uv, normal);
-                if p.abs().max_element() < 2.1 {
-                    inside += 1;
-                    assert_eq!(light.total(), Vec3::ZERO, "{p}");
-                } else {
-                    outside += 1;
-                    bright += u32::from(light.sky.min_element() > 0.05);
-                }
+    baked.shown(
+        5.0,
+        |_| true,
+        |p, _, light| {
+            if p.abs().max_element() < 2.1 {
+                inside += 1;
+                assert_eq!(light.total(), Vec3::ZERO, "{p}");
+            } else {
+                outside += 1;
+                bright += u32::from(light.sky.min_element() > 0.05);
             }
-        }
-    }
+        },
+    );
     assert!(inside > 2000 && bright == outside, "{inside} inside, {bright} of {outside} bright");
+}
+
+#[test]
+fn what_walls_keep_dark_is_so_from_kept_blocks_too() {
+    let baked = room_of_slabs(0.05, 9, (128, "rgb"));
+    let files = baked.bundle.manifest().files.clone();
+    let plan =
+        Plan::new(Site::read(baked.folder.path()).unwrap(), BakeOptions::new(baked.folder.path().join("bundle"))).unwrap();
+    let kept = fs::read_dir(plan.cache_root()).unwrap().flatten().flat_map(|folder| fs::read_dir(folder.path()).unwrap());
+    let of_all = kept.flatten().filter(|file| file.file_name().to_string_lossy().starts_with("texel-light-"));
+    assert_eq!(of_all.map(|file| fs::remove_file(file.path()).unwrap()).count(), 1);
+    fs::rename(baked.folder.path().join("bundle"), baked.folder.path().join("before")).unwrap();
+    let (report, again) = bake_again(baked.folder.path());
+    assert_eq!(again.manifest().files, files);
+    for stage in ["sun on texels", "sky on texels", "bounced sun on texels"] {
+        let all = |stage: &str| report.taken.iter().any(|taken| taken.stage == stage && taken.blocks == taken.of);
+        assert!(all(stage), "{stage}: {:?}", report.taken);
+    }
+}
+
+#[test]
+fn a_wall_in_the_open_keeps_its_sun() {
+    let site = format!(
+        "[site]\nname = \"A wall\"\n[[part]]\nfile = \"wall.obj\"\nlight = \"texel\"\n{SKY}[bake]\nsamples = 64\nbounces = 1\ntexels = 128\n"
+    );
+    let ground = (Vec3::new(-4.0, 0.0, 4.0), Vec3::X * 8.0, Vec3::NEG_Z * 8.0, 1);
+    let wall = cuboid(Vec3::new(-0.05, 0.0, -3.0), Vec3::new(0.0, 2.0, 3.0), 1, false);
+    let baked = bake_site(&site, &[("wall.obj", rectangles(&[vec![ground], wall].concat()))]);
+    let texel_m = 1.0 / baked.bundle.manifest().texels.as_ref().unwrap().per_m;
+    let (mut sunlit, mut shaded) = (0, 0);
+    baked.shown(
+        24.0,
+        |normal| normal.y > 0.5,
+        |p, _, light| {
+            if p.y == 0.0 && p.z.abs() < 2.0 && p.x.abs() > texel_m && p.x.abs() < 1.5 {
+                assert_eq!(light.sun.x > 1.0, p.x > 0.0, "{p}: {}", light.sun);
+                *(if p.x > 0.0 { &mut sunlit } else { &mut shaded }) += 1;
+            }
+        },
+    );
+    assert!(texel_m > 0.05 && sunlit.min(shaded) > 1000, "{texel_m}: {sunlit} and {shaded}");
 }
 
 #[test]
@@ -254,4 +308,68 @@ fn left_to_itself_a_part_is_lit_by_texels_where_its_triangles_are_large_and_ther
         |baked: &Baked| baked.chunks().iter().map(|chunk| (chunk.part, !chunk.texel_uvs.is_empty())).collect::<Vec<_>>();
     assert_eq!(by_texels(&bake_with("texels = 128\n")), [(0, true), (1, false)]);
     assert_eq!(by_texels(&bake_with("")), [(0, false), (1, false)]);
+}
+
+/// A closed room of slabs so thick that touch and reach into each other, on a floor that goes on outside, of so many squares a side.
+fn room_of_slabs(thickness: f32, squares: u32, (texels, transfer): (u32, &str)) -> Baked {
+    let site = format!(
+        "[site]\nname = \"A room\"\n[[part]]\nfile = \"room.obj\"\nlight = \"texel\"\n{SKY}[bake]\nsamples = 64\nbounces = 3\ntransfer = \"{transfer}\"\ntexels = {texels}\n"
+    );
+    let t = thickness;
+    let floor = cuboid(Vec3::new(-2.0, -t, -2.0), Vec3::new(7.0, 0.0, 7.0), squares, false);
+    let slabs = [
+        (Vec3::new(-t, 0.0, -t), Vec3::new(0.0, 3.0, 5.0 + t)),
+        (Vec3::new(4.0, 0.0, -t), Vec3::new(4.0 + t, 3.0, 5.0 + t)),
+        (Vec3::new(-0.5 * t, -0.5 * t, -t), Vec3::new(4.0 + 0.5 * t, 3.0 + 0.5 * t, 0.0)),
+        (Vec3::new(0.0, 0.0, 5.0), Vec3::new(4.0, 3.0, 5.0 + t)),
+        (Vec3::new(-t, 3.0, -t), Vec3::new(4.0 + t, 3.0 + t, 5.0 + t)),
+    ];
+    let slabs = slabs.into_iter().flat_map(|(low, high)| cuboid(low, high, 1, false));
+    let slabs: Vec<_> = floor.into_iter().chain(slabs).collect();
+    bake_site(&site, &[("room.obj", rectangles(&slabs))])
+}
+
+#[test]
+fn walls_thinner_than_a_texel_keep_a_room_dark() {
+    // Cells of the vertices' solve, in which surfaces reflect, end at walls where squares do. Where they do not a little light comes in with them, and of the bounced sun with
+    // those of thicker walls, which is no matter of texels.
+    let mono = (128, "mono");
+    for (thickness, squares, atlas, brought_in) in [
+        (0.05, 9, mono, 0.0),
+        (0.05, 9, (256, "rgb"), 0.0),
+        (0.15, 9, (128, "rgb"), 1.0e-3),
+        (0.05, 1, mono, 2.0e-2),
+        (0.05, 1, (256, "rgb"), 2.0e-2),
+    ] {
+        let baked = room_of_slabs(thickness, squares, atlas);
+        let manifest = baked.bundle.manifest();
+        let texel_m = 1.0 / manifest.texels.as_ref().unwrap().per_m;
+        assert!(texel_m > thickness && manifest.light.bounce_floats() > 0, "{texel_m}");
+        // at the foot of walls, farther inside, and outside
+        let (mut most, mut counts) = ([[0.0_f32; 3]; 3], [0; 3]);
+        let is_level = |normal: Vec3| normal.y.abs() > 0.5;
+        baked.shown(24.0, is_level, |p, normal, light| {
+            let from_wall = p.x.min(4.0 - p.x).min(p.z).min(5.0 - p.z);
+            let is_floor = p.y == 0.0 && normal.y > 0.0;
+            let place = if from_wall > 2e-3 && (is_floor || (p.y == 3.0 && normal.y < 0.0)) {
+                // within a texel of the coarsest level, that of the bounced sun
+                usize::from(from_wall > 4.0 * texel_m)
+            } else if is_floor && from_wall < -0.4 {
+                2
+            } else {
+                return;
+            };
+            counts[place] += 1;
+            let lights = [light.sun, light.sky, light.bounce];
+            most[place].iter_mut().zip(lights).for_each(|(most, light)| *most = most.max(light.max_element()));
+        });
+        let [foot, inside, outside] = most;
+        let told = format!(
+            "{thickness}, {squares} squares, {atlas:?}, texels of {texel_m} m: sun, sky and bounce {foot:?}, {inside:?}, {outside:?}"
+        );
+        assert!(counts.iter().all(|count| *count > 1000) && outside.iter().all(|light| *light > 0.0), "{told}");
+        let is_within =
+            |lights: [f32; 3], part: f32| lights.iter().zip(outside).all(|(light, outside)| *light <= part * outside);
+        assert!(is_within(foot, f32::max(brought_in, 1.0e-3)) && is_within(inside, brought_in), "{told}");
+    }
 }

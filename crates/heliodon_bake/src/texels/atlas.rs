@@ -50,6 +50,17 @@ pub struct Texels {
     pub grid: Grid,
 }
 
+impl Texels {
+    /// What holds for the texels of a coarser level, for those of this one that lie within them; `elsewhere` for the others.
+    pub fn of_coarser(&self, coarser: &Self, values: &[bool], elsewhere: bool) -> Vec<bool> {
+        let shift = self.side.ilog2() - coarser.side.ilog2();
+        let at = |texel: &Texel, shift: u32| (texel.y >> shift) as usize * coarser.side as usize + (texel.x >> shift) as usize;
+        let mut all = vec![elsewhere; (coarser.side * coarser.side) as usize];
+        coarser.texels.iter().zip(values).for_each(|(texel, &value)| all[at(texel, 0)] = value);
+        self.texels.iter().map(|texel| all[at(texel, shift)]).collect()
+    }
+}
+
 impl Atlas {
     /// The atlas of a scene's parts that want one; none where no part does. What `cache` holds of the same surfaces is taken from there, and what it does not
     /// is kept in it.
@@ -151,6 +162,19 @@ impl Atlas {
             left -= range.len();
         }
         triangle
+    }
+
+    /// The chart of a triangle of the scene; none where it has no texels.
+    #[must_use]
+    pub fn chart(&self, triangle: u32) -> Option<u32> {
+        let mut first = 0;
+        for range in &self.triangles {
+            if range.contains(&(triangle as usize)) {
+                return self.unwrapped.chart.get(first + triangle as usize - range.start).copied();
+            }
+            first += range.len();
+        }
+        None
     }
 
     /// The part of the site that an unwrapped triangle belongs to.

@@ -2,13 +2,14 @@
 //!
 //! One atlas for all such parts of a site, in whole squares of 4 x 4 texels, so that three mip levels of a chart take from no other. Light comes from the solve
 //! of the vertices, by the very rays and sums that serve them: sun masks at every texel, the sky's transfer where it changes ([`heliodon_lightmap::refine`]),
-//! the bounced sun, which changes slowly, at every square.
+//! the bounced sun, which changes slowly, at every square. Walls thinner than a texel keep dark rooms dark ([`walls`]).
 
 mod atlas;
 mod choice;
 mod kept;
 mod levels;
 mod stage;
+mod walls;
 mod weathering;
 
 pub use atlas::{Atlas, expects_texels, texels_first};
@@ -27,8 +28,8 @@ use atlas::Texels;
 use heliodon_bundle::texels::{TEXEL_LEVELS, float_texture, sky_level, sun_texture};
 use heliodon_bundle::{LightLayout, TexelLight};
 use heliodon_light::SunMasks;
-use heliodon_lightmap::texels::Texel;
 use stage::TexelValues;
+use walls::{Walled, is_dark};
 
 /// Light in texels as it is solved, before it is put into textures.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,7 +42,7 @@ pub struct BakedTexels {
     pub(crate) bounce: Vec<f32>,
     /// Texels whose light was asked for, of the sky and of the bounce.
     pub samples: [u64; 2],
-    /// Rays of their gather,
+    /// Rays of their gather, and those that looked for walls between them,
     pub gather_rays: u64,
     /// and to the suns.
     pub mask_rays: u64,
@@ -63,42 +64,48 @@ pub fn bake_texels(
     let fine = atlas.texels(scene, 0);
     let masks = solved.masks(&(atlas, &fine), work, &names.masks)?;
     let above = atlas.texels(scene, sky_level(solved.channels()));
-    let sky = solved.values(&(atlas, &above), Asked::Sky, work, &names.sky)?;
+    let mut sky = solved.values(&(atlas, &above), Asked::Sky, work, &names.sky)?;
+    let darkened = Walled { solved, atlas, texels: &above }.darken(&mut sky);
+    let (masks, rays) = shown(Walled { solved, atlas, texels: &fine }, masks, (&above, &sky));
     let mut baked = BakedTexels {
-        masks: shown(&fine, &masks, &(&above, &sky.valid)),
-        sky: closed(scene, atlas, &above, &sky),
+        masks: masks.words,
+        sky: closed(scene, atlas, &above, &sky, &darkened),
         bounce: Vec::new(),
         samples: [sky.samples, 0],
-        gather_rays: sky.rays,
+        gather_rays: sky.rays + rays,
         mask_rays: masks.rays,
     };
     if solved.sun.is_some() {
         let coarse = atlas.texels(scene, TEXEL_LEVELS - 1);
-        let bounce = solved.values(&(atlas, &coarse), Asked::Bounce, work, &names.bounce)?;
-        baked.bounce = closed(scene, atlas, &coarse, &bounce);
+        let mut bounce = solved.values(&(atlas, &coarse), Asked::Bounce, work, &names.bounce)?;
+        let darkened = Walled { solved, atlas, texels: &coarse }.darken(&mut bounce);
+        baked.bounce = closed(scene, atlas, &coarse, &bounce, &darkened);
         baked.samples[1] = bounce.samples;
         baked.gather_rays += bounce.rays;
     }
     Ok(baked)
 }
 
-/// The masks of texels: of those that lie inside of something, as the texels of another level tell, the nearest that do not.
-fn shown(fine: &Texels, masks: &SunMasks, (level, valid): &(&Texels, &[bool])) -> Vec<u32> {
-    let shift = fine.side.ilog2() - level.side.ilog2();
-    let at = |texel: &Texel, shift: u32| (texel.y >> shift) as usize * level.side as usize + (texel.x >> shift) as usize;
-    let mut is_valid = vec![true; (level.side * level.side) as usize];
-    level.texels.iter().zip(*valid).for_each(|(texel, &valid)| is_valid[at(texel, 0)] = valid);
-    let valid: Vec<bool> = fine.texels.iter().map(|texel| is_valid[at(texel, shift)]).collect();
+/// The masks of texels: of those that lie inside of something, as the texels of the sky's level tell, the nearest that do not, and none beside walls of what is dark; and the rays that looked
+/// for walls.
+fn shown(fine: Walled, masks: SunMasks, (level, sky): (&Texels, &TexelValues)) -> (SunMasks, u64) {
+    let valid = fine.texels.of_coarser(level, &sky.valid, true);
     let words = masks.words_per_point();
     let of = |&texel: &u32| &masks.words[texel as usize * words..(texel as usize + 1) * words];
-    fine.grid.nearest_valid(&valid).iter().flat_map(of).copied().collect()
+    let mut shown: Vec<u32> = fine.texels.grid.nearest_valid(&valid).iter().flat_map(of).copied().collect();
+    let brightest = sky.ambient.iter().copied().fold(0.0, f32::max);
+    let dark: Vec<bool> = sky.ambient.iter().map(|&ambient| is_dark(ambient, brightest)).collect();
+    let rays = fine.darken_masks(&mut shown, words, &valid, &fine.texels.of_coarser(level, &dark, false));
+    (SunMasks { words: shown, ..masks }, rays)
 }
 
-/// The values of texels with both sides of every seam brought together.
-fn closed(scene: &Scene, atlas: &Atlas, texels: &Texels, found: &TexelValues) -> Vec<f32> {
+/// The values of texels with both sides of every seam brought together, but of those that walls darkened: what is beside these is dark or is not.
+fn closed(scene: &Scene, atlas: &Atlas, texels: &Texels, found: &TexelValues, darkened: &[u32]) -> Vec<f32> {
     let count = texels.texels.len();
     let width = found.values.len() / count.max(1);
-    let seams = atlas.seams(scene, texels, &found.valid);
+    let mut matched = found.valid.clone();
+    darkened.iter().for_each(|&texel| matched[texel as usize] = false);
+    let seams = atlas.seams(scene, texels, &matched);
     let mut apart: Vec<f32> = (0..width).flat_map(|i| found.values.iter().skip(i).step_by(width)).copied().collect();
     seams.close_all(&mut apart, SEAM);
     (0..count).flat_map(|texel| (0..width).map(move |i| (texel, i))).map(|(texel, i)| apart[i * count + texel]).collect()

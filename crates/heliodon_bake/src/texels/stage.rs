@@ -51,6 +51,8 @@ pub struct SolvedScene<'a> {
 pub struct TexelValues {
     /// Numbers of each, texel by texel.
     pub values: Vec<f32>,
+    /// How much of a sky that is the same all over reaches each: what no sky reaches is dark.
+    pub ambient: Vec<f32>,
     /// Whether each lies where light can be.
     pub valid: Vec<bool>,
     /// Texels that were sampled.
@@ -149,7 +151,10 @@ impl SolvedScene<'_> {
     /// Input that the solver refuses, a cache that cannot be written.
     pub fn values(&self, texels: &dyn Lit, asked: Asked, work: &Work, name: &str) -> Result<TexelValues, BakeError> {
         let (params, [sky, bounce]) = (self.params(), self.widths());
-        let count = if asked == Asked::Sky { sky } else { bounce };
+        let channels = params.channels.count();
+        // the sky's first numbers are of what is the same all over; with the bounced sun they come last
+        let (count, ambient) =
+            if asked == Asked::Sky { (sky, 0..channels) } else { (bounce + channels, bounce..bounce + channels) };
         let refining = RefineParams {
             first_stride: if asked == Asked::Sky { 8 } else { 1 },
             error: (ERROR_PER_SAMPLE / params.samples as f32).max(LEAST_ERROR),
@@ -170,7 +175,14 @@ impl SolvedScene<'_> {
             match received {
                 Ok(received) if failed.is_none() => {
                     rays += received.rays;
-                    let values = if asked == Asked::Sky { received.sky_transfer } else { received.sun_bounce };
+                    let of_both = |texel: usize| {
+                        let of_sky = &received.sky_transfer[texel * sky..][..channels];
+                        received.sun_bounce[texel * bounce..][..bounce].iter().chain(of_sky).copied()
+                    };
+                    let values = match asked {
+                        Asked::Sky => received.sky_transfer,
+                        Asked::Bounce => (0..texels_asked.len()).flat_map(of_both).collect(),
+                    };
                     Sampled { values, valid: received.valid.iter().map(|&flag| flag == 1).collect(), reach_m: received.reach_m }
                 }
                 other => {
@@ -184,7 +196,13 @@ impl SolvedScene<'_> {
         work.reporter.finished();
         match failed {
             Some(error) => Err(error),
-            None => Ok(TexelValues { values, valid, samples: samples as u64, rays }),
+            None => {
+                let of_texels = || values.chunks_exact(count);
+                let ambient = of_texels().map(|of| of[ambient.clone()].iter().copied().fold(0.0, f32::max)).collect();
+                let values =
+                    if asked == Asked::Sky { values } else { of_texels().flat_map(|of| &of[..bounce]).copied().collect() };
+                Ok(TexelValues { values, ambient, valid, samples: samples as u64, rays })
+            }
         }
     }
 
