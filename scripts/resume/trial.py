@@ -100,14 +100,18 @@ class Run:
         return "after " + ended.group(1) if ended else "after: " + lines[-1].split(":")[0]
 
 
-def make_temple(program, site, triangles, more=SETTINGS):
-    """A site whose stages all have something to do, and little of it."""
+def make_temple(program, site, triangles, more=SETTINGS, shown=False):
+    """A site whose stages all have something to do, and little of it; with `shown`, also those of texels, of a panorama and of the scan itself."""
     made = Run(program, ["new", site, "--template", "temple", "--triangles", triangles])
     if made.end() != 0:
         raise SystemExit("new failed: " + "\n".join(made.lines))
     path = site / "site.toml"
     text = path.read_text().replace("samples = 128 ", "samples = 32\nsun_steps = 3\nsky_steps = 3\nbounces = 2 ")
-    path.write_text(text.replace('transfer = "rgb"', 'transfer = "mono"').replace("atmosphere", "hosek-wilkie", 1) + more)
+    text = text.replace('transfer = "rgb"', 'transfer = "mono"').replace("atmosphere", "hosek-wilkie", 1) + more
+    if shown:
+        text = text.replace("samples = 32", "samples = 32\ntexels = 128").replace("[prepare]\n", "[prepare]\nscan = true\npanorama = 64\n")
+        text = text.replace("[[part]]\n", '[[part]]\nlight = "texel"\n', 1)
+    path.write_text(text)
 
 
 def ply(vertices, faces, data, before=""):
