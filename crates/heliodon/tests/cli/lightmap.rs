@@ -35,6 +35,13 @@ fn mean(report: &Value) -> f64 {
     report["notes"]["mean"][0].as_f64().unwrap()
 }
 
+/// Writes a file with a lamp two metres above the middle of the ground, and tells its name.
+fn lamp(site: &Path) -> String {
+    let lamps = site.join("lamps.toml");
+    fs::write(&lamps, "[[light]]\nkind = \"point\"\nplace = [0.5, 2.0, -0.5]\namount = { intensity_cd = 4000.0 }\n").unwrap();
+    lamps.to_str().unwrap().to_owned()
+}
+
 #[test]
 fn open_ground_has_all_of_an_even_sky_in_every_kind() {
     let folder = TempDir::new().unwrap();
@@ -75,17 +82,9 @@ fn open_ground_has_all_of_an_even_sky_in_every_kind() {
 fn the_site_s_sky_and_lights_of_a_file_add_up() {
     let folder = TempDir::new().unwrap();
     let site = ground(folder.path());
-    let lamps = folder.path().join("lamps.toml");
-    fs::write(&lamps, "[[light]]\nkind = \"point\"\nplace = [0.5, 2.0, -0.5]\namount = { intensity_cd = 4000.0 }\n").unwrap();
-    let mean = |more: &[&str]| {
-        let mut arguments: Vec<&dyn AsRef<OsStr>> = vec![&"lightmap", &site, &"--size", &"64", &"--json"];
-        arguments.extend(more.iter().map(|argument| argument as &dyn AsRef<OsStr>));
-        let report: Value = serde_json::from_str(&done(&arguments).out).unwrap();
-        report["notes"]["mean"][1].as_f64().unwrap()
-    };
-    let lamps = lamps.to_str().unwrap();
-    let (sky, lamp) = (mean(&["--time", "12:00"]), mean(&["--sky", "none", "--lights", lamps]));
-    let both = mean(&["--time", "12:00", "--lights", lamps]);
+    let (lamps, mean) = (lamp(&site), |more: &[&str]| mean(&solved(&site, more).0));
+    let (sky, lamp) = (mean(&["--time", "12:00"]), mean(&["--sky", "none", "--lights", &lamps]));
+    let both = mean(&["--time", "12:00", "--lights", &lamps]);
     // straight below it 4 kcd over pi and 4 square metres, a little less at the corners
     assert!(lamp > 0.25 && lamp < 0.32, "{lamp}");
     assert!(sky > 5.0 && (both / (sky + lamp) - 1.0).abs() < 0.01, "{sky}, {lamp}, {both}");
@@ -215,9 +214,7 @@ fn an_overcast_sky_is_three_times_as_bright_above() {
 fn models_leave_out_what_they_do_not_know() {
     let folder = TempDir::new().unwrap();
     let site = ground(folder.path());
-    let lamps = folder.path().join("lamps.toml");
-    fs::write(&lamps, "[[light]]\nkind = \"point\"\nplace = [0.5, 2.0, -0.5]\namount = { intensity_cd = 4000.0 }\n").unwrap();
-    let lamps = lamps.to_str().unwrap();
+    let lamps = &lamp(&site);
     let (sky, _) = solved(&site, &["--model", "sky", "--sky", "even", "--radiance", "2", "--lights", lamps]);
     assert!((mean(&sky) - 2.0).abs() < 2e-3 && sky["notes"]["illumination"] == "sky only", "no lamp: {sky}");
     let (open, _) = solved(&site, &["--model", "occlusion", "--sky", "none", "--lights", lamps]);

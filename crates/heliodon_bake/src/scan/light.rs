@@ -59,11 +59,9 @@ impl Scan<'_> {
         let pieces = || block_ranges(0..count, receiving_at_once(count));
         let some = || pieces().map(|range| vertices.receivers(solved.receiving, range));
 
-        let told = "sun on the scan";
-        work.reporter.stage(told, count as u64);
         let batches = Batches::new(work.reporter);
-        let stage = BlockStage { reporter: &batches, told: true, ..work.stage(&names.masks, told) };
-        stage.tell_kept(0..pieces().map(|range| solved.mask_ranges(range.len()).len()).sum());
+        let blocks = pieces().map(|range| solved.mask_ranges(range.len()).len()).sum();
+        let stage = begin(*work, &batches, (&names.masks, "sun on the scan"), (count, blocks));
         let mut first_block = 0;
         for receivers in some() {
             let ranges = solved.mask_ranges(receivers.points().len());
@@ -74,11 +72,9 @@ impl Scan<'_> {
         }
         work.reporter.finished();
 
-        let told = "sky and bounced sun on the scan";
-        work.reporter.stage(told, count as u64);
         let batches = Batches::new(work.reporter);
-        let stage = BlockStage { reporter: &batches, told: true, ..work.stage(&names.sky, told) };
-        stage.tell_kept(0..pieces().map(|range| solved.ranges(range.len()).len()).sum());
+        let blocks = pieces().map(|range| solved.ranges(range.len()).len()).sum();
+        let stage = begin(*work, &batches, (&names.sky, "sky and bounced sun on the scan"), (count, blocks));
         let mut first_block = 0;
         for receivers in some() {
             for ranges in solved.ranges(receivers.points().len()).chunks(AT_ONCE) {
@@ -160,6 +156,19 @@ impl BakedScan {
         }
         Some(baked)
     }
+}
+
+/// Begins a stage of so many vertices, whose blocks are done batch by batch, and tells which of them are done already.
+fn begin<'a>(
+    work: Work<'a>,
+    batches: &'a Batches<'a>,
+    (file_stage, told): (&'a str, &'a str),
+    (vertices, blocks): (usize, usize),
+) -> BlockStage<'a> {
+    work.reporter.stage(told, vertices as u64);
+    let stage = BlockStage { reporter: batches, told: true, ..work.stage(file_stage, told) };
+    stage.tell_kept(0..blocks);
+    stage
 }
 
 /// How many of so many vertices receive light at once: an eighth, for the places of all take more memory than their light, but not so few that threads wait for one another.
