@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Kills `heliodon prepare` and `heliodon bake` at random moments, goes on, and compares the bundle with that of a bake nobody killed.
 
-    scripts/resume/kills.py HELIODON [--rounds 200] [--minutes M] [--seed S] [--folder DIR] [--shown] [--keep]
+    scripts/resume/kills.py HELIODON [--rounds 200] [--minutes M] [--seed S] [--folder DIR] [--triangles N] [--shown] [--keep]
 
-HELIODON is the program. A site is made (a temple of 50,000 triangles, few rays, [prepare]), baked once, and then again and again: each time
+HELIODON is the program. A site is made (a temple of 50,000 triangles or of --triangles, few rays, [prepare]), baked once, and then again and again: each time
 from nothing, `prepare` and `bake` or `bake` alone, killed up to ten times each and run to the end. Every second kill comes at a random time
 within the run's length, the others right after a random line of progress, so that short stages are met as well. A bundle that differs in one
 byte, or a run that fails, ends with exit code 1. With --shown the site has texels, a panorama and the scan itself besides. Nothing stays behind, but with --keep the folder of a failure. Time lost is what a chain of
@@ -115,13 +115,14 @@ def main():
     parser.add_argument("--minutes", type=float, default=float("inf"), help="begin nothing new after so long")
     parser.add_argument("--seed", type=int, default=int(time.time()))
     parser.add_argument("--folder", type=Path, help="where all is made; it must not be there yet")
+    parser.add_argument("--triangles", type=int, default=50_000, help="of the temple: with millions, what a kill loses of a scan")
     parser.add_argument("--shown", action="store_true", help="with texels, a panorama and the scan itself")
     parser.add_argument("--keep", action="store_true", help="keep the folder where something fails, to look at it")
     options = parser.parse_args()
     with working_folder(options.folder, "kills-", options.keep) as folder:
         print(f"seed {options.seed}, in {folder}", flush=True)
         test = Test(os.path.abspath(options.heliodon), folder, options.seed)
-        make_temple(test.program, test.site, 50000, shown=options.shown)
+        make_temple(test.program, test.site, options.triangles, shown=options.shown)
         test.measure()
         begun = time.monotonic()
         while test.kills.total() < options.rounds and time.monotonic() - begun < 60 * options.minutes:

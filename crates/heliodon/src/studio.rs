@@ -124,7 +124,7 @@ impl Studio {
     /// What the viewer would show and these pictures do not, if they are traced.
     pub fn left_out(&self) -> Option<String> {
         let manifest = self.bundle.manifest();
-        let details = manifest.parts.iter().any(|part| part.detail.is_some());
+        let details = manifest.parts.iter().any(|part| part.details().next().is_some());
         let views = manifest.parts.iter().any(|part| part.views.is_some());
         let purged = !manifest.rooms.is_empty() && manifest.parameters.prepare.as_ref().is_some_and(|prepare| prepare.purge);
         let there = [

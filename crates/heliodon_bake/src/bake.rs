@@ -300,7 +300,7 @@ fn write_bundle(
         writer.add_texel_weathering(&weathering_layer(scene, atlas, &baked.texels, &weather.looks))?;
     }
     let weathered = weather.as_ref().map(|(weather, baked)| WeatheredAlbedo::new(weather, baked, mesh));
-    let maker = ChunkMaker::new(scene, atlas, VertexValues::of(light), layout).weathered(weathered);
+    let maker = ChunkMaker::new(scene, atlas, VertexValues::of(light), layout).weathered(weathered).detailed(&plan.site);
     let mut textures = Textures::default();
     reporter.stage("writing", mesh.triangles.len() as u64);
     reporter.progress(0);

@@ -1,6 +1,7 @@
-//! The bundle's primitives: spatially tight pieces of at most 20,000 triangles, each of one part and one texture, with the
+//! The bundle's primitives: spatially tight pieces of at most 20,000 triangles, each of one part, one texture and one detail, with the
 //! light of their vertices.
 
+use crate::details::material_kinds;
 use crate::light::BakedLight;
 use crate::scene::Scene;
 use crate::texels::Atlas;
@@ -8,9 +9,10 @@ use crate::weathering::WeatheredAlbedo;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use heliodon_bundle::chunk::MAX_CHUNK_TRIANGLES;
+use heliodon_bundle::site::{Detail, SiteFile};
 use heliodon_bundle::{LightLayout, LitChunk, VertexLight};
 use heliodon_mesh::Mesh;
-use heliodon_mesh::chunk::{Chunk, split};
+use heliodon_mesh::chunk::{Chunk, split_by_kind};
 use std::collections::HashMap;
 
 /// The light of a scene's N vertices, as chunks show it.
@@ -62,6 +64,8 @@ impl<'a> VertexValues<'a> {
 
 /// Makes the chunks of a scene, part by part.
 pub struct ChunkMaker<'a> {
+    /// The details of each part, which may be of some of its materials; none where nobody tells.
+    details: Vec<&'a [Detail]>,
     scene: &'a Scene,
     atlas: Option<&'a Atlas>,
     light: VertexValues<'a>,
@@ -73,7 +77,19 @@ impl<'a> ChunkMaker<'a> {
     /// For `scene`, whose vertices have `light`.
     #[must_use]
     pub fn new(scene: &'a Scene, atlas: Option<&'a Atlas>, light: VertexValues<'a>, layout: LightLayout) -> Self {
-        Self { scene, atlas, light, layout, weathered: None }
+        Self { details: Vec::new(), scene, atlas, light, layout, weathered: None }
+    }
+
+    /// With the details of the site's parts.
+    #[must_use]
+    pub fn detailed(self, site: &'a SiteFile) -> Self {
+        Self { details: site.parts.iter().map(|part| part.detail.as_slice()).collect(), ..self }
+    }
+
+    /// Pieces of a part's mesh, apart where its materials have details of their own.
+    fn split(&self, part: usize, of_part: &Mesh) -> Vec<Chunk> {
+        let kinds = self.details.get(part).map_or_else(Vec::new, |details| material_kinds(details, &of_part.materials));
+        split_by_kind(of_part, MAX_CHUNK_TRIANGLES, &kinds)
     }
 
     /// With the weathered albedo of vertices; what is lit by texels has its weathering in texels.
@@ -104,7 +120,7 @@ impl<'a> ChunkMaker<'a> {
             materials: mesh.materials.clone(),
             ..Mesh::default()
         };
-        split(&of_part, MAX_CHUNK_TRIANGLES)
+        self.split(part, &of_part)
     }
 
     /// The atlas and its triangles of a part that is lit by texels.
@@ -133,7 +149,7 @@ impl<'a> ChunkMaker<'a> {
             materials: mesh.materials.clone(),
             ..Mesh::default()
         };
-        let mut pieces = split(&of_part, MAX_CHUNK_TRIANGLES);
+        let mut pieces = self.split(part, &of_part);
         for vertex in pieces.iter_mut().flat_map(|piece| &mut piece.vertices) {
             *vertex = own[*vertex as usize];
         }
@@ -157,6 +173,7 @@ impl<'a> ChunkMaker<'a> {
         LitChunk {
             part: part as u16,
             texture,
+            detail: piece.kind.checked_sub(1),
             positions: vertices.iter().map(|&vertex| mesh.positions[vertex]).collect(),
             normals: vertices.iter().map(|&vertex| mesh.normals[vertex]).collect(),
             uvs: texture.map_or_else(Vec::new, |_| vertices.iter().map(|&vertex| mesh.uvs[vertex]).collect()),

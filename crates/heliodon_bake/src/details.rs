@@ -6,18 +6,29 @@ use crate::report::Reporter;
 use crate::scene::Scene;
 use glam::Mat3;
 use heliodon_bundle::detail::{DetailFault, import};
-use heliodon_bundle::site::{DetailMapping, InputFile, InputKind, Site};
+use heliodon_bundle::site::{Detail, DetailMapping, InputFile, InputKind, Site};
 use heliodon_bundle::{BundleWriter, ConfigError};
 use heliodon_image::SrgbImage;
 use heliodon_image::detail::{DetailError, DetailImport, DetailTexture};
 use heliodon_image::view_layers::ViewLayers;
+use heliodon_mesh::Material;
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 /// The detail textures of a site's parts that have one, and the files of views.
 #[derive(Debug, Default)]
 pub(crate) struct Details {
-    of_parts: Vec<(usize, DetailTexture)>,
+    of_parts: Vec<PartDetail>,
     views: Vec<PartViews>,
+}
+
+/// A detail of a part.
+#[derive(Debug)]
+struct PartDetail {
+    part: usize,
+    /// Which of the part's.
+    number: usize,
+    texture: DetailTexture,
 }
 
 /// The views of a part. They are large, and read again when they are written.
@@ -45,16 +56,20 @@ impl Details {
     /// An image that cannot serve, with its place in `site.toml` and a remedy.
     pub fn read(site: &Site, files: &[InputFile], reporter: &dyn Reporter) -> Result<Self, BakeError> {
         let mut of_parts = Vec::new();
-        for (index, part) in site.parts.iter().enumerate() {
-            let Some(detail) = &part.detail else { continue };
+        let all = site
+            .parts
+            .iter()
+            .enumerate()
+            .flat_map(|(part, of)| (0..).zip(&of.detail).map(move |(k, detail)| (part, k, detail)));
+        for (part, number, detail) in all {
             let fault = |fault: &DetailFault| {
                 let (message, remedy) = told(fault);
-                site.error_at(&["part", &index.to_string(), "detail", "file"], message, remedy)
+                site.error_at(&["part", &part.to_string(), "detail", &number.to_string(), "file"], message, remedy)
             };
             let texture = match detail.generated() {
                 Some(params) => DetailTexture::generate(&params).map_err(|error| fault(&error.into()))?,
                 None => {
-                    let Some(file) = files.iter().find(|file| file.kind == InputKind::Detail(index)) else { continue };
+                    let Some(file) = files.iter().find(|file| file.kind == InputKind::Detail(part, number)) else { continue };
                     let how = if detail.correct { DetailImport::corrected() } else { DetailImport::strict() };
                     let image = SrgbImage::read(&file.path).map_err(|error| fault(&DetailError::from(error).into()))?;
                     let (texture, doubts) = import(&image, &file.name, how).map_err(|error| fault(&error))?;
@@ -62,32 +77,49 @@ impl Details {
                     texture
                 }
             };
-            of_parts.push((index, texture));
+            of_parts.push(PartDetail { part, number, texture });
         }
         Ok(Self { of_parts, views: part_views(site, files)? })
     }
 
-    /// Sentences of parts whose detail goes by texture coordinates that some of their faces have not.
+    /// Sentences of parts whose details go by texture coordinates that some of their faces have not, or by names of materials that there are not.
     pub fn doubts(&self, site: &Site, scene: &Scene) -> Vec<String> {
         let mesh = &scene.mesh;
-        let is_bare = |triangle: usize| {
-            let material = mesh.triangle_material.get(triangle).map_or(0, |&material| usize::from(material));
-            mesh.materials.get(material).is_none_or(|material| material.texture.is_none())
-        };
-        let bare = |(part, _): &(usize, DetailTexture)| {
-            let of_site = &site.parts[*part];
-            let by_uv = of_site.detail.as_ref().is_some_and(|detail| detail.mapping == DetailMapping::Uv);
-            let range = &scene.parts[*part].drawn_triangles();
-            let count = if by_uv { range.clone().filter(|&triangle| is_bare(triangle)).count() } else { 0 };
-            (count > 0).then(|| {
-                format!(
-                    "part {}: {count} of {} triangles have no texture, whose coordinates its detail goes by: they show none; write mapping = \"triplanar\"",
-                    of_site.display_name(),
-                    range.len()
-                )
-            })
-        };
-        self.of_parts.iter().filter_map(bare).collect()
+        let material = |triangle: usize| mesh.triangle_material.get(triangle).map_or(0, |&material| usize::from(material));
+        let is_bare = |material: usize| mesh.materials.get(material).is_none_or(|material| material.texture.is_none());
+        let mut doubts = Vec::new();
+        for PartDetail { part, number, .. } in &self.of_parts {
+            let (of_site, range) = (&site.parts[*part], scene.parts[*part].drawn_triangles());
+            let (name, detail) = (of_site.display_name(), &of_site.detail[*number]);
+            let kinds = material_kinds(&of_site.detail, &mesh.materials);
+            // in the order of kinds, none first
+            let is_of = |triangle: &usize| kinds.get(material(*triangle)).is_none_or(|&kind| kind as usize == number + 1);
+            if let Some(pattern) = detail.material.as_ref().filter(|_| !range.clone().any(|triangle| is_of(&triangle))) {
+                let names: BTreeSet<&str> = range
+                    .clone()
+                    .filter_map(|triangle| mesh.materials.get(material(triangle)))
+                    .map(|material| material.name.as_str())
+                    .filter(|name| !name.is_empty())
+                    .collect();
+                let has = if names.is_empty() {
+                    "none with a name".to_owned()
+                } else {
+                    names.into_iter().collect::<Vec<_>>().join(", ")
+                };
+                doubts.push(format!("part {name}: no material `{pattern}` of its detail is left for it; there are: {has}"));
+            }
+            if detail.mapping == DetailMapping::Uv {
+                let (own, bare) = range.filter(is_of).fold((0_usize, 0_usize), |(own, bare), triangle| {
+                    (own + 1, bare + usize::from(is_bare(material(triangle))))
+                });
+                if bare > 0 {
+                    doubts.push(format!(
+                        "part {name}: {bare} of {own} triangles have no texture, whose coordinates its detail goes by: they show none; write mapping = \"triplanar\""
+                    ));
+                }
+            }
+        }
+        doubts
     }
 
     /// Puts them into a bundle, views with the directions that they have where their parts stand.
@@ -95,9 +127,10 @@ impl Details {
     /// # Errors
     /// As [`BundleWriter::add_detail`] and [`BundleWriter::add_views`], and views that cannot be read any more.
     pub fn write(&self, site: &Site, writer: &mut BundleWriter) -> Result<(), BakeError> {
-        for (part, texture) in &self.of_parts {
-            if let Some(detail) = &site.parts[*part].detail {
-                writer.add_detail(*part, texture, detail)?;
+        for PartDetail { part, number, texture } in &self.of_parts {
+            match &site.parts[*part].detail[..] {
+                [one] if one.material.is_none() => writer.add_detail(*part, texture, one)?,
+                several => writer.add_material_detail(*part, texture, &several[*number])?,
             }
         }
         for views in &self.views {
@@ -105,6 +138,17 @@ impl Details {
         }
         Ok(())
     }
+}
+
+/// Which of a part's details each material has: 0 none, else one more than its index. Empty where all of the part has the same, which needs no telling apart.
+#[must_use]
+pub fn material_kinds(details: &[Detail], materials: &[Material]) -> Vec<u32> {
+    if details.iter().all(|detail| detail.material.is_none()) {
+        return Vec::new();
+    }
+    let of = |name: &str| details.iter().position(|detail| detail.is_for(name)).map_or(0, |index| index as u32 + 1);
+    // a mesh without materials is all of one without a name
+    if materials.is_empty() { vec![of("")] } else { materials.iter().map(|material| of(&material.name)).collect() }
 }
 
 /// Looks at the views of all parts that have some.
@@ -167,13 +211,13 @@ mod tests {
         assert!(dark.contains("its mean is 110.00, not 128") && dark.contains("correct = true"), "{dark}");
         assert!(dark.contains("site.toml:5:"), "{dark}");
         let corrected = read(folder.path(), "{ file = \"d.png\", correct = true }").unwrap();
-        corrected.of_parts[0].1.validate().unwrap();
+        corrected.of_parts[0].texture.validate().unwrap();
         save(64, &|i| [[128, 90, 90, 255], [128, 166, 166, 255]][i as usize % 2]);
         assert!(told(file).contains("save it as a grey image"));
         save(32, &|i| [[90, 90, 90, 255], [166, 166, 166, 255]][i as usize % 2]);
         assert!(told(file).contains("64, 128, 256 or 512") && told(file).contains("`heliodon detail stone -o stone.png`"));
         std::fs::write(folder.path().join("d.png"), "no image").unwrap();
         assert!(told(file).contains("d.png"));
-        assert_eq!(read(folder.path(), "{ kind = \"wood\", texels = 64 }").unwrap().of_parts[0].1.width(), 64);
+        assert_eq!(read(folder.path(), "{ kind = \"wood\", texels = 64 }").unwrap().of_parts[0].texture.width(), 64);
     }
 }

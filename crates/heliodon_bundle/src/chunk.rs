@@ -130,6 +130,8 @@ pub struct LitChunk {
     pub part: u16,
     /// Index of its base colour image; multiplies `albedo`.
     pub texture: Option<u32>,
+    /// Index of its detail among those that its part has for some materials ([`crate::PartInfo::material_details`]).
+    pub detail: Option<u32>,
     /// N positions, metres.
     pub positions: Vec<Vec3>,
     /// N unit normals.

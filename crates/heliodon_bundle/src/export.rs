@@ -194,6 +194,7 @@ impl LitFile {
             pbr_metallic_roughness: Pbr { base_color_texture: shown, metallic_factor: 0.0, roughness_factor: 1.0 },
             double_sided: true,
             extensions: Some(MaterialExtensions { unlit: Some(Unlit {}) }),
+            extras: None,
         });
         self.materials.insert(texture, materials.len() - 1);
         Ok(materials.len() - 1)

@@ -113,6 +113,15 @@ pub(crate) struct Material {
     pub(crate) double_sided: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) extensions: Option<MaterialExtensions>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) extras: Option<MaterialExtras>,
+}
+
+/// What a bundle says of a material.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) struct MaterialExtras {
+    /// The detail of what shows it, by its index in [`crate::PartInfo::material_details`].
+    pub(crate) detail: Option<u32>,
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -133,7 +142,7 @@ pub(crate) struct MaterialExtensions {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Unlit {}
 
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct TextureRef {
     pub(crate) index: usize,
 }

@@ -2,6 +2,7 @@
 
 use crate::chunk::LightLayout;
 use crate::config::ConfigError;
+use crate::detail::DetailInfo;
 use crate::grid::GridInfo;
 use crate::layout::SCAN_FOLDER;
 use crate::lineage::{InputState, Prepared, PreparedPart, compare_inputs};
@@ -265,9 +266,8 @@ impl fmt::Display for BundleSummary {
         )?;
         for part in &self.parts {
             let (name, role) = (&part.name, role_name(part.role));
-            let detail = part.detail.as_ref().map_or_else(String::new, |detail| {
-                format!(", detail {} up to {} m", detail.file, rounded(2.0 * detail.near_m))
-            });
+            let one = |detail: &DetailInfo| format!(", detail {} up to {} m", detail.file, rounded(2.0 * detail.near_m));
+            let detail: String = part.details().map(one).collect();
             let evidence = part.evidence.map_or_else(String::new, |evidence| {
                 format!(", photographs saw {:.0} % of it, the rest is guessed", 100.0 * evidence.seen)
             });

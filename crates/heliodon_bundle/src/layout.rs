@@ -35,9 +35,11 @@ pub const VIEWS_FOLDER: &str = "views";
 /// The folder of the scan itself beside what is drawn of it: a bundle of its own, with the same parts and the same day.
 pub const SCAN_FOLDER: &str = "scan";
 
-/// The latest version of the bundle's manifest, which bundles have that tell what the site says of its parts, or `purge_effort` in `[prepare]`.
-pub const FORMAT_VERSION: u32 = 9;
-/// The version of those without that, but with the scan itself beside what is drawn of it, or `scan` in `[prepare]`.
+/// The latest version of the bundle's manifest, which bundles have whose parts have details for some of their materials, or `least_px`.
+pub const FORMAT_VERSION: u32 = 10;
+/// The version of those without, but which tell what the site says of its parts, or `purge_effort` in `[prepare]`.
+pub const PARTS_FORMAT_VERSION: u32 = 9;
+/// The version of those without that too, but with the scan itself beside what is drawn of it, or `scan` in `[prepare]`.
 pub const SCAN_FORMAT_VERSION: u32 = 8;
 /// The version of those without that too, but with a panorama or a size for it in `[prepare]`.
 pub const PANORAMA_FORMAT_VERSION: u32 = 7;

@@ -7,7 +7,7 @@ use crate::detail::DetailInfo;
 use crate::grid::GridInfo;
 use crate::layout::{
     DETAIL_FORMAT_VERSION, EVIDENCE_FORMAT_VERSION, FORMAT_VERSION, LIVING_FORMAT_VERSION, MOVING_FORMAT_VERSION,
-    PANORAMA_FORMAT_VERSION, SCAN_FORMAT_VERSION, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION,
+    PANORAMA_FORMAT_VERSION, PARTS_FORMAT_VERSION, SCAN_FORMAT_VERSION, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION,
 };
 use crate::lineage::Prepared;
 use crate::panorama::PanoramaInfo;
@@ -251,12 +251,31 @@ pub struct PartInfo {
     /// The pattern that is multiplied onto its albedo, where there is one: from version 4 on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detail: Option<DetailInfo>,
+    /// In its place those of its materials, which chunks name by their index, where it has several or one for some materials: from version 10 on.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub material_details: Vec<DetailInfo>,
     /// What its colours rest on, where that is known: from version 6 on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evidence: Option<EvidenceInfo>,
     /// What single photographs saw of it, where that is shown: from version 6 on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub views: Option<ViewsInfo>,
+}
+
+impl PartInfo {
+    /// All details of the part, whichever materials they are for.
+    pub fn details(&self) -> impl Iterator<Item = &DetailInfo> {
+        self.detail.iter().chain(&self.material_details)
+    }
+
+    /// The detail of a chunk, of which the chunk says `number`.
+    #[must_use]
+    pub fn detail_of(&self, number: Option<u32>) -> Option<&DetailInfo> {
+        match number {
+            Some(number) => self.material_details.get(number as usize),
+            None => self.detail.as_ref(),
+        }
+    }
 }
 
 /// What single photographs saw of a part, by the coordinates of its base colour image ([`ViewLayers`](heliodon_image::view_layers::ViewLayers)).
@@ -342,6 +361,7 @@ impl Manifest {
                     role: part.role,
                     counts: Counts::default(),
                     detail: None,
+                    material_details: Vec::new(),
                     evidence: None,
                     views: None,
                 })
@@ -395,13 +415,17 @@ impl Manifest {
     fn least_version(&self) -> u32 {
         let parameters = &self.parameters;
         let living = !self.living.is_empty() || self.actors.iter().any(|actor| actor.thing.is_some());
-        let has_details = self.parts.iter().any(|part| part.detail.is_some());
+        let has_details = self.parts.iter().any(|part| part.details().next().is_some());
         // `[bake]` says how large an atlas would be, even where no part is lit by texels
         let of_texels = self.texels.is_some() || parameters.bake.texels.is_some();
         let moving = self.grid.is_some() || !self.actors.is_empty() || !self.lamps.is_empty();
         let has_effort = parameters.prepare.as_ref().is_some_and(|prepare| !prepare.purge_effort.is_usual());
-        if !parameters.parts.is_empty() || has_effort {
+        let says = |part: &Part| part.least_px.is_some() || part.detail.iter().any(|detail| detail.material.is_some());
+        if self.parts.iter().any(|part| !part.material_details.is_empty()) || parameters.parts.iter().any(says) {
             return FORMAT_VERSION;
+        }
+        if !parameters.parts.is_empty() || has_effort {
+            return PARTS_FORMAT_VERSION;
         }
         // `[prepare]` says that there would be a scan, or how large a panorama would be, even where nothing is drawn of them
         if self.scan.is_some() || parameters.prepare.as_ref().is_some_and(|prepare| prepare.scan) {

@@ -4,7 +4,7 @@ use crate::actors::{ActorMeta, copy_actor, copy_living, folders_of};
 use crate::chunk::{ChunkFault, LitChunk};
 use crate::detail::{DETAIL_FOLDER, DetailInfo};
 use crate::glb::{GlbBuilder, bounds};
-use crate::gltf::{Asset, AssetExtras, Material, Mesh, Node, NodeExtras, Pbr, Primitive, Scene, TextureRef};
+use crate::gltf::{Asset, AssetExtras, Material, MaterialExtras, Mesh, Node, NodeExtras, Pbr, Primitive, Scene, TextureRef};
 use crate::grid::{GridInfo, GridPoints, POINTS_PER_PRIMITIVE};
 use crate::lapse_check::check_lapse;
 use crate::layout::{PROFILE_VERSION, SCAN_FOLDER, VIEWS_FOLDER};
@@ -25,6 +25,7 @@ use heliodon_image::view_layers::{LayerFiles, ViewLayers};
 use heliodon_image::{SrgbImage, TextureWrap};
 use heliodon_sky::lapse::Lapse;
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -103,7 +104,8 @@ struct OpenGlb {
     builder: GlbBuilder,
     name: String,
     /// Material by texture.
-    materials: BTreeMap<Option<u32>, usize>,
+    /// By texture and by detail.
+    materials: BTreeMap<(Option<u32>, Option<u32>), usize>,
     /// The mesh that takes the next chunk, with its part.
     mesh: Option<u16>,
 }
@@ -336,24 +338,46 @@ impl BundleWriter {
         Ok(())
     }
 
-    /// Adds the detail of a part; parts with the same image share its file.
+    /// Adds the detail of all of a part; details with the same image share its file.
     ///
     /// # Errors
     /// If there is no such part, it has one already, the image is not square or of another size than a detail's, a number is out of
     /// range, or it cannot be written.
     pub fn add_detail(&mut self, part: usize, texture: &DetailTexture, settings: &Detail) -> Result<(), WriteError> {
-        let unfit = |what: String| WriteError::Unfit(format!("the detail of part {part}: {what}"));
-        match self.manifest.parts.get(part) {
-            None => return Err(unfit("there is no such part".to_owned())),
-            Some(known) if known.detail.is_some() => return Err(unfit("it has one already".to_owned())),
-            Some(_) => {}
+        let info = self.detail_info(part, texture, settings)?;
+        match &mut self.manifest.parts[part] {
+            known if known.details().next().is_some() => Err(unfit_detail(part, "it has one already")),
+            known => {
+                known.detail = Some(info);
+                Ok(())
+            }
         }
-        let bytes = texture.to_png_bytes().map_err(|e| unfit(e.to_string()))?;
-        DetailInfo::texture(&bytes, "the image").map_err(|fault| unfit(fault.to_string()))?;
-        let info = DetailInfo::new(self.add_image(DETAIL_FOLDER, &bytes)?, settings);
-        info.validate().map_err(|fault| unfit(fault.to_string()))?;
-        self.manifest.parts[part].detail = Some(info);
+    }
+
+    /// Adds the next detail of some materials of a part, before its chunks, which name it by its index.
+    ///
+    /// # Errors
+    /// As [`BundleWriter::add_detail`], and where all of the part has one.
+    pub fn add_material_detail(&mut self, part: usize, texture: &DetailTexture, settings: &Detail) -> Result<(), WriteError> {
+        let info = self.detail_info(part, texture, settings)?;
+        let known = &mut self.manifest.parts[part];
+        if known.detail.is_some() {
+            return Err(unfit_detail(part, "all of it has one already"));
+        }
+        known.material_details.push(info);
         Ok(())
+    }
+
+    /// What a manifest says of a detail of a part that there is, whose image is in its place.
+    fn detail_info(&mut self, part: usize, texture: &DetailTexture, settings: &Detail) -> Result<DetailInfo, WriteError> {
+        if part >= self.manifest.parts.len() {
+            return Err(unfit_detail(part, "there is no such part"));
+        }
+        let bytes = texture.to_png_bytes().map_err(|e| unfit_detail(part, e))?;
+        DetailInfo::texture(&bytes, "the image").map_err(|fault| unfit_detail(part, fault))?;
+        let info = DetailInfo::new(self.add_image(DETAIL_FOLDER, &bytes)?, settings);
+        info.validate().map_err(|fault| unfit_detail(part, fault))?;
+        Ok(info)
     }
 
     /// Adds what single photographs saw of a part, with directions in the bundle's space.
@@ -465,6 +489,10 @@ impl BundleWriter {
         if chunk.texture.is_some_and(|t| t as usize >= self.textures.len()) {
             return unfit(format!("it names texture {:?} of {}", chunk.texture, self.textures.len()));
         }
+        let details = self.manifest.parts[part].material_details.len();
+        if chunk.detail.is_some_and(|detail| detail as usize >= details) {
+            return unfit(format!("it names detail {:?} of {details}", chunk.detail));
+        }
         if !chunk.texel_uvs.is_empty() && self.manifest.texels.is_none() {
             return unfit("it is lit by texels, of which none were added".to_owned());
         }
@@ -493,7 +521,8 @@ impl BundleWriter {
         let layout = chunk.light.layout();
         let floats = 10 + layout.transfer_floats() + layout.bounce_floats() + 16;
         let vertex_bytes = 4 * (floats + layout.mask_words() + 1) as u64 + 8;
-        let texture_bytes = match chunk.texture.filter(|t| !glb.materials.contains_key(&Some(*t))) {
+        let has = |texture: u32| glb.materials.keys().any(|(known, _)| *known == Some(texture));
+        let texture_bytes = match chunk.texture.filter(|&texture| !has(texture)) {
             Some(t) => self.manifest.textures[t as usize].bytes,
             None => 0,
         };
@@ -552,6 +581,10 @@ impl BundleWriter {
     }
 }
 
+fn unfit_detail(part: usize, what: impl Display) -> WriteError {
+    WriteError::Unfit(format!("the detail of part {part}: {what}"))
+}
+
 /// The file of the light grid.
 const GRID_FILE_NAME: &str = "grid.glb";
 
@@ -575,9 +608,10 @@ impl OpenGlb {
     }
 
     fn push(&mut self, chunk: &LitChunk, manifest: &Manifest, textures: &[SpooledTexture]) -> Result<(), WriteFault> {
-        let material = match self.materials.get(&chunk.texture) {
+        let look = (chunk.texture, chunk.detail);
+        let material = match self.materials.get(&look) {
             Some(&material) => material,
-            None => self.add_material(chunk.texture, manifest, textures)?,
+            None => self.add_material(look, manifest, textures)?,
         };
         let attributes = self.builder.push_chunk_attributes(chunk)?;
         let indices = self.builder.push_triangles(&chunk.triangles)?;
@@ -602,11 +636,16 @@ impl OpenGlb {
 
     fn add_material(
         &mut self,
-        texture: Option<u32>,
+        look: (Option<u32>, Option<u32>),
         manifest: &Manifest,
         files: &[SpooledTexture],
     ) -> Result<usize, WriteFault> {
+        let (texture, detail) = look;
+        let same = self.materials.iter().find(|((known, _), _)| texture.is_some() && *known == texture);
+        let known =
+            same.and_then(|(_, &material)| self.builder.gltf.materials[material].pbr_metallic_roughness.base_color_texture);
         let shown = match texture {
+            Some(_) if known.is_some() => known,
             Some(index) => {
                 let (info, SpooledTexture { path, wrap }) = (&manifest.textures[index as usize], &files[index as usize]);
                 let bytes = std::fs::read(path).map_err(io_fault(path))?;
@@ -615,10 +654,11 @@ impl OpenGlb {
             None => None,
         };
         let pbr = Pbr { base_color_texture: shown, metallic_factor: 0.0, roughness_factor: 1.0 };
-        let material = Material { pbr_metallic_roughness: pbr, double_sided: true, ..Material::default() };
+        let extras = detail.map(|_| MaterialExtras { detail });
+        let material = Material { pbr_metallic_roughness: pbr, double_sided: true, extras, ..Material::default() };
         let materials = &mut self.builder.gltf.materials;
         materials.push(material);
-        self.materials.insert(texture, materials.len() - 1);
+        self.materials.insert(look, materials.len() - 1);
         Ok(materials.len() - 1)
     }
 }

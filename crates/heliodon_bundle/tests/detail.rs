@@ -5,9 +5,9 @@ mod common;
 
 use common::{MONO, chunk, lapse, meta};
 use heliodon_bundle::detail::DetailInfo;
-use heliodon_bundle::layout::DETAIL_FORMAT_VERSION;
+use heliodon_bundle::layout::{DETAIL_FORMAT_VERSION, FORMAT_VERSION};
 use heliodon_bundle::site::{Along, Detail, DetailMapping, DetailPattern, InputKind, Site};
-use heliodon_bundle::{BundleReader, BundleWriter};
+use heliodon_bundle::{BundleReader, BundleWriter, LitChunk};
 use heliodon_image::detail::DetailTexture;
 
 fn site(detail: &str) -> String {
@@ -24,16 +24,22 @@ fn told(detail: &str) -> String {
 fn a_site_says_it_in_a_line() {
     let read = |detail: &str| Site::parse(&site(detail), "s/site.toml").unwrap();
     let stone = read("{ kind = \"stone\" }");
-    assert_eq!(stone.parts[0].detail, Some(Detail::of_kind(DetailPattern::Stone)));
+    assert_eq!(stone.parts[0].detail, [Detail::of_kind(DetailPattern::Stone)]);
     let wood = "{ kind = \"wood\", texels = 512, seed = 3, size_m = 0.5, along = \"x\", strength = 0.75, near_m = 4 }";
-    let wood = read(wood).parts[0].detail.clone().unwrap();
+    let wood = read(wood).parts[0].detail[0].clone();
     assert_eq!((wood.tiles(), wood.along, wood.strength, wood.near_m), (2.0, Along::X, 0.75, 4.0));
     let params = wood.generated().unwrap();
     assert_eq!((params.kind.name(), params.size, params.seed), ("wood", 512, 3));
     let uv = read("{ file = \"detail/stone.png\", mapping = \"uv\", repeat = 8, correct = true }");
-    assert_eq!(uv.parts[0].detail.as_ref().map(|detail| (detail.mapping, detail.tiles())), Some((DetailMapping::Uv, 8.0)));
+    let detail = &uv.parts[0].detail[0];
+    assert_eq!((detail.mapping, detail.tiles()), (DetailMapping::Uv, 8.0));
     // what is written for people to go on from says the same
-    for site in [stone, uv] {
+    let several =
+        "[{ material = \"oak*\", kind = \"wood\" }, { material = \"wall?\", kind = \"plaster\" }, { kind = \"stone\" }]";
+    let (several, one) = (read(several), read("{ material = \"oak\", kind = \"wood\" }"));
+    let fits = |name: &str| several.parts[0].detail.iter().position(|detail| detail.is_for(name));
+    assert_eq!(["oak, old", "wall2", "wall", ""].map(fits), [Some(0), Some(1), Some(2), Some(2)]);
+    for site in [stone, uv, several, one] {
         let text = site.file().to_toml_string();
         assert_eq!(Site::parse(&text, "s/site.toml").unwrap().parts[0].detail, site.parts[0].detail, "{text}");
     }
@@ -55,6 +61,11 @@ fn slips_are_told_with_their_place_and_remedy() {
         ("{ kind = \"stone\", near_m = nan }", &["near_m is NaN"]),
         ("{ kind = \"stone\", maping = \"uv\" }", &["did you mean `mapping`?"]),
         ("{ kind = \"stone\", along = \"up\" }", &["write one of: x, y, z"]),
+        ("\"stone\"", &["[part.detail], or several, [[part.detail]]"]),
+        ("[{ material = \"a\", kind = \"stone\" }, {}]", &["5:44", "neither a file nor a kind"]),
+        ("[{ kind = \"stone\" }, { material = \"a\", kind = \"wood\" }]", &["never used", "put it last"]),
+        ("{ material = \"a[\", kind = \"wood\" }", &["`a[` is no pattern"]),
+        ("{ material = \"a\", kind = \"wood\" }\nalbedo = [0.5, 0.5, 0.5]", &["takes the place of its materials"]),
     ] {
         let message = told(detail);
         // an inline table's key has its own place, or that of the table
@@ -77,7 +88,7 @@ fn its_image_is_among_the_site_s_files() {
     assert!(missing.contains("there is no file `stone.png`") && missing.contains("site.toml:5:"), "{missing}");
     std::fs::write(folder.path().join("stone.png"), "x").unwrap();
     let files = Site::read(&path).unwrap().input_files().unwrap();
-    assert_eq!((files[1].kind, files[1].name.as_str()), (InputKind::Detail(0), "stone.png"));
+    assert_eq!((files[1].kind, files[1].name.as_str()), (InputKind::Detail(0, 0), "stone.png"));
 }
 
 fn stone() -> DetailTexture {
@@ -107,7 +118,7 @@ fn a_detail_reads_back_and_parts_share_its_image() {
     assert_eq!((of(1).file.as_str(), of(1).near_m), ("detail/0.png", 30.0));
     let reader = BundleReader::open(&target).unwrap();
     reader.verify().unwrap();
-    assert_eq!(reader.read_detail(1).unwrap(), Some(stone()));
+    assert_eq!(reader.read_detail(&of(1)).unwrap(), stone());
 
     // a manifest that says too much, and an image that is none
     let path = target.join("manifest.json");
@@ -124,5 +135,56 @@ fn a_detail_reads_back_and_parts_share_its_image() {
     }
     std::fs::write(&path, &text).unwrap();
     std::fs::write(target.join("detail/0.png"), b"no image").unwrap();
-    assert!(BundleReader::open(&target).unwrap().read_detail(0).unwrap_err().to_string().contains("0.png"));
+    assert!(BundleReader::open(&target).unwrap().read_detail(&of(0)).unwrap_err().to_string().contains("0.png"));
+}
+
+#[test]
+fn chunks_name_the_details_of_their_materials() {
+    const PNG: &[u8] = &[0x89, b'P', b'N', b'G'];
+    let folder = tempfile::tempdir().unwrap();
+    let target = folder.path().join("bundle");
+    let mut writer = BundleWriter::create(&target, meta(MONO)).unwrap();
+    let [wood, plaster] = [DetailPattern::Wood, DetailPattern::Plaster].map(Detail::of_kind);
+    writer.add_material_detail(1, &stone(), &wood).unwrap();
+    writer.add_material_detail(1, &stone(), &plaster).unwrap();
+    assert!(writer.add_detail(1, &stone(), &plaster).unwrap_err().to_string().contains("already"));
+    writer.add_detail(0, &stone(), &plaster).unwrap();
+    assert!(writer.add_material_detail(0, &stone(), &wood).unwrap_err().to_string().contains("all of it has one"));
+    let texture = writer.add_texture("a.png", PNG).unwrap();
+    let of = |part, texture, detail| LitChunk { detail, ..chunk(MONO, part, texture, 4, 0.0) };
+    let wrong = writer.push_chunk(&of(0, None, Some(0))).unwrap_err().to_string();
+    assert!(wrong.contains("it names detail Some(0) of 0"), "{wrong}");
+    let chunks =
+        [(0, None, None), (1, Some(texture), Some(0)), (1, Some(texture), Some(1)), (1, None, Some(1)), (1, None, None)];
+    for (part, texture, detail) in chunks {
+        writer.push_chunk(&of(part, texture, detail)).unwrap();
+    }
+    for path in ["sky/0000.hdr", "sky/0001.hdr"] {
+        writer.add_sky_map(path, b"unread").unwrap();
+    }
+    let manifest = writer.finish(&lapse(MONO)).unwrap();
+    assert_eq!(manifest.version, FORMAT_VERSION);
+    let reader = BundleReader::open(&target).unwrap();
+    reader.verify().unwrap();
+    for (index, (part, texture, detail)) in chunks.into_iter().enumerate() {
+        let info = reader.chunk_info(index);
+        assert_eq!((info.part, info.texture, info.detail), (part, texture, detail));
+        assert_eq!(reader.read_chunk(index).unwrap().detail, detail);
+    }
+    assert_eq!(reader.texture_bytes(0).unwrap(), PNG, "once, though two materials show it");
+    let part = &reader.manifest().parts[1];
+    assert_eq!(part.detail_of(Some(1)), Some(&DetailInfo::new("detail/0.png".to_owned(), &plaster)));
+    assert_eq!((part.detail_of(None), part.detail_of(Some(2))), (None, None));
+
+    let path = target.join("manifest.json");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, text.replacen("\"version\": 10", "\"version\": 9", 1)).unwrap();
+    assert!(BundleReader::open(&target).unwrap_err().to_string().contains("version 9 has none"));
+    // a chunk that names what its part has not
+    let of_one: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let mut fewer = of_one;
+    fewer["parts"][1]["material_details"].as_array_mut().unwrap().pop();
+    std::fs::write(&path, fewer.to_string()).unwrap();
+    let error = BundleReader::open(&target).unwrap_err().to_string();
+    assert!(error.contains("a primitive names detail Some(1) of 1"), "{error}");
 }

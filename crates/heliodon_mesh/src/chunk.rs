@@ -27,6 +27,8 @@ pub struct Chunk {
     /// A material with the texture that all its triangles share; `None` for triangles without a texture. Triangles of several
     /// materials that differ in their base colour only go together.
     pub textured_material: Option<u16>,
+    /// The kind of the materials of all its triangles ([`split_by_kind`]); 0 where nobody tells kinds.
+    pub kind: u32,
 }
 
 /// Cuts the mesh into pieces of at most `max_triangles`, each with one texture or none.
@@ -35,12 +37,24 @@ pub struct Chunk {
 /// When `max_triangles` is zero, or a triangle names a vertex that does not exist.
 #[must_use]
 pub fn split(mesh: &Mesh, max_triangles: usize) -> Vec<Chunk> {
+    split_by_kind(mesh, max_triangles, &[])
+}
+
+/// As [`split`], each piece with materials of one kind; `kinds` tells that of each material, and those that it does not reach are of kind 0.
+///
+/// # Panics
+/// As [`split`].
+#[must_use]
+pub fn split_by_kind(mesh: &Mesh, max_triangles: usize, kinds: &[u32]) -> Vec<Chunk> {
     assert!(max_triangles > 0, "a piece must have room for a triangle");
     let leaders = texture_leaders(mesh);
-    let leader = |t: u32| leaders.get(usize::from(material(mesh, t))).copied().flatten();
+    let leader = |t: u32| {
+        let material = usize::from(material(mesh, t));
+        (leaders.get(material).copied().flatten(), kinds.get(material).copied().unwrap_or(0))
+    };
     let first_of_color = first_of_color(mesh);
     let mut order: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
-    if leaders.iter().any(Option::is_some) {
+    if leaders.iter().any(Option::is_some) || !kinds.is_empty() {
         order.par_sort_by_key(|&t| (leader(t), t));
     }
     let centers: Vec<Vec3> = mesh.triangles.par_iter().map(|t| center(mesh, t)).collect();
@@ -48,10 +62,10 @@ pub fn split(mesh: &Mesh, max_triangles: usize) -> Vec<Chunk> {
     let mut chunks = Vec::with_capacity(order.len().div_ceil(max_triangles));
     let mut rest = order.as_mut_slice();
     while let Some(&first) = rest.first() {
-        let texture = leader(first);
-        let length = rest.partition_point(|&t| leader(t) == texture);
+        let look = leader(first);
+        let length = rest.partition_point(|&t| leader(t) == look);
         let (group, after) = rest.split_at_mut(length);
-        chunks.extend(cut.halve(group, texture));
+        chunks.extend(cut.halve(group, look));
         rest = after;
     }
     chunks
@@ -84,6 +98,9 @@ fn material(mesh: &Mesh, triangle: u32) -> u16 {
     mesh.triangle_material.get(triangle as usize).copied().unwrap_or(0)
 }
 
+/// A material with the texture that triangles share, and the kind of their materials.
+type Look = (Option<u16>, u32);
+
 /// Three times the centroid.
 fn center(mesh: &Mesh, triangle: &[u32; 3]) -> Vec3 {
     triangle.iter().map(|&i| mesh.positions[i as usize]).sum()
@@ -98,9 +115,9 @@ struct Cut<'m> {
 }
 
 impl Cut<'_> {
-    fn halve(&self, triangles: &mut [u32], texture: Option<u16>) -> Vec<Chunk> {
+    fn halve(&self, triangles: &mut [u32], look: Look) -> Vec<Chunk> {
         if triangles.len() <= self.most {
-            return vec![self.finish(triangles, texture)];
+            return vec![self.finish(triangles, look)];
         }
         let pieces = triangles.len().div_ceil(self.most);
         let middle = (triangles.len() as u64 * (pieces / 2) as u64 / pieces as u64) as usize;
@@ -111,12 +128,12 @@ impl Cut<'_> {
         let key = |t: &u32| self.centers[*t as usize][axis];
         triangles.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
         let (left, right) = triangles.split_at_mut(middle);
-        let (mut chunks, more) = rayon::join(|| self.halve(left, texture), || self.halve(right, texture));
+        let (mut chunks, more) = rayon::join(|| self.halve(left, look), || self.halve(right, look));
         chunks.extend(more);
         chunks
     }
 
-    fn finish(&self, triangles: &mut [u32], texture: Option<u16>) -> Chunk {
+    fn finish(&self, triangles: &mut [u32], (textured_material, kind): Look) -> Chunk {
         // What selection left in no order of its own becomes the mesh's.
         triangles.sort_unstable();
         let corners: Vec<(u32, u16)> = triangles
@@ -134,7 +151,7 @@ impl Cut<'_> {
         let Ordered { corners, vertices } = ordered(&local, &places);
         let (vertices, materials) = vertices.iter().map(|&place| used[place as usize]).unzip();
         let triangles = corners.as_chunks::<3>().0.to_vec();
-        Chunk { triangles, vertices, materials, textured_material: texture }
+        Chunk { triangles, vertices, materials, textured_material, kind }
     }
 }
 
@@ -242,6 +259,19 @@ mod tests {
             chunks.iter().map(|c| (c.textured_material, c.triangles.len())).collect::<Vec<_>>(),
             [(None, 80), (Some(1), 80), (Some(2), 40)]
         );
+        assert_eq!(global(&chunks), canonical(mesh.triangles.iter().copied()));
+    }
+
+    #[test]
+    fn kinds_part_pieces() {
+        let mut mesh = grid(10);
+        let material = Material { name: String::new(), base_color_linear: Vec3::ONE, texture: None };
+        mesh.materials = vec![material; 4];
+        mesh.triangle_material = (0..200).map(|t| t % 4).collect();
+        assert_eq!(split(&mesh, 1000).len(), 1);
+        // the last material is told nothing of
+        let chunks = split_by_kind(&mesh, 1000, &[2, 0, 2]);
+        assert_eq!(chunks.iter().map(|c| (c.kind, c.triangles.len())).collect::<Vec<_>>(), [(0, 100), (2, 100)]);
         assert_eq!(global(&chunks), canonical(mesh.triangles.iter().copied()));
     }
 

@@ -27,21 +27,24 @@ const SIZE: (u32, u32) = (320, 240);
 
 /// A bundle of meshes in the light of an open sky, and the folder that it is in as long as that is held.
 fn bundle(meshes: &[Mesh], mattes: &[Matte]) -> (TempDir, PathBuf) {
-    bundle_on_ground(meshes, &[], mattes)
+    bundle_on_ground(meshes, &[], mattes, "")
 }
 
 /// A bundle of the parts of a procedural monument.
 fn monument(parts: Vec<SitePart>) -> (TempDir, PathBuf) {
     let (ground, walls): (Vec<SitePart>, Vec<SitePart>) = parts.into_iter().partition(|part| part.role == PartRole::Ground);
     let [ground, walls] = [ground, walls].map(|parts| parts.into_iter().map(|part| part.mesh).collect::<Vec<Mesh>>());
-    bundle_on_ground(&walls, &ground, &[])
+    bundle_on_ground(&walls, &ground, &[], "")
 }
 
-fn bundle_on_ground(walls: &[Mesh], ground: &[Mesh], mattes: &[Matte]) -> (TempDir, PathBuf) {
+/// Walls and ground as two parts; the site says `of_walls` of the first.
+fn bundle_on_ground(walls: &[Mesh], ground: &[Mesh], mattes: &[Matte], of_walls: &str) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bundle");
-    let text = "[site]\nname = \"Walls\"\n[[part]]\nfile = \"wall.obj\"\n[[part]]\nfile = \"ground.obj\"\nrole = \"ground\"\n[sky]\nprobes = \"*.hdr\"\nmapping = \"lat-long\"\n";
-    let site = Site::parse(text, "walls/site.toml").unwrap();
+    let text = format!(
+        "[site]\nname = \"Walls\"\n[[part]]\nfile = \"wall.obj\"\n{of_walls}\n[[part]]\nfile = \"ground.obj\"\nrole = \"ground\"\n[sky]\nprobes = \"*.hdr\"\nmapping = \"lat-long\"\n"
+    );
+    let site = Site::parse(&text, "walls/site.toml").unwrap();
     let meta = BundleMeta { mattes: mattes.to_vec(), ..BundleMeta::from_site(site.file(), LAYOUT, 1e-4) };
     let mut writer = BundleWriter::create(&path, meta).unwrap();
     for (part, mesh) in walls.iter().map(|mesh| (0, mesh)).chain(ground.iter().map(|mesh| (1, mesh))) {
@@ -77,6 +80,7 @@ fn lit(positions: Vec<Vec3>, normals: Vec<Vec3>, albedo: Vec<Vec3>, triangles: V
     LitChunk {
         part: 0,
         texture: None,
+        detail: None,
         positions,
         normals,
         uvs: Vec::new(),
@@ -289,6 +293,24 @@ fn what_is_left_out_for_its_size_is_no_larger_than_the_threshold() {
         }
         assert!(left_out > 300, "{drawn:?}: {left_out}");
     }
+}
+
+#[test]
+fn a_part_may_ask_for_its_own_least_size() {
+    let mut pebbles = pebbles();
+    let sheet = pebbles.remove(0);
+    let small = Culling { shadow: false, contribution: true, threshold_px: 3.0 };
+    let left_out = |of_walls: &str, culling: Culling| {
+        let (_folder, bundle) = bundle_on_ground(&pebbles, std::slice::from_ref(&sheet), &[], of_walls);
+        let mut renderer = renderer(&bundle, culling, Drawn::Plain);
+        walk(&mut renderer, &[Vec3::Z * 4.0, Vec3::new(0.3, 0.0, -20.0)], 1)[0].1.small.triangles
+    };
+    let usual = left_out("", small);
+    assert!(usual > 100, "{usual}");
+    assert_eq!(left_out("least_px = 3", Culling { threshold_px: 1.0, ..small }), usual);
+    assert_eq!(left_out("least_px = 0", small), 0);
+    assert!(left_out("least_px = 12", small) > usual);
+    assert_eq!(left_out("least_px = 12", Culling::none()), 0);
 }
 
 #[test]

@@ -74,6 +74,7 @@ fn sheet(part: u16, corner: Vec3, across: Vec3, up: Vec3, albedo: Vec3) -> LitCh
     LitChunk {
         part,
         texture: None,
+        detail: None,
         normals: vec![normal; positions.len()],
         uvs: Vec::new(),
         texel_uvs: Vec::new(),

@@ -80,7 +80,7 @@ fn write_details(folder: &Path, seed: u64, site: &mut SiteFile) -> Result<Vec<St
         let of_file = Detail { file: Some(file.to_owned()), kind: None, ..Detail::of_kind(DetailPattern::Stone) };
         let detail = Detail { size_m: Some(size_m), along, strength, near_m: DETAIL_NEAR_M, ..of_file };
         let named = |part: &&mut Part| part.name.as_deref().is_some_and(|name| parts.contains(&name));
-        site.parts.iter_mut().filter(named).for_each(|part| part.detail = Some(detail.clone()));
+        site.parts.iter_mut().filter(named).for_each(|part| part.detail = vec![detail.clone()]);
     }
     Ok(files)
 }

@@ -57,7 +57,8 @@ fn of_part(settings: &Prepare, role: Role) -> Prepare {
 fn geometry_of(site: &Site, part: usize) -> (Part, Choice) {
     let bare = Part {
         weathering: None,
-        detail: None,
+        detail: Vec::new(),
+        least_px: None,
         views: None,
         light: LightStorage::default(),
         texels: 1.0,

@@ -112,7 +112,11 @@ impl Source {
         for segment in path {
             let next = match value {
                 None => lookup(table.get_ref(), segment),
-                Some(DeValue::Table(table)) => lookup(table, segment),
+                Some(DeValue::Table(table)) => match lookup(table, segment) {
+                    // one table where there may be several
+                    None if segment == "0" => continue,
+                    found => found,
+                },
                 Some(DeValue::Array(array)) => {
                     segment.parse::<usize>().ok().and_then(|i| array.get(i)).map(|v| (v.span().start, v.get_ref()))
                 }

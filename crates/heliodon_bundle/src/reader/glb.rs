@@ -5,7 +5,7 @@ use super::error::{ReadError, io_error, malformed};
 use super::positional::read_exact_at;
 use crate::chunk::{LightLayout, LitChunk, MAX_CHUNK_TRIANGLES, MAX_CHUNK_VERTICES, VertexLight};
 use crate::glb::{BIN_CHUNK, JSON_CHUNK, MAGIC, POINTS};
-use crate::gltf::{Accessor, Gltf, Primitive, Sampler};
+use crate::gltf::{Accessor, Gltf, Material, Primitive, Sampler};
 use crate::grid::{AXES, GridInfo, GridPoints};
 use crate::layout::{
     self, AttributeType, COLOR_U16, FLAG_U8, LightAttributes, MASK_U16, PROFILE_VERSION, VEC2_F32, VEC3_F32, VEC4_F32,
@@ -152,6 +152,7 @@ impl GlbFile {
         Ok(LitChunk {
             part: place.info.part,
             texture: place.info.texture,
+            detail: place.info.detail,
             positions: layout::read_vec3(&self.read_span(place.positions)?),
             normals: layout::read_vec3(&self.read_span(place.normals)?),
             uvs: place.uvs.map_or(Ok(Vec::new()), |span| Ok(layout::read_vec2(&self.read_span(span)?)))?,
@@ -306,6 +307,11 @@ impl Document<'_> {
         if texture.is_some_and(|t| t as usize >= manifest.textures.len()) {
             return Err(self.wrong(format!("a primitive names texture {texture:?} of {}", manifest.textures.len())));
         }
+        let detail = self.material(primitive.material)?.and_then(|material| material.extras).and_then(|extras| extras.detail);
+        let details = manifest.parts[usize::from(part)].material_details.len();
+        if detail.is_some_and(|detail| detail as usize >= details) {
+            return Err(self.wrong(format!("a primitive names detail {detail:?} of {details}")));
+        }
         let index_accessor = primitive.indices.ok_or_else(|| self.wrong("a primitive has no indices"))?;
         let index_accessor = self.accessor(index_accessor)?;
         let corners = index_accessor.count;
@@ -327,6 +333,7 @@ impl Document<'_> {
             info: ChunkInfo {
                 part,
                 texture,
+                detail,
                 by_texels: texel_uvs.is_some(),
                 vertices: vertices as u32,
                 triangles: (corners / 3) as u32,
@@ -415,11 +422,17 @@ impl Document<'_> {
         Ok(Bounds { min: corner(&position.min)?, max: corner(&position.max)? })
     }
 
+    /// A material by its index.
+    fn material(&self, index: Option<usize>) -> Result<Option<&Material>, ReadError> {
+        let of =
+            |index: usize| self.gltf.materials.get(index).ok_or_else(|| self.wrong(format!("there is no material {index}")));
+        index.map(of).transpose()
+    }
+
     /// The texture that a material shows.
     fn texture(&self, material: Option<usize>) -> Result<Option<u32>, ReadError> {
-        let Some(material) = material else { return Ok(None) };
         let gltf = &self.gltf;
-        let material = gltf.materials.get(material).ok_or_else(|| self.wrong(format!("there is no material {material}")))?;
+        let Some(material) = self.material(material)? else { return Ok(None) };
         let Some(shown) = &material.pbr_metallic_roughness.base_color_texture else { return Ok(None) };
         let image = gltf.textures.get(shown.index).and_then(|t| t.source).and_then(|i| gltf.images.get(i));
         let index = image.and_then(|i| i.extras.as_ref()).map(|e| e.texture);

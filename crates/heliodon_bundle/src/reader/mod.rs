@@ -15,7 +15,8 @@ use crate::grid::{Grid, MAX_GRID_POINTS};
 use crate::lapse_check::check_lapse;
 use crate::layout::{
     DETAIL_FORMAT_VERSION, EVIDENCE_FORMAT_VERSION, FORMAT_VERSION, LIVING_FORMAT_VERSION, MOVING_FORMAT_VERSION,
-    PANORAMA_FORMAT_VERSION, SCAN_FOLDER, SCAN_FORMAT_VERSION, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION,
+    PANORAMA_FORMAT_VERSION, PARTS_FORMAT_VERSION, SCAN_FOLDER, SCAN_FORMAT_VERSION, STILL_FORMAT_VERSION,
+    TEXEL_FORMAT_VERSION,
 };
 use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, Preamble};
 use crate::panorama::{self, Panorama};
@@ -64,6 +65,8 @@ pub struct ChunkInfo {
     pub part: u16,
     /// Index of its base colour image.
     pub texture: Option<u32>,
+    /// Index of its detail among those of its part's materials.
+    pub detail: Option<u32>,
     /// Whether it is lit by texels.
     pub by_texels: bool,
     /// Vertices.
@@ -305,18 +308,14 @@ impl BundleReader {
         Ktx2::from_bytes(&bytes, name).map_err(|e| malformed(&path, e.to_string()))
     }
 
-    /// Reads the detail of a part; `None` where it has none.
+    /// Reads the image of a detail of a part.
     ///
     /// # Errors
     /// If it cannot be read, is no detail texture, or has not the mean of 128.
-    ///
-    /// # Panics
-    /// If there is no such part.
-    pub fn read_detail(&self, part: usize) -> Result<Option<DetailTexture>, ReadError> {
-        let Some(info) = &self.manifest.parts[part].detail else { return Ok(None) };
-        let path = self.folder.join(&info.file);
+    pub fn read_detail(&self, detail: &DetailInfo) -> Result<DetailTexture, ReadError> {
+        let path = self.folder.join(&detail.file);
         let bytes = std::fs::read(&path).map_err(io_error(&path))?;
-        DetailInfo::texture(&bytes, &info.file).map(Some).map_err(|fault| malformed(&path, fault.to_string()))
+        DetailInfo::texture(&bytes, &detail.file).map_err(|fault| malformed(&path, fault.to_string()))
     }
 
     /// Reads what single photographs saw of a part; `None` where nothing is told of that.
@@ -464,7 +463,7 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
         }
     }
     let said = &manifest.parameters.parts;
-    if !said.is_empty() && manifest.version < FORMAT_VERSION {
+    if !said.is_empty() && manifest.version < PARTS_FORMAT_VERSION {
         return Err(malformed(&path, format!("version {} does not tell what is said of the parts", manifest.version)));
     }
     if !said.is_empty() && said.len() != manifest.parts.len() {
@@ -500,7 +499,12 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
         }
     }
     for part in &manifest.parts {
-        let Some(detail) = &part.detail else { continue };
+        if !part.material_details.is_empty() && manifest.version < FORMAT_VERSION {
+            let what = format!("details of materials of part `{}`: version {} has none", part.name, manifest.version);
+            return Err(malformed(&path, what));
+        }
+    }
+    for (part, detail) in manifest.parts.iter().flat_map(|part| part.details().map(move |detail| (part, detail))) {
         let wrong = |what: String| malformed(&path, format!("the detail of part `{}`: {what}", part.name));
         if manifest.version < DETAIL_FORMAT_VERSION {
             return Err(wrong(format!("version {} has none", manifest.version)));

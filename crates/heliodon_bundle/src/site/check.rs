@@ -155,8 +155,9 @@ fn check_part(at: &[&str; 2], part: &Part) -> Checked {
     finite(&key("translate"), &part.translate)?;
     finite(&key("rotate_deg"), &part.rotate_deg)?;
     within(&key("texels"), part.texels, 0.01, 100.0)?;
-    if let Some(detail) = &part.detail {
-        check_detail(&[at[0], at[1], "detail"], detail)?;
+    check_details(at, part)?;
+    if let Some(least_px) = part.least_px {
+        within(&key("least_px"), least_px, 0.0, 1000.0)?;
     }
     if let Some(crease) = part.crease_deg {
         within(&key("crease_deg"), crease, 0.0, 180.0)?;
@@ -164,8 +165,40 @@ fn check_part(at: &[&str; 2], part: &Part) -> Checked {
     check_scale(&key("scale"), part.scale)
 }
 
-fn check_detail(at: &[&str; 3], detail: &Detail) -> Checked {
-    let key = |name| [at[0], at[1], at[2], name];
+fn check_details(at: &[&str; 2], part: &Part) -> Checked {
+    for (k, detail) in part.detail.iter().enumerate() {
+        let number = k.to_string();
+        let at = [at[0], at[1], "detail", &number];
+        check_detail(&at, detail)?;
+        if let Some(pattern) = &detail.material {
+            let key = [at[0], at[1], at[2], at[3], "material"];
+            not_empty(&key, pattern)?;
+            if let Err(error) = glob::Pattern::new(pattern) {
+                let remedy = "write a material's name; * and ? stand for any letters and for one";
+                return fault(&key, format!("`{pattern}` is no pattern: {}", error.msg), remedy);
+            }
+            if part.albedo.is_some() {
+                let remedy = "take the albedo or the material out";
+                return fault(
+                    &key,
+                    "the part's albedo takes the place of its materials, so that there are no names to go by",
+                    remedy,
+                );
+            }
+        } else if k + 1 < part.detail.len() {
+            let remedy = "put it last, or say which materials it is for: material = \"wood*\"";
+            return fault(
+                &at,
+                "the details after this one are never used: without `material` it is for all that those before it leave",
+                remedy,
+            );
+        }
+    }
+    Ok(())
+}
+
+fn check_detail(at: &[&str; 4], detail: &Detail) -> Checked {
+    let key = |name| [at[0], at[1], at[2], at[3], name];
     match (&detail.file, detail.kind) {
         (Some(_), Some(_)) => return fault(&key("kind"), "the detail has both a file and a kind", "take one of the two out"),
         (None, None) => {

@@ -12,6 +12,9 @@ pub const DEFAULT_DETAIL_TEXELS: u32 = 256;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Detail {
+    /// The materials of the part's files that it is for, by their names; `*` and `?` stand for any letters and for one. Of several details of a part the first that fits counts. Default: all materials.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material: Option<String>,
     /// A grey image (PNG, JPEG) relative to the site's folder, square, of 64, 128, 256 or 512 texels along a side, whose mean is 128.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
@@ -95,6 +98,7 @@ impl Detail {
     #[must_use]
     pub fn of_kind(kind: DetailPattern) -> Self {
         Self {
+            material: None,
             file: None,
             kind: Some(kind),
             texels: None,
@@ -107,6 +111,13 @@ impl Detail {
             near_m: near_m(),
             correct: false,
         }
+    }
+
+    /// Whether it is for a material of that name.
+    #[must_use]
+    pub fn is_for(&self, material: &str) -> bool {
+        let fits = |pattern: &String| glob::Pattern::new(pattern).is_ok_and(|pattern| pattern.matches(material));
+        self.material.as_ref().is_none_or(fits)
     }
 
     /// What is generated, where the pattern is a built-in one.
@@ -129,6 +140,49 @@ impl Detail {
             DetailMapping::Triplanar => 1.0 / self.size_m.unwrap_or(1.0),
             DetailMapping::Uv => self.repeat.unwrap_or(1.0),
         }
+    }
+}
+
+/// One table, or an array of tables; one that is for all materials is written as the table that it was before there were several.
+pub(super) mod one_or_several {
+    use super::Detail;
+    use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+    use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+    use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
+    use serde::ser::{Serialize, Serializer};
+    use std::fmt;
+
+    pub fn serialize<S: Serializer>(details: &[Detail], serializer: S) -> Result<S::Ok, S::Error> {
+        match details {
+            [one] if one.material.is_none() => one.serialize(serializer),
+            several => several.serialize(serializer),
+        }
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Detail>, D::Error> {
+        // not untagged, which would tell nothing of what is wrong inside of one
+        struct Tables;
+        impl<'de> Visitor<'de> for Tables {
+            type Value = Vec<Detail>;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a table, [part.detail], or several, [[part.detail]]")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+                Ok(vec![Detail::deserialize(MapAccessDeserializer::new(map))?])
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, several: A) -> Result<Self::Value, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(several))
+            }
+        }
+        deserializer.deserialize_any(Tables)
+    }
+
+    pub fn schema(generator: &mut SchemaGenerator) -> Schema {
+        let (one, several) = (generator.subschema_for::<Detail>(), <Vec<Detail>>::json_schema(generator));
+        json_schema!({ "anyOf": [one, several] })
     }
 }
 

@@ -16,8 +16,8 @@ pub enum InputKind {
     Evidence(usize),
     /// The `views.json` of the part with that index; it names images in turn.
     Views(usize),
-    /// The detail image of the part with that index.
-    Detail(usize),
+    /// The image of a detail: the index of its part, and its own among those of the part.
+    Detail(usize, usize),
     /// An HDR image of the sky.
     Probe,
     /// The model of the actor with that index.
@@ -34,7 +34,7 @@ impl InputKind {
     /// Whether it is shown on a surface of which light knows nothing: details and views.
     #[must_use]
     pub fn is_detail(self) -> bool {
-        matches!(self, Self::Detail(_) | Self::Views(_))
+        matches!(self, Self::Detail(..) | Self::Views(_))
     }
 
     /// The part to whose mesh, as it is read, the file belongs: its geometry, its albedo image, and what that rests on.
@@ -43,7 +43,7 @@ impl InputKind {
         match self {
             Self::Geometry(part) | Self::Albedo(part) | Self::Evidence(part) => Some(part),
             Self::Views(_)
-            | Self::Detail(_)
+            | Self::Detail(..)
             | Self::Probe
             | Self::Actor(_)
             | Self::ActorCache(_)
@@ -76,7 +76,7 @@ pub fn told_path(path: &Path) -> String {
 }
 
 impl Site {
-    /// All files that the site names: geometry by part, each part's sorted by name, with its albedo image, what that rests on, its views and its detail image after it; then the
+    /// All files that the site names: geometry by part, each part's sorted by name, with its albedo image, what that rests on, its views and its details' images after it; then the
     /// probes, sorted by name; then each actor's model, vertex cache and albedo image; then films, sounds, scripts and texts. Files that these name in turn (materials, textures) are not among them.
     ///
     /// # Errors
@@ -96,9 +96,11 @@ impl Site {
             if let Some(views) = &part.views {
                 self.expand_one(views, &at("views".to_owned()), InputKind::Views(i), &mut files)?;
             }
-            if let Some(image) = part.detail.as_ref().and_then(|detail| detail.file.as_ref()) {
-                let at = [at("detail".to_owned()), vec!["file".to_owned()]].concat();
-                self.expand_one(image, &at, InputKind::Detail(i), &mut files)?;
+            for (k, detail) in part.detail.iter().enumerate() {
+                if let Some(image) = &detail.file {
+                    let at = [at("detail".to_owned()), vec![k.to_string(), "file".to_owned()]].concat();
+                    self.expand_one(image, &at, InputKind::Detail(i, k), &mut files)?;
+                }
             }
         }
         if let Some(probes) = &self.sky.probes {

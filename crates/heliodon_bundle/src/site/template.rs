@@ -26,8 +26,8 @@ pub(super) fn write(site: &SiteFile) -> String {
     for part in &site.parts {
         write_part(&mut w, part);
     }
-    if site.parts.iter().all(|part| part.detail.is_none()) {
-        write_example(&mut w, |w| write_detail(w, &Detail::of_kind(DetailPattern::Stone)));
+    if site.parts.iter().all(|part| part.detail.is_empty()) {
+        write_example(&mut w, |w| write_detail(w, &Detail::of_kind(DetailPattern::Stone), false));
     }
     write_sky(&mut w, &site.sky);
     write_bake(&mut w, &site.bake);
@@ -112,16 +112,24 @@ fn write_part(w: &mut Writer, part: &Part) {
     w.absent("crease_deg", part.crease_deg.as_ref(), "60.0", "sharper edges are hard; default: the files' normals");
     w.optional("light", &part.light, &super::LightStorage::Auto, "auto, vertex or texel");
     w.optional("texels", &part.texels, &1.0, "along a metre, beside other parts lit by texels");
+    w.absent("least_px", part.least_px.as_ref(), "8.0", "smaller objects are not drawn, where small things are left out");
     w.absent("weathering", part.weathering.as_ref(), "{ dust = 0.2 }", "in place of what [weathering] says; or false");
-    match &part.detail {
-        Some(detail) => write_detail(w, detail),
-        None => w.absent::<Detail>("detail", None, "{ kind = \"stone\" }", "a fine pattern for who comes near: [part.detail]"),
+    if part.detail.is_empty() {
+        w.absent::<Detail>("detail", None, "{ kind = \"stone\" }", "a fine pattern for who comes near: [part.detail]");
     }
+    part.detail.iter().for_each(|detail| write_detail(w, detail, part.detail.len() > 1));
 }
 
-fn write_detail(w: &mut Writer, detail: &Detail) {
+fn write_detail(w: &mut Writer, detail: &Detail, of_several: bool) {
     let default = Detail::of_kind(DetailPattern::Stone);
-    w.line("\n[part.detail]  # of the part above: a grey pattern on its surfaces, for who comes near");
+    let table = if of_several { "[[part.detail]]" } else { "[part.detail]" };
+    w.line(&format!("\n{table}  # of the part above: a grey pattern on its surfaces, for who comes near"));
+    w.absent(
+        "material",
+        detail.material.as_ref(),
+        "\"wood*\"",
+        "only on these of the files' materials: [[part.detail]] for several",
+    );
     w.absent("kind", detail.kind.as_ref(), "\"stone\"", "noise, stone, plaster or wood; or an image:");
     w.absent("file", detail.file.as_ref(), "\"stone.png\"", "square, grey, 64 to 512 texels, of mean 128");
     w.optional("correct", &detail.correct, &false, "shift an image whose mean is not 128");

@@ -4,7 +4,7 @@
 
 use super::actor::Actor;
 use super::budget::Budget;
-use super::detail::Detail;
+use super::detail::{Detail, one_or_several};
 use super::lamp::Lamp;
 use super::living::{Echo, Film, Living, Material, Particles, Region, SoundSource, Story, View, Way};
 use super::matte::Matte;
@@ -198,9 +198,15 @@ pub struct Part {
     /// How the part departs from `[weathering]`: `false`, or a table of what is its own. Default: it does not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weathering: Option<PartWeathering>,
-    /// A fine pattern on its surfaces, for who comes near: `detail = { kind = "stone" }`. Default: none.
+    /// A fine pattern on its surfaces, for who comes near: `detail = { kind = "stone" }`; or several, each for some of its materials (`[[part.detail]]`). Default: none.
+    #[serde(default, with = "one_or_several", skip_serializing_if = "Vec::is_empty")]
+    #[schemars(schema_with = "one_or_several::schema")]
+    pub detail: Vec<Detail>,
+    /// Objects of it that are smaller than so many pixels are not drawn, where small things are left out; in place of the viewer's own threshold. Much for what is of little
+    /// importance, as plants, 0 for what is to be seen however small it is. Default: the viewer's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub detail: Option<Detail>,
+    #[schemars(range(min = 0, max = 1000))]
+    pub least_px: Option<f64>,
 }
 
 pub(super) fn unit_schema(_: &mut SchemaGenerator) -> Schema {
@@ -227,7 +233,8 @@ impl Part {
             light: LightStorage::default(),
             texels: 1.0,
             weathering: None,
-            detail: None,
+            detail: Vec::new(),
+            least_px: None,
         }
     }
 
@@ -249,7 +256,11 @@ impl Part {
             }),
             evidence: self.evidence.as_ref().map(told),
             views: self.views.as_ref().map(told),
-            detail: self.detail.clone().map(|detail| Detail { file: detail.file.as_ref().map(told), ..detail }),
+            detail: self
+                .detail
+                .iter()
+                .map(|detail| Detail { file: detail.file.as_ref().map(told), ..detail.clone() })
+                .collect(),
             ..self.clone()
         }
     }

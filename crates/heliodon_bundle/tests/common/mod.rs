@@ -73,7 +73,7 @@ pub fn chunk(layout: LightLayout, part: u16, texture: Option<u32>, columns: u32,
     light.sky_transfer.iter_mut().for_each(|v| *v = next(-0.2, 1.0));
     light.sun_bounce.iter_mut().for_each(|v| *v = next(-0.1, 0.3));
     let valid = (0..n).map(|i| u8::from(part != 0 || i % 5 != 3)).collect();
-    LitChunk { part, texture, positions, normals, uvs, texel_uvs: Vec::new(), albedo, triangles, valid, light }
+    LitChunk { part, texture, detail: None, positions, normals, uvs, texel_uvs: Vec::new(), albedo, triangles, valid, light }
 }
 
 /// Two sky entries for each sun step, ten minutes apart from 06:57 on, the last without a sun.

@@ -107,10 +107,7 @@ pub fn refine(grid: &Grid, count: usize, params: &RefineParams, sample: &mut dyn
         let (rim, asked) = asked.into_iter().partition(|texel| stride == 1 && first > 1 && !grid.covered[*texel as usize]);
         work.ask_all(asked, stride, sample);
         let (beside, asked) = work.beside_surface(rim);
-        for (texel, values, valid) in beside {
-            work.set(&[(texel, values)], State::Interpolated);
-            work.valid[texel as usize] = valid;
-        }
+        work.set(&beside, State::Interpolated);
         work.ask_all(asked, stride, sample);
     }
     // what was sampled after all may have been interpolated from
@@ -165,9 +162,6 @@ const OFF_MIDDLE: f32 = 0.1;
 /// The ways to the texels around one.
 const AROUND: [[i32; 2]; 8] = [[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1], [0, 1], [1, 1]];
 
-/// A texel, the values that its neighbours agree on, and whether they are valid.
-type Agreed = (u32, Vec<f32>, bool);
-
 impl Work<'_> {
     fn value(&self, texel: u32) -> &[f32] {
         &self.values[texel as usize * self.count..][..self.count]
@@ -190,20 +184,19 @@ impl Work<'_> {
         })
     }
 
-    /// Of a chart's rim beyond the surface, those whose neighbours on the surface agree and are what was promised, with the mean of these and whether they are valid, and
-    /// those that are to be sampled.
-    fn beside_surface(&self, texels: Vec<u32>) -> (Vec<Agreed>, Vec<u32>) {
+    /// Of a chart's rim beyond the surface, those whose neighbours on the surface are valid, agree and are what was promised, with the mean of these, and
+    /// those that are to be sampled. Beside what lies within a wall there may be a strip before it that is narrower than a texel, which the rim alone tells of.
+    fn beside_surface(&self, texels: Vec<u32>) -> (Vec<(u32, Vec<f32>)>, Vec<u32>) {
         let is_known = |texel: &u32| self.grid.covered[*texel as usize] && self.state[*texel as usize] != State::Unknown;
-        let beside = |texel: u32| -> Option<(u32, Vec<f32>, bool)> {
+        let beside = |texel: u32| -> Option<(u32, Vec<f32>)> {
             let around: Vec<u32> = AROUND.iter().filter_map(|&[x, y]| self.grid.beside(texel, x, y)).filter(is_known).collect();
-            let valid = self.valid[*around.first()? as usize];
             let of_all: Vec<&[f32]> = around.iter().map(|&other| self.value(other)).collect();
-            let alike = |&other: &u32| {
-                self.valid[other as usize] == valid && !self.off[other as usize] && self.faces_alike(texel, other)
-            };
+            let alike =
+                |&other: &u32| self.valid[other as usize] && !self.off[other as usize] && self.faces_alike(texel, other);
             let share = 1.0 / around.len() as f32;
             let mean = (0..self.count).map(|i| of_all.iter().map(|values| values[i]).sum::<f32>() * share);
-            (around.iter().all(alike) && (!valid || self.agree(texel, &of_all, 1.0))).then(|| (texel, mean.collect(), valid))
+            let agrees = !around.is_empty() && around.iter().all(alike) && self.agree(texel, &of_all, 1.0);
+            agrees.then(|| (texel, mean.collect()))
         };
         let found = texels.into_par_iter().map(|texel| beside(texel).ok_or(texel));
         found.partition_map(|found| found.map_or_else(rayon::iter::Either::Right, rayon::iter::Either::Left))
@@ -504,6 +497,28 @@ mod tests {
             none.values.iter().all(|value| *value == 7.0)
                 && none.samples >= grid.covered.iter().filter(|covered| **covered).count()
         );
+    }
+
+    #[test]
+    fn a_strip_before_a_wall_that_only_a_rim_tells_of_borrows_nothing_from_behind_it() {
+        let grid = grid(&sheet());
+        // a wall on most of the sheet, bright before it and dark in what is left behind it, which no middle of a texel lies on
+        let (in_front, behind) = (|place: Place| place.position.x < 0.3, |place: Place| place.position.x > 1.0 - 1e-5);
+        assert!(grid.places().iter().zip(&grid.covered).all(|(place, covered)| !(*covered && behind(*place))));
+        let found = refine(&grid, 1, &RefineParams::default(), &mut |asked| {
+            let places = || asked.iter().map(|&texel| grid.places()[texel as usize]);
+            Sampled {
+                values: places().map(|place| f32::from(u8::from(in_front(place)))).collect(),
+                valid: places().map(|place| in_front(place) || behind(place)).collect(),
+                reach_m: vec![f32::INFINITY; asked.len()],
+            }
+        });
+        for (texel, place) in grid.places().iter().enumerate() {
+            assert!(found.valid[texel] || (0.3..1.0).contains(&place.position.x));
+            let wanted = if place.position.x < 0.6 { 1.0 } else { 0.0 };
+            let between = (0.6..0.7).contains(&place.position.x);
+            assert!(between || found.values[texel] == wanted, "{} at {place:?}", found.values[texel]);
+        }
     }
 
     #[test]

@@ -137,6 +137,7 @@ impl Court {
         LitChunk {
             part,
             texture: (!uvs.is_empty()).then_some(0),
+            detail: None,
             light: self.light(&positions, &normals),
             albedo: positions.iter().map(tint).collect(),
             valid: vec![1; positions.len()],

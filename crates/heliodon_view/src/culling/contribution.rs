@@ -98,7 +98,8 @@ impl View<'_> {
         let this = self.left_out.view;
         let Some((view, out)) = self.left_out.objects.get_mut(object) else { return false };
         if *view != this {
-            let until = if *out && self.remembers { self.threshold_px * BACK_AT } else { self.threshold_px };
+            let threshold_px = self.objects.threshold_px(object, self.threshold_px);
+            let until = if *out && self.remembers { threshold_px * BACK_AT } else { threshold_px };
             // Where it is larger.
             let pixels = self.scales.iter().map(|scale| scale.pixels(self.objects.spheres[object])).fold(0.0, f32::max);
             (*view, *out) = (this, pixels < until);

@@ -91,7 +91,7 @@ fn sides(face: &Face) -> impl Iterator<Item = (u32, u32)> + use<> {
 /// Positions and faces of all bodies that are neither closed nor ground; none if there are too many.
 fn open_faces(stone: Stone) -> Option<(Vec<Vec3>, Vec<Face>)> {
     let (mut numbers, mut positions, mut faces): (HashMap<[u32; 3], u32>, Vec<Vec3>, Vec<Face>) = Default::default();
-    let walls = stone.chunks.iter().zip(&stone.bodies.of_vertex).zip(stone.is_ground).filter(|(_, ground)| !**ground);
+    let walls = stone.chunks.iter().zip(&stone.bodies.of_vertex).zip(stone.of_chunks).filter(|(_, of)| !of.is_ground);
     for ((chunk, bodies), _) in walls {
         for triangle in chunk.indices.chunks_exact(3) {
             if stone.bodies.closed[bodies[usize::from(triangle[0])] as usize] {

@@ -140,6 +140,15 @@ impl Plugin for CullingPlugin {
     }
 }
 
+/// What a bundle says of the part of a chunk.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OfChunk {
+    /// Whether it is ground, behind which nothing hides.
+    pub is_ground: bool,
+    /// Objects of it below so many pixels are small, in place of [`Culling::threshold_px`].
+    pub least_px: Option<f32>,
+}
+
 /// What culling knows of a bundle.
 #[derive(Debug)]
 pub struct CullingScene {
@@ -150,18 +159,18 @@ pub struct CullingScene {
 }
 
 impl CullingScene {
-    /// Of all chunks of a bundle, in their order, each with whether it is ground, and its mattes.
+    /// Of all chunks of a bundle, in their order, each with what is said of it, and its mattes.
     #[must_use]
-    pub fn new(chunks: &[Arc<KeptChunk>], is_ground: &[bool], bodies: &Bodies, mattes: &[Matte]) -> Self {
+    pub fn new(chunks: &[Arc<KeptChunk>], of_chunks: &[OfChunk], bodies: &Bodies, mattes: &[Matte]) -> Self {
         let corners = |matte: &Matte| matte.corners.iter().map(|corner| Vec3::from(corner.map(|v| v as f32))).collect();
-        let stone = Stone { chunks, bodies, is_ground };
+        let stone = Stone { chunks, bodies, of_chunks };
         let mut occluders: Vec<Occluder> = mattes.iter().map(|matte| Occluder::new(corners(matte), Kind::Matte)).collect();
         occluders.extend(solids::occluders(stone));
         occluders.extend(faces::occluders(stone));
         occluders.par_iter_mut().for_each(|occluder| occluder.parts = parts(occluder, chunks));
         let solid =
             chunks.iter().zip(&bodies.of_vertex).map(|(chunk, of_vertex)| solid_triangles(chunk, of_vertex, &bodies.closed));
-        Self { occluders, solid: solid.collect(), objects: Objects::new(chunks, bodies) }
+        Self { occluders, solid: solid.collect(), objects: Objects::new(chunks, of_chunks, bodies) }
     }
 }
 

@@ -4,6 +4,7 @@
 //! one object with them. So a wall, a roof of tiles and a bed of gravel are as large as they look, and a chisel on a bench or a
 //! stone on the ground stands for itself. Whole bodies (what hangs together by its corners) are joined, by their boxes.
 
+use super::OfChunk;
 use crate::daylight::chunk::KeptChunk;
 use crate::daylight::closed::Bodies;
 use glam::Vec3;
@@ -21,15 +22,17 @@ const TOUCHES: f32 = 0.05;
 pub struct Objects {
     /// Centre and radius of each.
     pub spheres: Vec<(Vec3, f32)>,
+    /// Of each the least pixels that its parts ask for, and whether some of it asks for none; empty where nothing does.
+    pub(super) least_px: Vec<(f32, bool)>,
     /// Of each chunk, where in `members` those of each cluster begin, and where the last ones end.
     pub(super) begins: Vec<Vec<u32>>,
     pub(super) members: Vec<u32>,
 }
 
 impl Objects {
-    /// Of all chunks.
+    /// Of all chunks, each with what is said of it.
     #[must_use]
-    pub fn new(chunks: &[Arc<KeptChunk>], bodies: &Bodies) -> Self {
+    pub fn new(chunks: &[Arc<KeptChunk>], of_chunks: &[OfChunk], bodies: &Bodies) -> Self {
         let mut boxes = vec![(Vec3::INFINITY, Vec3::NEG_INFINITY); bodies.closed.len()];
         for (chunk, of_vertex) in chunks.iter().zip(&bodies.of_vertex) {
             for (&position, &body) in chunk.positions.iter().zip(of_vertex) {
@@ -65,7 +68,28 @@ impl Objects {
             objects.begins.push(begins);
         }
         objects.members.shrink_to_fit();
+        if of_chunks.iter().any(|of| of.least_px.is_some()) {
+            objects.least_px = vec![(f32::INFINITY, false); count];
+            for (begins, of) in objects.begins.iter().zip(of_chunks) {
+                let (first, end) = (begins.first().copied().unwrap_or(0), begins.last().copied().unwrap_or(0));
+                for &object in &objects.members[first as usize..end as usize] {
+                    let (least_px, asks_for_none) = &mut objects.least_px[object as usize];
+                    *least_px = least_px.min(of.least_px.unwrap_or(f32::INFINITY));
+                    *asks_for_none |= of.least_px.is_none();
+                }
+            }
+        }
         objects
+    }
+
+    /// Below how many pixels an object is small, where `common` holds for those that do not ask for their own.
+    #[must_use]
+    pub fn threshold_px(&self, object: usize, common: f32) -> f32 {
+        match self.least_px.get(object) {
+            None => common,
+            Some(&(own, false)) => own,
+            Some(&(own, true)) => own.min(common),
+        }
     }
 
     /// The objects that have triangles in a cluster.
@@ -186,8 +210,14 @@ mod tests {
         });
         let mut bodies = ClosedBodies::default();
         bodies.push(&chunk);
-        let objects = Objects::new(&[chunk], &bodies.finish());
+        let bodies = bodies.finish();
+        let objects = Objects::new(std::slice::from_ref(&chunk), &[OfChunk::default()], &bodies);
         assert_eq!(objects.of_cluster(0, 0), [0, 1]);
+        assert_eq!(objects.threshold_px(1, 2.0), 2.0);
+        let own = OfChunk { least_px: Some(7.0), ..OfChunk::default() };
+        assert_eq!(Objects::new(&[chunk], &[own], &bodies).threshold_px(1, 2.0), 7.0);
+        let shared = Objects { least_px: vec![(7.0, true), (0.5, true)], ..objects.clone() };
+        assert_eq!([0, 1].map(|object| shared.threshold_px(object, 2.0)), [2.0, 0.5], "as small as its least part may be");
         assert_eq!(objects.spheres.len(), 2);
         assert!((objects.spheres[0].1 - 0.5_f32.sqrt()).abs() < 1e-6);
     }

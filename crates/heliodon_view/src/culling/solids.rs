@@ -6,6 +6,7 @@
 //! which most of its faces look: through the middles of bodies, and just behind large faces. Where a plane cuts bodies, the largest rectangles
 //! in the union of the cuts are occluders. Why inside and not on faces: docs/decisions/025-shadow-culling.md.
 
+use super::OfChunk;
 use super::rectangles::{Rectangle, area, in_union};
 use super::shadow::{Kind, Occluder};
 use super::slice::{Axes, Segment, cut, rectangles};
@@ -45,14 +46,14 @@ pub struct Stone<'a> {
     pub chunks: &'a [Arc<KeptChunk>],
     /// Which bodies their vertices belong to.
     pub bodies: &'a Bodies,
-    /// Of each chunk, whether it is ground: large as it is, it hides nothing but what lies beneath it.
-    pub is_ground: &'a [bool],
+    /// Of each chunk what is said of it: ground, large as it is, hides nothing but what lies beneath it.
+    pub of_chunks: &'a [OfChunk],
 }
 
 impl Stone<'_> {
     /// Each triangle of a closed body that is not ground: its body and its corners.
     fn solid_triangles(&self) -> impl Iterator<Item = (u32, [Vec3; 3])> {
-        let walls = self.chunks.iter().zip(&self.bodies.of_vertex).zip(self.is_ground).filter(|(_, ground)| !**ground);
+        let walls = self.chunks.iter().zip(&self.bodies.of_vertex).zip(self.of_chunks).filter(|(_, of)| !of.is_ground);
         walls.flat_map(|((chunk, bodies), _)| {
             chunk.indices.chunks_exact(3).filter_map(|triangle| {
                 let body = bodies[usize::from(triangle[0])];

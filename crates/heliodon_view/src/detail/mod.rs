@@ -75,14 +75,15 @@ impl PreparedDetail {
     }
 }
 
-/// What a part has of both kinds.
-type PartDetail = (Option<DetailInfo>, Option<ViewsInfo>);
+/// What a chunk may have of both kinds.
+type Both = (Option<DetailInfo>, Option<ViewsInfo>);
 
-/// The details of a bundle, and which of them each part has.
+/// The details of a bundle, and which of them each part's chunks have.
 #[derive(Clone, Debug, Default)]
 pub struct PartDetails {
-    infos: Vec<PartDetail>,
-    of_parts: Vec<Option<u32>>,
+    infos: Vec<Both>,
+    /// Of each part that of chunks which say nothing, then those of its materials.
+    of_parts: Vec<Vec<Option<u32>>>,
 }
 
 impl PartDetails {
@@ -93,29 +94,35 @@ impl PartDetails {
     pub fn read(reader: &BundleReader, mut take: impl FnMut(PreparedDetail) -> bool) -> Result<Self, ReadError> {
         let mut details = Self::default();
         for (part, info) in reader.manifest().parts.iter().enumerate() {
-            let own = (info.detail.clone(), info.views.clone());
-            if own == (None, None) {
-                details.of_parts.push(None);
-                continue;
-            }
-            let known = details.infos.iter().position(|known| *known == own);
-            if known.is_none() {
-                let (texture, views) = (reader.read_detail(part)?, reader.read_views(part)?);
-                let prepared = PreparedDetail::new(own.0.as_ref().zip(texture.as_ref()), views);
-                details.infos.push(own);
-                if !take(prepared) {
-                    break;
+            let patterns = std::iter::once(info.detail.as_ref()).chain(info.material_details.iter().map(Some));
+            let mut of_part = Vec::new();
+            for pattern in patterns {
+                let own = (pattern.cloned(), info.views.clone());
+                if own == (None, None) {
+                    of_part.push(None);
+                    continue;
+                }
+                let known = details.infos.iter().position(|known| *known == own);
+                of_part.push(Some(known.unwrap_or(details.infos.len()) as u32));
+                if known.is_none() {
+                    let texture = pattern.map(|pattern| reader.read_detail(pattern)).transpose()?;
+                    let prepared = PreparedDetail::new(pattern.zip(texture.as_ref()), reader.read_views(part)?);
+                    details.infos.push(own);
+                    if !take(prepared) {
+                        return Ok(details);
+                    }
                 }
             }
-            details.of_parts.push(Some(known.unwrap_or(details.infos.len() - 1) as u32));
+            details.of_parts.push(of_part);
         }
         Ok(details)
     }
 
-    /// The number of a part's detail; none for chunks without the texture coordinates that all of it goes by.
+    /// The number of a chunk's detail, which says `of_material` of it; none for chunks without the texture coordinates that all of it goes by.
     #[must_use]
-    pub fn of(&self, part: u16, has_texture: bool) -> Option<u32> {
-        let number = (*self.of_parts.get(usize::from(part))?)?;
+    pub fn of(&self, part: u16, of_material: Option<u32>, has_texture: bool) -> Option<u32> {
+        let place = of_material.map_or(0, |index| index as usize + 1);
+        let number = (*self.of_parts.get(usize::from(part))?.get(place)?)?;
         let (pattern, _) = self.infos.get(number as usize)?;
         let without_texture = pattern.as_ref().is_some_and(|pattern| pattern.mapping != DetailMapping::Uv);
         (has_texture || without_texture).then_some(number)

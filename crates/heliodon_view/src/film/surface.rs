@@ -119,6 +119,7 @@ mod tests {
         LitChunk {
             part: 0,
             texture: with_uvs.then_some(0),
+            detail: None,
             normals: vec![Vec3::Z; 3],
             uvs: if with_uvs { corners.iter().map(|p| p.truncate()).collect() } else { Vec::new() },
             texel_uvs: Vec::new(),

@@ -290,6 +290,7 @@ fn write_bundle(folder: &Path) {
             .push_chunk(&LitChunk {
                 part,
                 texture: None,
+                detail: None,
                 positions: quad.map(Vec3::from).to_vec(),
                 normals: vec![normal; 4],
                 uvs: Vec::new(),

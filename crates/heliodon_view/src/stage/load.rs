@@ -2,13 +2,14 @@
 
 use super::feed::Delivery;
 use super::texture::{Level, halved};
-use crate::culling::CullingScene;
+use crate::culling::{CullingScene, OfChunk};
 use crate::daylight::chunk::{KeptChunk, PreparedChunk};
 use crate::daylight::closed::{Bodies, ClosedBodies};
 use crate::daylight::layout::VertexLayout;
 use crate::daylight::texels::{panorama_pieces, pieces};
 use crate::detail::PartDetails;
 use bevy::log::debug;
+use heliodon_bundle::manifest::{Manifest, PartInfo};
 use heliodon_bundle::site::Role;
 use heliodon_bundle::{BundleReader, ReadError};
 use heliodon_image::SrgbImage;
@@ -58,7 +59,7 @@ pub fn run(
             if let Some(stone) = stone {
                 // Only now: it takes seconds of a large bundle, and pictures are the same before.
                 let begun = Instant::now();
-                let scene = CullingScene::new(&stone.chunks, &stone.is_ground, &stone.bodies, &reader.manifest().mattes);
+                let scene = CullingScene::new(&stone.chunks, &stone.of_chunks, &stone.bodies, &reader.manifest().mattes);
                 debug!("{} occluders found in {:?}", scene.occluders.len(), begun.elapsed());
                 to_gpu.send(Delivery::Culling(Arc::new(scene))).ok();
             }
@@ -70,7 +71,7 @@ pub fn run(
 /// What was read of the stone.
 struct Stone {
     chunks: Vec<Arc<KeptChunk>>,
-    is_ground: Vec<bool>,
+    of_chunks: Vec<OfChunk>,
     bodies: Bodies,
 }
 
@@ -139,12 +140,13 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
         PartDetails::read(reader, |detail| to_gpu.send(Delivery::Detail(detail)).is_ok()).map_err(|error| error.to_string())?;
     let mut bodies = ClosedBodies::default();
     let mut chunks = Vec::with_capacity(reader.chunk_count());
-    let mut is_ground = Vec::with_capacity(reader.chunk_count());
+    let of_parts = of_parts(reader.manifest());
+    let mut of_chunks = Vec::with_capacity(reader.chunk_count());
     for index in 0..reader.chunk_count() {
         let chunk = reader.read_chunk(index).map_err(|error| error.to_string())?;
-        let detail = details.of(chunk.part, chunk.texture.is_some());
+        let detail = details.of(chunk.part, chunk.detail, chunk.texture.is_some());
         let prepared = PreparedChunk { detail, ..PreparedChunk::new(layout, &chunk, panorama.is_some()) };
-        is_ground.push(reader.manifest().parts.get(usize::from(chunk.part)).is_some_and(|part| part.role == Role::Ground));
+        of_chunks.push(of_parts.get(usize::from(chunk.part)).copied().unwrap_or_default());
         drop(chunk);
         let kept = Arc::clone(&prepared.kept);
         bodies.push(&kept);
@@ -159,5 +161,13 @@ fn deliver(reader: &BundleReader, to_gpu: &SyncSender<Delivery>, to_stage: &Send
     if to_gpu.send(Delivery::Closed(closed)).is_err() {
         return Ok(None);
     }
-    Ok(Some(Stone { chunks, is_ground, bodies }))
+    Ok(Some(Stone { chunks, of_chunks, bodies }))
+}
+
+/// What culling is told of each part.
+fn of_parts(manifest: &Manifest) -> Vec<OfChunk> {
+    let said = |part: usize| manifest.parameters.parts.get(part);
+    let least_px = |part: usize| said(part).and_then(|part| part.least_px).map(|pixels| pixels as f32);
+    let of = |(part, info): (usize, &PartInfo)| OfChunk { is_ground: info.role == Role::Ground, least_px: least_px(part) };
+    manifest.parts.iter().enumerate().map(of).collect()
 }

@@ -124,6 +124,7 @@ pub(crate) fn write_bundle_of(folder: &Path, site: &str) {
         .push_chunk(&LitChunk {
             part: 0,
             texture: None,
+            detail: None,
             normals: vec![Vec3::Y; 3],
             uvs: Vec::new(),
             texel_uvs: Vec::new(),

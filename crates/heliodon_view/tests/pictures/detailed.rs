@@ -50,7 +50,8 @@ fn details_are_the_references_on_every_kind_of_stone_beside_lamps_too_and_go_at_
         write_detailed(&bundle, layout, &chunk, image.as_ref(), Some(&detail));
         let reader = BundleReader::open(&bundle).unwrap();
         let info = reader.manifest().parts[0].detail.clone().unwrap();
-        let shown = ShownDetail::new(info, &reader.read_detail(0).unwrap().unwrap());
+        let texture = reader.read_detail(&info).unwrap();
+        let shown = ShownDetail::new(info, &texture);
         let mut renderer = Renderer::new(&bundle, SIZE, SIZE, RenderOptions { samples: 1 }).unwrap();
         let pose = Pose::looking(Vec3::new(0.0, 0.0, 1.25), Vec3::ZERO);
         let shot = Shot { pose, fov_deg: 60.0, ..renderer.home_shot(6.0 * 3600.0) };
@@ -94,6 +95,33 @@ fn details_are_the_references_on_every_kind_of_stone_beside_lamps_too_and_go_at_
             };
             assert!(picture(false) == picture(true), "beyond twice near_m there is none");
         }
+    }
+}
+
+#[test]
+fn a_chunk_shows_the_detail_that_it_names() {
+    let layout = LightLayout { sun_steps: 5, coefficients: 4, channels: 1, sun_bounce_functions: 3 };
+    let stone = Detail { size_m: Some(3.0), ..Detail::of_kind(DetailPattern::Stone) };
+    let wood = Detail { size_m: Some(1.0), ..Detail::of_kind(DetailPattern::Wood) };
+    let picture = |chunk: &LitChunk, all: Option<&Detail>, some: &[&Detail]| {
+        let folder = tempfile::tempdir().unwrap();
+        write_with(folder.path().join("wall").as_path(), layout, chunk, None, |writer| {
+            let made = |detail: &Detail| DetailTexture::generate(&detail.generated().unwrap()).unwrap();
+            all.into_iter().for_each(|detail| writer.add_detail(0, &made(detail), detail).unwrap());
+            some.iter().for_each(|detail| writer.add_material_detail(0, &made(detail), detail).unwrap());
+        });
+        let mut renderer = Renderer::new(folder.path().join("wall"), SIZE, SIZE, RenderOptions { samples: 1 }).unwrap();
+        let pose = Pose::looking(Vec3::new(0.0, 0.0, 1.25), Vec3::ZERO);
+        let shot = Shot { pose, fov_deg: 60.0, ..renderer.home_shot(6.0 * 3600.0) };
+        renderer.render_linear(&shot).unwrap();
+        renderer.render_linear(&shot).unwrap()
+    };
+    for wall in [wall(layout), wall_of_texels(layout)] {
+        let says = |detail| LitChunk { detail, ..wall.clone() };
+        let of_all = [None, Some(&stone), Some(&wood)].map(|all| picture(&wall, all, &[]));
+        assert!(of_all[0] != of_all[1] && of_all[1] != of_all[2] && of_all[0] != of_all[2]);
+        let of_one = [None, Some(0), Some(1)].map(|detail| picture(&says(detail), None, &[&stone, &wood]));
+        assert!(of_all == of_one, "as if all of the part had it");
     }
 }
 

@@ -73,6 +73,7 @@ fn wall(layout: LightLayout) -> LitChunk {
     LitChunk {
         part: 0,
         texture: None,
+        detail: None,
         positions: (0..count as u32).map(|v| at(v % side, v / side).extend(0.0)).collect(),
         normals: (0..count as u32)
             .map(|v| {
