@@ -140,7 +140,7 @@ fn texels_are_lit_as_the_vertices_beside_them() {
     let chunks = coarse.chunks();
     assert_eq!((chunks[0].triangles.len(), chunks[1].texel_uvs.len()), (2, 0));
     assert!(coarse.report.measures["texel_sky_samples"] > 100.0);
-    let (mut compared, mut shadows_differ, mut worst, mut sum, mut lit) = (0, 0, 0.0_f32, 0.0_f32, 0);
+    let (mut shadows_differ, mut lit, mut all_off) = (0, 0, Vec::new());
     for chunk in dense.chunks().iter().filter(|chunk| chunk.part == 0) {
         for (vertex, &p) in chunk.positions.iter().enumerate() {
             // within the block, and at its very foot, nothing is shown
@@ -149,17 +149,18 @@ fn texels_are_lit_as_the_vertices_beside_them() {
             }
             let own = vertex_light(&dense.moment(), &chunk.light, vertex, Vec3::Y);
             let found = texels.light(layout, &moment, uv_at(&chunks[0], p).unwrap(), Vec3::Y);
-            compared += 1;
-            lit += u32::from(own.sun.x > 0.0);
-            shadows_differ += u32::from((own.sun.x - found.sun.x).abs() > 0.02 * moment.shading.sun_irradiance.x);
+            lit += usize::from(own.sun.x > 0.0);
+            shadows_differ += usize::from((own.sun.x - found.sun.x).abs() > 0.02 * moment.shading.sun_irradiance.x);
             let diffuse = |light: Light| light.sky + light.bounce;
-            let off = (diffuse(own) - diffuse(found)).abs().max_element() / diffuse(own).max_element();
-            (worst, sum) = (worst.max(off), sum + off);
+            all_off.push((diffuse(own) - diffuse(found)).abs().max_element() / diffuse(own).max_element());
         }
     }
-    let mean = sum / compared as f32;
+    all_off.sort_by(f32::total_cmp);
+    let compared = all_off.len();
+    let (mean, most_part, worst) =
+        (all_off.iter().sum::<f32>() / compared as f32, all_off[compared * 98 / 100], all_off[compared - 1]);
     assert!(compared > 2000 && lit > 1000 && lit < compared, "{compared} {lit}");
-    assert!(mean < 0.01 && worst < 0.08, "{mean} in the mean, {worst} at most");
+    assert!(mean < 0.01 && most_part < 0.03 && worst < 0.08, "{mean} in the mean, {most_part} of 98 %, {worst} at most");
     // along the shadow's edge only: it is some ten metres long, in texels of 3 cm
     assert!(shadows_differ < compared / 20, "{shadows_differ} of {compared}");
 }
@@ -209,6 +210,41 @@ fn a_closed_room_stays_dark_to_the_last_texel() {
         },
     );
     assert!(inside > 2000 && bright == outside, "{inside} inside, {bright} of {outside} bright");
+}
+
+#[test]
+fn a_strip_before_a_wall_narrower_than_a_texel_is_as_dark_as_its_room() {
+    // a socle that runs on beneath the wall on it, five centimetres of it within the room
+    let site = format!(
+        "[site]\nname = \"A socle\"\n[[part]]\nfile = \"room.obj\"\nlight = \"texel\"\n{SKY}[bake]\nsamples = 64\nbounces = 2\ntransfer = \"rgb\"\ntexels = 128\n"
+    );
+    let boxes = [
+        ([0.0, 0.0, -3.0], [1.2, 1.0, 3.0]),
+        ([0.1, 0.99, -2.99], [1.15, 3.05, 2.99]),
+        ([0.05, 3.0, -3.1], [5.6, 3.2, 3.1]),
+        ([5.0, -0.1, -3.0], [5.5, 3.1, 3.0]),
+        ([0.02, -0.1, 2.8], [5.4, 3.1, 3.05]),
+        ([0.02, -0.1, -3.05], [5.4, 3.1, -2.8]),
+        ([-0.1, -0.3, -3.2], [5.7, 0.05, 3.2]),
+    ];
+    let boxes =
+        boxes.into_iter().flat_map(|(low, high)| cuboid(Vec3::from(low), Vec3::from(high), 1, false)).collect::<Vec<_>>();
+    let baked = bake_site(&site, &[("room.obj", rectangles(&boxes))]);
+    let texel_m = 1.0 / baked.bundle.manifest().texels.as_ref().unwrap().per_m;
+    let (mut strip, mut outside) = (0, 0.0_f32);
+    baked.shown(
+        60.0,
+        |normal| normal.y > 0.9,
+        |p, _, light| {
+            if p.y == 1.0 && p.x > 1.155 && p.z.abs() < 2.7 {
+                strip += 1;
+                assert!(light.total().max_element() < 0.02, "{p}: {light:?}");
+            } else if p.y == 1.0 && p.x < 0.05 {
+                outside = outside.max(light.sky.max_element());
+            }
+        },
+    );
+    assert!(texel_m > 0.05 && strip > 500 && outside > 0.2, "{texel_m}: {strip}, {outside}");
 }
 
 #[test]
