@@ -2,6 +2,7 @@
 //!
 //! [`Views`] says where eyes can be and what screen they look at; what no eye can tell apart need not be drawn.
 
+pub mod borders;
 pub mod clean;
 mod paint;
 pub mod purge;

@@ -63,7 +63,11 @@ impl<T: Copy + Ord + Send + Sync + Default> Buckets<T> {
         (0..self.starts.len() - 1).map(|bucket| (bucket as u32, self.bucket(bucket)))
     }
 
-    fn bucket(&self, bucket: usize) -> &[T] {
+    /// One bucket, in order.
+    ///
+    /// # Panics
+    /// If there are not so many.
+    pub fn bucket(&self, bucket: usize) -> &[T] {
         &self.items[self.starts[bucket] as usize..self.starts[bucket + 1] as usize]
     }
 }

@@ -9,7 +9,7 @@
 //!
 //! - Every vertex of the result is one of the original, unmoved, with its normal, colour and texture coordinates.
 //! - No crack opens: tiles share vertices that stay in place, and what vertices of one position share is one thing to all of
-//!   them. A closed mesh stays closed.
+//!   them. A closed mesh stays closed. Where another mesh goes on, the border between stays ([`Held`], [`crate::borders`]).
 //! - Where materials of different looks meet, and where vertices of one position part (texture seams, creases), the line
 //!   between stays within the tolerance,
 //!   and so do the borders of open sheets.
@@ -27,6 +27,7 @@ mod closest;
 mod collect;
 mod evenness;
 mod fineness;
+mod held;
 mod measure;
 mod nearest;
 mod passes;
@@ -37,6 +38,8 @@ mod tiles;
 mod witnesses;
 
 pub use averages::{Averages, Look, averages, look_of};
+pub use held::Held;
+pub(crate) use held::place_bits;
 pub use measure::{Distances, MeasureReport, Measured, measure, measure_telling};
 pub use nearest::{Nearest, nearest_triangles, nearest_triangles_telling};
 
@@ -162,21 +165,37 @@ pub fn simplify(mesh: &Mesh, views: &Views, params: &SimplifyParams) -> Simplifi
 /// As [`simplify`].
 #[must_use]
 pub fn simplify_telling(mesh: &Mesh, views: &Views, params: &SimplifyParams, tell: Tell) -> Simplified {
-    simplify_for(mesh, None, views, params, tiles::MOST, tell)
+    simplify_holding(mesh, &Held::NOTHING, views, params, tell)
+}
+
+/// As [`simplify_telling`]; vertices at some places stay.
+///
+/// # Panics
+/// As [`simplify`].
+#[must_use]
+pub fn simplify_holding(mesh: &Mesh, held: &Held, views: &Views, params: &SimplifyParams, tell: Tell) -> Simplified {
+    simplify_for((mesh, held), None, views, params, tiles::MOST, tell)
 }
 
 /// Simplifies further what stands for an original already, so that the places of the original stay within the limits. They are to be within those
-/// that the mesh was simplified with before. Tells how far it is.
+/// that the mesh was simplified with before. What was held before is held again. Tells how far it is.
 ///
 /// # Panics
 /// When the mesh contradicts itself ([`Mesh::validate`]).
 #[must_use]
-pub fn simplify_further(mesh: &Mesh, original: &[Vec3], views: &Views, params: &SimplifyParams, tell: Tell) -> Simplified {
-    simplify_for(mesh, Some(original), views, params, tiles::MOST, tell)
+pub fn simplify_further(
+    mesh: &Mesh,
+    held: &Held,
+    original: &[Vec3],
+    views: &Views,
+    params: &SimplifyParams,
+    tell: Tell,
+) -> Simplified {
+    simplify_for((mesh, held), Some(original), views, params, tiles::MOST, tell)
 }
 
 fn simplify_for(
-    mesh: &Mesh,
+    (mesh, held): (&Mesh, &Held),
     original: Option<&[Vec3]>,
     views: &Views,
     params: &SimplifyParams,
@@ -184,7 +203,7 @@ fn simplify_for(
     tell: Tell,
 ) -> Simplified {
     let point_of = passes::points(&mesh.positions);
-    let context = Context { mesh, params, looks: &looks(&mesh.materials), point_of: &point_of };
+    let context = Context { mesh, params, looks: &looks(&mesh.materials), point_of: &point_of, held };
     let (faces, report) = passes::run(&context, &Fineness::new(views, params), most, original, tell.within(POINTS, PASSES));
     let simplified = collect::collect(mesh, &faces, report);
     tell.done(1.0);

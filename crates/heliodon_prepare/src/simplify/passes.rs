@@ -80,7 +80,7 @@ pub(super) fn run(
         Some(places) => Witnesses::beside(places, mesh),
         None => Witnesses::corners(&mesh.positions, &faces, context.point_of),
     };
-    let mut state = State { faces, free: vec![true; mesh.positions.len()], witnesses };
+    let mut state = State { faces, free: passes.not_held(), witnesses };
     let mut report = SimplifyReport { triangles_before: mesh.triangles.len(), ..SimplifyReport::default() };
     for (share, ends) in SHARES.into_iter().zip(ENDS.windows(2)) {
         let before = state.faces.len();
@@ -103,6 +103,15 @@ pub(super) fn points(positions: &[Vec3]) -> Vec<u32> {
 }
 
 impl Passes<'_> {
+    /// The points that are not held from outside.
+    fn not_held(&self) -> Vec<bool> {
+        let Context { mesh, held, .. } = self.context;
+        if held.is_empty() {
+            return vec![true; mesh.positions.len()];
+        }
+        mesh.positions.par_iter().map(|&p| !held.holds(p)).collect()
+    }
+
     fn pass(&self, state: &mut State, share: f32, most: usize, tell: Tell) -> PassReport {
         let tiles = Tiles::cut(&self.context.mesh.positions, &state.faces, self.fineness, share, most);
         let owners = self.owners(&state.faces, &tiles);
@@ -140,6 +149,9 @@ impl Passes<'_> {
         let mut free = rim;
         for _ in 0..RINGS {
             free = self.dilated(&state.faces, &free);
+        }
+        if !self.context.held.is_empty() {
+            free.iter_mut().zip(self.not_held()).for_each(|(free, not_held)| *free &= not_held);
         }
         state.free = free;
         report

@@ -13,7 +13,7 @@ use std::collections::HashMap;
 const TILE: usize = 3000;
 
 fn simplify_in_tiles(mesh: &Mesh, views: &Views, params: &SimplifyParams, most: usize) -> Simplified {
-    simplify_for(mesh, None, views, params, most, Tell::NOBODY)
+    simplify_for((mesh, &Held::NOTHING), None, views, params, most, Tell::NOBODY)
 }
 
 fn nowhere() -> Views {
@@ -353,7 +353,7 @@ fn simplified_again_it_still_keeps_to_the_original() {
     let original = thorny_wall();
     let once = simplify_in_tiles(&original, &nowhere(), &metres(0.006, 0.05), TILE).mesh;
     let params = metres(0.009, 0.1);
-    let twice = simplify_further(&once, &original.positions, &nowhere(), &params, Tell::NOBODY).mesh;
+    let twice = simplify_further(&once, &Held::NOTHING, &original.positions, &nowhere(), &params, Tell::NOBODY).mesh;
     assert!(twice.triangles.len() * 3 < once.triangles.len() * 2, "{} of {}", twice.triangles.len(), once.triangles.len());
     let report = measure(&original, &twice, &nowhere(), &params).report;
     assert!(report.from_original.max_m <= params.error_m, "{report:?}");

@@ -1,8 +1,8 @@
 //! One tile: from the mesh to meshoptimizer and back.
 
-use super::SimplifyParams;
 use super::evenness::Evenness;
 use super::fineness::Allowed;
+use super::{Held, SimplifyParams};
 use glam::{Vec2, Vec3};
 use heliodon_mesh::Mesh;
 use meshopt::{SimplifyOptions, SimplifyVertex, VertexDataAdapter};
@@ -22,6 +22,8 @@ pub(super) struct Context<'a> {
     pub looks: &'a [u16],
     /// For each vertex the first at the same position.
     pub point_of: &'a [u32],
+    /// Places whose vertices stay.
+    pub held: &'a Held,
 }
 
 /// The tile's own vertices: one for each vertex of the mesh and look. Where looks meet, meshoptimizer thus sees a seam and

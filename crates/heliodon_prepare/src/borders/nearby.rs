@@ -1,0 +1,56 @@
+//! The nearest of many places.
+
+use crate::topology::Cells;
+use glam::Vec3;
+
+/// Where only the same place counts, cells are this part of the largest coordinate, which is some 16 times what f32 rounds: few places share one.
+const EXACT_CELL: f64 = 1.0e-6;
+/// Cells are so many times as wide as the reach: two of them lie within reach of a place in the mean, where 27 of its own size would.
+const REACHES: f64 = 8.0;
+
+/// Places that are asked for the nearest within a reach.
+pub(super) struct Nearby<'p> {
+    cells: Cells<'p>,
+    reach_m: f64,
+}
+
+impl<'p> Nearby<'p> {
+    /// With a reach of 0 only the very place is found.
+    pub fn new(places: &'p [Vec3], reach_m: f32) -> Self {
+        let largest = places.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
+        let reach_m = f64::from(reach_m.max(0.0));
+        let cell_m = (REACHES * reach_m).max(EXACT_CELL * f64::from(largest)).max(f64::from(f32::MIN_POSITIVE));
+        Self { cells: Cells::new(places, cell_m), reach_m }
+    }
+
+    /// The number of the nearest place, the first of several, and how far it is, squared.
+    pub fn nearest(&self, p: Vec3) -> Option<(u32, f64)> {
+        let of = |cell: [i64; 3]| {
+            let all = self.cells.near(cell).map(|(index, place)| (index, place.as_dvec3().distance_squared(p.as_dvec3())));
+            let within = all.filter(|&(_, squared)| squared <= self.reach_m * self.reach_m);
+            within.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)))
+        };
+        let at = |sign: f64| self.cells.cell(p.as_dvec3() + sign * self.reach_m);
+        let ([x, y, z], [to_x, to_y, to_z]) = (at(-1.0), at(1.0));
+        let around = (x..=to_x).flat_map(|x| (y..=to_y).flat_map(move |y| (z..=to_z).map(move |z| [x, y, z])));
+        around.filter_map(of).min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_is_found_across_cells_and_none_beyond_the_reach() {
+        let places = [Vec3::ZERO, Vec3::new(0.9, 0.0, 0.0), Vec3::new(-0.3, 0.0, 0.0), Vec3::new(0.9, 0.0, 0.0)];
+        let nearby = Nearby::new(&places, 1.0);
+        assert_eq!(nearby.nearest(Vec3::new(-0.2, 0.0, 0.0)).unwrap().0, 2);
+        assert_eq!(nearby.nearest(Vec3::new(1.2, 0.1, -0.2)).unwrap().0, 1);
+        assert_eq!(nearby.nearest(Vec3::new(2.0, 0.0, 0.0)), None);
+        let exact = Nearby::new(&places, 0.0);
+        assert_eq!(exact.nearest(Vec3::new(0.9, -0.0, 0.0)), Some((1, 0.0)));
+        assert_eq!(exact.nearest(Vec3::new(0.9, 1.0e-7, 0.0)), None);
+        assert_eq!(Nearby::new(&[], 0.0).nearest(Vec3::ZERO), None);
+    }
+}
