@@ -6,6 +6,7 @@
 
 mod attributes;
 mod faces;
+mod junctions;
 mod paint;
 mod parts;
 mod report;
@@ -14,7 +15,7 @@ mod winding;
 
 pub use paint::{color, paint};
 pub(crate) use report::Measure;
-pub use report::{CleanReport, EdgeFinding, Finding, Mark};
+pub use report::{CleanReport, EdgeFinding, Finding, Mark, VertexFinding};
 
 use crate::Tell;
 use glam::Vec3;
@@ -139,8 +140,10 @@ pub fn clean_telling(mesh: &mut Mesh, params: &CleanParams, tell: Tell) -> Clean
 
     tell.done(share::JOINED);
     let edges = winding::mend(mesh, &places, params, tell, &mut report);
-    rims::mark(mesh, &places, &edges, &mut report);
+    let open = rims::mark(mesh, &places, &edges, &mut report);
     drop(edges);
+    junctions::mark(mesh, &open, params.weld_m, &mut report);
+    drop(open);
 
     tell.done(share::WOUND);
     attributes::keep(mesh, &places, params.crease_rad, &report.marks);

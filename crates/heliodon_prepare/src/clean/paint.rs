@@ -20,6 +20,7 @@ pub fn color(mark: Mark) -> Vec3 {
         Mark::Flat => Vec3::new(0.0, 0.3, 0.3),
         Mark::DoubleWall => Vec3::new(0.8, 0.8, 0.0),
         Mark::NonManifold => Vec3::new(0.0, 0.6, 0.8),
+        Mark::TJunction => Vec3::new(0.6, 0.4, 1.0),
         Mark::Open => Vec3::new(0.0, 0.1, 1.0),
         Mark::Kept => Vec3::splat(0.4),
     }

@@ -33,6 +33,8 @@ pub enum Mark {
     DoubleWall,
     /// Kept, at an edge where more than two triangles meet.
     NonManifold,
+    /// Kept: a vertex of another triangle lies on the inside of an edge without a neighbour.
+    TJunction,
     /// Kept, at an edge without a neighbour.
     Open,
     /// Kept, and nothing to say.
@@ -42,7 +44,7 @@ pub enum Mark {
 
 impl Mark {
     /// All of them, in order.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::NonFinite,
         Self::Degenerate,
         Self::Duplicate,
@@ -54,6 +56,7 @@ impl Mark {
         Self::Flat,
         Self::DoubleWall,
         Self::NonManifold,
+        Self::TJunction,
         Self::Open,
         Self::Kept,
     ];
@@ -103,6 +106,15 @@ impl EdgeFinding {
         self.length_m += a.as_dvec3().distance(b.as_dvec3());
         self.first.get_or_insert_with(|| ((a.as_dvec3() + b.as_dvec3()) * 0.5).as_vec3().to_array());
     }
+}
+
+/// Vertices of one kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct VertexFinding {
+    /// At how many places.
+    pub vertices: u64,
+    /// Where the first of them is, metres.
+    pub first: Option<[f32; 3]>,
 }
 
 /// What cleaning found and did. Its `Display` is a few lines for people.
@@ -162,6 +174,8 @@ pub struct CleanReport {
     pub rims: u64,
     /// The length of the longest of them, metres.
     pub longest_rim_m: f64,
+    /// Vertices without a neighbour on one side that lie on the inside of another triangle's edge without one, within the weld's reach: T-junctions.
+    pub t_junctions: VertexFinding,
     /// What became of each triangle of the mesh as it came, for [`super::paint`].
     #[serde(skip)]
     pub marks: Vec<Mark>,
@@ -237,6 +251,15 @@ impl fmt::Display for CleanReport {
             f,
             &self.open,
             &format!("without a neighbour, in {} rims, the longest {} m", self.rims, Measure(self.longest_rim_m)),
-        )
+        )?;
+        match self.t_junctions {
+            VertexFinding { vertices, first: Some([x, y, z]) } => {
+                write!(
+                    f,
+                    "\n  {vertices} vertices on the inside of such edges (T-junctions), first at ({x:.3}, {y:.3}, {z:.3})"
+                )
+            }
+            VertexFinding { first: None, .. } => Ok(()),
+        }
     }
 }

@@ -4,34 +4,39 @@ use super::{CleanReport, Mark};
 use heliodon_mesh::Mesh;
 use heliodon_mesh::topology::{Edges, UnionFind};
 
-/// Marks the triangles at such edges, and measures the rims.
-pub(super) fn mark(mesh: &Mesh, places: &[u32], edges: &Edges, report: &mut CleanReport) {
-    let mut open: Vec<[u32; 2]> = Vec::new();
+/// An edge without a neighbour: its places, and the triangle that has it.
+pub(super) struct Side {
+    pub ends: [u32; 2],
+    pub triangle: u32,
+}
+
+/// Marks the triangles at such edges, and measures the rims. Answers with the edges without a neighbour.
+pub(super) fn mark(mesh: &Mesh, places: &[u32], edges: &Edges, report: &mut CleanReport) -> Vec<Side> {
+    let mut open: Vec<Side> = Vec::new();
     edges.for_each(|[a, b], sides| {
         let count = sides.len();
         if count == 2 {
             return;
         }
         let ends = [a, b].map(|place| mesh.positions[place as usize]);
-        let (found, says) = if count == 1 {
-            open.push([a, b]);
-            (&mut report.open, Mark::Open)
-        } else {
-            (&mut report.non_manifold, Mark::NonManifold)
-        };
+        let (found, says) =
+            if count == 1 { (&mut report.open, Mark::Open) } else { (&mut report.non_manifold, Mark::NonManifold) };
         found.add(ends[0], ends[1]);
         for side in sides {
+            if count == 1 {
+                open.push(Side { ends: [a, b], triangle: side.triangle });
+            }
             let mark = &mut report.marks[side.triangle as usize];
             *mark = says.min(*mark);
         }
     });
     let mut sets = UnionFind::new(places.len());
-    for &[a, b] in &open {
+    for &Side { ends: [a, b], .. } in &open {
         sets.unite(a, b, false);
     }
     let mut lengths: Vec<(u32, f64)> = open
         .iter()
-        .map(|&[a, b]| {
+        .map(|&Side { ends: [a, b], .. }| {
             let ends = [a, b].map(|place| mesh.positions[place as usize].as_dvec3());
             (sets.find(a).0, ends[0].distance(ends[1]))
         })
@@ -40,4 +45,5 @@ pub(super) fn mark(mesh: &Mesh, places: &[u32], edges: &Edges, report: &mut Clea
     lengths.sort_by_key(|&(rim, _)| rim);
     let rims = lengths.chunk_by(|a, b| a.0 == b.0).map(|rim| rim.iter().map(|(_, length)| length).sum::<f64>());
     (report.rims, report.longest_rim_m) = rims.fold((0, 0.0), |(count, longest), rim| (count + 1, rim.max(longest)));
+    open
 }

@@ -332,3 +332,66 @@ proptest! {
         prop_assert_eq!(edges(&again), edges(&report));
     }
 }
+
+/// A box of which one edge has a vertex more on one side than on the other.
+fn with_a_t_junction() -> Mesh {
+    let mut mesh = cube(Vec3::ZERO, Vec3::ONE);
+    let [a, b, c] = mesh.triangles[0];
+    let middle = (mesh.positions[a as usize] + mesh.positions[b as usize]) * 0.5;
+    mesh.positions.push(middle);
+    mesh.triangles[0] = [a, 8, c];
+    mesh.triangles.push([8, b, c]);
+    mesh
+}
+
+#[test]
+fn a_t_junction_is_counted_placed_and_coloured() {
+    let (_, whole) = cleaned(cube(Vec3::ZERO, Vec3::ONE), &CleanParams::default());
+    assert_eq!(whole.t_junctions, VertexFinding::default());
+    let mesh = with_a_t_junction();
+    let (_, report) = cleaned(mesh.clone(), &CleanParams::default());
+    assert_eq!(report.t_junctions, VertexFinding { vertices: 1, first: Some(mesh.positions[8].to_array()) });
+    // one long edge and two short ones
+    assert_eq!((report.open.edges, report.rims), (3, 1));
+    let marked: Vec<usize> = (0..13).filter(|&t| report.marks[t] == Mark::TJunction).collect();
+    let [t] = marked[..] else { panic!("{marked:?}") };
+    let [a, b, _] = mesh.triangles[0];
+    assert!(t != 0 && mesh.triangles[t].contains(&a) && !mesh.triangles[t].contains(&8), "its other side");
+    assert!(mesh.triangles[12].contains(&b) && report.marks[12] == Mark::Open);
+    let told = report.to_string();
+    assert!(told.contains("1 vertices on the inside of such edges (T-junctions), first at ("), "{told}");
+    let json = serde_json::to_value(&report).unwrap();
+    assert_eq!(json["t_junctions"]["vertices"], 1);
+    assert!(paint(&mesh, &report.marks).colors_linear.contains(&color(Mark::TJunction)));
+}
+
+#[test]
+fn t_junctions_are_found_within_the_weld_s_reach_and_wherever_the_mesh_is() {
+    let count = |shift: Vec3, off: Vec3, weld_m: f32| {
+        let mut mesh = with_a_t_junction();
+        mesh.positions[8] += off;
+        mesh.positions.iter_mut().for_each(|p| *p = *p * 0.73 + shift);
+        cleaned(mesh, &CleanParams { weld_m, ..CleanParams::default() }).1.t_junctions.vertices
+    };
+    let side = Vec3::new(3.0e-4, 3.0e-4, 3.0e-4);
+    assert_eq!(count(Vec3::ZERO, side, 0.0), 0, "a hole, and a vertex beside it");
+    assert_eq!(count(Vec3::ZERO, side, 1.0e-3), 1);
+    // rounded to f32 a kilometre off
+    assert_eq!(count(Vec3::new(1234.567, -876.543, 999.321), Vec3::ZERO, 0.0), 1);
+}
+
+#[test]
+fn a_long_edge_beside_many_short_ones_has_all_of_their_vertices() {
+    // a wall of two triangles on the rim of finely divided ground, askew
+    let fine = crate::shapes::grid(200, |_, _| 0.0);
+    let wall = Mesh {
+        positions: vec![Vec3::ZERO, Vec3::Z, Vec3::new(0.0, 1.0, 1.0), Vec3::Y],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    };
+    let mut mesh = joined(&[fine, wall]);
+    let turn = glam::Quat::from_euler(glam::EulerRot::XYZ, 0.3, 0.9, -0.4);
+    mesh.positions.iter_mut().for_each(|p| *p = turn * *p + Vec3::new(0.3, -0.2, 5.0));
+    let (_, report) = cleaned(mesh, &CleanParams { weld_m: 1.0e-5, ..CleanParams::default() });
+    assert_eq!(report.t_junctions.vertices, 199, "{report}");
+}
