@@ -43,19 +43,22 @@ pub(super) fn mark(mesh: &Mesh, patches: &Patches, senses: &[Sense], report: &mu
         return;
     }
     let Some(scene) = scene(mesh, patches, solid) else { return };
-    let buried: Vec<u32> = candidates.into_par_iter().filter(|&t| is_buried(&scene, mesh.corners(t as usize))).collect();
+    let aside_m = |longest_m| ASIDE * longest_m;
+    let buried: Vec<u32> =
+        candidates.into_par_iter().filter(|&t| is_buried(&scene, mesh.corners(t as usize), aside_m)).collect();
     for t in buried {
         report.fates[t as usize] = Fate::Buried;
         report.buried.add(mesh, t as usize);
     }
 }
 
-/// Whether points all over both sides of a triangle lie within solids in every direction, and no solid's surface cuts its edges.
-fn is_buried(scene: &TriangleScene, [a, b, c]: [Vec3; 3]) -> bool {
+/// Whether points all over both sides of a triangle lie within solids in every direction, and no solid's surface cuts its edges. `aside_m` tells how
+/// far off the triangle they are, by its longest edge.
+pub(super) fn is_buried(scene: &TriangleScene, [a, b, c]: [Vec3; 3], aside_m: impl Fn(f32) -> f32) -> bool {
     let Some(normal) = (b - a).cross(c - a).try_normalize() else { return false };
     let middle = (a + b + c) / 3.0;
     let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
-    let aside = normal * (ASIDE * longest).max(ASIDE_OF_COORDINATE * middle.abs().max_element());
+    let aside = normal * aside_m(longest).max(ASIDE_OF_COORDINATE * middle.abs().max_element());
     let [a, b, c] = [a, b, c].map(|p| p.lerp(middle, INWARDS));
     // the middle first: most end there
     for points in [&[middle][..], &[a, b, c, (a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5]] {

@@ -5,13 +5,17 @@
 //! Walls that solids share vanish with what one buries in another. Every piece of surface that is left knows which triangle it comes from
 //! and takes its material, normals, colours and texture coordinates. Open surfaces are no solids: only such of their triangles go as
 //! lie in solids whole.
+//!
+//! That is for the solids of one mesh. Meshes that stay apart are not united, but [`buried_among`] tells what lies within the solids of all together.
 
+mod among;
 mod buried;
 mod groups;
 mod report;
 mod stitch;
 mod union;
 
+pub use among::{BuriedAmong, Member, buried_among, meet};
 pub use report::{Fate, GroupReport, Outcome, SolidsReport, color, paint};
 
 use crate::Tell;
@@ -71,21 +75,7 @@ pub fn unite_telling(mesh: &mut Mesh, params: &SolidsParams, tell: Tell) -> Soli
         ..SolidsReport::default()
     };
     let places = places(&mesh.positions, 0.0);
-    let spans = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|v| places[v as usize]);
-        a != b && b != c && c != a && t.iter().all(|&v| mesh.positions[v as usize].is_finite())
-    };
-    let fit: Vec<bool> = mesh.triangles.iter().map(spans).collect();
-    let edges = Edges::new(&mesh.triangles, &places, |t| fit[t]);
-    let patches = Patches::new(&mesh.positions, &mesh.triangles, &edges, |t| fit[t]);
-    drop(edges);
-    let mut senses = senses(mesh, &patches, &params.eyes);
-    // what is not wound one way is no solid until it has been cleaned
-    for (sense, patch) in senses.iter_mut().zip(&patches.list) {
-        if matches!(sense, Sense::Body | Sense::Hollow) && patch.turned != 0 {
-            *sense = Sense::Open;
-        }
-    }
+    let (patches, senses) = solids(mesh, &places, &params.eyes);
     report.count(&senses, &patches);
     if params.buried == Buried::Remove {
         buried::mark(mesh, &patches, &senses, &mut report);
@@ -110,6 +100,26 @@ pub fn unite_telling(mesh: &mut Mesh, params: &SolidsParams, tell: Tell) -> Soli
     stitch::stitch(mesh, &report.fates, &made);
     report.triangles_after = mesh.triangles.len() as u64;
     report
+}
+
+/// The patches of a mesh whose vertices are at these places, and what each is.
+fn solids(mesh: &Mesh, places: &[u32], eyes: &[Vec3]) -> (Patches, Vec<Sense>) {
+    let spans = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| places[v as usize]);
+        a != b && b != c && c != a && t.iter().all(|&v| mesh.positions[v as usize].is_finite())
+    };
+    let fit: Vec<bool> = mesh.triangles.iter().map(spans).collect();
+    let edges = Edges::new(&mesh.triangles, places, |t| fit[t]);
+    let patches = Patches::new(&mesh.positions, &mesh.triangles, &edges, |t| fit[t]);
+    drop(edges);
+    let mut senses = senses(mesh, &patches, eyes);
+    // what is not wound one way is no solid until it has been cleaned
+    for (sense, patch) in senses.iter_mut().zip(&patches.list) {
+        if matches!(sense, Sense::Body | Sense::Hollow) && patch.turned != 0 {
+            *sense = Sense::Open;
+        }
+    }
+    (patches, senses)
 }
 
 #[cfg(test)]

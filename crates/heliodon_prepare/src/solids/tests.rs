@@ -183,3 +183,86 @@ fn the_hostile_corpus_is_survived() {
         assert!(mesh.triangles.iter().flatten().all(|&v| (v as usize) < mesh.positions.len()), "{name}");
     }
 }
+
+/// What solids bury of each of some meshes that all have solids.
+fn among(meshes: &[Mesh]) -> Vec<BuriedAmong> {
+    let members: Vec<Member> = meshes.iter().map(|mesh| Member { mesh, has_solids: true }).collect();
+    assert!(meet(&members));
+    buried_among(&members, &[])
+}
+
+/// A box whose long edges were halved.
+fn block(low: Vec3, high: Vec3, longest_m: f32) -> Mesh {
+    let mut mesh = cube(low, high);
+    crate::split::split(&mut mesh, |_, _| longest_m, 1_000_000).unwrap();
+    mesh
+}
+
+#[test]
+fn a_wall_between_two_meshes_is_buried_however_it_is_divided() {
+    for (one, other) in [(2.0, 2.0), (0.2, 0.2), (0.2, 0.07), (2.0, 0.3)] {
+        // turned, so that no plane is an axis'; half a thousandth of a weld apart
+        let turn = glam::Quat::from_euler(glam::EulerRot::XYZ, 0.3, 0.9, -0.4);
+        let mut meshes = [block(Vec3::ZERO, Vec3::ONE, one), block(Vec3::X, Vec3::new(2.0, 1.0, 1.0), other)];
+        let walls = meshes.each_ref().map(|mesh| {
+            let on_wall = |t: &u32| mesh.corners(*t as usize).iter().all(|p| p.x == 1.0);
+            (0..mesh.triangles.len() as u32).filter(on_wall).collect::<Vec<_>>()
+        });
+        meshes.iter_mut().for_each(|mesh| mesh.positions.iter_mut().for_each(|p| *p = turn * *p + Vec3::new(3.0, -2.0, 9.0)));
+        let buried = among(&meshes);
+        for (buried, wall) in buried.iter().zip(&walls) {
+            assert_eq!(&buried.triangles, wall, "{one} {other}");
+            assert!((buried.found.area_m2 - 1.0).abs() < 1e-4 && buried.found.triangles == wall.len() as u64);
+        }
+    }
+    // a step of a tenth of a millimetre is no wall that is shared
+    let apart = [cube(Vec3::ZERO, Vec3::ONE), cube(Vec3::X * 1.0001, Vec3::new(2.0, 1.0, 1.0))];
+    let members = apart.each_ref().map(|mesh| Member { mesh, has_solids: true });
+    assert!(!meet(&members) && buried_among(&members, &[]).iter().all(|buried| buried.triangles.is_empty()));
+}
+
+#[test]
+fn of_a_wall_only_what_the_other_covers_is_buried() {
+    let meshes = [block(Vec3::ZERO, Vec3::ONE, 0.2), cube(Vec3::new(1.0, 0.25, 0.25), Vec3::new(2.0, 0.75, 0.75))];
+    let [large, small] = &among(&meshes)[..] else { panic!() };
+    assert!((large.found.area_m2 - 0.25).abs() < 1e-6 && (small.found.area_m2 - 0.25).abs() < 1e-6, "{large:?}");
+}
+
+#[test]
+fn what_stands_in_another_mesh_s_solid_is_buried_and_what_looks_out_is_not() {
+    let inner = cube(Vec3::splat(0.4), Vec3::splat(0.6));
+    let through = block(Vec3::new(0.4, 0.9, 0.4), Vec3::new(0.6, 1.5, 0.6), 0.07);
+    let sheet = Mesh {
+        positions: vec![Vec3::splat(0.1), Vec3::new(0.9, 0.2, 0.1), Vec3::new(0.2, 0.9, 0.3)],
+        triangles: vec![[0, 1, 2]],
+        ..Mesh::default()
+    };
+    let meshes = [cube(Vec3::ZERO, Vec3::ONE), inner, through.clone(), sheet];
+    let members = [0, 1, 2, 3].map(|m| Member { mesh: &meshes[m], has_solids: m == 0 });
+    let [big, inner, half, sheet] = &buried_among(&members, &[])[..] else { panic!() };
+    assert!(big.triangles.is_empty(), "seen from outside");
+    assert_eq!((inner.triangles.len(), sheet.triangles.len()), (12, 1));
+    assert!(!half.triangles.is_empty());
+    let top = |t: u32| through.corners(t as usize).iter().map(|p| p.y).fold(0.0, f32::max);
+    assert!(half.triangles.iter().all(|&t| top(t) <= 1.0));
+    assert!((0..through.triangles.len() as u32).all(|t| half.triangles.contains(&t) || top(t) > 0.99));
+    // with an eye in it the big one is a room, and no solid
+    assert!(buried_among(&members, &[Vec3::splat(0.8)]).iter().all(|buried| buried.triangles.is_empty()));
+    // nothing has solids, and nothing is near
+    assert!(!meet(&[0, 1].map(|m| Member { mesh: &meshes[m], has_solids: false })));
+    let far = cube(Vec3::splat(5.0), Vec3::splat(6.0));
+    assert!(!meet(&[Member { mesh: &far, has_solids: true }, members[0]]));
+}
+
+#[test]
+fn sheets_back_to_back_and_the_same_solid_twice_are_seen() {
+    let sheet = |turned: bool| Mesh {
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+        triangles: vec![if turned { [0, 2, 1] } else { [0, 1, 2] }],
+        ..Mesh::default()
+    };
+    let same = || cube(Vec3::ZERO, Vec3::ONE);
+    for meshes in [[sheet(false), sheet(true)], [same(), same()]] {
+        assert!(among(&meshes).iter().all(|buried| buried.triangles.is_empty()));
+    }
+}
