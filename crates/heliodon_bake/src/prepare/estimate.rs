@@ -5,6 +5,7 @@
 //! and in the run that measured simplification: machines differ by the same factor in all of them, nearly.
 
 use super::arrays::index_of;
+use super::buried::has_solids;
 use super::dropped::purge_params;
 use super::fit::MOST_ROUNDS;
 use super::kept::{FINISHED, geometry_key};
@@ -158,7 +159,7 @@ pub(crate) fn estimate_with(
         let reading_s = begun.elapsed().as_secs_f64();
         let file_bytes = scene::part_bytes(files, index);
         done += file_bytes;
-        let unites = settings.solids && matches!(part.role, Role::Filling | Role::Prop);
+        let unites = settings.solids && has_solids(part.role);
         let by_texels = Choice::of(site, index).is_texels(&site.rooms, &mesh.positions, &mesh.triangles);
         any_texels |= by_texels;
         let grain = Grain::new(mesh.triangles.len(), part.role, settings, &views).filter(|_| !by_texels);
@@ -187,6 +188,11 @@ pub(super) fn need(estimate: &PrepareEstimate) -> Need {
 pub fn estimate(plan: &Plan, settings: &Prepare, reporter: &dyn Reporter) -> Result<PrepareEstimate, BakeError> {
     let kept = is_prepared(plan, settings);
     Ok(PrepareEstimate { kept, ..estimate_with(plan, settings, reporter, |_, _, _| Ok(()))? })
+}
+
+/// Bytes of a part as rays meet it, with its textures.
+fn whole(part: &Looked) -> f64 {
+    part.mesh_bytes(part.original) + part.texture_bytes
 }
 
 struct Reckoning<'a> {
@@ -234,10 +240,22 @@ impl Reckoning<'_> {
         });
     }
 
-    /// The most that any part takes in a step, beside what is held of those before it: their originals and what is left of them.
-    fn most(&self, left: &[f64], of_part: impl Fn(&Looked, f64) -> f64) -> f64 {
+    /// The most that any part takes in a step before borders are compared, beside what is held of those before it.
+    fn most_before(&self, of_part: impl Fn(&Looked) -> f64) -> f64 {
         let (mut held, mut most) = (0.0, 0.0_f64);
+        for looked in self.looked {
+            most = most.max(held + of_part(looked));
+            held += whole(looked);
+        }
+        most
+    }
+
+    /// The most that any part takes in a step after it, beside those to come and what is held of those before it: their originals and what is left
+    /// of them.
+    fn most_after(&self, left: &[f64], of_part: impl Fn(&Looked, f64) -> f64) -> f64 {
+        let (mut held, mut most): (f64, _) = (self.looked.iter().map(whole).sum(), 0.0_f64);
         for (looked, &left) in self.looked.iter().zip(left) {
+            held -= whole(looked);
             most = most.max(held + of_part(looked, left));
             held += (bytes::ORIGINAL + bytes::LOOK) * looked.original + looked.mesh_bytes(left) + looked.texture_bytes;
         }
@@ -252,18 +270,17 @@ impl Reckoning<'_> {
         let simplifies = simplifies(params, self.views);
         let mut left = if simplifies { first } else { looked.iter().map(|part| part.original).collect() };
         let textures = sum(&|part| part.texture_bytes);
-        let whole = |part: &Looked| part.mesh_bytes(part.original) + part.texture_bytes;
 
-        let memory = self.most(&left, |part, _| part.mesh_bytes(part.triangles) + part.texture_bytes + part.file_bytes as f64);
+        let memory = self.most_before(|part| part.mesh_bytes(part.triangles) + part.texture_bytes + part.file_bytes as f64);
         self.step("reading", 1, sum(&|part| part.reading_s), memory, 0.0);
         if self.settings.clean {
-            let memory = self
-                .most(&left, |part, _| part.mesh_bytes(part.triangles) + part.texture_bytes + bytes::CLEAN * part.triangles);
+            let memory =
+                self.most_before(|part| part.mesh_bytes(part.triangles) + part.texture_bytes + bytes::CLEAN * part.triangles);
             self.step("cleaning", 1, unit * times::CLEAN * read, memory, 0.0);
         }
         let united = sum(&|part| if part.unites { part.triangles } else { 0.0 });
         if united > 0.0 {
-            let memory = self.most(&left, |part, _| {
+            let memory = self.most_before(|part| {
                 let more = if part.unites { bytes::UNITE * part.triangles } else { 0.0 };
                 part.mesh_bytes(part.triangles) + part.texture_bytes + more
             });
@@ -271,14 +288,14 @@ impl Reckoning<'_> {
         }
         let made = sum(&|part| part.original - part.triangles);
         if made > 0.0 {
-            let memory = self.most(&left, |part, _| {
+            let memory = self.most_before(|part| {
                 part.mesh_bytes(part.triangles) + whole(part) + bytes::SPLIT * (part.original - part.triangles)
             });
             self.step("splitting", 1, unit * times::SPLIT * made, memory, 0.0);
         }
         self.kept += sum(&whole);
         if simplifies {
-            let memory = self.most(&left, |part, left| {
+            let memory = self.most_after(&left, |part, left| {
                 bytes::ORIGINAL * part.original + whole(part) + bytes::SIMPLIFY * part.original + part.mesh_bytes(left)
             });
             let kept = self.meshes(&left);

@@ -2,6 +2,7 @@
 
 use super::Work;
 use super::arrays::{Reader, Writer, textures_of};
+use super::borders::Border;
 use super::dropped::look_around;
 use super::limits::{Grained, Limits};
 use super::part::{count as triangles, piece_name, simplifies, simplify_params};
@@ -31,14 +32,14 @@ struct Again {
 }
 
 /// Simplifies further until about as many triangles are drawn as the site wants; returns the limits of each part with which they do, and what that
-/// took. `parts` tell how each part was split, `ends` where the vertices of its original end among all of `original`.
+/// took. `parts` tell how each part was split and what of it is held, `ends` where the vertices of its original end among all of `original`.
 ///
 /// # Errors
 /// More geometry than the ray engine holds, or a cache that cannot be written.
 pub(super) fn fit(
     work: &Work,
     meshes: &mut [Mesh],
-    parts: Vec<Grained>,
+    (parts, borders): (Vec<Grained>, &[Border]),
     original: &[Vec3],
     ends: &[usize],
 ) -> Result<(Vec<SimplifyParams>, Vec<Step>), BakeError> {
@@ -56,7 +57,7 @@ pub(super) fn fit(
             let mesh = &mut meshes[index];
             let name = piece_name(index, &format!("again{round}"));
             let begin = if index == 0 { 0 } else { ends[index - 1] };
-            let make = || Ok(again(work, mesh, &original[begin..ends[index]], &limits.params[index]));
+            let make = || Ok(again(work, mesh, &borders[index], &original[begin..ends[index]], &limits.params[index]));
             let mut again = work.pieces.kept_or(&name, &textures_of(&mesh.materials), make)?;
             steps.append(&mut again.steps);
             *mesh = again.mesh;
@@ -80,9 +81,9 @@ fn count(work: &Work, meshes: &[Mesh]) -> Result<Count, BakeError> {
     Ok(Count { drawn: meshes.iter().map(of_part).collect(), steps: seen.steps })
 }
 
-fn again(work: &Work, mesh: &Mesh, original: &[Vec3], params: &SimplifyParams) -> Again {
+fn again(work: &Work, mesh: &Mesh, border: &Border, original: &[Vec3], params: &SimplifyParams) -> Again {
     let mut steps = Steps::new(work.reporter);
-    let further = |tell: Tell| simplify_further(mesh, original, &work.views, params, tell);
+    let further = |tell: Tell| simplify_further(mesh, &border.held, original, &work.views, params, tell);
     let mesh = steps.run("simplifying to the number wanted", triangles(mesh), further).mesh;
     Again { mesh, steps: steps.taken }
 }

@@ -1,13 +1,16 @@
 //! From the files of a site to the geometry that is drawn, and what stands behind it in the light.
 //!
-//! Part after part is read, cleaned, split where it is coarse and simplified to what the display can show from the rooms (`part`); of all
-//! parts together what no eye in any room can see is dropped (`dropped`). Light is then solved at the vertices that are left, among the
+//! Part after part is read, cleaned and split where it is coarse (`part`); what parts have in common is found, so that their borders stay the same
+//! (`borders`), and each is simplified to what the display can show from the rooms. Of all parts together what no eye in any room can see is
+//! dropped (`dropped`), and what lies within solids (`buried`). Light is then solved at the vertices that are left, among the
 //! original geometry: what is dropped is not drawn, but still occludes, and a coarse form of it still holds the light that it reflects.
 //!
 //! Each step's result is kept as soon as it is there (`pieces`), and the finished geometry (`kept`), after which only those steps' stay that
 //! depend on one part alone: where another part changes, they are taken from there.
 
 mod arrays;
+mod borders;
+mod buried;
 mod doubts;
 mod dropped;
 mod estimate;
@@ -40,6 +43,8 @@ use crate::key::Digest;
 use crate::plan::Plan;
 use crate::report::Reporter;
 use crate::scene::{Original, PartRange, Scene};
+use borders::borders;
+use buried::bury;
 use doubts::{empty_parts, purge_doubts, room_doubts, small_parts};
 use dropped::{Reduced, purge_name, purge_params, reduce, seen};
 use fit::fit;
@@ -49,7 +54,7 @@ use heliodon_prepare::Views;
 use kept::{FINISHED, geometry_key, part_digest};
 use limits::Grained;
 use looks::Looks;
-use part::{compare, lasting_name, prepare_part};
+use part::{compare, lasting_name, prepare_part, whole_part};
 use pieces::{PART, PIECE, Pieces};
 use std::path::Path;
 
@@ -184,12 +189,15 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
         let purged = if work.pieces.has(&purge_name()) { ", and what nobody sees is known" } else { "" };
         work.reporter.note(&format!("going on: preparation has read {begun} of {count} parts{purged}"));
     }
+    let mut wholes = (0..count).map(|index| whole_part(work, index)).collect::<Result<Vec<_>, _>>()?;
+    let (borders, steps) = borders(work, &mut wholes)?;
     let (mut original, mut warnings) = (Original::default(), Vec::new());
     let (mut meshes, mut ends) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    let (mut report, mut looks) = (PrepareReport::default(), Vec::with_capacity(count));
-    for index in 0..count {
+    let (mut report, mut looks) = (PrepareReport { steps, ..PrepareReport::default() }, Vec::with_capacity(count));
+    for (mut whole, border) in wholes.into_iter().zip(&borders) {
         let first = original.positions.len();
-        let (mesh, of_part) = prepare_part(work, index, &mut original, &mut looks, &mut warnings)?;
+        warnings.append(&mut whole.warnings);
+        let (mesh, of_part) = prepare_part(work, whole, border, &mut original, &mut looks)?;
         if let (true, Some(look)) = (work.settings.shows_original(), looks.last()) {
             original.looks.append(look, original.positions.len() - first);
             original.colored.push(u8::from(!look.colors.is_empty()));
@@ -207,13 +215,13 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
         .iter()
         .zip(&work.site.parts)
         .map(|(of_part, part)| Grained { is_ground: part.role == Role::Ground, times_split: times_split(of_part).max(1.0) });
-    let (params, steps) = fit(work, &mut meshes, grained.collect(), &original.positions, &vertex_ends)?;
-    report.steps = steps;
+    let (params, mut steps) = fit(work, &mut meshes, (grained.collect(), &borders), &original.positions, &vertex_ends)?;
+    report.steps.append(&mut steps);
     for (of_part, params) in report.parts.iter_mut().zip(&params) {
         of_part.error_px = f64::from(params.error_px);
         of_part.edge_px = of_part.edge_px.max(f64::from(params.edge_px));
     }
-    let keep = match seen(work, &meshes)? {
+    let mut keep = match seen(work, &meshes)? {
         Some(mut seen) => {
             report.steps.append(&mut seen.steps);
             report.purge = Some(seen.report);
@@ -221,6 +229,7 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
         }
         None => vec![true; meshes.iter().map(|mesh| mesh.triangles.len()).sum()],
     };
+    warnings.extend(bury(work, &meshes, &mut keep, &mut report)?);
     let (mut parts, mut begin) = (Vec::with_capacity(count), (0, 0));
     for (index, ((mesh, end), of_part)) in meshes.into_iter().zip(ends).zip(&mut report.parts).enumerate() {
         let as_scanned = Mesh {
@@ -228,7 +237,7 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
             triangles: original.triangles[begin.1..end.1].iter().map(|t| t.map(|v| v - begin.0 as u32)).collect(),
             ..Mesh::default()
         };
-        parts.push(compare(work, index, (&as_scanned, &looks[index]), mesh, &params[index], of_part)?);
+        parts.push(compare(work, &borders[index].digest, (&as_scanned, &looks[index]), mesh, &params[index], of_part)?);
         begin = end;
     }
     let reduced = reduce(work, parts, &keep, &params, &mut report)?;

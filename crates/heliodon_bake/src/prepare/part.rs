@@ -2,21 +2,25 @@
 
 use super::Work;
 use super::arrays::{Reader, Writer, textures_of};
+use super::borders::Border;
+use super::buried::has_solids;
 use super::pieces::{PART, PIECE, Piece};
 use super::steps::{Step, Steps};
 use super::surfacing::Surfacing;
 use crate::cache::CacheError;
 use crate::error::BakeError;
+use crate::key::Digest;
 use crate::scene::Original;
 use crate::texels::Choice;
 use glam::Vec3;
 use heliodon_bundle::site::{InputKind, Prepare, Role, Winding};
 use heliodon_mesh::import::ImportReport;
 use heliodon_mesh::{Mesh, MeshError};
-use heliodon_prepare::clean::{self, CleanParams, CleanReport, clean_telling};
+use heliodon_prepare::borders::BorderReport;
+use heliodon_prepare::clean::{self, CleanParams, CleanReport, Finding, clean_telling};
 use heliodon_prepare::simplify::{
     Averages, MeasureReport, SimplifyParams, SimplifyReport, averages, measure_telling, nearest_triangles_telling,
-    simplify_telling,
+    simplify_holding,
 };
 use heliodon_prepare::solids::{SolidsParams, SolidsReport, unite_telling};
 use heliodon_prepare::split::{SplitError, SplitReport, split_telling};
@@ -50,6 +54,8 @@ pub struct PartReport {
     pub solids: Option<SolidsReport>,
     /// Large triangles that were split.
     pub split: Option<SplitReport>,
+    /// What it shares with other parts; none where that is nothing.
+    pub borders: Option<BorderReport>,
     /// Triangles after cleaning and splitting: what rays of light meet.
     pub triangles_original: u64,
     /// What simplification did.
@@ -60,6 +66,8 @@ pub struct PartReport {
     pub edge_px: f64,
     /// How far the result is off the original.
     pub error: Option<MeasureReport>,
+    /// What is not drawn since it lies within solids of all parts together, or between two that touch.
+    pub buried: Finding,
     /// Triangles that are drawn.
     pub triangles_drawn: u64,
     /// Triangles that are not drawn and hold the light that they reflect.
@@ -91,15 +99,20 @@ pub(super) fn piece_name(part: usize, step: &str) -> String {
 
 /// What pieces of a part are called that depend on that part alone.
 pub(super) fn lasting_name(work: &Work, part: usize, step: &str) -> String {
-    format!("{PART}{}-{step}", work.parts[part].digits())
+    lasting(&work.parts[part], step)
+}
+
+/// What pieces are called that depend on what is in this digest alone.
+fn lasting(digest: &Digest, step: &str) -> String {
+    format!("{PART}{}-{step}", digest.digits())
 }
 
 /// A part as rays meet it.
-struct Whole {
-    mesh: Mesh,
+pub(super) struct Whole {
+    pub mesh: Mesh,
     /// What was left out or looked odd in its files.
-    warnings: Vec<String>,
-    report: PartReport,
+    pub warnings: Vec<String>,
+    pub report: PartReport,
 }
 
 /// A part as the display shows it.
@@ -117,21 +130,25 @@ struct Mapped {
     steps: Vec<Step>,
 }
 
-/// Reads, cleans, splits and simplifies a part; what rays will meet of it is added to `original`, what it looks like to `looks`, what is odd in its files
-/// to `warnings`. Returns what is left of it.
+/// Reads, cleans and splits a part.
 ///
 /// # Errors
-/// Files that cannot be read, more vertices over all parts than an index counts, or more triangles than splitting may make.
+/// Files that cannot be read, or more triangles than splitting may make.
+pub(super) fn whole_part(work: &Work, index: usize) -> Result<Whole, BakeError> {
+    work.pieces.kept_or(&lasting_name(work, index, "whole"), &[], || make_whole(work, index))
+}
+
+/// Simplifies a part; what rays will meet of it is added to `original`, what it looks like to `looks`. Returns what is left of it.
+///
+/// # Errors
+/// More vertices over all parts than an index counts, and a cache that cannot be written.
 pub(super) fn prepare_part(
     work: &Work,
-    index: usize,
+    whole: Whole,
+    border: &Border,
     original: &mut Original,
     looks: &mut Vec<Surfacing>,
-    warnings: &mut Vec<String>,
 ) -> Result<(Mesh, PartReport), BakeError> {
-    let name = |step: &str| lasting_name(work, index, step);
-    let whole = work.pieces.kept_or(&name("whole"), &[], || make_whole(work, index))?;
-    warnings.extend(whole.warnings);
     push_original(original, &whole.mesh)?;
     let is_simplified = simplifies(&simplify_params(work.settings), &work.views);
     let is_looked_at = is_simplified || work.settings.shows_original();
@@ -140,8 +157,8 @@ pub(super) fn prepare_part(
         return Ok((whole.mesh, whole.report));
     }
     let textures = textures_of(&whole.mesh.materials);
-    let make = || Ok(make_simple(work, &whole.mesh, whole.report));
-    let Simple { mesh, report } = work.pieces.kept_or(&name("simple"), &textures, make)?;
+    let make = || Ok(make_simple(work, &whole.mesh, border, whole.report));
+    let Simple { mesh, report } = work.pieces.kept_or(&lasting(&border.digest, "simple"), &textures, make)?;
     Ok((mesh, report))
 }
 
@@ -150,13 +167,13 @@ pub(super) fn simplifies(params: &SimplifyParams, views: &Views) -> bool {
     (if views.cells.is_empty() { params.error_m } else { params.error_px }) > 0.0
 }
 
-/// How what is left of a part, simplified with `params`, belongs to its original.
+/// How what is left of a part, simplified with `params`, belongs to its original. `digest` has what decided the part so far.
 ///
 /// # Errors
 /// A cache that cannot be written.
 pub(super) fn compare(
     work: &Work,
-    index: usize,
+    digest: &Digest,
     (original, looks): (&Mesh, &Surfacing),
     mut mesh: Mesh,
     params: &SimplifyParams,
@@ -167,11 +184,11 @@ pub(super) fn compare(
         return Ok(Part { mesh, stands_for: (0..triangles).collect(), clearance_m: vec![0.0; vertices] });
     }
     let make = || Ok(make_mapped(work, (original, looks), &mesh, params));
-    let mut digest = work.parts[index].clone();
+    let mut digest = digest.clone();
     digest.run(format!("{params:?}").as_bytes());
     digest.run(bytemuck::cast_slice(&mesh.positions));
     digest.run(bytemuck::cast_slice(&mesh.triangles));
-    let mut mapped = work.pieces.kept_or(&format!("{PART}{}-mapped", digest.digits()), &[], make)?;
+    let mut mapped = work.pieces.kept_or(&lasting(&digest, "mapped"), &[], make)?;
     report.error = Some(mapped.error);
     report.steps.append(&mut mapped.steps);
     if let Some(simplify) = &mut report.simplify {
@@ -215,7 +232,7 @@ fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
         }
         report.clean = Some(found);
     }
-    if settings.solids && matches!(part.role, Role::Filling | Role::Prop) {
+    if settings.solids && has_solids(part.role) {
         let params = SolidsParams { eyes: eyes(views), ..SolidsParams::default() };
         let before = looks.wanted().then(|| mesh.clone());
         let found = steps.run("uniting solids", count(&mesh), |tell| unite_telling(&mut mesh, &params, tell));
@@ -308,10 +325,10 @@ fn error_m(work: &Work, params: &SimplifyParams, place: Vec3) -> f32 {
     if work.views.cells.is_empty() { params.error_m } else { params.error_px * work.views.pixel_m(place, params.nearest_m) }
 }
 
-fn make_simple(work: &Work, whole: &Mesh, mut report: PartReport) -> Simple {
-    let mut steps = Steps::new(work.reporter);
-    let simplified = steps
-        .run("simplifying", count(whole), |tell| simplify_telling(whole, &work.views, &simplify_params(work.settings), tell));
+fn make_simple(work: &Work, whole: &Mesh, border: &Border, mut report: PartReport) -> Simple {
+    let (mut steps, params) = (Steps::new(work.reporter), simplify_params(work.settings));
+    let simplified =
+        steps.run("simplifying", count(whole), |tell| simplify_holding(whole, &border.held, &work.views, &params, tell));
     report.simplify = Some(simplified.report);
     report.steps.append(&mut steps.taken);
     Simple { mesh: simplified.mesh, report }
@@ -382,9 +399,9 @@ const LONGEST_GROUND: f32 = 100.0;
 /// Ground is split to so many times the triangles that are wanted of all parts at most: simplification still finds the better ones of them.
 const MOST_SPLIT_GROUND: usize = 4;
 /// The most triangles that splitting may make of a part.
-const MOST_TRIANGLES: usize = 200_000_000;
+pub(super) const MOST_TRIANGLES: usize = 200_000_000;
 
-fn clean_params(settings: &Prepare, role: Role, views: &Views) -> CleanParams {
+pub(super) fn clean_params(settings: &Prepare, role: Role, views: &Views) -> CleanParams {
     let of_role = if role == Role::Scan { CleanParams::default() } else { CleanParams::modelled() };
     CleanParams {
         weld_m: of_role.weld_m.max(settings.weld_m as f32),
@@ -399,7 +416,7 @@ fn clean_params(settings: &Prepare, role: Role, views: &Views) -> CleanParams {
 }
 
 /// A place in each room.
-fn eyes(views: &Views) -> Vec<Vec3> {
+pub(super) fn eyes(views: &Views) -> Vec<Vec3> {
     views.cells.iter().map(|cell| 0.5 * (cell.low + cell.high)).collect()
 }
 

@@ -4,7 +4,7 @@ use super::{PartReport, Step};
 use crate::scene::Scene;
 use heliodon_bundle::lineage::{MeasuredError, Prepared, PreparedPart, PurgeCheck};
 use heliodon_bundle::memory::peak_resident_bytes;
-use heliodon_prepare::clean::CleanReport;
+use heliodon_prepare::clean::{CleanReport, Finding};
 use heliodon_prepare::purge::{PurgeReport, Verified};
 use heliodon_prepare::simplify::MeasureReport;
 use serde::{Deserialize, Serialize};
@@ -106,6 +106,7 @@ fn found(clean: &CleanReport) -> BTreeMap<String, u64> {
         ("non_manifold_edges", clean.non_manifold.edges),
         ("open_edges", clean.open.edges),
         ("rims", clean.rims),
+        ("t_junctions", clean.t_junctions.vertices),
     ];
     all.into_iter().filter(|(_, count)| *count > 0).map(|(name, count)| (name.to_owned(), count)).collect()
 }
@@ -140,6 +141,9 @@ impl fmt::Display for PartReport {
         if let Some(split) = self.split.as_ref().filter(|split| split.split_triangles > 0) {
             writeln!(f, "  split: {split}")?;
         }
+        if let Some(borders) = &self.borders {
+            writeln!(f, "  borders: {borders}")?;
+        }
         if let (Some(simplify), Some(error)) = (&self.simplify, &self.error) {
             let off = &error.from_original;
             writeln!(
@@ -151,6 +155,13 @@ impl fmt::Display for PartReport {
                 f,
                 "  off the original by {:.2} px in the mean, {:.2} px at the 95th percentile, {:.1} px ({:.4} m) at most",
                 off.mean_px, off.p95_px, off.max_px, off.max_m
+            )?;
+        }
+        if let Some([x, y, z]) = self.buried.first {
+            let Finding { triangles, area_m2, .. } = self.buried;
+            writeln!(
+                f,
+                "  buried in solids of all parts together: {triangles} triangles ({area_m2:.3} m2), not drawn, first at ({x:.3}, {y:.3}, {z:.3})"
             )?;
         }
         write!(f, "  drawn: {}, not seen: {} that only reflect light", self.triangles_drawn, self.triangles_hidden)

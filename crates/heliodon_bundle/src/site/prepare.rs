@@ -19,7 +19,7 @@ pub struct Prepare {
     pub isolated_m: f64,
     /// What is done about faces whose fronts disagree with their neighbours'.
     pub winding: Winding,
-    /// Whether closed bodies among fillings and props that run into each other are united, and what is buried in others left out.
+    /// Whether closed bodies among fillings and props that run into each other within a part are united, and what is buried in others left out; what those of several parts bury of each other is not drawn.
     pub solids: bool,
     /// How far, in pixels of `[display]` seen from the nearest room, any vertex of the original may lie off what is simplified. 0 simplifies nothing.
     #[schemars(range(min = 0, max = 100))]
