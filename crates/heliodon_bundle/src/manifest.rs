@@ -420,7 +420,7 @@ impl Manifest {
         let of_texels = self.texels.is_some() || parameters.bake.texels.is_some();
         let moving = self.grid.is_some() || !self.actors.is_empty() || !self.lamps.is_empty();
         let has_effort = parameters.prepare.as_ref().is_some_and(|prepare| !prepare.purge_effort.is_usual());
-        let says = |part: &Part| part.least_px.is_some() || part.detail.iter().any(|detail| detail.material.is_some());
+        let says = |part: &Part| part.least_px.is_some() || part.has_material_details();
         if self.parts.iter().any(|part| !part.material_details.is_empty()) || parameters.parts.iter().any(says) {
             return FORMAT_VERSION;
         }

@@ -10,7 +10,7 @@ use super::dropped::purge_params;
 use super::fit::MOST_ROUNDS;
 use super::kept::{FINISHED, geometry_key};
 use super::limits::{Grained, Limits};
-use super::part::{Grain, simplifies, simplify_params};
+use super::part::{Grain, forget_names, simplifies, simplify_params};
 use super::patches::{Looked, inner_triangles, look};
 use super::views;
 use crate::budget::Need;
@@ -155,7 +155,8 @@ pub(crate) fn estimate_with(
     for (index, part) in site.parts.iter().enumerate() {
         let begun = Instant::now();
         let tell = |read| reporter.progress(done + read);
-        let mesh = scene::read_part(site, files, index, &mut ImportReport::default(), &tell)?;
+        let mut mesh = scene::read_part(site, files, index, &mut ImportReport::default(), &tell)?;
+        forget_names(part, &mut mesh);
         let reading_s = begun.elapsed().as_secs_f64();
         let file_bytes = scene::part_bytes(files, index);
         done += file_bytes;

@@ -25,7 +25,7 @@ pub(super) fn geometry_key(plan: &Plan, settings: &Prepare) -> String {
     let mut digest = Digest::default();
     digest.run(crate::TOOL.as_bytes());
     digest.json(&inputs_of(plan, |kind| kind.mesh_part().is_some()));
-    let parts: Vec<(Part, Choice)> = (0..site.parts.len()).map(|part| geometry_of(site, part)).collect();
+    let parts: Vec<(Part, Choice, bool)> = (0..site.parts.len()).map(|part| geometry_of(site, part)).collect();
     // however fine a panorama is, and for a scan too, what the original looks like is to be known
     let settings = Prepare { panorama: settings.shows_original().into(), scan: false, ..settings.clone() };
     digest.json(&(parts, site.site.origin, settings, &site.rooms, &site.display));
@@ -53,8 +53,9 @@ fn of_part(settings: &Prepare, role: Role) -> Prepare {
     Prepare { purge, ring, purge_effort, panorama, scan, triangles, ..settings.clone() }
 }
 
-/// A part without what moves none of its vertices; of where its light is stored only what decides whether it is split.
-fn geometry_of(site: &Site, part: usize) -> (Part, Choice) {
+/// A part without what moves none of its vertices; of where its light is stored only what decides whether it is split, of its details only whether the names of
+/// materials count.
+fn geometry_of(site: &Site, part: usize) -> (Part, Choice, bool) {
     let bare = Part {
         weathering: None,
         detail: Vec::new(),
@@ -64,7 +65,7 @@ fn geometry_of(site: &Site, part: usize) -> (Part, Choice) {
         texels: 1.0,
         ..site.parts[part].clone()
     };
-    (bare, Choice::of(site, part))
+    (bare, Choice::of(site, part), site.parts[part].has_material_details())
 }
 
 /// The files of the `wanted` kinds and those that they name, as they were hashed.

@@ -13,7 +13,7 @@ use crate::key::Digest;
 use crate::scene::Original;
 use crate::texels::Choice;
 use glam::Vec3;
-use heliodon_bundle::site::{InputKind, Prepare, Role, Winding};
+use heliodon_bundle::site::{self, InputKind, Prepare, Role, Winding};
 use heliodon_mesh::import::ImportReport;
 use heliodon_mesh::{Mesh, MeshError};
 use heliodon_prepare::borders::BorderReport;
@@ -203,6 +203,13 @@ pub(super) fn count(mesh: &Mesh) -> u64 {
     mesh.triangles.len() as u64
 }
 
+/// Takes the names of materials away where no detail goes by them: simplification keeps the borders of materials of different names.
+pub(super) fn forget_names(part: &site::Part, mesh: &mut Mesh) {
+    if !part.has_material_details() {
+        mesh.materials.iter_mut().for_each(|material| material.name.clear());
+    }
+}
+
 /// Reads, cleans and splits.
 fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
     let Work { plan, site, files, settings, views, looks, .. } = work;
@@ -223,6 +230,7 @@ fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
         by_texels: Choice::of(site, index).is_texels(&site.rooms, &mesh.positions, &mesh.triangles),
         ..PartReport::default()
     };
+    forget_names(part, &mut mesh);
     if settings.clean {
         let params = clean_params(settings, part.role, views);
         let as_read = looks.wanted().then(|| mesh.clone());

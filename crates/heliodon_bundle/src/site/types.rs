@@ -238,6 +238,12 @@ impl Part {
         }
     }
 
+    /// Whether any of its details is for materials of some names.
+    #[must_use]
+    pub fn has_material_details(&self) -> bool {
+        self.detail.iter().any(|detail| detail.material.is_some())
+    }
+
     /// The part without what is said of it besides its file, its name and its role.
     #[must_use]
     pub fn bare(&self) -> Self {

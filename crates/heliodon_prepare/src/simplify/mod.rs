@@ -10,7 +10,7 @@
 //! - Every vertex of the result is one of the original, unmoved, with its normal, colour and texture coordinates.
 //! - No crack opens: tiles share vertices that stay in place, and what vertices of one position share is one thing to all of
 //!   them. A closed mesh stays closed. Where another mesh goes on, the border between stays ([`Held`], [`crate::borders`]).
-//! - Where materials of different looks meet, and where vertices of one position part (texture seams, creases), the line
+//! - Where materials of different looks or names meet, and where vertices of one position part (texture seams, creases), the line
 //!   between stays within the tolerance,
 //!   and so do the borders of open sheets.
 //! - No vertex of the original is farther from the surface than the tolerance at its place, so a small closed shape stays as well.
@@ -139,7 +139,7 @@ pub struct PassReport {
 #[derive(Clone, Debug)]
 pub struct Simplified {
     /// The mesh, with the original's materials; neighbours in space are mostly neighbours in its arrays. Where materials look
-    /// the same, triangles have the first of these.
+    /// the same and have the same name, triangles have the first of these.
     pub mesh: Mesh,
     /// For each of its vertices the index of the original's vertex that it is.
     pub original_vertex: Vec<u32>,
@@ -214,14 +214,14 @@ fn simplify_for(
 const POINTS: f64 = 0.05;
 const PASSES: f64 = 0.96;
 
-/// For each material the first that looks the same.
+/// For each material the first that looks the same and has the same name: who gives others wants them apart.
 fn looks(materials: &[Material]) -> Vec<u16> {
     let same = |a: &Material, b: &Material| {
         let textures = match (&a.texture, &b.texture) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
             (a, b) => a.is_none() && b.is_none(),
         };
-        textures && a.base_color_linear == b.base_color_linear
+        textures && a.base_color_linear == b.base_color_linear && a.name == b.name
     };
     let first = |(index, material)| materials[..index].iter().position(|known| same(known, material)).unwrap_or(index) as u16;
     materials.iter().enumerate().map(first).collect()
