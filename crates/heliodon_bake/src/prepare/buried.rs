@@ -7,7 +7,7 @@ use super::steps::{Step, Steps};
 use super::{PartReport, PrepareReport, Work};
 use crate::cache::CacheError;
 use crate::error::BakeError;
-use heliodon_bundle::site::{Part, Role, SITE_FILE_NAME};
+use heliodon_bundle::site::{Role, SITE_FILE_NAME};
 use heliodon_mesh::Mesh;
 use heliodon_prepare::clean::Finding;
 use heliodon_prepare::solids::{Member, buried_among, meet};
@@ -21,19 +21,22 @@ struct Buried {
     steps: Vec<Step>,
 }
 
-/// Takes from what is drawn what parts bury of each other, and tells of it; answers with what is odd about it. Only fillings and props have solids,
-/// as within one part.
+/// Takes from what is drawn what parts bury of each other, but what is known to be `seen`, and tells of it; answers with what is odd about it. Only fillings and
+/// props have solids, as within one part.
 ///
 /// # Errors
 /// A cache that cannot be written.
 pub(super) fn bury(
     work: &Work,
     meshes: &[Mesh],
-    keep: &mut [bool],
+    (keep, mut seen): (&mut [bool], &[bool]),
     report: &mut PrepareReport,
 ) -> Result<Vec<String>, BakeError> {
-    let member = |(mesh, part): (_, &Part)| Member { mesh, has_solids: has_solids(part.role) };
-    let members: Vec<Member> = meshes.iter().zip(&work.site.parts).map(member).collect();
+    let mut members = Vec::with_capacity(meshes.len());
+    for (mesh, part) in meshes.iter().zip(&work.site.parts) {
+        let of_part = seen.split_off(..mesh.triangles.len().min(seen.len())).unwrap_or_default();
+        members.push(Member { mesh, has_solids: has_solids(part.role), seen: of_part });
+    }
     if !work.settings.solids || !meet(&members) {
         return Ok(Vec::new());
     }

@@ -41,6 +41,8 @@ const REDUCED: [f64; 3] = [0.1, 0.5, 0.75];
 pub(super) struct Seen {
     /// For each triangle of all parts whether it is drawn.
     pub keep: Vec<bool>,
+    /// For each whether somebody was found to see it; empty where nothing is known of that.
+    pub seen: Vec<bool>,
     pub report: PurgeReport,
     pub steps: Vec<Step>,
 }
@@ -113,24 +115,27 @@ pub(super) fn look_around(work: &Work, meshes: &[Mesh], params: &PurgeParams) ->
     let (positions, triangles) = all_of(meshes);
     let rays = steps.run("building", 0, |_| TriangleScene::build(&positions, &triangles, &BuildParams::default()))?;
     let surface = Surface { positions: &positions, triangles: &triangles, single_sided: &[] };
-    let Purged { keep, report } = {
+    let Purged { keep, seen, report } = {
         let total = triangles.len() as u64;
         steps.run("purging", total, |tell| purge_telling(&rays, &surface, &work.views, params, tell))
     };
-    Ok(Seen { keep, report, steps: steps.taken })
+    Ok(Seen { keep, seen, report, steps: steps.taken })
 }
 
 impl Piece for Seen {
     fn write(&self, into: &mut Writer) -> Result<(), CacheError> {
-        into.array("keep", &self.keep.iter().map(|&keep| u8::from(keep)).collect::<Vec<_>>())?;
+        let bytes = |flags: &[bool]| flags.iter().map(|&flag| u8::from(flag)).collect::<Vec<_>>();
+        into.array("keep", &bytes(&self.keep))?;
+        into.array("seen", &bytes(&self.seen))?;
         into.told(&self.report);
         into.told(&self.steps);
         Ok(())
     }
 
     fn read(from: &mut Reader) -> Option<Self> {
-        let keep = from.array::<u8>("keep")?.into_iter().map(|keep| keep != 0).collect();
-        Some(Self { keep, report: from.told()?, steps: from.told()? })
+        let mut flags = |name| Some(from.array::<u8>(name)?.into_iter().map(|flag| flag != 0).collect());
+        let (keep, seen) = (flags("keep")?, flags("seen")?);
+        Some(Self { keep, seen, report: from.told()?, steps: from.told()? })
     }
 }
 

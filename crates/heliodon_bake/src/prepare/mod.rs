@@ -221,15 +221,15 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
         of_part.error_px = f64::from(params.error_px);
         of_part.edge_px = of_part.edge_px.max(f64::from(params.edge_px));
     }
-    let mut keep = match seen(work, &meshes)? {
+    let (mut keep, is_seen) = match seen(work, &meshes)? {
         Some(mut seen) => {
             report.steps.append(&mut seen.steps);
             report.purge = Some(seen.report);
-            seen.keep
+            (seen.keep, seen.seen)
         }
-        None => vec![true; meshes.iter().map(|mesh| mesh.triangles.len()).sum()],
+        None => (vec![true; meshes.iter().map(|mesh| mesh.triangles.len()).sum()], Vec::new()),
     };
-    warnings.extend(bury(work, &meshes, &mut keep, &mut report)?);
+    warnings.extend(bury(work, &meshes, (&mut keep, &is_seen), &mut report)?);
     let (mut parts, mut begin) = (Vec::with_capacity(count), (0, 0));
     for (index, ((mesh, end), of_part)) in meshes.into_iter().zip(ends).zip(&mut report.parts).enumerate() {
         let as_scanned = Mesh {

@@ -149,6 +149,8 @@ impl Default for PurgeParams {
 pub struct Purged {
     /// For each triangle whether it is kept.
     pub keep: Vec<bool>,
+    /// For each triangle whether somebody was found to see it; empty where nothing is known of where eyes are.
+    pub seen: Vec<bool>,
     /// How it came about.
     pub report: PurgeReport,
 }
@@ -195,7 +197,7 @@ pub fn purge_telling(scene: &TriangleScene, surface: &Surface, views: &Views, pa
     let mut report = PurgeReport { triangles: count as u64, rooms, ..PurgeReport::default() };
     if report.rooms.iter().all(RoomReport::is_blind) {
         report.kept = count as u64;
-        return Purged { keep: vec![true; count], report };
+        return Purged { keep: vec![true; count], seen: Vec::new(), report };
     }
     let mut keep = vec![false; count];
     for check in 0..params.max_checks.max(1) {
@@ -221,7 +223,7 @@ pub fn purge_telling(scene: &TriangleScene, surface: &Surface, views: &Views, pa
     report.outside_windows = dropped(Certain::OutsideWindows);
     report.occluded = dropped(Certain::No);
     tell.done(1.0);
-    Purged { keep, report }
+    Purged { keep, seen: (0..count).map(|t| seen.contains(t)).collect(), report }
 }
 
 /// The parts of the time after which it is known what is certain, and after which all rooms have been searched; of the rest, what is left after a check.

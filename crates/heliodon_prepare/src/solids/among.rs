@@ -26,6 +26,8 @@ pub struct Member<'m> {
     pub mesh: &'m Mesh,
     /// Whether its closed patches are solids.
     pub has_solids: bool,
+    /// Its triangles that somebody is known to see, whatever solids say; empty where nothing is known.
+    pub seen: &'m [bool],
 }
 
 /// What solids bury of a mesh.
@@ -80,7 +82,8 @@ pub fn buried_among(members: &[Member], eyes: &[Vec3]) -> Vec<BuriedAmong> {
             corners.iter().any(|p| near.iter().any(|(low, high)| low.cmple(*p).all() && high.cmpge(*p).all()))
         };
         let all = (0..member.mesh.triangles.len() as u32).into_par_iter();
-        let is_among = |t: u32| is_near(t) && is_buried(&scene, member.mesh.corners(t as usize), |_| TOUCH_M);
+        let is_seen = |t: u32| member.seen.get(t as usize).copied().unwrap_or(false);
+        let is_among = |t: u32| !is_seen(t) && is_near(t) && is_buried(&scene, member.mesh.corners(t as usize), |_| TOUCH_M);
         buried.triangles = if near.is_empty() { Vec::new() } else { all.filter(|&t| is_among(t)).collect() };
         for &t in &buried.triangles {
             buried.found.add(member.mesh, t as usize);

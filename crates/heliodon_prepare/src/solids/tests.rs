@@ -186,7 +186,7 @@ fn the_hostile_corpus_is_survived() {
 
 /// What solids bury of each of some meshes that all have solids.
 fn among(meshes: &[Mesh]) -> Vec<BuriedAmong> {
-    let members: Vec<Member> = meshes.iter().map(|mesh| Member { mesh, has_solids: true }).collect();
+    let members: Vec<Member> = meshes.iter().map(|mesh| Member { mesh, has_solids: true, seen: &[] }).collect();
     assert!(meet(&members));
     buried_among(&members, &[])
 }
@@ -217,7 +217,7 @@ fn a_wall_between_two_meshes_is_buried_however_it_is_divided() {
     }
     // a step of a tenth of a millimetre is no wall that is shared
     let apart = [cube(Vec3::ZERO, Vec3::ONE), cube(Vec3::X * 1.0001, Vec3::new(2.0, 1.0, 1.0))];
-    let members = apart.each_ref().map(|mesh| Member { mesh, has_solids: true });
+    let members = apart.each_ref().map(|mesh| Member { mesh, has_solids: true, seen: &[] });
     assert!(!meet(&members) && buried_among(&members, &[]).iter().all(|buried| buried.triangles.is_empty()));
 }
 
@@ -238,7 +238,7 @@ fn what_stands_in_another_mesh_s_solid_is_buried_and_what_looks_out_is_not() {
         ..Mesh::default()
     };
     let meshes = [cube(Vec3::ZERO, Vec3::ONE), inner, through.clone(), sheet];
-    let members = [0, 1, 2, 3].map(|m| Member { mesh: &meshes[m], has_solids: m == 0 });
+    let members = [0, 1, 2, 3].map(|m| Member { mesh: &meshes[m], has_solids: m == 0, seen: &[] });
     let [big, inner, half, sheet] = &buried_among(&members, &[])[..] else { panic!() };
     assert!(big.triangles.is_empty(), "seen from outside");
     assert_eq!((inner.triangles.len(), sheet.triangles.len()), (12, 1));
@@ -248,10 +248,15 @@ fn what_stands_in_another_mesh_s_solid_is_buried_and_what_looks_out_is_not() {
     assert!((0..through.triangles.len() as u32).all(|t| half.triangles.contains(&t) || top(t) > 0.99));
     // with an eye in it the big one is a room, and no solid
     assert!(buried_among(&members, &[Vec3::splat(0.8)]).iter().all(|buried| buried.triangles.is_empty()));
+    // whom somebody sees is not buried, whatever is around it
+    let seen: Vec<bool> = (0..12).map(|t| t % 3 == 0).collect();
+    let looked_at = [members[0], Member { seen: &seen, ..members[1] }];
+    let left = &buried_among(&looked_at, &[])[1];
+    assert!(left.triangles.len() == 8 && left.triangles.iter().all(|t| t % 3 != 0));
     // nothing has solids, and nothing is near
-    assert!(!meet(&[0, 1].map(|m| Member { mesh: &meshes[m], has_solids: false })));
+    assert!(!meet(&[0, 1].map(|m| Member { mesh: &meshes[m], has_solids: false, seen: &[] })));
     let far = cube(Vec3::splat(5.0), Vec3::splat(6.0));
-    assert!(!meet(&[Member { mesh: &far, has_solids: true }, members[0]]));
+    assert!(!meet(&[Member { mesh: &far, has_solids: true, seen: &[] }, members[0]]));
 }
 
 #[test]
