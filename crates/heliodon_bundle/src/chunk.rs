@@ -130,7 +130,7 @@ pub struct LitChunk {
     pub part: u16,
     /// Index of its base colour image; multiplies `albedo`.
     pub texture: Option<u32>,
-    /// Index of its detail among those that its part has for some materials ([`crate::PartInfo::material_details`]).
+    /// Index of its detail among those that its part has for some materials ([`crate::manifest::PartInfo::material_details`]).
     pub detail: Option<u32>,
     /// N positions, metres.
     pub positions: Vec<Vec3>,

@@ -120,7 +120,7 @@ pub(crate) struct Material {
 /// What a bundle says of a material.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct MaterialExtras {
-    /// The detail of what shows it, by its index in [`crate::PartInfo::material_details`].
+    /// The detail of what shows it, by its index in [`crate::manifest::PartInfo::material_details`].
     pub(crate) detail: Option<u32>,
 }
 
