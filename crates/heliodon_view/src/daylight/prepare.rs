@@ -436,12 +436,12 @@ pub fn receive(
         let layout = cache.get_bind_group_layout(&pipelines.normals_layout);
         gpu.want_normals(&device, pipeline, &layout);
     }
-    if gpu.software && feed.is_uploaded() {
+    if feed.is_uploaded() {
         gpu.settled_frames = gpu.settled_frames.saturating_add(1);
         if gpu.settled_frames == SETTLED_FRAMES {
             give_back_freed_memory();
         }
-        if gpu.settled_frames == 2 * SETTLED_FRAMES {
+        if gpu.software && gpu.settled_frames == 2 * SETTLED_FRAMES {
             allocator::keep_freed_memory(true);
         }
     }
