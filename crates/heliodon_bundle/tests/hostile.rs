@@ -82,7 +82,7 @@ fn the_bundle_itself_is_read() {
 #[test]
 fn changed_manifests_are_refused() {
     let cases: [(&str, &str, &str); 9] = [
-        ("\"version\": 1", "\"version\": 10", "update Heliodon"),
+        ("\"version\": 1", "\"version\": 11", "update Heliodon"),
         ("\"version\": 1", "\"version\": 99999999999", "update Heliodon"),
         ("\"version\": 1", "\"version\": 0", "bake it again"),
         ("heliodon-bundle", "other-bundle", "its format is `other-bundle`"),

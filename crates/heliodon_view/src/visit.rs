@@ -12,7 +12,7 @@ use crate::story::StoryPlaces;
 use crate::time_lapse::{Blend, TimeLapse};
 use bevy::prelude::*;
 use bevy::render::RenderPlugin;
-use bevy::render::settings::{Backends, WgpuSettings};
+use bevy::render::settings::{Backends, MemoryHints, WgpuSettings};
 use heliodon_bundle::ReadError;
 use heliodon_bundle::display::{Display, Preset};
 use std::path::Path;
@@ -22,10 +22,12 @@ use std::time::Duration;
 /// Our own warnings are told, other people's errors.
 pub(crate) const LOG_FILTER: &str = "error,heliodon_view=warn";
 
-/// Bevy's renderer on Vulkan, Metal or DirectX: OpenGL, which crates beside us switch on, has not what is needed.
+/// Bevy's renderer on Vulkan, Metal or DirectX: OpenGL, which crates beside us switch on, has not what is needed. Memory is taken in small blocks: what a bundle is
+/// brought to the device through comes once, and of blocks of usual size one would stay for good.
 pub(crate) fn graphics() -> RenderPlugin {
     let backends = Some(Backends::from_env().unwrap_or(Backends::PRIMARY));
-    RenderPlugin { render_creation: WgpuSettings { backends, ..default() }.into(), ..default() }
+    let settings = WgpuSettings { backends, memory_hints: MemoryHints::MemoryUsage, ..default() };
+    RenderPlugin { render_creation: settings.into(), ..default() }
 }
 
 /// What a frame of an installation counts for at most.
