@@ -6,7 +6,9 @@ mod common;
 
 use common::{MONO, chunks, lapse};
 use heliodon_bundle::inspect::BundleSummary;
-use heliodon_bundle::layout::{FORMAT_VERSION, MOVING_FORMAT_VERSION, SCAN_FORMAT_VERSION, STILL_FORMAT_VERSION};
+use heliodon_bundle::layout::{
+    FORMAT_VERSION, MOVING_FORMAT_VERSION, PARTS_FORMAT_VERSION, SCAN_FORMAT_VERSION, STILL_FORMAT_VERSION,
+};
 use heliodon_bundle::site::{Part, Site, SiteFile};
 use heliodon_bundle::{BundleMeta, BundleReader, BundleWriter};
 use serde_json::{Value, json};
@@ -34,6 +36,7 @@ light = "texel"
 texels = 2
 weathering = false
 detail = { file = "/home/someone/stone.png", strength = 0.5 }
+least_px = 4
 [[part]]
 file = "ground.ply"
 [sky]
@@ -120,7 +123,7 @@ fn parts_of_which_nothing_is_said_make_no_later_version() {
     assert_eq!(manifest["parameters"]["parts"][1]["up"], "z");
     assert_eq!(Part::of_file("a.ply").bare(), Part::of_file("a.ply"));
     // likewise keys of [prepare] that earlier programs do not know
-    for (more, version) in [("", MOVING_FORMAT_VERSION), ("purge_effort = \"archival\"\n", FORMAT_VERSION)] {
+    for (more, version) in [("", MOVING_FORMAT_VERSION), ("purge_effort = \"archival\"\n", PARTS_FORMAT_VERSION)] {
         let target = folder.path().join(format!("prepared-{version}"));
         let manifest = written(&target, &format!("{head}{bare}{sky}[prepare]\n{more}"));
         assert_eq!(manifest["version"], version);
