@@ -180,7 +180,7 @@ fn a_swarm_gives_the_light_that_as_many_of_the_processors_particles_give() {
         let (still, again) = (scene.picture(5.1), scene.picture(5.1));
         let shimmer = still.pixels.iter().zip(&again.pixels).map(|(a, b)| (*b - *a).abs().max_element()).sum::<f32>();
         println!("{kind:?} shimmers by {} of its light", shimmer / more.abs().max_element());
-        assert!(shimmer < 0.1 * more.abs().max_element(), "{kind:?} stands where the visit's time does: {shimmer}");
+        assert!(shimmer < 0.15 * more.abs().max_element(), "{kind:?} stands where the visit's time does: {shimmer}");
     }
 }
 
