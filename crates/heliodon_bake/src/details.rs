@@ -92,7 +92,7 @@ impl Details {
             let (of_site, range) = (&site.parts[*part], scene.parts[*part].drawn_triangles());
             let (name, detail) = (of_site.display_name(), &of_site.detail[*number]);
             let kinds = material_kinds(&of_site.detail, &mesh.materials);
-            // in the order of kinds, none first
+            // kind 0 is none
             let is_of = |triangle: &usize| kinds.get(material(*triangle)).is_none_or(|&kind| kind as usize == number + 1);
             if let Some(pattern) = detail.material.as_ref().filter(|_| !range.clone().any(|triangle| is_of(&triangle))) {
                 let names: BTreeSet<&str> = range
