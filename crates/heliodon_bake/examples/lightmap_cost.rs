@@ -54,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let value = |name: &str| arguments.iter().position(|a| a == name).and_then(|i| arguments.get(i + 1));
     let number = |name: &str, otherwise: f32| value(name).map_or(Ok(otherwise), |text| text.parse::<f32>());
     let site = Site::read(Path::new(site))?;
-    let (scene, density) = texels_first(&site, heliodon_bake::scene::read(&site, &site.input_files()?, &Silent)?);
+    let (scene, density) = texels_first(&site, heliodon_bake::scene::read(&site, &site.input_files()?, &Silent)?, false);
     let mesh = scene.mesh;
     let rays = TriangleScene::build(&mesh.positions, &mesh.triangles, &BuildParams::asked_for_long(mesh.triangles.len()))?;
     let side = number("--size", 512.0)? as u32;

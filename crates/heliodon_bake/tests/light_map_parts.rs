@@ -58,7 +58,7 @@ fn triangles_with_texels_stand_first_and_parts_in_the_site_s_order() {
     let site = Site::read(folder.path()).unwrap();
     let scene = || read(&site, &site.input_files().unwrap(), &Silent).unwrap();
     let before = scene();
-    let (after, density) = texels_first(&site, scene());
+    let (after, density) = texels_first(&site, scene(), false);
     assert_eq!(density, [1.0; 6]);
     let ranges: Vec<_> =
         after.parts.iter().map(|part| (part.vertices.clone(), part.triangles.clone(), part.by_texels)).collect();

@@ -159,14 +159,20 @@ fn parts_have_as_many_texels_as_they_ask_for_and_as_rooms_are_near() {
 
 #[test]
 fn the_parts_that_a_bake_lights_by_texels_have_them() {
-    let charts =
-        |sides: [f64; 2], parts: [&str; 2], more: &str| two_squares(sides, parts, more, &[])["charts"].as_u64().unwrap();
+    let charts_with = |sides: [f64; 2], parts: [&str; 2], more: &str, arguments: &[&str]| {
+        two_squares(sides, parts, more, arguments)["charts"].as_u64().unwrap()
+    };
+    let charts = |sides, parts, more| charts_with(sides, parts, more, &[]);
     assert_eq!(charts([1.0, 0.1], ["", ""], ""), 2, "nothing is said: all");
     assert_eq!(charts([1.0, 0.1], ["", "light = \"texel\""], ""), 1);
     assert_eq!(charts([1.0, 0.1], ["light = \"vertex\"", ""], ""), 1);
     assert_eq!(charts([1.0, 0.1], ["", ""], "[bake]\ntexels = 256\n"), 1, "the small one is lit at its corners");
     assert_eq!(charts([0.1, 0.1], ["", ""], "[bake]\ntexels = 256\n"), 2, "or else there would be no light map");
     assert_eq!(charts([0.1, 1.0], ["light = \"texel\"", ""], "[bake]\ntexels = 256\n"), 2);
+    let every = |parts, more| charts_with([1.0, 0.1], parts, more, &["--every-part"]);
+    assert_eq!(every(["", ""], "[bake]\ntexels = 256\n"), 2, "the small one too");
+    assert_eq!(every(["light = \"texel\"", ""], ""), 2);
+    assert_eq!(every(["", "light = \"vertex\""], ""), 1);
 }
 
 #[test]

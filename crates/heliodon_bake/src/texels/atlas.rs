@@ -260,13 +260,13 @@ fn texel_density(site: &Site, scene: &Scene, parts: &[usize]) -> Vec<f32> {
 }
 
 /// A scene whose triangles stand first that a light map is for, part by part and each part's in their order, and how densely each of those has texels beside the others: of
-/// the parts that a bake lights by texels, or where there are none, of all but those whose light is stored at vertices. The scene's parts stay in the site's order and tell
-/// where their triangles are now, and whether they are among those.
+/// the parts that a bake lights by texels, or where there are none or `every` part is asked for, of all but those whose light is stored at vertices. The scene's parts stay in
+/// the site's order and tell where their triangles are now, and whether they are among those.
 #[must_use]
-pub fn texels_first(site: &Site, mut scene: Scene) -> (Scene, Vec<f32>) {
-    let has_none = !expects_texels(&scene);
+pub fn texels_first(site: &Site, mut scene: Scene, every: bool) -> (Scene, Vec<f32>) {
+    let all = every || !expects_texels(&scene);
     for (part, of_site) in scene.parts.iter_mut().zip(&site.parts) {
-        part.by_texels |= has_none && of_site.light != LightStorage::Vertex;
+        part.by_texels |= all && of_site.light != LightStorage::Vertex;
     }
     let is_chosen = |part: &usize| scene.parts[*part].by_texels;
     let (chosen, others): (Vec<usize>, Vec<usize>) = (0..scene.parts.len()).partition(is_chosen);

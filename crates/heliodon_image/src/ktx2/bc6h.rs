@@ -1,12 +1,10 @@
 //! Pictures as BC6H with smaller versions: what engines load straight into a graphics processor's memory.
 
-use super::{Head, block_descriptor, key_value};
+use super::{Head, TexelFormat, block_descriptor, key_value};
 use crate::HdrImage;
 use crate::bc6h::encode_bc6h;
 use glam::Vec3;
 
-/// `VK_FORMAT_BC6H_UFLOAT_BLOCK`.
-const BC6H_UFLOAT: u32 = 131;
 /// `KHR_DF_MODEL_BC6H`, primaries of Rec. 709, linear, alpha straight.
 pub(super) const MODEL: u32 = 133 | 1 << 8 | 1 << 16;
 /// Levels begin at multiples of a block's bytes.
@@ -30,7 +28,7 @@ pub fn ktx2_of_bc6h(image: &HdrImage, blocks: Vec<u8>, levels: u32) -> Vec<u8> {
     let descriptor = block_descriptor(MODEL, [0, 1.0_f32.to_bits()]);
     let values = [key_value("KTXorientation", "rd"), key_value("KTXwriter", "Heliodon")].concat();
     let levels: Vec<(&[u8], u64)> = images.iter().map(|level| (level.as_slice(), level.len() as u64)).collect();
-    let head = Head { vk: BC6H_UFLOAT, type_bytes: 1, size: [image.width, image.height], packing: 0 };
+    let head = Head { vk: TexelFormat::Bc6h.vk(), type_bytes: 1, size: [image.width, image.height], packing: 0 };
     head.file(0, &levels, &descriptor, &values, ALIGNMENT)
 }
 
@@ -57,7 +55,7 @@ mod tests {
         assert_eq!(&file[..12], &super::super::MAGIC);
         let word = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap());
         let long = |at: usize| u64::from_le_bytes(file[at..at + 8].try_into().unwrap()) as usize;
-        assert_eq!([word(12), word(20), word(24), word(36), word(40)], [131, 37, 20, 1, 6]);
+        assert_eq!([word(12), word(20), word(24), word(36), word(40)], [143, 37, 20, 1, 6]);
         // the descriptor says how long it is
         assert_eq!(word(word(48) as usize), word(52));
         let mean = |image: &HdrImage| image.pixels.iter().sum::<Vec3>() / image.pixels.len() as f32;

@@ -96,13 +96,13 @@ impl TexelFormat {
         }
     }
 
-    /// Vulkan's number.
+    /// Vulkan's number (`VkFormat`).
     fn vk(self) -> u32 {
         match self {
             Self::Rgba8Srgb => 43,
             Self::Rgba16Float => 97,
             Self::R32Uint => 98,
-            Self::Bc6h => 131,
+            Self::Bc6h => 143,
             Self::Bc7 => 145,
             Self::Bc7Srgb => 146,
         }

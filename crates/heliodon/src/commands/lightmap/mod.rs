@@ -25,7 +25,7 @@ use std::time::Instant;
 
 /// Lights the parts of a site in texels: unwraps them into one texture (or several, see --textures), solves lamps, sun, sky and bounces for every texel, and writes the light with the model.
 ///
-/// Parts have texels that a bake lights by texels: those with light = "texel" in site.toml, and, with texels = N in `[bake]`, those of large triangles; where that is no part, all but those with light =
+/// Parts have texels that a bake lights by texels: those with light = "texel" in site.toml, and, with texels = N in `[bake]`, those of large triangles; where that is no part, and with --every-part, all but those with light =
 /// "vertex". How many each has beside the others is as its own texels = F says, and fewer away from the rooms. What has none stands in the light and reflects. Lamps are
 /// those of `[[light]]` in site.toml; lights of all kinds (suns, panes, discs, meshes that shine, IES files) can be given in a file of their own.
 #[derive(Debug, clap::Args)]
@@ -41,6 +41,9 @@ pub struct Args {
     /// What to write: exr and ktx2 (BC6H) are linear; rgbe is a PNG with a common exponent; combined multiplies the albedo in
     #[arg(long, value_enum, value_delimiter = ',', default_value = "exr")]
     kind: Vec<Kind>,
+    /// Light every part in texels, those of small triangles too, but not those with light = "vertex"
+    #[arg(long)]
+    every_part: bool,
     /// Texels along each side of the texture, 16 to 16384
     #[arg(long, value_name = "N", default_value_t = 2048, value_parser = clap::value_parser!(u32).range(16..=16_384))]
     size: u32,
@@ -165,7 +168,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     // lights first: what is wrong with them is told before anything takes long
     let mut lights = lamps::lights(&site, args.lights.as_deref())?;
     let files = site.input_files()?;
-    let scene = SiteScene::read(&site, &files, &app.progress)?;
+    let scene = SiteScene::read(&site, &files, args.every_part, &app.progress)?;
     app.progress.stage("sky", 0);
     let sky = sky::light(&site, &files, args);
     app.progress.finished();

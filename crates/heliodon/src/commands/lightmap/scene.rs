@@ -24,13 +24,13 @@ pub struct SiteScene {
 }
 
 impl SiteScene {
-    /// Reads and places all parts.
+    /// Reads and places all parts. Texels have those that a bake gives some, or `every` one but those with light = "vertex".
     ///
     /// # Errors
     /// Files that cannot be read, and a site without anything to light.
-    pub fn read(site: &Site, files: &[InputFile], reporter: &dyn Reporter) -> Result<Self> {
+    pub fn read(site: &Site, files: &[InputFile], every: bool, reporter: &dyn Reporter) -> Result<Self> {
         let (scene, uvs) = read_with_uvs(site, files, reporter)?;
-        let (Scene { mesh, parts: ranges, .. }, density) = texels_first(site, scene);
+        let (Scene { mesh, parts: ranges, .. }, density) = texels_first(site, scene, every);
         anyhow::ensure!(
             !density.is_empty(),
             "{}: no part has texels: write light = \"texel\" to those that are to have a light map",
