@@ -15,6 +15,9 @@ use heliodon_mesh::Material;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
+/// Names of materials that a warning lists at most.
+const MOST_NAMES_TOLD: usize = 8;
+
 /// The detail textures of a site's parts that have one, and the files of views.
 #[derive(Debug, Default)]
 pub(crate) struct Details {
@@ -104,7 +107,9 @@ impl Details {
                 let has = if names.is_empty() {
                     "none with a name".to_owned()
                 } else {
-                    names.into_iter().collect::<Vec<_>>().join(", ")
+                    let more = names.len().saturating_sub(MOST_NAMES_TOLD);
+                    let told = names.into_iter().take(MOST_NAMES_TOLD).collect::<Vec<_>>().join(", ");
+                    if more > 0 { format!("{told} and {more} more") } else { told }
                 };
                 doubts.push(format!("part {name}: no material `{pattern}` of its detail is left for it; there are: {has}"));
             }

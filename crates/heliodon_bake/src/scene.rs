@@ -272,6 +272,7 @@ fn import_options(part: &Part, origin: [f64; 3]) -> ImportOptions {
         // who names an angle wants it on normals that the file has, too
         normals: if part.crease_deg.is_some() { NormalSource::Computed } else { NormalSource::FileOrComputed },
         crease_deg: part.crease_deg.map(|degrees| degrees as f32),
+        material_names: part.has_material_details(),
         ..ImportOptions::default()
     }
 }

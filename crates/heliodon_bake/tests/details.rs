@@ -25,8 +25,8 @@ fn squares(materials: &[&str]) -> String {
     text
 }
 
-/// Bakes the squares and answers with the details of the chunks over each, by the lower corner along x, and the warnings.
-fn baked(more: &str, light: &str) -> (BTreeMap<i32, Option<String>>, Vec<String>) {
+/// Bakes the squares, whose materials have looks or names alone, and answers with the details of the chunks over each, by the lower corner along x, and the warnings.
+fn baked(more: &str, light: &str, has_looks: bool) -> (BTreeMap<i32, Option<String>>, Vec<String>) {
     let folder = tempfile::tempdir().unwrap();
     let site = format!(
         "[site]\nname = \"squares\"\n[[part]]\nfile = \"squares.obj\"\nlight = \"{light}\"\n\
@@ -39,7 +39,7 @@ fn baked(more: &str, light: &str) -> (BTreeMap<i32, Option<String>>, Vec<String>
     // two look the same, and are two all the same
     let look = |(name, shade): (&str, f32)| format!("newmtl {name}\nKd {shade} {shade} {shade}\n");
     let looks: String = [("oak_beam", 0.5), ("paving", 0.5), ("gold", 0.7), ("oak", 0.3)].map(look).concat();
-    fs::write(folder.path().join("looks.mtl"), looks).unwrap();
+    fs::write(folder.path().join("looks.mtl"), if has_looks { looks } else { String::new() }).unwrap();
     HdrImage::filled(16, 8, Vec3::ONE).write_hdr(folder.path().join("sky.hdr")).unwrap();
     let plan = Plan::new(Site::read(folder.path()).unwrap(), BakeOptions::new(folder.path().join("bundle"))).unwrap();
     let heard = Collector::default();
@@ -65,9 +65,15 @@ fn baked(more: &str, light: &str) -> (BTreeMap<i32, Option<String>>, Vec<String>
 fn every_material_has_the_first_detail_that_is_for_it() {
     let [wood, stone] = [0, 2].map(|k| Some(format!("detail/{k}.png")));
     let wanted = BTreeMap::from([(0, wood.clone()), (2, stone), (4, None), (6, wood)]);
-    for (more, light) in [("", "vertex"), ("", "texel"), ("[prepare]\n", "vertex")] {
-        let (found, warnings) = baked(more, light);
-        assert_eq!(found, wanted, "{more} {light}");
+    for (more, light, has_looks) in [
+        ("", "vertex", true),
+        ("", "texel", true),
+        ("[prepare]\n", "vertex", true),
+        ("", "vertex", false),
+        ("[prepare]\n", "vertex", false),
+    ] {
+        let (found, warnings) = baked(more, light, has_looks);
+        assert_eq!(found, wanted, "{more} {light} {has_looks}");
         let told = |words: &str| assert!(warnings.iter().any(|warning| warning.contains(words)), "{words}: {warnings:?}");
         told("no material `none` of its detail is left for it; there are: gold, oak, oak_beam, paving");
         told("triangles have no texture, whose coordinates its detail goes by");

@@ -35,8 +35,10 @@ pub const VIEWS_FOLDER: &str = "views";
 /// The folder of the scan itself beside what is drawn of it: a bundle of its own, with the same parts and the same day.
 pub const SCAN_FOLDER: &str = "scan";
 
-/// The latest version of the bundle's manifest, which bundles have whose parts have details for some of their materials, or `least_px`.
-pub const FORMAT_VERSION: u32 = 10;
+/// The latest version of the bundle's manifest.
+pub const FORMAT_VERSION: u32 = MATERIALS_FORMAT_VERSION;
+/// The version of bundles whose parts have details for some of their materials, or `least_px`.
+pub const MATERIALS_FORMAT_VERSION: u32 = 10;
 /// The version of those without, but which tell what the site says of its parts, or `purge_effort` in `[prepare]`.
 pub const PARTS_FORMAT_VERSION: u32 = 9;
 /// The version of those without that too, but with the scan itself beside what is drawn of it, or `scan` in `[prepare]`.

@@ -6,7 +6,7 @@ use crate::chunk::LightLayout;
 use crate::detail::DetailInfo;
 use crate::grid::GridInfo;
 use crate::layout::{
-    DETAIL_FORMAT_VERSION, EVIDENCE_FORMAT_VERSION, FORMAT_VERSION, LIVING_FORMAT_VERSION, MOVING_FORMAT_VERSION,
+    DETAIL_FORMAT_VERSION, EVIDENCE_FORMAT_VERSION, LIVING_FORMAT_VERSION, MATERIALS_FORMAT_VERSION, MOVING_FORMAT_VERSION,
     PANORAMA_FORMAT_VERSION, PARTS_FORMAT_VERSION, SCAN_FORMAT_VERSION, STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION,
 };
 use crate::lineage::Prepared;
@@ -422,7 +422,7 @@ impl Manifest {
         let has_effort = parameters.prepare.as_ref().is_some_and(|prepare| !prepare.purge_effort.is_usual());
         let says = |part: &Part| part.least_px.is_some() || part.has_material_details();
         if self.parts.iter().any(|part| !part.material_details.is_empty()) || parameters.parts.iter().any(says) {
-            return FORMAT_VERSION;
+            return MATERIALS_FORMAT_VERSION;
         }
         if !parameters.parts.is_empty() || has_effort {
             return PARTS_FORMAT_VERSION;

@@ -39,6 +39,10 @@ fn a_site_says_it_in_a_line() {
     let (several, one) = (read(several), read("{ material = \"oak\", kind = \"wood\" }"));
     let fits = |name: &str| several.parts[0].detail.iter().position(|detail| detail.is_for(name));
     assert_eq!(["oak, old", "wall2", "wall", ""].map(fits), [Some(0), Some(1), Some(2), Some(2)]);
+    // names have brackets, and two stars are one
+    let brackets = read("[{ material = \"[Wood **Floor]\", kind = \"wood\" }, { material = \"a[\", kind = \"plaster\" }]");
+    let fits = |name: &str| brackets.parts[0].detail.iter().position(|detail| detail.is_for(name));
+    assert_eq!(["[Wood Floor]", "[Wood, old Floor]", "W", "a["].map(fits), [Some(0), Some(0), None, Some(1)]);
     for site in [stone, uv, several, one] {
         let text = site.file().to_toml_string();
         assert_eq!(Site::parse(&text, "s/site.toml").unwrap().parts[0].detail, site.parts[0].detail, "{text}");
@@ -64,7 +68,7 @@ fn slips_are_told_with_their_place_and_remedy() {
         ("\"stone\"", &["[part.detail], or several, [[part.detail]]"]),
         ("[{ material = \"a\", kind = \"stone\" }, {}]", &["5:44", "neither a file nor a kind"]),
         ("[{ kind = \"stone\" }, { material = \"a\", kind = \"wood\" }]", &["never used", "put it last"]),
-        ("{ material = \"a[\", kind = \"wood\" }", &["`a[` is no pattern"]),
+        ("{ material = \"\", kind = \"wood\" }", &["material"]),
         ("{ material = \"a\", kind = \"wood\" }\nalbedo = [0.5, 0.5, 0.5]", &["takes the place of its materials"]),
     ] {
         let message = told(detail);
@@ -180,6 +184,19 @@ fn chunks_name_the_details_of_their_materials() {
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::write(&path, text.replacen("\"version\": 10", "\"version\": 9", 1)).unwrap();
     assert!(BundleReader::open(&target).unwrap_err().to_string().contains("version 9 has none"));
+    let refused = |change: &dyn Fn(&mut serde_json::Value)| {
+        let mut manifest: serde_json::Value = serde_json::from_str(&text).unwrap();
+        change(&mut manifest["parts"][1]);
+        std::fs::write(&path, manifest.to_string()).unwrap();
+        BundleReader::open(&target).unwrap_err().to_string()
+    };
+    let both = refused(&|part| part["detail"] = part["material_details"][0].clone());
+    assert!(both.contains("one detail for all of it"), "{both}");
+    let many = refused(&|part| {
+        let one = part["material_details"][0].clone();
+        part["material_details"] = vec![one; 257].into();
+    });
+    assert!(many.contains("they are 257, and 256 at most"), "{many}");
     // a chunk that names what its part has not
     let of_one: serde_json::Value = serde_json::from_str(&text).unwrap();
     let mut fewer = of_one;

@@ -56,12 +56,15 @@ pub(super) fn has_solids(role: Role) -> bool {
     matches!(role, Role::Filling | Role::Prop)
 }
 
-/// One sentence for a part of which nothing is drawn since others' solids bury all of it: one of these may be a backdrop and no solid.
+/// Parts of which so much is buried are told of, in hundredths.
+const MUCH: u64 = 90;
+
+/// One sentence for a part of which next to nothing is drawn since others' solids bury it: one of these may be a backdrop and no solid.
 fn doubt(mesh: &Mesh, part: &PartReport) -> Option<String> {
-    let all = !mesh.triangles.is_empty() && part.buried.triangles == mesh.triangles.len() as u64;
-    all.then(|| {
+    let (buried, all) = (part.buried.triangles, mesh.triangles.len() as u64);
+    (all > 0 && 100 * buried >= MUCH * all).then(|| {
         format!(
-            "part {}: all of it lies within solids of other parts, so nothing of it is drawn; \
+            "part {}: {buried} of its {all} triangles lie within solids of other parts and are not drawn; \
              where one of these is no solid, write solids = false into [prepare] of {SITE_FILE_NAME}",
             part.name
         )

@@ -157,8 +157,11 @@ pub(super) fn prepare_part(
         return Ok((whole.mesh, whole.report));
     }
     let textures = textures_of(&whole.mesh.materials);
+    // what was found of borders is this run's, also where nothing of it changes the part
+    let borders = whole.report.borders.clone();
     let make = || Ok(make_simple(work, &whole.mesh, border, whole.report));
-    let Simple { mesh, report } = work.pieces.kept_or(&lasting(&border.digest, "simple"), &textures, make)?;
+    let Simple { mesh, mut report } = work.pieces.kept_or(&lasting(&border.digest, "simple"), &textures, make)?;
+    report.borders = borders;
     Ok((mesh, report))
 }
 

@@ -14,13 +14,13 @@ use crate::detail::DetailInfo;
 use crate::grid::{Grid, MAX_GRID_POINTS};
 use crate::lapse_check::check_lapse;
 use crate::layout::{
-    DETAIL_FORMAT_VERSION, EVIDENCE_FORMAT_VERSION, FORMAT_VERSION, LIVING_FORMAT_VERSION, MOVING_FORMAT_VERSION,
-    PANORAMA_FORMAT_VERSION, PARTS_FORMAT_VERSION, SCAN_FOLDER, SCAN_FORMAT_VERSION, STILL_FORMAT_VERSION,
-    TEXEL_FORMAT_VERSION,
+    DETAIL_FORMAT_VERSION, EVIDENCE_FORMAT_VERSION, FORMAT_VERSION, LIVING_FORMAT_VERSION, MATERIALS_FORMAT_VERSION,
+    MOVING_FORMAT_VERSION, PANORAMA_FORMAT_VERSION, PARTS_FORMAT_VERSION, SCAN_FOLDER, SCAN_FORMAT_VERSION,
+    STILL_FORMAT_VERSION, TEXEL_FORMAT_VERSION,
 };
 use crate::manifest::{Bounds, Counts, FORMAT_NAME, LAPSE_FILE_NAME, MANIFEST_FILE_NAME, Manifest, Preamble};
 use crate::panorama::{self, Panorama};
-use crate::site::{Actor, Albedo, Lamp, Living, check_actor, check_lamp, check_living, check_matte};
+use crate::site::{Actor, Albedo, Lamp, Living, MAX_DETAILS, check_actor, check_lamp, check_living, check_matte};
 use crate::storage::StoredFile;
 use crate::texels::{BOUNCE_FILE, SKY_FILE, SUN_FILE, Shapes, TexelFault, TexelLight, WEATHERING_FILE, is_shape};
 use error::{io_error, malformed};
@@ -499,9 +499,19 @@ fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
         }
     }
     for part in &manifest.parts {
-        if !part.material_details.is_empty() && manifest.version < FORMAT_VERSION {
-            let what = format!("details of materials of part `{}`: version {} has none", part.name, manifest.version);
-            return Err(malformed(&path, what));
+        let details = part.material_details.len();
+        if details == 0 {
+            continue;
+        }
+        let wrong = |what: String| malformed(&path, format!("details of materials of part `{}`: {what}", part.name));
+        if manifest.version < MATERIALS_FORMAT_VERSION {
+            return Err(wrong(format!("version {} has none", manifest.version)));
+        }
+        if details > MAX_DETAILS {
+            return Err(wrong(format!("they are {details}, and {MAX_DETAILS} at most")));
+        }
+        if part.detail.is_some() || part.views.is_some() {
+            return Err(wrong("it has one detail for all of it, or views, besides".to_owned()));
         }
     }
     for (part, detail) in manifest.parts.iter().flat_map(|part| part.details().map(move |detail| (part, detail))) {

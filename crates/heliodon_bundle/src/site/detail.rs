@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 
 /// Texels along a side of a built-in pattern unless a site says otherwise.
 pub const DEFAULT_DETAIL_TEXELS: u32 = 256;
+/// Details of a part at most.
+pub const MAX_DETAILS: usize = 256;
 
 /// `detail` of `[[part]]`: a grey pattern that is multiplied onto the albedo where surfaces are seen from near (Papaioannou et al. 2003,
 /// section 2.4). 128 leaves a surface as it is. The light that is baked knows nothing of it. Exactly one of `file` and `kind` is given.
@@ -53,6 +55,15 @@ pub struct Detail {
     /// Whether an image whose mean is not 128 is shifted until it is; without it such an image is refused.
     #[serde(default, skip_serializing_if = "is_false")]
     pub correct: bool,
+}
+
+/// Whether a material's name is as a pattern has it. Nothing but `*` and `?` stands for anything, for names have brackets, too.
+fn fits(pattern: &str, name: &str) -> bool {
+    let mut pattern = pattern.replace('[', "[[]");
+    while pattern.contains("**") {
+        pattern = pattern.replace("**", "*");
+    }
+    glob::Pattern::new(&pattern).is_ok_and(|pattern| pattern.matches(name))
 }
 
 /// A built-in pattern.
@@ -116,8 +127,7 @@ impl Detail {
     /// Whether it is for a material of that name.
     #[must_use]
     pub fn is_for(&self, material: &str) -> bool {
-        let fits = |pattern: &String| glob::Pattern::new(pattern).is_ok_and(|pattern| pattern.matches(material));
-        self.material.as_ref().is_none_or(fits)
+        self.material.as_deref().is_none_or(|pattern| fits(pattern, material))
     }
 
     /// What is generated, where the pattern is a built-in one.

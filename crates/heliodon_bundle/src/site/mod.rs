@@ -25,7 +25,7 @@ pub use budget::Budget;
 pub(crate) use check::check_lone_actor as check_actor;
 pub(crate) use check::check_lone_lamp as check_lamp;
 pub(crate) use check::check_lone_matte as check_matte;
-pub use detail::{Along, DEFAULT_DETAIL_TEXELS, Detail, DetailMapping, DetailPattern};
+pub use detail::{Along, DEFAULT_DETAIL_TEXELS, Detail, DetailMapping, DetailPattern, MAX_DETAILS};
 pub use files::{InputFile, InputKind, told_path};
 pub use heliodon_math::unit::Unit;
 pub use lamp::Lamp;

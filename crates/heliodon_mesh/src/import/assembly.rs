@@ -3,7 +3,7 @@
 use super::error::{ImportError, ImportReport, Place};
 use super::{FARTHEST_M, ImportOptions, NormalSource};
 use crate::place::Affine;
-use crate::{Mesh, normals};
+use crate::{Material, Mesh, normals};
 use glam::{DVec3, Vec2, Vec3};
 use std::path::Path;
 
@@ -88,6 +88,16 @@ impl<'a> Assembly<'a> {
         self.mesh.triangles.push(if self.site_from_file.mirrors() { [a, c, b] } else { corners });
         if let Some(material) = material {
             self.mesh.triangle_material.push(material);
+        }
+    }
+
+    /// Gives the mesh its materials. Where none says what it reflects there is nothing to keep but names, if those are asked for.
+    pub fn keep_materials(&mut self, materials: Vec<Material>, said_anything: bool) {
+        let named = self.options.material_names && materials.iter().any(|material| !material.name.is_empty());
+        if said_anything || named {
+            self.mesh.materials = materials;
+        } else {
+            self.mesh.triangle_material = Vec::new();
         }
     }
 

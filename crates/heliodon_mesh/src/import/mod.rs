@@ -67,6 +67,8 @@ pub struct ImportOptions {
     /// for it; 180 splits nothing. `None` is [`STL_CREASE_DEG`] for STL and 180 for all other formats, whose vertices say themselves
     /// where they part.
     pub crease_deg: Option<f32>,
+    /// Whether materials are kept for their names where none of them says what it reflects; without it such a file has none.
+    pub material_names: bool,
     /// More vertices or triangles than this are refused. How many a file may make by instancing depends on its size, too.
     pub most_elements: u32,
 }
@@ -77,6 +79,7 @@ impl Default for ImportOptions {
             placement: Placement::default(),
             normals: NormalSource::FileOrComputed,
             crease_deg: None,
+            material_names: false,
             // 50 million triangles that share no corner
             most_elements: 150_000_000,
         }

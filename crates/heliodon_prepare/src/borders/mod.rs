@@ -170,7 +170,9 @@ fn settle(neighbors: &mut [Neighbor], meetings: &[Vec<Meeting>], shared: &mut [S
         // what lies at an earlier mesh's place stays there
         let mut settled: HashSet<[u32; 3]> = HashSet::new();
         for meeting in meetings[index].iter().filter(|meeting| meeting.other < index && meeting.reach_m > 0.0) {
-            let there = meeting.places(&neighbors[meeting.other].mesh.positions);
+            let mut there = meeting.places(&neighbors[meeting.other].mesh.positions);
+            // nor does anything else move there
+            there.retain(|&p| !settled.contains(&place_bits(p)));
             let positions = &mut neighbors[index].mesh.positions;
             let here = meeting.vertices(positions);
             let mut places: Vec<[u32; 3]> = here.iter().map(|&v| place_bits(positions[v as usize])).collect();

@@ -17,7 +17,8 @@ pub(super) struct Nearby<'p> {
 impl<'p> Nearby<'p> {
     /// With a reach of 0 only the very place is found.
     pub fn new(places: &'p [Vec3], reach_m: f32) -> Self {
-        let largest = places.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
+        let finite = places.iter().map(|p| p.abs().max_element()).filter(|largest| largest.is_finite());
+        let largest = finite.fold(0.0, f32::max);
         let reach_m = f64::from(reach_m.max(0.0));
         let cell_m = (REACHES * reach_m).max(EXACT_CELL * f64::from(largest)).max(f64::from(f32::MIN_POSITIVE));
         Self { cells: Cells::new(places, cell_m), reach_m }

@@ -6,7 +6,8 @@
 //!
 //! Why not sheets back to back as well: triangles are seen from both sides, so one of the two shows its light on each.
 
-use super::buried::is_buried;
+use super::buried::Solids;
+use super::near::Boxes;
 use super::solids;
 use crate::clean::Finding;
 use crate::topology::Sense;
@@ -39,7 +40,7 @@ pub struct BuriedAmong {
     pub found: Finding,
 }
 
-type Bounds = (Vec3, Vec3);
+pub(super) type Bounds = (Vec3, Vec3);
 
 /// Whether the box of any mesh that has solids meets another's: where not, nothing is buried.
 #[must_use]
@@ -72,19 +73,17 @@ pub fn buried_among(members: &[Member], eyes: &[Vec3]) -> Vec<BuriedAmong> {
     // none where rays cannot be asked: too many triangles
     let scene = TriangleScene::build(&positions, &triangles, &BuildParams::default()).ok();
     let Some(scene) = scene.filter(|_| !triangles.is_empty()) else { return buried };
-    drop((positions, triangles));
+    let solids = Solids { scene: &scene, positions: &positions, triangles: &triangles };
     for (index, (member, buried)) in members.iter().zip(&mut buried).enumerate() {
         let others = bodies.iter().enumerate().filter(|&(other, _)| other != index).flat_map(|(_, bodies)| bodies);
         let own = member.mesh.bounds();
         let near: Vec<Bounds> = others.copied().filter(|&other| own.is_some_and(|own| overlap(own, other))).collect();
-        let is_near = |t: u32| {
-            let corners = member.mesh.corners(t as usize);
-            corners.iter().any(|p| near.iter().any(|(low, high)| low.cmple(*p).all() && high.cmpge(*p).all()))
-        };
-        let all = (0..member.mesh.triangles.len() as u32).into_par_iter();
+        let Some(near) = Boxes::new(&near) else { continue };
+        let is_near = |t: u32| member.mesh.corners(t as usize).into_iter().any(|p| near.hold(p));
         let is_seen = |t: u32| member.seen.get(t as usize).copied().unwrap_or(false);
-        let is_among = |t: u32| !is_seen(t) && is_near(t) && is_buried(&scene, member.mesh.corners(t as usize), |_| TOUCH_M);
-        buried.triangles = if near.is_empty() { Vec::new() } else { all.filter(|&t| is_among(t)).collect() };
+        let all = (0..member.mesh.triangles.len() as u32).into_par_iter();
+        let candidates = all.filter(|&t| !is_seen(t) && is_near(t)).collect();
+        buried.triangles = solids.buried(member.mesh, candidates, |_| TOUCH_M);
         for &t in &buried.triangles {
             buried.found.add(member.mesh, t as usize);
         }

@@ -11,6 +11,7 @@
 mod among;
 mod buried;
 mod groups;
+mod near;
 mod report;
 mod stitch;
 mod union;

@@ -229,6 +229,29 @@ fn of_a_wall_only_what_the_other_covers_is_buried() {
 }
 
 #[test]
+fn what_looks_out_between_a_large_triangle_s_corners_and_middle_is_seen() {
+    let slab = |side: f32| cube(Vec3::new(0.0, -1.0, 0.0), Vec3::new(side, 0.0, side));
+    // a block that leaves a ledge of two centimetres
+    let flush = |low: f32, high: f32| cube(Vec3::new(low, 0.0, low), Vec3::new(high, 2.0, high));
+    let [below, _] = &among(&[slab(10.0), flush(0.02, 9.98)])[..] else { panic!() };
+    assert!(below.triangles.is_empty(), "the ledge is seen: {below:?}");
+    let [below, above] = &among(&[slab(10.0), flush(0.0, 10.0)])[..] else { panic!() };
+    assert_eq!((below.triangles.len(), above.triangles.len()), (2, 2), "without a ledge nothing is");
+    // four blocks around a shaft that no corner, middle or edge of the large triangles is in
+    let block = |[x, to_x]: [f32; 2], [z, to_z]: [f32; 2]| cube(Vec3::new(x, 0.0, z), Vec3::new(to_x, 9.0, to_z));
+    let around = joined(&[
+        block([0.0, 8.0], [0.0, 50.0]),
+        block([12.0, 50.0], [0.0, 50.0]),
+        block([8.0, 12.0], [0.0, 28.0]),
+        block([8.0, 12.0], [32.0, 50.0]),
+    ]);
+    let mut solid = around.clone();
+    unite(&mut solid, &SolidsParams::default());
+    let [below, _] = &among(&[slab(50.0), solid])[..] else { panic!() };
+    assert_eq!(below.triangles.len(), 1, "the shaft's floor is seen");
+}
+
+#[test]
 fn what_stands_in_another_mesh_s_solid_is_buried_and_what_looks_out_is_not() {
     let inner = cube(Vec3::splat(0.4), Vec3::splat(0.6));
     let through = block(Vec3::new(0.4, 0.9, 0.4), Vec3::new(0.6, 1.5, 0.6), 0.07);

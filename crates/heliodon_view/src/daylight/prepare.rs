@@ -420,7 +420,11 @@ pub fn receive(
                 gpu.is_whole = true;
                 feed.end();
             }
-            Some(Delivery::Culling(scene)) => gpu.culling = Some(scene),
+            Some(Delivery::Culling(scene)) => {
+                gpu.culling = Some(scene);
+                // finding it takes seconds of a large bundle, and leaves much that was freed
+                gpu.settled_frames = 0;
+            }
             Some(Delivery::Chunk(chunk)) => {
                 bytes += chunk.bytes();
                 let kind = chunk.kind as usize;

@@ -185,7 +185,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     app.progress.finished();
     let unwrapped = unwrapped.with_context(|| {
         let textures = counted(u64::from(sheets), "texture", "textures");
-        format!("the parts cannot be laid into {textures}; where they are too many, give a larger --size, more --textures or fewer parts light = \"texel\"")
+        format!("the parts cannot be laid into {textures}; where they are too many, give a larger --size, more --textures or fewer parts texels (light = \"vertex\")")
     })?;
     let texels = texels(&unwrapped, args.size, args.size);
 

@@ -50,11 +50,7 @@ impl Materials {
             }
             materials.push(Material { name, base_color_linear, texture });
         }
-        if said_anything {
-            assembly.mesh.materials = materials;
-        } else {
-            assembly.mesh.triangle_material = Vec::new();
-        }
+        assembly.keep_materials(materials, said_anything);
     }
 }
 

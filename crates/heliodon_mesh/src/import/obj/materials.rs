@@ -114,11 +114,7 @@ impl Materials {
             unknown.truncate(8);
             assembly.warn(format_args!("its material libraries do not define {}", unknown.join(", ")));
         }
-        if said_anything {
-            assembly.mesh.materials = materials;
-        } else {
-            assembly.mesh.triangle_material = Vec::new();
-        }
+        assembly.keep_materials(materials, said_anything);
     }
 
     fn read_libraries(&self, folder: Option<&Path>, assembly: &mut Assembly) -> HashMap<String, Definition> {
