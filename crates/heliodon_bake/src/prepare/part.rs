@@ -158,7 +158,7 @@ pub(super) fn prepare_part(
     }
     let textures = textures_of(&whole.mesh.materials);
     // what was found of borders is this run's, also where nothing of it changes the part
-    let borders = whole.report.borders.clone();
+    let borders = whole.report.borders;
     let make = || Ok(make_simple(work, &whole.mesh, border, whole.report));
     let Simple { mesh, mut report } = work.pieces.kept_or(&lasting(&border.digest, "simple"), &textures, make)?;
     report.borders = borders;
