@@ -106,7 +106,8 @@ mod bytes {
     pub(super) const UNITE: f64 = 200.0;
     /// Of each triangle that splitting makes.
     pub(super) const SPLIT: f64 = 60.0;
-    /// Of each triangle, where there are several parts: places that they may have in common, by their vertices.
+    /// Of each triangle, where there are several parts: places that they may have in common, by their vertices. Reckoned from
+    /// what is allocated, not measured.
     pub(super) const BORDERS: f64 = 26.0;
     pub(super) const SIMPLIFY: f64 = 48.0;
     /// Of each that the purge is asked for, its hierarchy, and the meshes that it is asked for.

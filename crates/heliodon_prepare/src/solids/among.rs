@@ -102,6 +102,6 @@ fn met(members: &[Member]) -> Vec<usize> {
     (0..members.len()).filter(|&index| members[index].has_solids).filter(meets).collect()
 }
 
-fn overlap(a: Bounds, b: Bounds) -> bool {
+pub(super) fn overlap(a: Bounds, b: Bounds) -> bool {
     a.0.cmple(b.1).all() && b.0.cmple(a.1).all()
 }

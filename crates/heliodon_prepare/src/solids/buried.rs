@@ -1,5 +1,7 @@
 //! Triangles of open surfaces that lie in solids whole.
 
+use super::among::overlap;
+use super::near::Boxes;
 use super::{Fate, SolidsReport};
 use crate::topology::{DIRECTIONS, Patches, Sense, scene, within};
 use glam::Vec3;
@@ -25,8 +27,7 @@ pub(super) fn mark(mesh: &Mesh, patches: &Patches, senses: &[Sense], report: &mu
         .filter(|&patch| senses[patch] == Sense::Body)
         .map(|patch| (bounds[patch].0.as_vec3(), bounds[patch].1.as_vec3()))
         .collect();
-    let Some(around) = boxes.iter().copied().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else { return };
-    let holds = |(low, high): &(Vec3, Vec3), p: Vec3| low.cmple(p).all() && high.cmpge(p).all();
+    let Some(boxes) = Boxes::new(&boxes) else { return };
     let candidates: Vec<u32> = (0..mesh.triangles.len() as u32)
         .into_par_iter()
         .filter(|&t| {
@@ -35,8 +36,8 @@ pub(super) fn mark(mesh: &Mesh, patches: &Patches, senses: &[Sense], report: &mu
             patches
                 .of(t as usize)
                 .is_some_and(|(patch, _)| matches!(senses[patch], Sense::Open | Sense::OneSided | Sense::Sheet))
-                && corners().into_iter().all(|p| holds(&around, p))
-                && corners().into_iter().any(|p| boxes.iter().any(|one| holds(one, p)))
+                && corners().into_iter().all(|p| boxes.are_around(p))
+                && corners().into_iter().any(|p| boxes.hold(p))
         })
         .collect();
     if candidates.is_empty() {
@@ -89,13 +90,9 @@ impl Solids<'_> {
     /// so that nothing looks out between the points that were asked.
     fn pierce(&self, copies: &[Copies]) -> Vec<bool> {
         let mut is_pierced = vec![false; copies.len()];
-        let corners = copies.iter().flatten().flatten();
-        let Some((low, high)) = corners.fold(None, |around: Option<(Vec3, Vec3)>, &p| {
-            Some(around.map_or((p, p), |(low, high)| (low.min(p), high.max(p))))
-        }) else {
-            return is_pierced;
-        };
-        let near = |[a, b]: &[Vec3; 2]| a.min(*b).cmple(high).all() && a.max(*b).cmpge(low).all();
+        let corners = copies.iter().flatten().flatten().map(|&p| (p, p));
+        let Some(around) = corners.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else { return is_pierced };
+        let near = |[a, b]: &[Vec3; 2]| overlap((a.min(*b), a.max(*b)), around);
         let of_triangle = |triangle: &[u32; 3]| edges(triangle.map(|v| self.positions[v as usize]));
         let mut asked: Vec<[Vec3; 2]> = self.triangles.par_iter().flat_map_iter(of_triangle).filter(near).collect();
         // one edge may go through several at one distance, of which a ray meets one: those are left for another round

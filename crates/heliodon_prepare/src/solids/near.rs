@@ -43,9 +43,14 @@ impl Boxes {
         Some(grid)
     }
 
+    /// Whether a point lies in the box around all of them.
+    pub fn are_around(&self, p: Vec3) -> bool {
+        holds(self.around, p)
+    }
+
     /// Whether a box holds a point.
     pub fn hold(&self, p: Vec3) -> bool {
-        holds(self.around, p) && (self.cells[self.index(self.cell(p))].iter().chain(&self.wide).any(|&one| holds(one, p)))
+        self.are_around(p) && self.cells[self.index(self.cell(p))].iter().chain(&self.wide).any(|&one| holds(one, p))
     }
 
     fn cell(&self, p: Vec3) -> [usize; 3] {
