@@ -4,6 +4,7 @@
 
 pub mod borders;
 pub mod clean;
+mod interim;
 mod paint;
 pub mod purge;
 #[cfg(test)]
@@ -15,5 +16,6 @@ mod tell;
 mod topology;
 mod views;
 
+pub use interim::{Interim, Nowhere};
 pub use tell::Tell;
 pub use views::{Screen, ViewCell, Views};

@@ -154,6 +154,11 @@ impl Reader<'_> {
     }
 
     pub fn mesh(&mut self, what: &str) -> Option<Mesh> {
+        self.unclean_mesh(what).filter(|mesh| mesh.validate().is_ok())
+    }
+
+    /// As [`Reader::mesh`], of one that may still be as it came in a file.
+    pub fn unclean_mesh(&mut self, what: &str) -> Option<Mesh> {
         let mut mesh = Mesh {
             positions: self.array(&format!("{what}-positions"))?,
             triangles: self.array(&format!("{what}-triangles"))?,
@@ -172,7 +177,6 @@ impl Reader<'_> {
             };
             mesh.materials.push(Material { name, base_color_linear, texture });
         }
-        mesh.validate().ok()?;
         Some(mesh)
     }
 

@@ -15,6 +15,7 @@ mod doubts;
 mod dropped;
 mod estimate;
 mod fit;
+mod halfway;
 mod kept;
 mod limits;
 mod looks;
@@ -283,3 +284,6 @@ fn join(
     scene.original = Some(original);
     Ok(scene)
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,6 +4,7 @@ use super::Work;
 use super::arrays::{Reader, Writer, textures_of};
 use super::borders::Border;
 use super::buried::has_solids;
+use super::halfway::{HalfMapped, Halfway};
 use super::pieces::{PART, PIECE, Piece};
 use super::steps::{Step, Steps};
 use super::surfacing::Surfacing;
@@ -17,10 +18,10 @@ use heliodon_bundle::site::{self, InputKind, Prepare, Role, Winding};
 use heliodon_mesh::import::ImportReport;
 use heliodon_mesh::{Mesh, MeshError};
 use heliodon_prepare::borders::BorderReport;
-use heliodon_prepare::clean::{self, CleanParams, CleanReport, Finding, clean_telling};
+use heliodon_prepare::clean::{self, CleanParams, CleanReport, Finding};
 use heliodon_prepare::simplify::{
-    Averages, MeasureReport, SimplifyParams, SimplifyReport, averages, measure_telling, nearest_triangles_telling,
-    simplify_holding,
+    Averages, MeasureReport, SimplifyParams, SimplifyReport, averages, measure_resuming, nearest_triangles_resuming,
+    simplify_resuming,
 };
 use heliodon_prepare::solids::{SolidsParams, SolidsReport, unite_telling};
 use heliodon_prepare::split::{SplitError, SplitReport, split_telling};
@@ -97,6 +98,11 @@ pub(super) fn piece_name(part: usize, step: &str) -> String {
     format!("{PIECE}part{part}-{step}")
 }
 
+/// What the names of pieces begin with of a part that is not whole yet.
+pub(super) fn halfway_name(part: usize) -> String {
+    piece_name(part, "halfway")
+}
+
 /// What pieces of a part are called that depend on that part alone.
 pub(super) fn lasting_name(work: &Work, part: usize, step: &str) -> String {
     lasting(&work.parts[part], step)
@@ -105,6 +111,11 @@ pub(super) fn lasting_name(work: &Work, part: usize, step: &str) -> String {
 /// What pieces are called that depend on what is in this digest alone.
 fn lasting(digest: &Digest, step: &str) -> String {
     format!("{PART}{}-{step}", digest.digits())
+}
+
+/// What the names of pieces begin with that are gone when what they lead to is kept, which is decided by this digest.
+fn passing(digest: &Digest) -> String {
+    format!("{PIECE}{}-", digest.digits())
 }
 
 /// A part as rays meet it.
@@ -135,7 +146,9 @@ struct Mapped {
 /// # Errors
 /// Files that cannot be read, or more triangles than splitting may make.
 pub(super) fn whole_part(work: &Work, index: usize) -> Result<Whole, BakeError> {
-    work.pieces.kept_or(&lasting_name(work, index, "whole"), &[], || make_whole(work, index))
+    let whole = work.pieces.kept_or(&lasting_name(work, index, "whole"), &[], || make_whole(work, index))?;
+    work.pieces.remove(&halfway_name(index));
+    Ok(whole)
 }
 
 /// Simplifies a part; what rays will meet of it is added to `original`, what it looks like to `looks`. Returns what is left of it.
@@ -159,8 +172,9 @@ pub(super) fn prepare_part(
     let textures = textures_of(&whole.mesh.materials);
     // what was found of borders is this run's, also where nothing of it changes the part
     let borders = whole.report.borders;
-    let make = || Ok(make_simple(work, &whole.mesh, border, whole.report));
+    let make = || make_simple(work, &whole.mesh, border, whole.report);
     let Simple { mesh, mut report } = work.pieces.kept_or(&lasting(&border.digest, "simple"), &textures, make)?;
+    work.pieces.remove(&passing(&border.digest));
     report.borders = borders;
     Ok((mesh, report))
 }
@@ -186,12 +200,13 @@ pub(super) fn compare(
         let (vertices, triangles) = (mesh.positions.len(), mesh.triangles.len() as u32);
         return Ok(Part { mesh, stands_for: (0..triangles).collect(), clearance_m: vec![0.0; vertices] });
     }
-    let make = || Ok(make_mapped(work, (original, looks), &mesh, params));
     let mut digest = digest.clone();
     digest.run(format!("{params:?}").as_bytes());
     digest.run(bytemuck::cast_slice(&mesh.positions));
     digest.run(bytemuck::cast_slice(&mesh.triangles));
+    let make = || make_mapped(work, (original, looks), &mesh, params, &digest);
     let mut mapped = work.pieces.kept_or(&lasting(&digest, "mapped"), &[], make)?;
+    work.pieces.remove(&passing(&digest));
     report.error = Some(mapped.error);
     report.steps.append(&mut mapped.steps);
     if let Some(simplify) = &mut report.simplify {
@@ -213,11 +228,10 @@ pub(super) fn forget_names(part: &site::Part, mesh: &mut Mesh) {
     }
 }
 
-/// Reads, cleans and splits.
-fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
-    let Work { plan, site, files, settings, views, looks, .. } = work;
-    let mut steps = Steps::new(work.reporter);
-    let mut import = ImportReport::default();
+/// Reads a part's files.
+fn read(work: &Work, index: usize) -> Result<Halfway, BakeError> {
+    let Work { plan, site, files, .. } = work;
+    let (mut steps, mut import) = (Steps::new(work.reporter), ImportReport::default());
     let bytes = crate::scene::part_bytes(files, index);
     let mut mesh = steps.run("reading", bytes, |tell| {
         crate::scene::read_part(site, files, index, &mut import, &|read| tell.done(read as f64 / bytes.max(1) as f64))
@@ -226,43 +240,71 @@ fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
     // it will be kept under the hash that the file had before
     plan.check_unchanged(of_part)?;
     let part = &site.parts[index];
-    let mut report = PartReport {
+    let report = PartReport {
         name: part.display_name(),
         vertices_read: mesh.positions.len() as u64,
         triangles_read: mesh.triangles.len() as u64,
         by_texels: Choice::of(site, index).is_texels(&site.rooms, &mesh.positions, &mesh.triangles),
+        steps: steps.taken,
         ..PartReport::default()
     };
     forget_names(part, &mut mesh);
-    if settings.clean {
+    Ok(Halfway { mesh, warnings: import.warnings, report, ..Halfway::default() })
+}
+
+/// Reads, cleans and splits.
+fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
+    let Work { site, settings, views, looks, .. } = work;
+    let part = &site.parts[index];
+    let milestones = Halfway::milestones(work, index);
+    let mut half = match milestones.last::<Halfway>() {
+        Some(half) => half,
+        None => read(work, index)?,
+    };
+    if settings.clean && half.report.clean.is_none() {
         let params = clean_params(settings, part.role, views);
-        let as_read = looks.wanted().then(|| mesh.clone());
-        let found = steps.run("cleaning", count(&mesh), |tell| clean_telling(&mut mesh, &params, tell));
+        let as_read = looks.wanted().then(|| half.mesh.clone());
+        let mut steps = Steps::new(work.reporter);
+        steps.run("cleaning", count(&half.mesh), |tell| -> Result<(), BakeError> {
+            while half.cleaning.go_on(&mut half.mesh, &params, tell) {
+                half.reached(&milestones)?;
+            }
+            Ok(())
+        })?;
+        half.report.steps.append(&mut steps.taken);
+        let found = std::mem::take(&mut half.cleaning.report);
         if let Some(as_read) = as_read {
             looks.found(index, &as_read, &found)?;
         }
-        report.clean = Some(found);
+        half.report.clean = Some(found);
+        half.reached(&milestones)?;
     }
-    if settings.solids && has_solids(part.role) {
+    if settings.solids && has_solids(part.role) && half.report.solids.is_none() {
         let params = SolidsParams { eyes: eyes(views), ..SolidsParams::default() };
-        let before = looks.wanted().then(|| mesh.clone());
-        let found = steps.run("uniting solids", count(&mesh), |tell| unite_telling(&mut mesh, &params, tell));
+        let before = looks.wanted().then(|| half.mesh.clone());
+        let mut steps = Steps::new(work.reporter);
+        let found = steps.run("uniting solids", count(&half.mesh), |tell| unite_telling(&mut half.mesh, &params, tell));
+        half.report.steps.append(&mut steps.taken);
         if let Some(before) = before {
             looks.united(index, &before, &found)?;
         }
-        report.solids = Some(found);
+        half.report.solids = Some(found);
+        half.reached(&milestones)?;
     }
+    let Halfway { mut mesh, warnings, mut report, .. } = half;
     // texels have the grain of shadows, whatever the triangles are
     let (split, times) = if report.by_texels {
         (None, 1.0)
     } else {
+        let mut steps = Steps::new(work.reporter);
         let splitting = |tell: Tell| split_coarse(&mut mesh, part.role, settings, views, tell);
-        steps.run("splitting", report.triangles_read, splitting)?
+        let split = steps.run("splitting", report.triangles_read, splitting)?;
+        report.steps.append(&mut steps.taken);
+        split
     };
     (report.split, report.edge_px) = (split, settings.edge_px * f64::from(times));
     report.triangles_original = mesh.triangles.len() as u64;
-    report.steps = steps.taken;
-    Ok(Whole { mesh, warnings: import.warnings, report })
+    Ok(Whole { mesh, warnings, report })
 }
 
 /// How finely splitting splits a part.
@@ -336,25 +378,51 @@ fn error_m(work: &Work, params: &SimplifyParams, place: Vec3) -> f32 {
     if work.views.cells.is_empty() { params.error_m } else { params.error_px * work.views.pixel_m(place, params.nearest_m) }
 }
 
-fn make_simple(work: &Work, whole: &Mesh, border: &Border, mut report: PartReport) -> Simple {
+fn make_simple(work: &Work, whole: &Mesh, border: &Border, mut report: PartReport) -> Result<Simple, BakeError> {
     let (mut steps, params) = (Steps::new(work.reporter), simplify_params(work.settings));
-    let simplified =
-        steps.run("simplifying", count(whole), |tell| simplify_holding(whole, &border.held, &work.views, &params, tell));
+    let interim = work.pieces.interim(passing(&border.digest) + "simplifying");
+    let simplify = |tell: Tell| simplify_resuming(whole, &border.held, &work.views, &params, (&interim, tell));
+    let simplified = steps.run("simplifying", count(whole), simplify);
+    interim.all_kept()?;
     report.simplify = Some(simplified.report);
     report.steps.append(&mut steps.taken);
-    Simple { mesh: simplified.mesh, report }
+    Ok(Simple { mesh: simplified.mesh, report })
 }
 
-fn make_mapped(work: &Work, (original, looks): (&Mesh, &Surfacing), simple: &Mesh, params: &SimplifyParams) -> Mapped {
+fn make_mapped(
+    work: &Work,
+    (original, looks): (&Mesh, &Surfacing),
+    simple: &Mesh,
+    params: &SimplifyParams,
+    digest: &Digest,
+) -> Result<Mapped, BakeError> {
+    let milestones = work.pieces.milestones(passing(digest) + "mapped", HalfMapped::STAGES);
+    let mut half: HalfMapped = milestones.last().unwrap_or_default();
     let mut steps = Steps::new(work.reporter);
-    let measured = steps.run("measuring", count(original), |tell| measure_telling(original, simple, &work.views, params, tell));
-    let nearest =
-        steps.run("mapping", count(original), |tell| nearest_triangles_telling(original, simple, &work.views, params, tell));
-    let most = |place| MOST_CLEARANCE * error_m(work, params, place);
-    let clearance_m = simple.positions.iter().zip(measured.clearance_m).map(|(&p, c)| c.min(most(p))).collect();
-    let averages =
-        steps.run("averaging", count(original), |_| averages(original, |vertex| looks.of(vertex), simple, &nearest.triangle));
-    Mapped { stands_for: nearest.triangle, clearance_m, averages, error: measured.report, steps: steps.taken }
+    if half.clearance_m.is_empty() {
+        let interim = work.pieces.interim(passing(digest) + "measured");
+        let measure = |tell: Tell| measure_resuming(original, simple, &work.views, params, (&interim, tell));
+        let measured = steps.run("measuring", count(original), measure);
+        interim.all_kept()?;
+        let most = |place| MOST_CLEARANCE * error_m(work, params, place);
+        half.clearance_m = simple.positions.iter().zip(measured.clearance_m).map(|(&p, c)| c.min(most(p))).collect();
+        half.error = measured.report;
+        half.steps.append(&mut steps.taken);
+        milestones.reached(1, &half)?;
+    }
+    if half.stands_for.is_empty() {
+        let interim = work.pieces.interim(passing(digest) + "nearest");
+        let map = |tell: Tell| nearest_triangles_resuming(original, simple, &work.views, params, (&interim, tell));
+        half.stands_for = steps.run("mapping", count(original), map).triangle;
+        interim.all_kept()?;
+        half.steps.append(&mut steps.taken);
+        milestones.reached(2, &half)?;
+    }
+    let average = |_: Tell| averages(original, |vertex| looks.of(vertex), simple, &half.stands_for);
+    let averages = steps.run("averaging", count(original), average);
+    half.steps.append(&mut steps.taken);
+    let HalfMapped { error, clearance_m, stands_for, steps } = half;
+    Ok(Mapped { stands_for, clearance_m, averages, error, steps })
 }
 
 impl Piece for Whole {

@@ -5,14 +5,19 @@ use crate::cache::{Cache, CacheError};
 use crate::error::BakeError;
 use crate::report::Reporter;
 use heliodon_mesh::Texture;
+use heliodon_prepare::Interim;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 /// What the blocks of pieces are called, before their names.
 pub(super) const PIECE: &str = "piece-";
 
 /// What those are called that depend on one part alone: they outlive the preparation, for the next may be of another place of another part.
 pub(super) const PART: &str = "part-";
+
+/// Within long steps work is kept when so much time has passed since anything was: no more is lost, and what a stage takes that cannot be parted.
+const DUE: Duration = Duration::from_secs(8);
 
 /// What can be kept.
 pub(super) trait Piece: Sized {
@@ -27,12 +32,16 @@ pub(super) struct Pieces<'a> {
     reporter: &'a dyn Reporter,
     /// Names that were asked for.
     asked: Mutex<BTreeSet<String>>,
+    /// When something was kept or taken for the last time.
+    kept: Mutex<Instant>,
+    /// After how long it is worth while to keep something within a step.
+    pub due: Duration,
 }
 
 impl<'a> Pieces<'a> {
     /// Without a cache nothing is kept.
     pub fn new(cache: Option<&'a Cache>, takes: bool, reporter: &'a dyn Reporter) -> Self {
-        Self { cache, takes, reporter, asked: Mutex::default() }
+        Self { cache, takes, reporter, asked: Mutex::default(), kept: Mutex::new(Instant::now()), due: DUE }
     }
 
     /// The names under which things were made or taken.
@@ -54,7 +63,34 @@ impl<'a> Pieces<'a> {
         if taken.is_none() {
             self.reporter.note(&format!("kept geometry was damaged ({name}) and is made again"));
         }
+        self.now_kept();
         taken
+    }
+
+    fn now_kept(&self) {
+        *self.kept.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
+    }
+
+    /// Whether it is worth while to keep something within a step.
+    fn is_due(&self) -> bool {
+        self.cache.is_some() && self.kept.lock().unwrap_or_else(PoisonError::into_inner).elapsed() >= self.due
+    }
+
+    /// Removes the blocks whose names begin so: what they led to is kept.
+    pub fn remove(&self, begin: &str) {
+        if let Some(cache) = self.cache {
+            cache.remove_blocks(begin);
+        }
+    }
+
+    /// Where something is kept on its way through so many stages.
+    pub fn milestones(&self, name: String, stages: u32) -> Milestones<'_> {
+        Milestones { pieces: self, name, stages }
+    }
+
+    /// Where a step keeps what it has done so far.
+    pub fn interim(&self, name: String) -> Steppingstones<'_> {
+        Steppingstones { pieces: self, name, fault: Mutex::default() }
     }
 
     /// Keeps something under a name.
@@ -65,7 +101,9 @@ impl<'a> Pieces<'a> {
         let Some(cache) = self.cache else { return Ok(()) };
         let mut writer = Writer::new(cache, name, textures);
         piece.write(&mut writer)?;
-        writer.finish()
+        writer.finish()?;
+        self.now_kept();
+        Ok(())
     }
 
     /// As it was kept, or made now and kept.
@@ -85,5 +123,73 @@ impl<'a> Pieces<'a> {
         let made = make()?;
         self.keep(name, textures, &made)?;
         Ok(made)
+    }
+}
+
+/// Something on its way through stages, the last of which that was kept is taken.
+pub(super) struct Milestones<'a> {
+    pieces: &'a Pieces<'a>,
+    name: String,
+    stages: u32,
+}
+
+impl Milestones<'_> {
+    /// Each has a name of its own: of one that is written over, part might be the old one's.
+    fn name(&self, stage: u32) -> String {
+        format!("{}{stage}", self.name)
+    }
+
+    /// The last that was kept.
+    pub fn last<T: Piece>(&self) -> Option<T> {
+        (0..=self.stages).rev().find_map(|stage| self.pieces.take(&self.name(stage), &[]))
+    }
+
+    /// After so many stages: kept if it is worth while, in place of those before.
+    pub fn reached<T: Piece>(&self, stage: u32, piece: &T) -> Result<(), CacheError> {
+        if self.pieces.is_due() {
+            self.pieces.keep(&self.name(stage), &[], piece)?;
+            (0..stage).for_each(|before| self.pieces.remove(&format!("{}-", self.name(before))));
+        }
+        Ok(())
+    }
+}
+
+/// What a step has done so far, in blocks.
+pub(super) struct Steppingstones<'a> {
+    pieces: &'a Pieces<'a>,
+    name: String,
+    /// The first that could not be kept.
+    fault: Mutex<Option<CacheError>>,
+}
+
+impl Steppingstones<'_> {
+    /// Whether all of it could be kept, which the step itself is not told.
+    ///
+    /// # Errors
+    /// What could not be.
+    pub fn all_kept(self) -> Result<(), CacheError> {
+        self.fault.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
+    }
+}
+
+impl Interim for Steppingstones<'_> {
+    fn take(&self, number: usize) -> Option<Vec<u8>> {
+        let taken = self.pieces.cache.filter(|_| self.pieces.takes)?.load(&self.name, number);
+        if taken.is_some() {
+            self.pieces.now_kept();
+        }
+        taken
+    }
+
+    fn is_due(&self) -> bool {
+        self.pieces.is_due()
+    }
+
+    fn keep(&self, number: usize, bytes: &[u8]) {
+        let Some(cache) = self.pieces.cache else { return };
+        if let Err(error) = cache.store(&self.name, number, bytes) {
+            self.fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        }
+        self.pieces.now_kept();
     }
 }

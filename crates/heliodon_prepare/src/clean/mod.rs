@@ -121,35 +121,72 @@ pub fn clean(mesh: &mut Mesh, params: &CleanParams) -> CleanReport {
 /// # Panics
 /// As [`clean`].
 pub fn clean_telling(mesh: &mut Mesh, params: &CleanParams, tell: Tell) -> CleanReport {
-    let mut report = CleanReport { marks: vec![Mark::Kept; mesh.triangles.len()], ..CleanReport::default() };
-    report.before(mesh);
-    report.mended_attributes = attributes::mend(mesh);
-    let places = places(&mesh.positions, params.weld_m);
-    report.moved_vertices =
-        places.iter().zip(&mesh.positions).filter(|&(&place, p)| place_differs(mesh, place, *p)).count() as u64;
-    settle(&mut mesh.positions, &places);
+    let mut cleaning = Cleaning::default();
+    while cleaning.go_on(mesh, params, tell) {}
+    cleaning.report
+}
 
-    tell.done(share::PLACED);
-    faces::mark_unfit(mesh, &places, &mut report);
-    tell.done(share::FIT);
-    faces::mark_repeated(mesh, &places, params.double_walls, &mut report);
-    tell.done(share::SINGLE);
-    faces::peel_flat(mesh, &places, &mut report);
-    tell.done(share::EVEN);
-    parts::mark_isolated(mesh, &places, params.isolated_m, &mut report);
+/// A cleaning that has come so far. Between its stages it and the mesh are all that decides the rest: kept together, and given back to who goes on,
+/// they save what is done.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cleaning {
+    /// Stages that are done, of [`Cleaning::STAGES`].
+    pub done: u32,
+    /// For each vertex the first one at its place.
+    pub places: Vec<u32>,
+    /// What was found so far.
+    pub report: CleanReport,
+}
 
-    tell.done(share::JOINED);
-    let edges = winding::mend(mesh, &places, params, tell, &mut report);
-    let open = rims::mark(mesh, &places, &edges, &mut report);
-    drop(edges);
-    junctions::mark(mesh, &open, params.weld_m, &mut report);
-    drop(open);
+impl Cleaning {
+    /// From the beginning to the end.
+    pub const STAGES: u32 = 4;
 
-    tell.done(share::WOUND);
-    attributes::keep(mesh, &places, params.crease_rad, &report.marks);
-    report.after(mesh);
-    tell.done(1.0);
-    report
+    /// Goes through the next stage, if there is one, and tells how far it is; whether there is another one then.
+    ///
+    /// # Panics
+    /// As [`clean`], and where the mesh is not the one of the stages before.
+    pub fn go_on(&mut self, mesh: &mut Mesh, params: &CleanParams, tell: Tell) -> bool {
+        let Self { done, places: of_vertices, report } = self;
+        match *done {
+            0 => {
+                report.marks = vec![Mark::Kept; mesh.triangles.len()];
+                report.before(mesh);
+                report.mended_attributes = attributes::mend(mesh);
+                *of_vertices = places(&mesh.positions, params.weld_m);
+                let moved = of_vertices.iter().zip(&mesh.positions).filter(|&(&place, p)| place_differs(mesh, place, *p));
+                report.moved_vertices = moved.count() as u64;
+                settle(&mut mesh.positions, of_vertices);
+                tell.done(share::PLACED);
+                faces::mark_unfit(mesh, of_vertices, report);
+                tell.done(share::FIT);
+            }
+            1 => {
+                faces::mark_repeated(mesh, of_vertices, params.double_walls, report);
+                tell.done(share::SINGLE);
+                faces::peel_flat(mesh, of_vertices, report);
+                tell.done(share::EVEN);
+                parts::mark_isolated(mesh, of_vertices, params.isolated_m, report);
+                tell.done(share::JOINED);
+            }
+            2 => {
+                let edges = winding::mend(mesh, of_vertices, params, tell, report);
+                let open = rims::mark(mesh, of_vertices, &edges, report);
+                drop(edges);
+                junctions::mark(mesh, &open, params.weld_m, report);
+                tell.done(share::WOUND);
+            }
+            3 => {
+                attributes::keep(mesh, of_vertices, params.crease_rad, &report.marks);
+                *of_vertices = Vec::new();
+                report.after(mesh);
+                tell.done(1.0);
+            }
+            _ => return false,
+        }
+        *done += 1;
+        *done < Self::STAGES
+    }
 }
 
 fn place_differs(mesh: &Mesh, place: u32, p: Vec3) -> bool {

@@ -16,8 +16,9 @@ impl Held {
         Self::of_bits(places.into_iter().map(place_bits).collect())
     }
 
-    /// Those of these [`place_bits`].
-    pub(crate) fn of_bits(mut bits: Vec<[u32; 3]>) -> Self {
+    /// Those whose coordinates have these bits, as [`Held::bits`] tells them.
+    #[must_use]
+    pub fn of_bits(mut bits: Vec<[u32; 3]>) -> Self {
         bits.sort_unstable();
         bits.dedup();
         Self(bits)

@@ -1,17 +1,15 @@
 //! What simplification really did to the surface.
 
 use super::SimplifyParams;
-use super::closest::{Closest, Query, Surface, center};
+use super::closest::{Query, Surface, center};
 use super::fineness::Fineness;
-use crate::{Tell, Views};
+use super::nearest::{Found, Nearest, RUN, RUNS};
+use crate::interim::{NUMBERS, made_or_kept};
+use crate::{Interim, Nowhere, Tell, Views};
 use glam::Vec3;
 use heliodon_mesh::Mesh;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::{AtomicU32, Ordering};
-
-/// Points asked in turn by one thread, each beginning at the triangle that the one before it found.
-const RUN: usize = 4096;
 
 /// The parts of the time after which the simplified surface can be asked, all of the original's vertices have asked it, and the original surface can
 /// be asked.
@@ -79,66 +77,83 @@ pub fn measure(original: &Mesh, simplified: &Mesh, views: &Views, params: &Simpl
 /// As [`measure`].
 #[must_use]
 pub fn measure_telling(original: &Mesh, simplified: &Mesh, views: &Views, params: &SimplifyParams, tell: Tell) -> Measured {
+    measure_resuming(original, simplified, views, params, (&Nowhere, tell))
+}
+
+/// As [`measure_telling`], and leaves what it has done so far to an [`Interim`], by which whoever measures the same goes on.
+///
+/// # Panics
+/// As [`measure`].
+#[must_use]
+pub fn measure_resuming(
+    original: &Mesh,
+    simplified: &Mesh,
+    views: &Views,
+    params: &SimplifyParams,
+    (interim, tell): (&dyn Interim, Tell),
+) -> Measured {
     let fineness = Fineness::new(views, params);
     let mut used = vec![false; original.positions.len()];
     original.triangles.as_flattened().iter().for_each(|&v| used[v as usize] = true);
     let points: Vec<u32> = (0..used.len() as u32).filter(|&v| used[v as usize]).collect();
     drop(used);
     let surface = Surface::new(simplified);
-    let clearance: Vec<AtomicU32> = simplified.positions.iter().map(|_| AtomicU32::new(0)).collect();
-    let note = |closest: &Closest| {
-        for vertex in simplified.triangles[closest.triangle as usize] {
-            // floats that are not negative are ordered as their bits are
-            clearance[vertex as usize].fetch_max(closest.distance_squared.sqrt().to_bits(), Ordering::Relaxed);
-        }
-    };
     tell.done(BUILT[0]);
     let told = tell.within(BUILT[0], BUILT[1]);
-    let from_original = distances(&surface, &fineness, points.len(), |i| original.positions[points[i] as usize], note, told);
+    let place = |i: usize| original.positions[points[i] as usize];
+    let found = nearest_to(&surface, (0, points.len()), place, (interim, told));
+    let mut clearance_m = vec![0.0_f32; simplified.positions.len()];
+    for &(triangle, distance_m) in found.iter().flat_map(|run| &run.0).filter(|(triangle, _)| *triangle != Nearest::NONE) {
+        for vertex in simplified.triangles[triangle as usize] {
+            let clearance_m = &mut clearance_m[vertex as usize];
+            *clearance_m = clearance_m.max(distance_m);
+        }
+    }
+    let from_original = distances(found, &fineness, place);
     drop((surface, points));
     let surface = Surface::new(original);
     tell.done(BUILT[2]);
     let told = tell.within(BUILT[2], 1.0);
     let middle = |i| center(simplified, i);
-    let from_simplified = distances(&surface, &fineness, simplified.triangles.len(), middle, |_| (), told);
+    let found = nearest_to(&surface, (NUMBERS, simplified.triangles.len()), middle, (interim, told));
+    let from_simplified = distances(found, &fineness, middle);
     let (longest_edge_m, p95_edge_px) = edges(simplified, &fineness);
-    Measured {
-        clearance_m: clearance.into_iter().map(|bits| f32::from_bits(bits.into_inner())).collect(),
-        report: MeasureReport { from_original, from_simplified, longest_edge_m, p95_edge_px },
-    }
+    Measured { clearance_m, report: MeasureReport { from_original, from_simplified, longest_edge_m, p95_edge_px } }
 }
 
-/// From points to a surface; what is found for each is noted.
-fn distances(
+/// For each of many points the triangle that is nearest, or [`Nearest::NONE`], in runs of [`RUN`]. Numbers begin with `first`.
+fn nearest_to(
     surface: &Surface,
-    fineness: &Fineness,
-    count: usize,
+    (first, count): (usize, usize),
     point: impl Fn(usize) -> Vec3 + Sync,
-    note: impl Fn(&Closest) + Sync,
-    tell: Tell,
-) -> Distances {
+    (interim, tell): (&dyn Interim, Tell),
+) -> Vec<Found> {
     let done = tell.count(count);
     let run = |start: usize| {
         let mut near = None;
         let find = |index| {
             let query = Query { point: point(index), normal: Vec3::ZERO, least_cosine: -1.0 };
-            let closest = surface.closest(&query, f32::INFINITY, near)?;
-            near = Some(closest.triangle);
-            note(&closest);
-            let distance_m = closest.distance_squared.sqrt();
-            Some((distance_m, distance_m / fineness.pixel_m(query.point)))
+            let closest = surface.closest(&query, f32::INFINITY, near);
+            near = closest.map(|closest| closest.triangle).or(near);
+            closest.map_or((Nearest::NONE, 0.0), |closest| (closest.triangle, closest.distance_squared.sqrt()))
         };
-        let found = (start..(start + RUN).min(count)).filter_map(find).unzip();
-        done.add(RUN.min(count - start));
-        found
+        Found((start..(start + RUN).min(count)).map(find).collect())
     };
-    let runs: Vec<(Vec<f32>, Vec<f32>)> = (0..count.div_ceil(RUN)).into_par_iter().map(|i| run(i * RUN)).collect();
-    let mut meters = Vec::with_capacity(count);
-    let mut pixels = Vec::with_capacity(count);
-    for (some_m, some_px) in runs {
-        meters.extend(some_m);
-        pixels.extend(some_px);
-    }
+    made_or_kept(interim, (first, count.div_ceil(RUN)), RUNS, |i| run(i * RUN), |i| done.add(RUN.min(count - i * RUN)))
+}
+
+/// How far points lie from what was found for them.
+fn distances(found: Vec<Found>, fineness: &Fineness, point: impl Fn(usize) -> Vec3 + Sync) -> Distances {
+    let of_run = |(run, found): (usize, Found)| {
+        let placed = found.0.into_iter().enumerate().filter(|(_, (triangle, _))| *triangle != Nearest::NONE);
+        placed.map(move |(i, (_, distance_m))| (distance_m, run * RUN + i)).collect::<Vec<_>>()
+    };
+    let (meters, pixels): (Vec<f32>, Vec<f32>) = found
+        .into_par_iter()
+        .enumerate()
+        .flat_map_iter(of_run)
+        .map(|(distance_m, i)| (distance_m, distance_m / fineness.pixel_m(point(i))))
+        .unzip();
     let points = meters.len();
     let [mean_m, p95_m, max_m] = summary(meters);
     let [mean_px, p95_px, max_px] = summary(pixels);

@@ -40,10 +40,10 @@ mod witnesses;
 pub use averages::{Averages, Look, averages, look_of};
 pub use held::Held;
 pub(crate) use held::place_bits;
-pub use measure::{Distances, MeasureReport, Measured, measure, measure_telling};
-pub use nearest::{Nearest, nearest_triangles, nearest_triangles_telling};
+pub use measure::{Distances, MeasureReport, Measured, measure, measure_resuming, measure_telling};
+pub use nearest::{Nearest, nearest_triangles, nearest_triangles_resuming, nearest_triangles_telling};
 
-use crate::{Tell, Views};
+use crate::{Interim, Nowhere, Tell, Views};
 use fineness::Fineness;
 use glam::Vec3;
 use heliodon_mesh::{Material, Mesh};
@@ -174,7 +174,22 @@ pub fn simplify_telling(mesh: &Mesh, views: &Views, params: &SimplifyParams, tel
 /// As [`simplify`].
 #[must_use]
 pub fn simplify_holding(mesh: &Mesh, held: &Held, views: &Views, params: &SimplifyParams, tell: Tell) -> Simplified {
-    simplify_for((mesh, held), None, views, params, tiles::MOST, tell)
+    simplify_for((mesh, held), None, views, params, tiles::MOST, (&Nowhere, tell))
+}
+
+/// As [`simplify_holding`], and leaves what it has done so far to `interim`, by which whoever simplifies the same mesh the same way goes on.
+///
+/// # Panics
+/// As [`simplify`].
+#[must_use]
+pub fn simplify_resuming(
+    mesh: &Mesh,
+    held: &Held,
+    views: &Views,
+    params: &SimplifyParams,
+    (interim, tell): (&dyn Interim, Tell),
+) -> Simplified {
+    simplify_for((mesh, held), None, views, params, tiles::MOST, (interim, tell))
 }
 
 /// Simplifies further what stands for an original already, so that the places of the original stay within the limits. They are to be within those
@@ -191,7 +206,7 @@ pub fn simplify_further(
     params: &SimplifyParams,
     tell: Tell,
 ) -> Simplified {
-    simplify_for((mesh, held), Some(original), views, params, tiles::MOST, tell)
+    simplify_for((mesh, held), Some(original), views, params, tiles::MOST, (&Nowhere, tell))
 }
 
 fn simplify_for(
@@ -200,11 +215,12 @@ fn simplify_for(
     views: &Views,
     params: &SimplifyParams,
     most: usize,
-    tell: Tell,
+    (interim, tell): (&dyn Interim, Tell),
 ) -> Simplified {
     let point_of = passes::points(&mesh.positions);
     let context = Context { mesh, params, looks: &looks(&mesh.materials), point_of: &point_of, held };
-    let (faces, report) = passes::run(&context, &Fineness::new(views, params), most, original, tell.within(POINTS, PASSES));
+    let (faces, report) =
+        passes::run(&context, &Fineness::new(views, params), most, original, interim, tell.within(POINTS, PASSES));
     let simplified = collect::collect(mesh, &faces, report);
     tell.done(1.0);
     simplified

@@ -3,14 +3,16 @@
 use super::SimplifyParams;
 use super::closest::{Query, Surface, center};
 use super::fineness::Fineness;
-use crate::{Tell, Views};
+use crate::interim::{Kept, made_or_kept};
+use crate::{Interim, Nowhere, Tell, Views};
 use glam::Vec3;
 use heliodon_math::frame::unit_or;
 use heliodon_mesh::Mesh;
-use rayon::prelude::*;
 
-/// Triangles asked in turn by one thread.
-const RUN: usize = 4096;
+/// Places asked in turn by one thread, each beginning at the triangle that the one before it found.
+pub(super) const RUN: usize = 4096;
+/// Runs of each thread before it is asked whether they are to be kept: a second or two.
+pub(super) const RUNS: usize = 256;
 /// The part of the time after which the simplified surface can be asked.
 const BUILT: f64 = 0.08;
 /// Normals agree when they are less than 60 degrees apart ...
@@ -58,6 +60,21 @@ pub fn nearest_triangles_telling(
     params: &SimplifyParams,
     tell: Tell,
 ) -> Nearest {
+    nearest_triangles_resuming(original, simplified, views, params, (&Nowhere, tell))
+}
+
+/// As [`nearest_triangles_telling`], and leaves what it has done so far to an [`Interim`], by which whoever asks the same goes on.
+///
+/// # Panics
+/// As [`nearest_triangles`].
+#[must_use]
+pub fn nearest_triangles_resuming(
+    original: &Mesh,
+    simplified: &Mesh,
+    views: &Views,
+    params: &SimplifyParams,
+    (interim, tell): (&dyn Interim, Tell),
+) -> Nearest {
     let fineness = Fineness::new(views, params);
     let surface = Surface::new(simplified);
     let count = original.triangles.len();
@@ -78,15 +95,28 @@ pub fn nearest_triangles_telling(
             near = closest.map(|closest| closest.triangle).or(near);
             closest.map_or((Nearest::NONE, f32::INFINITY), |closest| (closest.triangle, closest.distance_squared.sqrt()))
         };
-        let found = (start..(start + RUN).min(count)).map(find).unzip();
-        done.add(RUN.min(count - start));
-        found
+        Found((start..(start + RUN).min(count)).map(find).collect())
     };
-    let runs: Vec<(Vec<u32>, Vec<f32>)> = (0..count.div_ceil(RUN)).into_par_iter().map(|i| run(i * RUN)).collect();
+    let runs = made_or_kept(interim, (0, count.div_ceil(RUN)), RUNS, |i| run(i * RUN), |i| done.add(RUN.min(count - i * RUN)));
     let mut nearest = Nearest { triangle: Vec::with_capacity(count), distance_m: Vec::with_capacity(count) };
-    for (triangles, distances) in runs {
-        nearest.triangle.extend(triangles);
-        nearest.distance_m.extend(distances);
+    for (triangle, distance_m) in runs.into_iter().flat_map(|run| run.0) {
+        nearest.triangle.push(triangle);
+        nearest.distance_m.push(distance_m);
     }
     nearest
+}
+
+/// Of some places a triangle each, and how far it is.
+pub(super) struct Found(pub Vec<(u32, f32)>);
+
+impl Kept for Found {
+    fn put(&self, into: &mut Vec<u32>) {
+        into.push(self.0.len() as u32);
+        into.extend(self.0.iter().flat_map(|&(triangle, distance_m)| [triangle, distance_m.to_bits()]));
+    }
+
+    fn get(from: &mut impl Iterator<Item = u32>) -> Option<Self> {
+        let count = from.next()?;
+        (0..count).map(|_| Some((from.next()?, f32::from_bits(from.next()?)))).collect::<Option<_>>().map(Self)
+    }
 }

@@ -9,7 +9,8 @@ use super::tile::{Context, Face};
 use super::tiles::Tiles;
 use super::witnesses::{ByFace, NOWHERE, Witnesses, settle};
 use super::{PassReport, SimplifyReport};
-use crate::Tell;
+use crate::interim::{Kept, NUMBERS, made_or_kept};
+use crate::{Interim, Tell};
 use glam::Vec3;
 use heliodon_math::frame::unit_or;
 use meshopt::VertexDataAdapter;
@@ -40,10 +41,14 @@ const NOBODY: u32 = u32::MAX;
 /// Several tiles use the point.
 const SEVERAL: u32 = u32::MAX - 1;
 
+/// Tiles for each thread that are simplified before it is asked whether they are to be kept: some 3 s, of which waiting for the last takes 2 %.
+const BATCH: usize = 32;
+
 /// What all passes know. A point is what vertices at one position are together, named by the first of them.
 struct Passes<'a> {
     context: &'a Context<'a>,
     fineness: &'a Fineness<'a>,
+    interim: &'a dyn Interim,
 }
 
 /// The mesh between passes.
@@ -64,15 +69,17 @@ struct Tile {
 }
 
 /// Simplifies all of the mesh in tiles of at most `most` triangles. `original` are places that the mesh stands for; none where it is the original.
+/// Simplified tiles are left to `interim`, and taken from there.
 pub(super) fn run(
     context: &Context,
     fineness: &Fineness,
     most: usize,
     original: Option<&[Vec3]>,
+    interim: &dyn Interim,
     tell: Tell,
 ) -> (Vec<Face>, SimplifyReport) {
     let mesh = context.mesh;
-    let passes = Passes { context, fineness };
+    let passes = Passes { context, fineness, interim };
     let material = |t: usize| mesh.triangle_material.get(t).copied().unwrap_or(0);
     let face = |(t, &corners): (usize, &[u32; 3])| Face { corners, material: material(t) };
     let faces: Vec<Face> = mesh.triangles.iter().enumerate().map(face).collect();
@@ -82,9 +89,9 @@ pub(super) fn run(
     };
     let mut state = State { faces, free: passes.not_held(), witnesses };
     let mut report = SimplifyReport { triangles_before: mesh.triangles.len(), ..SimplifyReport::default() };
-    for (share, ends) in SHARES.into_iter().zip(ENDS.windows(2)) {
+    for (pass, (share, ends)) in SHARES.into_iter().zip(ENDS.windows(2)).enumerate() {
         let before = state.faces.len();
-        let pass = passes.pass(&mut state, share, most, tell.within(ends[0], ends[1]));
+        let pass = passes.pass(&mut state, (pass, share), most, tell.within(ends[0], ends[1]));
         report.passes.push(pass);
         if pass.shared_points == 0 || ((before - pass.triangles) as f32) < WORTHWHILE * before as f32 {
             break;
@@ -112,24 +119,19 @@ impl Passes<'_> {
         mesh.positions.par_iter().map(|&p| !held.holds(p)).collect()
     }
 
-    fn pass(&self, state: &mut State, share: f32, most: usize, tell: Tell) -> PassReport {
+    fn pass(&self, state: &mut State, (pass, share): (usize, f32), most: usize, tell: Tell) -> PassReport {
         let tiles = Tiles::cut(&self.context.mesh.positions, &state.faces, self.fineness, share, most);
         let owners = self.owners(&state.faces, &tiles);
         let owner = |vertex: u32| owners[self.context.point_of[vertex as usize] as usize].load(Ordering::Relaxed);
         let (by_face, before) = (state.witnesses.by_face(state.faces.len()), &*state);
         tell.done(CUT);
         let done = tell.within(CUT, 1.0).count(before.faces.len());
-        let simplified: Vec<Tile> = tiles
-            .ranges
-            .par_iter()
-            .enumerate()
-            .map(|(index, range)| {
-                let free = |v: u32| before.free[self.context.point_of[v as usize] as usize] && owner(v) == index as u32;
-                let tile = self.tile(before, &by_face, &tiles.order[range.clone()], free);
-                done.add(range.len());
-                tile
-            })
-            .collect();
+        let make = |index: usize| {
+            let free = |v: u32| before.free[self.context.point_of[v as usize] as usize] && owner(v) == index as u32;
+            self.tile(before, &by_face, &tiles.order[tiles.ranges[index].clone()], free)
+        };
+        let numbers = (pass * NUMBERS, tiles.ranges.len());
+        let simplified = made_or_kept(self.interim, numbers, BATCH, make, |index| done.add(tiles.ranges[index].len()));
         let mut report = PassReport { tiles: tiles.ranges.len(), ..PassReport::default() };
         report.error_m = simplified.iter().map(|tile| tile.error_m).fold(0.0, f32::max);
         report.again = simplified.iter().map(|tile| tile.rounds - 1).sum();
@@ -247,6 +249,24 @@ impl Passes<'_> {
             }
         });
         owners
+    }
+}
+
+impl Kept for Tile {
+    fn put(&self, into: &mut Vec<u32>) {
+        let Self { faces, witnesses, error_m, rounds } = self;
+        into.extend([error_m.to_bits(), *rounds as u32, faces.len() as u32, witnesses.len() as u32]);
+        faces.iter().for_each(|Face { corners: [a, b, c], material }| into.extend([*a, *b, *c, u32::from(*material)]));
+        witnesses.iter().for_each(|&(witness, face)| into.extend([witness, face]));
+    }
+
+    fn get(from: &mut impl Iterator<Item = u32>) -> Option<Self> {
+        let mut next = || from.next();
+        let (error_m, rounds, faces, witnesses) = (f32::from_bits(next()?), next()? as usize, next()?, next()?);
+        let mut face = || Some(Face { corners: [next()?, next()?, next()?], material: u16::try_from(next()?).ok()? });
+        let faces = (0..faces).map(|_| face()).collect::<Option<_>>()?;
+        let witnesses = (0..witnesses).map(|_| Some((from.next()?, from.next()?))).collect::<Option<_>>()?;
+        Some(Self { faces, witnesses, error_m, rounds })
     }
 }
 

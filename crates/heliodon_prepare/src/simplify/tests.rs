@@ -1,6 +1,7 @@
 //! Tests of the whole of simplification; tiles are small, so that most vertices are near a rim.
 
 use super::*;
+use crate::interim::tests::Shelf;
 use crate::{Screen, ViewCell};
 use glam::{Vec2, Vec3};
 use heliodon_image::SrgbImage;
@@ -13,7 +14,7 @@ use std::collections::HashMap;
 const TILE: usize = 3000;
 
 fn simplify_in_tiles(mesh: &Mesh, views: &Views, params: &SimplifyParams, most: usize) -> Simplified {
-    simplify_for((mesh, &Held::NOTHING), None, views, params, most, Tell::NOBODY)
+    simplify_for((mesh, &Held::NOTHING), None, views, params, most, (&Nowhere, Tell::NOBODY))
 }
 
 fn nowhere() -> Views {
@@ -419,5 +420,34 @@ proptest! {
         prop_assert!(simplified.original_vertex.iter().all(|&v| v < count));
         let measured = measure(&original, &simplified.mesh, &nowhere(), &metres(error_m, 1.0));
         prop_assert!(measured.clearance_m.iter().all(|c| c.is_finite() && *c >= 0.0));
+    }
+}
+
+/// What is on the shelf after a few batches is not left there again, and nothing else comes of it.
+#[test]
+fn who_goes_on_ends_with_the_same() {
+    // two threads, whatever the machine has: batches are small then
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    let (views, params) = (nowhere(), metres(0.01, 0.1));
+    let mesh = scattered(Vec2::splat(4.0), 150, 0.3);
+    let simplified = |interim: &dyn Interim| {
+        let made = pool.install(|| simplify_for((&mesh, &Held::NOTHING), None, &views, &params, TILE, (interim, Tell::NOBODY)));
+        (made.mesh.positions, made.mesh.triangles, made.original_vertex, made.report)
+    };
+    let whole = simplified(&Nowhere);
+    assert!(whole.1.len() < mesh.triangles.len() / 2 && whole.3.passes.len() > 1);
+    let simple = Mesh { positions: whole.0.clone(), triangles: whole.1.clone(), ..Mesh::default() };
+    let measured =
+        |interim: &dyn Interim| pool.install(|| measure_resuming(&mesh, &simple, &views, &params, (interim, Tell::NOBODY)));
+    let nearest = |interim: &dyn Interim| {
+        pool.install(|| nearest_triangles_resuming(&mesh, &simple, &views, &params, (interim, Tell::NOBODY)))
+    };
+    let mut shelves = [Shelf::default(), Shelf::default(), Shelf::default()];
+    for most in [1, 2, 2] {
+        shelves.iter_mut().for_each(|shelf| shelf.most = most);
+        assert!(simplified(&shelves[0]) == whole);
+        assert_eq!(measured(&shelves[1]), measured(&Nowhere));
+        assert_eq!(nearest(&shelves[2]), nearest(&Nowhere));
+        assert_eq!(shelves.each_ref().map(Shelf::len), [most; 3]);
     }
 }
