@@ -12,6 +12,7 @@ use crate::estimate::light_need;
 use crate::evidence::seen_share;
 use crate::grid::GridPlan;
 use crate::ground;
+use crate::kept_rays::kept_rays;
 use crate::key::told_name;
 use crate::lamps;
 use crate::light::{BakedGrid, BakedLight, LightInput, bake_light};
@@ -108,7 +109,7 @@ pub(crate) fn bake_where(
     cache.adopt(&sky_names(plan)?.all())?;
     clock.lap("reading");
     reporter.stage("rays", 0);
-    let rays = scene.take_rays()?;
+    let rays = kept_rays(&mut scene, &cache)?;
     reporter.finished();
     clock.lap("rays");
     let atlas = Atlas::new(&plan.site, &scene, Some(&cache))?;

@@ -4,6 +4,7 @@
 use crate::blocks::{GRANULE, points_per_block};
 use crate::budget::{Need, shown_counts, viewer_bytes};
 use crate::error::BakeError;
+use crate::kept_rays::kept_bytes;
 use crate::panorama::side_of;
 use crate::plan::Plan;
 use crate::prepare::{PrepareEstimate, estimate_with, is_prepared, textures_of};
@@ -171,6 +172,8 @@ struct Size {
     scan: [u64; 2],
     /// Geometry with its textures and what is made of them, and what rays meet.
     geometry_bytes: u64,
+    /// What is kept on disk of what rays meet.
+    kept_rays_bytes: u64,
     texture_bytes: u64,
     largest_texture_bytes: u64,
     /// How many times the surfaces of what was timed there are.
@@ -191,6 +194,7 @@ impl Size {
             atlas: None,
             scan: [0; 2],
             geometry_bytes: geometry_bytes(scene) + rays.memory_bytes() as u64,
+            kept_rays_bytes: kept_bytes(rays.triangle_count() as u64, rays.memory_bytes() as u64),
             texture_bytes,
             largest_texture_bytes: largest_texture_bytes(mesh),
             surfaces: 1.0,
@@ -216,6 +220,7 @@ impl Size {
             atlas: None,
             scan: [0; 2],
             geometry_bytes: expected_geometry_bytes(prepare),
+            kept_rays_bytes: kept_bytes(prepare.triangles_original, ray_bytes(prepare)),
             texture_bytes: prepare.texture_bytes,
             largest_texture_bytes: prepare.largest_texture_bytes,
             surfaces: ratio(triangles, mesh.triangles.len()),
@@ -283,10 +288,12 @@ fn need(plan: &Plan, points: u64, vertices: [u64; 2], geometry_bytes: u64, by_te
 
 /// Bytes of what preparation leaves, with what is made of its textures, and what rays meet.
 fn expected_geometry_bytes(prepare: &PrepareEstimate) -> u64 {
-    prepare.mesh_bytes
-        + prepare.texture_bytes / PYRAMIDS
-        + (RAY_TRIANGLE_BYTES * prepare.triangles_original as f64) as u64
-        + prepare.vertices * size_of::<f32>() as u64
+    prepare.mesh_bytes + prepare.texture_bytes / PYRAMIDS + ray_bytes(prepare) + prepare.vertices * size_of::<f32>() as u64
+}
+
+/// Bytes of what rays meet once the site is prepared.
+fn ray_bytes(prepare: &PrepareEstimate) -> u64 {
+    (RAY_TRIANGLE_BYTES * prepare.triangles_original as f64) as u64
 }
 
 /// Points, and light: of the points twice, gathered and solved, and of the vertices.
@@ -524,7 +531,8 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
             + texel_seconds
             + scan_seconds,
         memory_bytes: (solving + texel_bytes).max(encoding + texel_bytes),
-        cache_bytes: kept
+        cache_bytes: size.kept_rays_bytes
+            + kept
             + traces
             + points * (light_bytes + 16)
             + (vertices + 2 * scan_vertices) * light_bytes

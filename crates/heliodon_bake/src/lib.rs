@@ -34,6 +34,7 @@ pub mod grid;
 pub mod ground;
 mod inputs;
 mod kept_light;
+mod kept_rays;
 mod key;
 pub mod lamps;
 pub mod light;

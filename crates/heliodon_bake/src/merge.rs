@@ -10,6 +10,7 @@ use crate::details::Details;
 use crate::division::{Division, PlanNote, shards_of};
 use crate::earlier::{Earlier, SceneRecord, leave_record};
 use crate::error::BakeError;
+use crate::kept_rays::kept_rays;
 use crate::light::LightInput;
 use crate::names::{LightNames, SceneDigests};
 use crate::plan::Plan;
@@ -139,7 +140,7 @@ pub fn bake_shard(
     note.keep(&cache)?;
     cache.adopt(&sky_names(plan)?.all())?;
     reporter.stage("rays", 0);
-    let rays = scene.take_rays()?;
+    let rays = kept_rays(&mut scene, &cache)?;
     scene.original.iter_mut().for_each(Original::forget_looks);
     let mesh = &scene.mesh;
     let traceable = Traceable::new(&scene, rays);

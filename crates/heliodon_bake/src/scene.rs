@@ -74,17 +74,20 @@ impl Scene {
     /// # Errors
     /// More geometry than the ray engine holds.
     pub fn take_rays(&mut self) -> Result<TriangleScene, BakeError> {
-        let of = |triangles: &[[u32; 3]]| BuildParams::asked_for_long(triangles.len());
-        Ok(match &mut self.original {
-            None => TriangleScene::build(&self.mesh.positions, &self.mesh.triangles, &of(&self.mesh.triangles))?,
-            Some(original) => {
-                let rays = TriangleScene::build(&original.positions, &original.triangles, &of(&original.triangles))?;
-                if original.looks.is_empty() {
-                    original.forget_looks();
-                }
-                rays
-            }
-        })
+        let (positions, triangles) = match &self.original {
+            None => (&self.mesh.positions, &self.mesh.triangles),
+            Some(original) => (&original.positions, &original.triangles),
+        };
+        let rays = TriangleScene::build(positions, triangles, &BuildParams::asked_for_long(triangles.len()))?;
+        self.give_up_original();
+        Ok(rays)
+    }
+
+    /// Gives up the original's geometry, which is in what answers rays; not where it is to be shown.
+    pub(crate) fn give_up_original(&mut self) {
+        if let Some(original) = self.original.as_mut().filter(|original| original.looks.is_empty()) {
+            original.forget_looks();
+        }
     }
 }
 

@@ -5,26 +5,30 @@
 //! Bounds are plain `f32`. Quantising them would save about 6 bytes a triangle of some 70 and cost a conversion a node, and
 //! the exact bounds are what makes culling exact (see [`crate::shear`]).
 
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 /// Set in a child reference that means a packet.
 pub(crate) const LEAF: u32 = 1 << 31;
 
 /// Eight children of the hierarchy. Slots without a child have bounds that nothing meets.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
     /// `bounds[0]` are the minima, `bounds[1]` the maxima, by axis and then by child.
     pub bounds: [[[f32; 8]; 3]; 2],
     /// Index of a node, or of a packet with [`LEAF`] set.
     pub child: [u32; 8],
+    /// Up to the alignment, named so that all bytes have a value.
+    unused: [u32; 8],
 }
 
 impl Node {
     /// The reference of a slot without a child: the root is nobody's.
     pub const NO_CHILD: u32 = 0;
     /// Without children.
-    pub const EMPTY: Self = Self { bounds: [[[f32::INFINITY; 8]; 3], [[f32::NEG_INFINITY; 8]; 3]], child: [Self::NO_CHILD; 8] };
+    pub const EMPTY: Self =
+        Self { bounds: [[[f32::INFINITY; 8]; 3], [[f32::NEG_INFINITY; 8]; 3]], child: [Self::NO_CHILD; 8], unused: [0; 8] };
 
     /// Gives a slot a child.
     pub fn set(&mut self, slot: usize, bounds: [Vec3; 2], reference: u32) {
@@ -50,7 +54,7 @@ impl Node {
 }
 
 /// Up to eight triangles; lanes without one hold NaN, which no comparison lets through.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub(crate) struct Packet {
     /// By vertex, axis and lane; relative to the scene's centre.

@@ -13,6 +13,10 @@ use crate::simd::{Instructions, dispatch};
 use crate::single::{Any, Closest, Enclosures, Trace};
 use crate::types::{Hit, Ray};
 
+/// Entries of a walk's stack: for each level all children of a node but the one that is gone to, and a whole node's.
+const STACK_BY_DEPTH: usize = 7;
+const STACK: usize = 8;
+
 /// Triangles in a hierarchy of bounding volumes, ready for rays.
 ///
 /// All questions take `&self`, and threads are the caller's: cut the rays where you like, the answers are the same.
@@ -42,7 +46,7 @@ impl TriangleScene {
             packets: Vec::new(),
             center: Vec3::ZERO,
             extent: 0.0,
-            stack: 8,
+            stack: STACK,
             bounds: None,
             instructions: Instructions::best(),
         }
@@ -51,10 +55,15 @@ impl TriangleScene {
     pub(crate) fn new(hierarchy: Hierarchy, left_out: Vec<u32>, center: Vec3, bounds: (Vec3, Vec3)) -> Self {
         let Hierarchy { nodes, packets, depth } = hierarchy;
         let built_cost = cost(&nodes);
-        let stack = 7 * depth + 8;
+        let stack = STACK_BY_DEPTH * depth + STACK;
         let mut scene = Self { nodes, packets, stack, built_cost, ..Self::empty(left_out) };
         scene.place(center, bounds);
         scene
+    }
+
+    /// How deep the hierarchy is.
+    pub(crate) fn depth(&self) -> usize {
+        (self.stack - STACK) / STACK_BY_DEPTH
     }
 
     /// Where the triangles lie: their bounds, and what is subtracted from them.
