@@ -109,7 +109,7 @@ pub(crate) fn bake_where(
     cache.adopt(&sky_names(plan)?.all())?;
     clock.lap("reading");
     reporter.stage("rays", 0);
-    let rays = kept_rays(&mut scene, &cache)?;
+    let rays = kept_rays(&mut scene, &cache, reporter)?;
     reporter.finished();
     clock.lap("rays");
     let atlas = Atlas::new(&plan.site, &scene, Some(&cache))?;

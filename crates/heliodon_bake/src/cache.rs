@@ -349,10 +349,9 @@ impl Cache {
 
     /// Removes the blocks of all stages whose names begin with `stage`. What cannot be removed stays; it costs only room.
     pub fn remove_blocks(&self, stage: &str) {
-        for path in entries(&self.folder) {
-            if path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(stage)) {
-                let _ = fs::remove_file(path);
-            }
+        // not what another run is still writing
+        for (_, path) in self.stages_in(&self.folder, stage) {
+            let _ = fs::remove_file(path);
         }
     }
 

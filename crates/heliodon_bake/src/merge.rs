@@ -140,7 +140,7 @@ pub fn bake_shard(
     note.keep(&cache)?;
     cache.adopt(&sky_names(plan)?.all())?;
     reporter.stage("rays", 0);
-    let rays = kept_rays(&mut scene, &cache)?;
+    let rays = kept_rays(&mut scene, &cache, reporter)?;
     scene.original.iter_mut().for_each(Original::forget_looks);
     let mesh = &scene.mesh;
     let traceable = Traceable::new(&scene, rays);

@@ -2,14 +2,14 @@
 
 use super::Work;
 use super::arrays::{Reader, Writer};
-use super::part::{MOST_TRIANGLES, Whole, clean_params};
+use super::part::{MOST_TRIANGLES, Whole, clean_params, piece_name, whole_part};
 use super::pieces::{PIECE, Piece};
 use super::steps::{Step, Steps};
 use crate::cache::CacheError;
 use crate::error::BakeError;
 use crate::key::Digest;
 use heliodon_mesh::Mesh;
-use heliodon_prepare::borders::{BorderReport, Neighbor, Shared, share};
+use heliodon_prepare::borders::{Neighbor, Shared, share};
 use heliodon_prepare::simplify::Held;
 
 /// A part among the others.
@@ -22,10 +22,13 @@ pub(super) struct Border {
 
 /// What all parts share.
 struct Found {
-    /// Part by part, and with it what has become of a part that was changed for it, but for its materials, which stay with the part.
-    parts: Vec<(Shared, Option<Mesh>)>,
+    /// Part by part.
+    parts: Vec<Shared>,
     steps: Vec<Step>,
 }
+
+/// What a part's mesh has become that was changed, but for its materials, which stay with the part.
+struct Changed(Mesh);
 
 /// Finds what the parts share, and makes their borders agree; tells as well what that took.
 ///
@@ -37,13 +40,15 @@ pub(super) fn borders(work: &Work, wholes: &mut [Whole]) -> Result<(Vec<Border>,
     if wholes.len() < 2 {
         return Ok((borders, Vec::new()));
     }
-    let found = work.pieces.kept_or(&format!("{PIECE}borders"), &[], || find(work, wholes))?;
-    for ((whole, (shared, changed)), border) in wholes.iter_mut().zip(found.parts).zip(&mut borders) {
+    let found = match taken(work, wholes)? {
+        Some(found) => found,
+        None => find(work, wholes)?,
+    };
+    for ((whole, shared), border) in wholes.iter_mut().zip(found.parts).zip(&mut borders) {
         if shared.report.is_empty() {
             continue;
         }
-        if let Some(mesh) = changed {
-            whole.mesh = Mesh { materials: std::mem::take(&mut whole.mesh.materials), ..mesh };
+        if shared.report.changes() {
             border.digest.run(bytemuck::cast_slice(&whole.mesh.positions));
             border.digest.run(bytemuck::cast_slice(&whole.mesh.triangles));
         }
@@ -55,6 +60,27 @@ pub(super) fn borders(work: &Work, wholes: &mut [Whole]) -> Result<(Vec<Border>,
     Ok((borders, found.steps))
 }
 
+fn borders_name() -> String {
+    format!("{PIECE}borders")
+}
+
+/// What an earlier run has found, with the meshes that it has changed: one after the other, so that no part is held twice.
+fn taken(work: &Work, wholes: &mut [Whole]) -> Result<Option<Found>, BakeError> {
+    let Some(found) = work.pieces.take::<Found>(&borders_name(), &[]) else { return Ok(None) };
+    for index in (0..found.parts.len()).filter(|&index| found.parts[index].report.changes()) {
+        let materials = std::mem::take(&mut wholes[index].mesh).materials;
+        let Some(Changed(mesh)) = work.pieces.take(&piece_name(index, "border"), &[]) else {
+            // what was changed is needed as it was before
+            for (index, whole) in wholes.iter_mut().enumerate() {
+                *whole = whole_part(work, index)?;
+            }
+            return Ok(None);
+        };
+        wholes[index].mesh = Mesh { materials, ..mesh };
+    }
+    Ok(Some(found))
+}
+
 fn find(work: &Work, wholes: &mut [Whole]) -> Result<Found, BakeError> {
     let weld_m = |part: usize| match work.settings.clean {
         true => clean_params(work.settings, work.site.parts[part].role, &work.views).weld_m,
@@ -64,26 +90,25 @@ fn find(work: &Work, wholes: &mut [Whole]) -> Result<Found, BakeError> {
         wholes.iter_mut().enumerate().map(|(part, whole)| Neighbor { mesh: &mut whole.mesh, weld_m: weld_m(part) }).collect();
     let total = neighbors.iter().map(|neighbor| neighbor.mesh.triangles.len() as u64).sum();
     let mut steps = Steps::new(work.reporter);
-    let shared = steps.run("comparing borders", total, |_| share(&mut neighbors, MOST_TRIANGLES))?;
-    let parts = shared.into_iter().zip(wholes).map(|(shared, whole)| {
-        let changed = shared.report.changes().then(|| {
-            let left = Mesh { materials: std::mem::take(&mut whole.mesh.materials), ..Mesh::default() };
-            std::mem::replace(&mut whole.mesh, left)
-        });
-        (shared, changed)
-    });
-    Ok(Found { parts: parts.collect(), steps: steps.taken })
+    let parts = steps.run("comparing borders", total, |_| share(&mut neighbors, MOST_TRIANGLES))?;
+    for (index, whole) in wholes.iter_mut().enumerate().filter(|(index, _)| parts[*index].report.changes()) {
+        let materials = std::mem::take(&mut whole.mesh.materials);
+        let changed = Changed(std::mem::take(&mut whole.mesh));
+        work.pieces.keep(&piece_name(index, "border"), &[], &changed)?;
+        whole.mesh = Mesh { materials, ..changed.0 };
+    }
+    let found = Found { parts, steps: steps.taken };
+    // last: with it, all of it is there
+    work.pieces.keep(&borders_name(), &[], &found)?;
+    Ok(found)
 }
 
 impl Piece for Found {
     fn write(&self, into: &mut Writer) -> Result<(), CacheError> {
         into.number(self.parts.len() as u64);
-        for (index, (shared, changed)) in self.parts.iter().enumerate() {
+        for (index, shared) in self.parts.iter().enumerate() {
             into.array(&format!("held{index}"), shared.held.bits())?;
             into.told(&shared.report);
-            if let Some(mesh) = changed {
-                into.mesh(&format!("mesh{index}"), mesh)?;
-            }
         }
         into.told(&self.steps);
         Ok(())
@@ -91,12 +116,19 @@ impl Piece for Found {
 
     fn read(from: &mut Reader) -> Option<Self> {
         let count = usize::try_from(from.number()?).ok()?;
-        let part = |index: usize| {
-            let (held, report): (_, BorderReport) = (Held::of_bits(from.array(&format!("held{index}"))?), from.told()?);
-            // without its materials it is not whole
-            let mesh = if report.changes() { Some(from.unclean_mesh(&format!("mesh{index}"))?) } else { None };
-            Some((Shared { held, report }, mesh))
-        };
+        let part =
+            |index: usize| Some(Shared { held: Held::of_bits(from.array(&format!("held{index}"))?), report: from.told()? });
         Some(Self { parts: (0..count).map(part).collect::<Option<_>>()?, steps: from.told()? })
+    }
+}
+
+impl Piece for Changed {
+    fn write(&self, into: &mut Writer) -> Result<(), CacheError> {
+        into.mesh("mesh", &self.0)
+    }
+
+    fn read(from: &mut Reader) -> Option<Self> {
+        // without its materials it is not whole
+        from.unclean_mesh("mesh").map(Self)
     }
 }

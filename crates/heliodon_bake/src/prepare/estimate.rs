@@ -302,7 +302,8 @@ impl Reckoning<'_> {
         self.kept += sum(&whole);
         if looked.len() > 1 {
             let memory = sum(&whole) + bytes::BORDERS * original;
-            self.step("comparing borders", 1, unit * times::BORDERS * original, memory, 0.0);
+            // what is changed for others is kept once more, at the most all of it
+            self.step("comparing borders", 1, unit * times::BORDERS * original, memory, sum(&whole));
         }
         if simplifies {
             let memory = self.most_after(&left, |part, left| {

@@ -12,9 +12,9 @@ use crate::cache::CacheError;
 use crate::error::BakeError;
 use glam::Vec3;
 use heliodon_mesh::Mesh;
-use heliodon_prepare::Tell;
 use heliodon_prepare::purge::PurgeParams;
 use heliodon_prepare::simplify::{SimplifyParams, simplify_further};
+use heliodon_prepare::{Interim, Tell};
 
 /// Rounds at most.
 pub(super) const MOST_ROUNDS: usize = 6;
@@ -57,8 +57,13 @@ pub(super) fn fit(
             let mesh = &mut meshes[index];
             let name = piece_name(index, &format!("again{round}"));
             let begin = if index == 0 { 0 } else { ends[index - 1] };
-            let make = || Ok(again(work, mesh, &borders[index], &original[begin..ends[index]], &limits.params[index]));
+            let tiles = format!("{name}-tiles");
+            let make = || {
+                let interim = work.pieces.interim(tiles.clone());
+                Ok(again(work, mesh, &borders[index], &original[begin..ends[index]], &limits.params[index], &interim))
+            };
             let mut again = work.pieces.kept_or(&name, &textures_of(&mesh.materials), make)?;
+            work.pieces.remove(&tiles);
             steps.append(&mut again.steps);
             *mesh = again.mesh;
         }
@@ -81,9 +86,16 @@ fn count(work: &Work, meshes: &[Mesh]) -> Result<Count, BakeError> {
     Ok(Count { drawn: meshes.iter().map(of_part).collect(), steps: seen.steps })
 }
 
-fn again(work: &Work, mesh: &Mesh, border: &Border, original: &[Vec3], params: &SimplifyParams) -> Again {
+fn again(
+    work: &Work,
+    mesh: &Mesh,
+    border: &Border,
+    original: &[Vec3],
+    params: &SimplifyParams,
+    interim: &dyn Interim,
+) -> Again {
     let mut steps = Steps::new(work.reporter);
-    let further = |tell: Tell| simplify_further(mesh, &border.held, original, &work.views, params, tell);
+    let further = |tell: Tell| simplify_further(mesh, &border.held, original, &work.views, params, (interim, tell));
     let mesh = steps.run("simplifying to the number wanted", triangles(mesh), further).mesh;
     Again { mesh, steps: steps.taken }
 }

@@ -7,7 +7,6 @@ use super::part::{PartReport, halfway_name};
 use super::pieces::{Milestones, Piece};
 use super::steps::Step;
 use crate::cache::CacheError;
-use crate::error::BakeError;
 use heliodon_mesh::Mesh;
 use heliodon_prepare::clean::{Cleaning, Mark};
 use heliodon_prepare::simplify::MeasureReport;
@@ -33,8 +32,8 @@ impl Halfway {
     }
 
     /// Keeps it, if that is worth while.
-    pub fn reached(&self, milestones: &Milestones) -> Result<(), BakeError> {
-        Ok(milestones.reached(self.cleaning.done + u32::from(self.report.solids.is_some()), self)?)
+    pub fn reached(&self, milestones: &Milestones) {
+        milestones.reached(self.cleaning.done + u32::from(self.report.solids.is_some()), self);
     }
 }
 

@@ -172,7 +172,7 @@ pub(super) fn prepare_part(
     let textures = textures_of(&whole.mesh.materials);
     // what was found of borders is this run's, also where nothing of it changes the part
     let borders = whole.report.borders;
-    let make = || make_simple(work, &whole.mesh, border, whole.report);
+    let make = || Ok(make_simple(work, &whole.mesh, border, whole.report));
     let Simple { mesh, mut report } = work.pieces.kept_or(&lasting(&border.digest, "simple"), &textures, make)?;
     work.pieces.remove(&passing(&border.digest));
     report.borders = borders;
@@ -204,7 +204,7 @@ pub(super) fn compare(
     digest.run(format!("{params:?}").as_bytes());
     digest.run(bytemuck::cast_slice(&mesh.positions));
     digest.run(bytemuck::cast_slice(&mesh.triangles));
-    let make = || make_mapped(work, (original, looks), &mesh, params, &digest);
+    let make = || Ok(make_mapped(work, (original, looks), &mesh, params, &digest));
     let mut mapped = work.pieces.kept_or(&lasting(&digest, "mapped"), &[], make)?;
     work.pieces.remove(&passing(&digest));
     report.error = Some(mapped.error);
@@ -259,25 +259,28 @@ fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
     let milestones = Halfway::milestones(work, index);
     let mut half = match milestones.last::<Halfway>() {
         Some(half) => half,
-        None => read(work, index)?,
+        None => {
+            let read = read(work, index)?;
+            read.reached(&milestones);
+            read
+        }
     };
     if settings.clean && half.report.clean.is_none() {
         let params = clean_params(settings, part.role, views);
         let as_read = looks.wanted().then(|| half.mesh.clone());
         let mut steps = Steps::new(work.reporter);
-        steps.run("cleaning", count(&half.mesh), |tell| -> Result<(), BakeError> {
+        steps.run("cleaning", count(&half.mesh), |tell| {
             while half.cleaning.go_on(&mut half.mesh, &params, tell) {
-                half.reached(&milestones)?;
+                half.reached(&milestones);
             }
-            Ok(())
-        })?;
+        });
         half.report.steps.append(&mut steps.taken);
         let found = std::mem::take(&mut half.cleaning.report);
         if let Some(as_read) = as_read {
             looks.found(index, &as_read, &found)?;
         }
         half.report.clean = Some(found);
-        half.reached(&milestones)?;
+        half.reached(&milestones);
     }
     if settings.solids && has_solids(part.role) && half.report.solids.is_none() {
         let params = SolidsParams { eyes: eyes(views), ..SolidsParams::default() };
@@ -289,7 +292,7 @@ fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
             looks.united(index, &before, &found)?;
         }
         half.report.solids = Some(found);
-        half.reached(&milestones)?;
+        half.reached(&milestones);
     }
     let Halfway { mut mesh, warnings, mut report, .. } = half;
     // texels have the grain of shadows, whatever the triangles are
@@ -378,15 +381,14 @@ fn error_m(work: &Work, params: &SimplifyParams, place: Vec3) -> f32 {
     if work.views.cells.is_empty() { params.error_m } else { params.error_px * work.views.pixel_m(place, params.nearest_m) }
 }
 
-fn make_simple(work: &Work, whole: &Mesh, border: &Border, mut report: PartReport) -> Result<Simple, BakeError> {
+fn make_simple(work: &Work, whole: &Mesh, border: &Border, mut report: PartReport) -> Simple {
     let (mut steps, params) = (Steps::new(work.reporter), simplify_params(work.settings));
     let interim = work.pieces.interim(passing(&border.digest) + "simplifying");
     let simplify = |tell: Tell| simplify_resuming(whole, &border.held, &work.views, &params, (&interim, tell));
     let simplified = steps.run("simplifying", count(whole), simplify);
-    interim.all_kept()?;
     report.simplify = Some(simplified.report);
     report.steps.append(&mut steps.taken);
-    Ok(Simple { mesh: simplified.mesh, report })
+    Simple { mesh: simplified.mesh, report }
 }
 
 fn make_mapped(
@@ -395,7 +397,7 @@ fn make_mapped(
     simple: &Mesh,
     params: &SimplifyParams,
     digest: &Digest,
-) -> Result<Mapped, BakeError> {
+) -> Mapped {
     let milestones = work.pieces.milestones(passing(digest) + "mapped", HalfMapped::STAGES);
     let mut half: HalfMapped = milestones.last().unwrap_or_default();
     let mut steps = Steps::new(work.reporter);
@@ -403,26 +405,24 @@ fn make_mapped(
         let interim = work.pieces.interim(passing(digest) + "measured");
         let measure = |tell: Tell| measure_resuming(original, simple, &work.views, params, (&interim, tell));
         let measured = steps.run("measuring", count(original), measure);
-        interim.all_kept()?;
         let most = |place| MOST_CLEARANCE * error_m(work, params, place);
         half.clearance_m = simple.positions.iter().zip(measured.clearance_m).map(|(&p, c)| c.min(most(p))).collect();
         half.error = measured.report;
         half.steps.append(&mut steps.taken);
-        milestones.reached(1, &half)?;
+        milestones.reached(1, &half);
     }
     if half.stands_for.is_empty() {
         let interim = work.pieces.interim(passing(digest) + "nearest");
         let map = |tell: Tell| nearest_triangles_resuming(original, simple, &work.views, params, (&interim, tell));
         half.stands_for = steps.run("mapping", count(original), map).triangle;
-        interim.all_kept()?;
         half.steps.append(&mut steps.taken);
-        milestones.reached(2, &half)?;
+        milestones.reached(2, &half);
     }
     let average = |_: Tell| averages(original, |vertex| looks.of(vertex), simple, &half.stands_for);
     let averages = steps.run("averaging", count(original), average);
     half.steps.append(&mut steps.taken);
     let HalfMapped { error, clearance_m, stands_for, steps } = half;
-    Ok(Mapped { stands_for, clearance_m, averages, error, steps })
+    Mapped { stands_for, clearance_m, averages, error, steps }
 }
 
 impl Piece for Whole {

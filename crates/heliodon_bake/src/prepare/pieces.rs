@@ -1,4 +1,4 @@
-//! What preparation has done so far, kept step by step: whoever is killed goes on behind the last step that was finished.
+//! What preparation has done so far, kept step by step, and within long steps: whoever is killed goes on behind what was kept last.
 
 use super::arrays::{Reader, Writer, index_of, read};
 use crate::cache::{Cache, CacheError};
@@ -7,6 +7,7 @@ use crate::report::Reporter;
 use heliodon_mesh::Texture;
 use heliodon_prepare::Interim;
 use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -16,8 +17,10 @@ pub(super) const PIECE: &str = "piece-";
 /// What those are called that depend on one part alone: they outlive the preparation, for the next may be of another place of another part.
 pub(super) const PART: &str = "part-";
 
-/// Within long steps work is kept when so much time has passed since anything was: no more is lost, and what a stage takes that cannot be parted.
+/// Within long steps work is kept when so much time has passed since anything of it was.
 const DUE: Duration = Duration::from_secs(8);
+/// Keeping a milestone shall not take more than one such part of the time between it and the next.
+const WORTH: u32 = 4;
 
 /// What can be kept.
 pub(super) trait Piece: Sized {
@@ -32,16 +35,18 @@ pub(super) struct Pieces<'a> {
     reporter: &'a dyn Reporter,
     /// Names that were asked for.
     asked: Mutex<BTreeSet<String>>,
-    /// When something was kept or taken for the last time.
-    kept: Mutex<Instant>,
+    /// Whether there was no room for what need not be kept.
+    full: AtomicBool,
     /// After how long it is worth while to keep something within a step.
     pub due: Duration,
+    /// And after how many times as long as keeping it took the last time.
+    pub worth: u32,
 }
 
 impl<'a> Pieces<'a> {
     /// Without a cache nothing is kept.
     pub fn new(cache: Option<&'a Cache>, takes: bool, reporter: &'a dyn Reporter) -> Self {
-        Self { cache, takes, reporter, asked: Mutex::default(), kept: Mutex::new(Instant::now()), due: DUE }
+        Self { cache, takes, reporter, asked: Mutex::default(), full: AtomicBool::new(false), due: DUE, worth: WORTH }
     }
 
     /// The names under which things were made or taken.
@@ -63,17 +68,20 @@ impl<'a> Pieces<'a> {
         if taken.is_none() {
             self.reporter.note(&format!("kept geometry was damaged ({name}) and is made again"));
         }
-        self.now_kept();
         taken
     }
 
-    fn now_kept(&self) {
-        *self.kept.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
+    /// Whether work within steps is kept: it saves time, and what there is no room for only costs some.
+    fn keeps_more(&self) -> bool {
+        self.cache.is_some() && !self.full.load(Ordering::Relaxed)
     }
 
-    /// Whether it is worth while to keep something within a step.
-    fn is_due(&self) -> bool {
-        self.cache.is_some() && self.kept.lock().unwrap_or_else(PoisonError::into_inner).elapsed() >= self.due
+    /// Something that need not be kept could not be: what of it was written goes, to leave the room to what must be.
+    fn no_room(&self, begin: &str, error: &CacheError) {
+        self.remove(begin);
+        if !self.full.swap(true, Ordering::Relaxed) {
+            self.reporter.note(&format!("steps are not kept before they are done: {error}"));
+        }
     }
 
     /// Removes the blocks whose names begin so: what they led to is kept.
@@ -85,12 +93,12 @@ impl<'a> Pieces<'a> {
 
     /// Where something is kept on its way through so many stages.
     pub fn milestones(&self, name: String, stages: u32) -> Milestones<'_> {
-        Milestones { pieces: self, name, stages }
+        Milestones { pieces: self, name, stages, clock: Mutex::new((Instant::now(), self.due)) }
     }
 
     /// Where a step keeps what it has done so far.
     pub fn interim(&self, name: String) -> Steppingstones<'_> {
-        Steppingstones { pieces: self, name, fault: Mutex::default() }
+        Steppingstones { pieces: self, name, kept: Mutex::new(Instant::now()), told: AtomicBool::new(false) }
     }
 
     /// Keeps something under a name.
@@ -101,9 +109,7 @@ impl<'a> Pieces<'a> {
         let Some(cache) = self.cache else { return Ok(()) };
         let mut writer = Writer::new(cache, name, textures);
         piece.write(&mut writer)?;
-        writer.finish()?;
-        self.now_kept();
-        Ok(())
+        writer.finish()
     }
 
     /// As it was kept, or made now and kept.
@@ -131,6 +137,8 @@ pub(super) struct Milestones<'a> {
     pieces: &'a Pieces<'a>,
     name: String,
     stages: u32,
+    /// Since when nothing of it was kept, and after how long something is to be.
+    clock: Mutex<(Instant, Duration)>,
 }
 
 impl Milestones<'_> {
@@ -141,55 +149,67 @@ impl Milestones<'_> {
 
     /// The last that was kept.
     pub fn last<T: Piece>(&self) -> Option<T> {
-        (0..=self.stages).rev().find_map(|stage| self.pieces.take(&self.name(stage), &[]))
+        let last = (0..=self.stages).rev().find_map(|stage| self.pieces.take(&self.name(stage), &[]));
+        if last.is_some() {
+            self.pieces.reporter.note(GOING_ON);
+        }
+        last
     }
 
     /// After so many stages: kept if it is worth while, in place of those before.
-    pub fn reached<T: Piece>(&self, stage: u32, piece: &T) -> Result<(), CacheError> {
-        if self.pieces.is_due() {
-            self.pieces.keep(&self.name(stage), &[], piece)?;
-            (0..stage).for_each(|before| self.pieces.remove(&format!("{}-", self.name(before))));
+    pub fn reached<T: Piece>(&self, stage: u32, piece: &T) {
+        let mut clock = self.clock.lock().unwrap_or_else(PoisonError::into_inner);
+        let (since, due) = *clock;
+        if !self.pieces.keeps_more() || since.elapsed() < due {
+            return;
         }
-        Ok(())
+        let begun = Instant::now();
+        match self.pieces.keep(&self.name(stage), &[], piece) {
+            Ok(()) => (0..stage).for_each(|before| self.pieces.remove(&format!("{}-", self.name(before)))),
+            Err(error) => self.pieces.no_room(&format!("{}-", self.name(stage)), &error),
+        }
+        *clock = (Instant::now(), self.pieces.due.max(self.pieces.worth * begun.elapsed()));
     }
 }
+
+/// What is told where a step goes on within itself.
+const GOING_ON: &str = "going on within a step that was broken off";
 
 /// What a step has done so far, in blocks.
 pub(super) struct Steppingstones<'a> {
     pieces: &'a Pieces<'a>,
     name: String,
-    /// The first that could not be kept.
-    fault: Mutex<Option<CacheError>>,
+    /// When something of it was kept or taken for the last time.
+    kept: Mutex<Instant>,
+    /// Whether it was told that the step goes on.
+    told: AtomicBool,
 }
 
 impl Steppingstones<'_> {
-    /// Whether all of it could be kept, which the step itself is not told.
-    ///
-    /// # Errors
-    /// What could not be.
-    pub fn all_kept(self) -> Result<(), CacheError> {
-        self.fault.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
+    fn now_kept(&self) {
+        *self.kept.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
     }
 }
 
 impl Interim for Steppingstones<'_> {
     fn take(&self, number: usize) -> Option<Vec<u8>> {
-        let taken = self.pieces.cache.filter(|_| self.pieces.takes)?.load(&self.name, number);
-        if taken.is_some() {
-            self.pieces.now_kept();
+        let taken = self.pieces.cache.filter(|_| self.pieces.takes)?.load(&self.name, number)?;
+        self.now_kept();
+        if !self.told.swap(true, Ordering::Relaxed) {
+            self.pieces.reporter.note(GOING_ON);
         }
-        taken
+        Some(taken)
     }
 
     fn is_due(&self) -> bool {
-        self.pieces.is_due()
+        self.pieces.keeps_more() && self.kept.lock().unwrap_or_else(PoisonError::into_inner).elapsed() >= self.pieces.due
     }
 
     fn keep(&self, number: usize, bytes: &[u8]) {
         let Some(cache) = self.pieces.cache else { return };
         if let Err(error) = cache.store(&self.name, number, bytes) {
-            self.fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+            self.pieces.no_room(&format!("{}-", self.name), &error);
         }
-        self.pieces.now_kept();
+        self.now_kept();
     }
 }

@@ -15,7 +15,7 @@ const TOLD: u64 = 1000;
 pub struct Step {
     /// What was done.
     pub name: String,
-    /// How long it took.
+    /// How long it took; where it went on within itself after a kill, the last run's part of that.
     pub seconds: f64,
     /// The most memory that the process had needed by its end, where the system tells.
     pub peak_memory_bytes: Option<u64>,

@@ -1,6 +1,7 @@
 //! Tiles of one surface, and what becomes of the border between them.
 
 use super::*;
+use crate::Nowhere;
 use crate::shapes::{cube, grid, joined};
 use crate::simplify::{SimplifyParams, simplify, simplify_further, simplify_holding};
 use crate::{Screen, Tell, Views};
@@ -86,7 +87,7 @@ fn the_border_of_two_tiles_is_the_same_after_strong_simplification() {
     for (tile, shared) in found.iter().enumerate() {
         let params = SimplifyParams { error_m: 0.3, edge_m: 3.0, ..strong() };
         let positions = &original[tile].positions;
-        let again = simplify_further(&made[tile], &shared.held, positions, &nowhere(), &params, Tell::NOBODY).mesh;
+        let again = simplify_further(&made[tile], &shared.held, positions, &nowhere(), &params, (&Nowhere, Tell::NOBODY)).mesh;
         assert_eq!(at(&open_edges(&again), 1.0), left);
     }
 }

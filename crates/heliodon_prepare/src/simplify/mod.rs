@@ -193,7 +193,8 @@ pub fn simplify_resuming(
 }
 
 /// Simplifies further what stands for an original already, so that the places of the original stay within the limits. They are to be within those
-/// that the mesh was simplified with before. What was held before is held again. Tells how far it is.
+/// that the mesh was simplified with before. What was held before is held again. Tells how far it is, and leaves what it has done so far to an
+/// [`Interim`], by which whoever simplifies the same mesh the same way goes on.
 ///
 /// # Panics
 /// When the mesh contradicts itself ([`Mesh::validate`]).
@@ -204,9 +205,9 @@ pub fn simplify_further(
     original: &[Vec3],
     views: &Views,
     params: &SimplifyParams,
-    tell: Tell,
+    (interim, tell): (&dyn Interim, Tell),
 ) -> Simplified {
-    simplify_for((mesh, held), Some(original), views, params, tiles::MOST, (&Nowhere, tell))
+    simplify_for((mesh, held), Some(original), views, params, tiles::MOST, (interim, tell))
 }
 
 fn simplify_for(

@@ -84,7 +84,7 @@ pub(super) fn run(
     let face = |(t, &corners): (usize, &[u32; 3])| Face { corners, material: material(t) };
     let faces: Vec<Face> = mesh.triangles.iter().enumerate().map(face).collect();
     let witnesses = match original {
-        Some(places) => Witnesses::beside(places, mesh),
+        Some(places) => Witnesses::beside(places, mesh, interim),
         None => Witnesses::corners(&mesh.positions, &faces, context.point_of),
     };
     let mut state = State { faces, free: passes.not_held(), witnesses };

@@ -354,7 +354,8 @@ fn simplified_again_it_still_keeps_to_the_original() {
     let original = thorny_wall();
     let once = simplify_in_tiles(&original, &nowhere(), &metres(0.006, 0.05), TILE).mesh;
     let params = metres(0.009, 0.1);
-    let twice = simplify_further(&once, &Held::NOTHING, &original.positions, &nowhere(), &params, Tell::NOBODY).mesh;
+    let twice =
+        simplify_further(&once, &Held::NOTHING, &original.positions, &nowhere(), &params, (&Nowhere, Tell::NOBODY)).mesh;
     assert!(twice.triangles.len() * 3 < once.triangles.len() * 2, "{} of {}", twice.triangles.len(), once.triangles.len());
     let report = measure(&original, &twice, &nowhere(), &params).report;
     assert!(report.from_original.max_m <= params.error_m, "{report:?}");

@@ -9,13 +9,15 @@
 
 use super::closest::{Query, Surface};
 use super::fineness::Fineness;
+use super::nearest::{RUN, RUNS};
 use super::tile::Face;
+use crate::Interim;
+use crate::interim::{NUMBERS, made_or_kept};
 use glam::Vec3;
 use heliodon_mesh::Mesh;
-use rayon::prelude::*;
 
-/// Places asked in turn by one thread.
-const RUN: usize = 4096;
+/// Numbers under which is kept what was found come after those of all passes.
+const AFTER_PASSES: usize = 8;
 /// A place that is on no face.
 pub(super) const NOWHERE: u32 = u32::MAX;
 
@@ -36,8 +38,8 @@ impl<'a> Witnesses<'a> {
         Self { places, on }
     }
 
-    /// Places beside a mesh that stands for them: each takes the triangle that is closest.
-    pub fn beside(places: &'a [Vec3], mesh: &Mesh) -> Self {
+    /// Places beside a mesh that stands for them: each takes the triangle that is closest. What was found is left to `interim`, and taken from there.
+    pub fn beside(places: &'a [Vec3], mesh: &Mesh, interim: &dyn Interim) -> Self {
         let surface = Surface::new(mesh);
         let run = |some: &[Vec3]| -> Vec<u32> {
             let mut near = None;
@@ -48,7 +50,8 @@ impl<'a> Witnesses<'a> {
             };
             some.iter().map(find).collect()
         };
-        let runs: Vec<Vec<u32>> = places.par_chunks(RUN).map(run).collect();
+        let runs = places.chunks(RUN).collect::<Vec<_>>();
+        let runs = made_or_kept(interim, (AFTER_PASSES * NUMBERS, runs.len()), RUNS, |index| run(runs[index]), |_| ());
         Self { places, on: runs.concat() }
     }
 
