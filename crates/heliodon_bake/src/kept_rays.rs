@@ -45,22 +45,29 @@ fn kept_where(scene: &mut Scene, cache: &Cache, many: usize, reporter: &dyn Repo
     if triangles < many {
         return scene.take_rays();
     }
-    let mut kept = load(cache);
-    if kept.is_none() {
-        let _building = cache.lock(BUILDING, || reporter.note("another shard builds the hierarchy of rays: waiting for it"))?;
-        kept = load(cache);
-        if kept.is_none() {
-            let rays = scene.take_rays()?;
-            cache.remove_blocks(RAYS);
-            if !store(cache, &rays) {
-                // no room, say: what is not kept costs only time, and half of it only room
-                cache.remove_blocks(RAYS);
+    let rays = match load(cache) {
+        Some(rays) => rays,
+        None => {
+            let _building =
+                cache.lock(BUILDING, || reporter.note("another shard builds the hierarchy of rays: waiting for it"))?;
+            match load(cache) {
+                Some(rays) => rays,
+                None => return build(scene, cache),
             }
-            return Ok(rays);
         }
-    }
+    };
     scene.give_up_original();
-    kept.map_or_else(|| scene.take_rays(), Ok)
+    Ok(rays)
+}
+
+fn build(scene: &mut Scene, cache: &Cache) -> Result<TriangleScene, BakeError> {
+    let rays = scene.take_rays()?;
+    cache.remove_blocks(RAYS);
+    if !store(cache, &rays) {
+        // no room, say: what is not kept costs only time, and half of it only room
+        cache.remove_blocks(RAYS);
+    }
+    Ok(rays)
 }
 
 fn store(cache: &Cache, rays: &TriangleScene) -> bool {
