@@ -355,6 +355,15 @@ impl Cache {
         }
     }
 
+    /// Removes what interrupted runs have begun to write of the stages whose names begin so, for a caller who knows that nobody else writes any.
+    pub fn remove_begun(&self, begin: &str) {
+        for path in entries(&self.folder).filter(|path| path.extension().is_some_and(|extension| extension == UNFINISHED)) {
+            if path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(begin)) {
+                let _ = fs::remove_file(path);
+            }
+        }
+    }
+
     /// Removes the blocks of stages whose names begin with `begin` and with none of `used`. What cannot be removed stays.
     pub fn remove_unused(&self, begin: &str, used: &BTreeSet<String>) {
         for (stage, path) in self.stages_in(&self.folder, begin) {

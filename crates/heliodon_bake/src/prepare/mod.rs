@@ -127,6 +127,8 @@ pub(crate) fn prepare_where(
                     let work = Work { plan, site, files, settings, views, looks, pieces, parts, reporter };
                     let prepared = means.run(|| make(&work))?;
                     work.pieces.keep(FINISHED, &[], &prepared)?;
+                    // who makes it is alone with it
+                    [PIECE, PART].iter().for_each(|begin| cache.remove_begun(begin));
                     cache.remove_unused(PART, &work.pieces.asked());
                     cache.remove_others(GEOMETRY, &plan.owner());
                     prepared
