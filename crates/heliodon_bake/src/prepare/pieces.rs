@@ -6,6 +6,7 @@ use crate::error::BakeError;
 use crate::report::Reporter;
 use heliodon_mesh::Texture;
 use heliodon_prepare::Interim;
+use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -93,7 +94,7 @@ impl<'a> Pieces<'a> {
 
     /// Where something is kept on its way through so many stages.
     pub fn milestones(&self, name: String, stages: u32) -> Milestones<'_> {
-        Milestones { pieces: self, name, stages, clock: Mutex::new((Instant::now(), self.due)) }
+        Milestones { pieces: self, name, stages, clock: Cell::new((Instant::now(), self.due)) }
     }
 
     /// Where a step keeps what it has done so far.
@@ -138,7 +139,7 @@ pub(super) struct Milestones<'a> {
     name: String,
     stages: u32,
     /// Since when nothing of it was kept, and after how long something is to be.
-    clock: Mutex<(Instant, Duration)>,
+    clock: Cell<(Instant, Duration)>,
 }
 
 impl Milestones<'_> {
@@ -158,8 +159,7 @@ impl Milestones<'_> {
 
     /// After so many stages: kept if it is worth while, in place of those before.
     pub fn reached<T: Piece>(&self, stage: u32, piece: &T) {
-        let mut clock = self.clock.lock().unwrap_or_else(PoisonError::into_inner);
-        let (since, due) = *clock;
+        let (since, due) = self.clock.get();
         if !self.pieces.keeps_more() || since.elapsed() < due {
             return;
         }
@@ -168,7 +168,7 @@ impl Milestones<'_> {
             Ok(()) => (0..stage).for_each(|before| self.pieces.remove(&format!("{}-", self.name(before)))),
             Err(error) => self.pieces.no_room(&format!("{}-", self.name(stage)), &error),
         }
-        *clock = (Instant::now(), self.pieces.due.max(self.pieces.worth * begun.elapsed()));
+        self.clock.set((Instant::now(), self.pieces.due.max(self.pieces.worth * begun.elapsed())));
     }
 }
 
