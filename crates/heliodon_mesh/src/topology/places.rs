@@ -1,6 +1,6 @@
 //! Vertices at the same place.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// The place of a vertex with a coordinate that is not finite.
@@ -62,29 +62,104 @@ impl Table {
     }
 }
 
-/// First positions in a grid of cells as wide as the distance: whoever is within it is in one of 27 cells.
+/// Cells in which whoever is near is looked for are so many times as wide as the distance: a ball of that touches 3.4 of them in the mean, where 27 of its own size would be asked.
+const REACHES: f64 = 4.0;
+/// Whether anybody is near at all is asked in wider ones: most have theirs to themselves.
+const WIDE_REACHES: f64 = 16.0;
+/// Nobody is farther than this part more than the distance when all is rounded.
+const ROUNDING: f64 = 1.0e-6;
+
+/// A grid of cells.
+#[derive(Clone, Copy)]
+struct Grid {
+    reach_m: f64,
+    cell_m: f64,
+}
+
+impl Grid {
+    fn new(weld_m: f32, reaches: f64) -> Self {
+        Self { reach_m: f64::from(weld_m) * (1.0 + ROUNDING), cell_m: f64::from(weld_m) * reaches }
+    }
+
+    fn cell(&self, p: DVec3) -> DVec3 {
+        (p / self.cell_m).floor()
+    }
+
+    fn home(&self, p: Vec3) -> u64 {
+        Self::hash(self.cell(p.as_dvec3()))
+    }
+
+    /// All cells that hold somebody within reach, by their hashes.
+    fn around(&self, p: Vec3) -> impl Iterator<Item = u64> {
+        let low = self.cell(p.as_dvec3() - self.reach_m);
+        // cells are wider than twice the reach: two along each axis at most
+        let on = self.cell(p.as_dvec3() + self.reach_m).cmpgt(low).bitmask();
+        let steps = |k: u32| DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2));
+        (0..8).filter(move |k| k & !on == 0).map(move |k| Self::hash(low + steps(k)))
+    }
+
+    /// Adding zero turns -0 into 0, which has other bits.
+    fn hash(cell: DVec3) -> u64 {
+        mix((cell + 0.0).to_array().map(f64::to_bits))
+    }
+}
+
+/// How many positions each cell has, up to two: some cells share a number.
+struct Counts {
+    /// A bit for each that has one, and one for each that has more.
+    bits: Vec<[u64; 2]>,
+}
+
+impl Counts {
+    fn new(entries: usize) -> Self {
+        Self { bits: vec![[0; 2]; (entries * 4).next_power_of_two().div_ceil(64)] }
+    }
+
+    fn at(&self, hash: u64) -> (usize, u64) {
+        (hash as usize / 64 & (self.bits.len() - 1), 1 << (hash % 64))
+    }
+
+    fn add(&mut self, hash: u64) {
+        let (word, bit) = self.at(hash);
+        let [one, more] = &mut self.bits[word];
+        *more |= *one & bit;
+        *one |= bit;
+    }
+
+    fn has(&self, hash: u64) -> bool {
+        let (word, bit) = self.at(hash);
+        self.bits[word][0] & bit != 0
+    }
+
+    fn has_more(&self, hash: u64) -> bool {
+        let (word, bit) = self.at(hash);
+        self.bits[word][1] & bit != 0
+    }
+}
+
+/// Who is near anybody is asked first, by counts alone and on all threads: most are not, and of these nobody's place depends. The others are met one after the other.
 fn within(positions: &[Vec3], same: Vec<u32>, weld_m: f32) -> Vec<u32> {
-    let cell = |p: Vec3| (p.as_dvec3() / f64::from(weld_m)).floor();
-    let hash = |cell: glam::DVec3| mix(cell.to_array().map(f64::to_bits));
-    let mut table = Table::new(positions.len());
+    let wide = Grid::new(weld_m, WIDE_REACHES);
+    let is_first = |&(index, &first): &(usize, &u32)| first as usize == index;
+    let mut counts = Counts::new(positions.len());
+    same.iter().enumerate().filter(is_first).for_each(|(index, _)| counts.add(wide.home(positions[index])));
+    let has_near = |&(index, _): &(usize, &u32)| {
+        let (p, home) = (positions[index], wide.home(positions[index]));
+        counts.has_more(home) || wide.around(p).any(|cell| cell != home && counts.has(cell))
+    };
+    let firsts = same.par_iter().enumerate().filter(is_first).filter(has_near);
+    let candidates: Vec<u32> = firsts.map(|(index, _)| index as u32).collect();
+    drop(counts);
+    let grid = Grid::new(weld_m, REACHES);
+    let mut table = Table::new(candidates.len());
     let mut joined = same;
-    for index in 0..joined.len() {
-        let first = joined[index];
-        if first == NOWHERE {
-            continue;
-        }
-        if first as usize != index {
-            // the first one stands before it and knows already
-            joined[index] = joined[first as usize];
-            continue;
-        }
-        let (p, home) = (positions[index], cell(positions[index]));
+    for index in candidates {
+        let p = positions[index as usize];
         let near = |other: u32| positions[other as usize].as_dvec3().distance(p.as_dvec3()) <= f64::from(weld_m);
-        let around = (0..27).map(|i| home + glam::DVec3::new(f64::from(i % 3), f64::from(i / 3 % 3), f64::from(i / 9)) - 1.0);
-        // the earliest of all that are near, whichever cell it is in; adding zero turns -0 into 0, which has other bits
+        // the earliest of all that are near, whichever cell it is in
         let mut earliest = None;
-        for neighbor in around.map(|cell| cell + 0.0) {
-            table.find(hash(neighbor), |other| {
+        for cell in grid.around(p) {
+            table.find(cell, |other| {
                 if near(other) {
                     earliest = Some(earliest.map_or(other, |e: u32| e.min(other)));
                 }
@@ -92,8 +167,14 @@ fn within(positions: &[Vec3], same: Vec<u32>, weld_m: f32) -> Vec<u32> {
             });
         }
         match earliest {
-            Some(other) => joined[index] = other,
-            None => table.note(hash(home + 0.0), index as u32),
+            Some(other) => joined[index as usize] = other,
+            None => table.note(grid.home(p), index),
+        }
+    }
+    // a first one stands before all that are where it is, and knows already
+    for index in 0..joined.len() {
+        if joined[index] != NOWHERE {
+            joined[index] = joined[joined[index] as usize];
         }
     }
     joined
@@ -131,6 +212,7 @@ pub fn settle(positions: &mut [Vec3], places: &[u32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use heliodon_math::random::Pcg32;
 
     #[test]
     fn places_are_found_to_the_bit_and_nan_is_nowhere() {
@@ -161,6 +243,25 @@ mod tests {
         );
         let distinct = found.iter().enumerate().filter(|&(i, &place)| place as usize == i).count();
         assert!((30..40).contains(&distinct), "{distinct}");
+    }
+
+    #[test]
+    fn welding_says_what_asking_everybody_says() {
+        let mut random = Pcg32::new(5, 3);
+        // from all near somebody to nearly none, across cells' borders and zero
+        for side in [1.0, 4.0, 30.0, 200.0] {
+            let mut point = || Vec3::from_array(core::array::from_fn(|_| random.range_f32(-side, side)));
+            let mut positions: Vec<Vec3> = (0..600).map(|_| point()).collect();
+            positions.extend([Vec3::NAN, positions[7], Vec3::ZERO, -Vec3::ZERO, Vec3::splat(-4.0), Vec3::splat(-4.0 - 0.57)]);
+            let mut expected: Vec<u32> = Vec::new();
+            for (index, p) in positions.iter().enumerate() {
+                let is_first = |&(other, _): &(usize, &u32)| expected[other] as usize == other;
+                let near = expected.iter().enumerate().filter(is_first).find(|&(other, _)| positions[other].distance(*p) <= 1.0);
+                let place = near.map_or(index as u32, |(other, _)| other as u32);
+                expected.push(if p.is_finite() { place } else { NOWHERE });
+            }
+            assert_eq!(places(&positions, 1.0), expected, "{side}");
+        }
     }
 
     #[test]
