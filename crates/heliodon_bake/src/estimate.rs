@@ -153,7 +153,8 @@ pub fn estimate(plan: &Plan, reporter: &dyn Reporter) -> Result<Estimate, BakeEr
     };
     let light = reckon(plan, &Size { grid_points, atlas, scan, ..size }, suns.len() as u32, &params, &timed);
     let memory_bytes = light.memory_bytes.max(prepare.as_ref().map_or(0, |prepare| prepare.memory_bytes));
-    let cache_bytes = light.cache_bytes.max(prepare.as_ref().map_or(0, |prepare| prepare.cache_bytes));
+    // nearly all that preparation keeps stays while the light is baked, for what comes after
+    let cache_bytes = light.cache_bytes + prepare.as_ref().map_or(0, |prepare| prepare.cache_bytes);
     Ok(Estimate { memory_bytes, cache_bytes, prepare, ..light })
 }
 

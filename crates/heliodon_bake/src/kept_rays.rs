@@ -1,33 +1,57 @@
 //! The hierarchy of rays, kept while a bake goes on where it took long to build: whoever is killed need not build it again, nor does the next shard.
 
 use crate::cache::Cache;
-use crate::codec::{Decoder, Encoder};
 use crate::error::BakeError;
 use crate::report::Reporter;
 use crate::scene::Scene;
-use heliodon_mesh::export::token;
-use heliodon_rays::TriangleScene;
+use heliodon_rays::{KeptTiles, TriangleScene};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A hierarchy is kept of so many triangles: building it takes 5 s, of 50 million half a minute.
 const MANY: usize = 10_000_000;
 
-/// The most bytes of a block.
-const BLOCK_BYTES: usize = 1 << 26;
-
 /// What all blocks' names begin with.
 const RAYS: &str = "rays-";
-/// Written last: with it, all is there. It names the others, which are those of one run: the answers of two hierarchies over the same triangles are the
-/// same, their nodes need not be.
+const TILES: &str = "rays-tiles";
+/// Written last: with it, all is there.
 const REST: &str = "rays-rest";
 /// Whoever builds holds it.
 const BUILDING: &str = "rays.lock";
 
-/// What the blocks of nodes and of triangles are called that a run with this token has kept.
-fn names(token: u64) -> [String; 2] {
-    ["nodes", "packets"].map(|what| format!("{RAYS}{token:016x}-{what}"))
+/// The blocks of a hierarchy.
+struct Blocks<'a> {
+    cache: &'a Cache,
+    /// Whether there was no room, say: what is not kept costs only time.
+    full: AtomicBool,
 }
 
-/// The scene's rays ([`Scene::take_rays`]), or those that an earlier run of the same bake has kept in `cache`. Of several shards one builds them.
+impl Blocks<'_> {
+    fn store(&self, stage: &str, block: usize, bytes: &[u8]) {
+        if !self.full.load(Ordering::Relaxed) && self.cache.store(stage, block, bytes).is_err() {
+            self.full.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+impl KeptTiles for Blocks<'_> {
+    fn take(&self, tile: usize) -> Option<Vec<u8>> {
+        self.cache.load(TILES, tile)
+    }
+
+    fn keep(&self, tile: usize, bytes: &[u8]) {
+        self.store(TILES, tile, bytes);
+    }
+
+    fn take_rest(&self) -> Option<Vec<u8>> {
+        self.cache.load(REST, 0)
+    }
+
+    fn keep_rest(&self, bytes: &[u8]) {
+        self.store(REST, 0, bytes);
+    }
+}
+
+/// The scene's rays ([`Scene::take_rays`]), or what of them an earlier run of the same bake has kept in `cache`. Of several shards one builds them.
 ///
 /// # Errors
 /// More geometry than the ray engine holds, and a cache that cannot be written.
@@ -45,14 +69,15 @@ fn kept_where(scene: &mut Scene, cache: &Cache, many: usize, reporter: &dyn Repo
     if triangles < many {
         return scene.take_rays();
     }
-    let rays = match load(cache) {
+    let blocks = Blocks { cache, full: AtomicBool::new(false) };
+    let rays = match TriangleScene::restored(&blocks) {
         Some(rays) => rays,
         None => {
             let _building =
                 cache.lock(BUILDING, || reporter.note("another shard builds the hierarchy of rays: waiting for it"))?;
-            match load(cache) {
+            match TriangleScene::restored(&blocks) {
                 Some(rays) => rays,
-                None => return build(scene, cache),
+                None => return build(scene, &blocks),
             }
         }
     };
@@ -60,38 +85,13 @@ fn kept_where(scene: &mut Scene, cache: &Cache, many: usize, reporter: &dyn Repo
     Ok(rays)
 }
 
-fn build(scene: &mut Scene, cache: &Cache) -> Result<TriangleScene, BakeError> {
-    let rays = scene.take_rays()?;
-    cache.remove_blocks(RAYS);
-    if !store(cache, &rays) {
-        // no room, say: what is not kept costs only time, and half of it only room
-        cache.remove_blocks(RAYS);
+fn build(scene: &mut Scene, blocks: &Blocks) -> Result<TriangleScene, BakeError> {
+    let rays = scene.build_rays(Some(blocks))?;
+    if blocks.full.load(Ordering::Relaxed) {
+        // half of it costs only room
+        blocks.cache.remove_blocks(RAYS);
     }
     Ok(rays)
-}
-
-fn store(cache: &Cache, rays: &TriangleScene) -> bool {
-    let (stored, token) = (rays.stored(), token());
-    let all = |stage: &str, bytes: &[u8]| {
-        bytes.chunks(BLOCK_BYTES).enumerate().all(|(block, bytes)| cache.store(stage, block, bytes).is_ok())
-    };
-    let [nodes, packets] = names(token);
-    let mut rest = Encoder::default();
-    rest.number(token).run(&stored.rest);
-    all(&nodes, stored.nodes) && all(&packets, stored.packets) && cache.store(REST, 0, &rest.finish()).is_ok()
-}
-
-fn load(cache: &Cache) -> Option<TriangleScene> {
-    let rest = cache.load(REST, 0)?;
-    let mut rest = Decoder::new(&rest);
-    let [nodes, packets] = names(rest.number()?);
-    let all = |stage: &str, into: &mut [u8]| {
-        into.chunks_mut(BLOCK_BYTES).enumerate().all(|(block, into)| {
-            let bytes = cache.load(stage, block).filter(|bytes| bytes.len() == into.len());
-            bytes.inspect(|bytes| into.copy_from_slice(bytes)).is_some()
-        })
-    };
-    TriangleScene::restored(&rest.run::<u8>()?, |into| all(&nodes, into), |into| all(&packets, into))
 }
 
 #[cfg(test)]
@@ -132,15 +132,16 @@ mod tests {
         // nothing is built: nothing is there to build from
         let nothing = || Scene { mesh: Mesh::default(), ..scene() };
         assert_eq!(above(&rays(nothing(), 0), 200.5), 201);
-        let packets = || {
+        let blocks = |stage: &str| {
             let mut stages = cache.stages_in(cache.folder(), RAYS).into_iter();
-            stages.find(|(stage, _)| stage.ends_with("-packets")).expect("kept").1
+            stages.find(|(name, _)| name == stage).expect("kept").1
         };
-        let before = packets();
-        fs::write(&before, "damaged").unwrap();
-        assert_eq!(above(&rays(scene(), 0), 200.5), 201);
-        assert!(packets() != before && !before.exists(), "those of two runs are not mixed");
-        fs::write(packets(), "damaged").unwrap();
+        fs::write(blocks(TILES), "damaged").unwrap();
+        assert_eq!(above(&rays(scene(), 0), 200.5), 201, "the tile is built again");
+        assert_eq!(above(&rays(nothing(), 0), 200.5), 201, "and kept");
+        fs::write(blocks(REST), "damaged").unwrap();
+        assert_eq!(above(&rays(scene(), 0), 7.5), 8);
+        fs::write(blocks(TILES), "damaged").unwrap();
         assert_eq!(rays(nothing(), 0).bounds(), None, "it was damaged");
     }
 }

@@ -172,7 +172,8 @@ impl LightNames {
             offset_m,
             cell_size_m,
             max_sub_cells,
-            hit_budget_bytes,
+            // light is the same whatever is kept
+            hit_budget_bytes: _,
             back_side_rounds,
             sun_functions,
             sun_error,
@@ -191,7 +192,7 @@ impl LightNames {
         let layout = of("layout", &[scene.geometry, division]);
         let layout_bytes = layout.bytes();
         let day = Digest::of(bytemuck::cast_slice(suns));
-        let rays = told(format!("{samples} {further_lattices} {hit_budget_bytes} {back_side_rounds}"));
+        let rays = told(format!("{samples} {further_lattices} {back_side_rounds}"));
         let traces = of("traces", &[layout_bytes, rays]);
         let patches = of("patches", &[layout_bytes, rays, day]);
         // paths are followed no more often than light bounces

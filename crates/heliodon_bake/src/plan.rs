@@ -7,7 +7,7 @@ use crate::estimate::expected_light_need;
 use crate::grid::GridPlan;
 use crate::ground::{as_given, on_the_ground};
 use crate::inputs::Inputs;
-use crate::key::{TOOL, bake_key, told_name};
+use crate::key::{Digest, TOOL, bake_key, told_name};
 use crate::light::channels;
 use crate::names::SceneDigests;
 use crate::prepare::{PrepareEstimate, prepare_where};
@@ -163,6 +163,17 @@ impl Plan {
             (Some(parent), Some(name)) => parent.join(name),
             _ => absolute,
         }
+    }
+
+    /// What tells the jobs of a bake with this key from those of the same site into another bundle, or with another cache.
+    #[must_use]
+    pub fn mark(&self, key: &str) -> String {
+        let root = self.cache_root();
+        let root = std::path::absolute(&root).unwrap_or(root);
+        let mut digest = Digest::default();
+        digest.run(key.as_bytes());
+        [self.owner(), root].iter().for_each(|path| digest.run(path.as_os_str().as_encoded_bytes()));
+        digest.digits()
     }
 
     /// How light is solved for some geometry.

@@ -13,7 +13,7 @@ use heliodon_image::SrgbImage;
 use heliodon_light::{Detail, Surfaces, median_edge_m};
 use heliodon_mesh::import::{ImportOptions, ImportReport, NormalSource, read_telling};
 use heliodon_mesh::{Material, Mesh, Texture, TextureWrap};
-use heliodon_rays::{BuildParams, TriangleScene};
+use heliodon_rays::{BuildParams, KeptTiles, TriangleScene};
 use std::cell::Cell;
 use std::fs;
 use std::mem::take;
@@ -74,11 +74,20 @@ impl Scene {
     /// # Errors
     /// More geometry than the ray engine holds.
     pub fn take_rays(&mut self) -> Result<TriangleScene, BakeError> {
+        self.build_rays(None)
+    }
+
+    /// As [`Scene::take_rays`], and keeps on the way what is built.
+    pub(crate) fn build_rays(&mut self, kept: Option<&dyn KeptTiles>) -> Result<TriangleScene, BakeError> {
         let (positions, triangles) = match &self.original {
             None => (&self.mesh.positions, &self.mesh.triangles),
             Some(original) => (&original.positions, &original.triangles),
         };
-        let rays = TriangleScene::build(positions, triangles, &BuildParams::asked_for_long(triangles.len()))?;
+        let params = BuildParams::asked_for_long(triangles.len());
+        let rays = match kept {
+            None => TriangleScene::build(positions, triangles, &params)?,
+            Some(kept) => TriangleScene::build_keeping(positions, triangles, &params, kept)?,
+        };
         self.give_up_original();
         Ok(rays)
     }

@@ -319,7 +319,8 @@ impl<'a> LightStages<'a> {
             &self.gather_ranges(points),
             first_block,
             |bytes, range| {
-                let block = GatherBlock::from_bytes(bytes).ok()?;
+                let mut block = GatherBlock::from_bytes(bytes).ok()?;
+                block.stay_within_budget(layout, params);
                 (block.range == *range && block.validate(layout, functions, params).is_ok()).then_some(block)
             },
             |range| self.seen(layout, range, sun, (asked, stage)),

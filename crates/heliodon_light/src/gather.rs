@@ -62,6 +62,15 @@ pub struct GatherBlock {
     pub rays: u64,
 }
 
+impl GatherBlock {
+    /// Lets go of hits beyond the budget, as [`gather`] does: who gathered may have had another. The light is the same whatever is kept.
+    pub fn stay_within_budget(&mut self, layout: &Layout, params: &LightParams) {
+        for (hits, points) in self.hits.iter_mut().zip(unit_ranges(&self.range)) {
+            hits.take_if(|hits| !hits.are_kept(points.len(), layout, params));
+        }
+    }
+}
+
 /// What the rays of a run of points met, direction by direction.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct UnitHits {
@@ -74,6 +83,12 @@ pub struct UnitHits {
 impl UnitHits {
     fn bytes(&self) -> usize {
         self.met.len() * 8 + self.cells.len() * 4
+    }
+
+    /// Whether those of so many points are kept. Every point has its part of the budget, whatever the others need: results do not depend on what is kept.
+    fn are_kept(&self, points: usize, layout: &Layout, params: &LightParams) -> bool {
+        let per_point = params.hit_budget_bytes as f64 / layout.points().len().max(1) as f64;
+        self.bytes() as f64 <= per_point * points as f64
     }
 }
 
@@ -137,8 +152,6 @@ pub fn gather_knowing(
         return Err(LightError::Mismatch(format!("points {range:?} of {}", layout.points().len())));
     }
     let lattices = Lattice::all(params);
-    // every point has its part of the budget, whatever the others need: results do not depend on what is kept
-    let budget_per_point = params.hit_budget_bytes as f64 / layout.points().len().max(1) as f64;
     let runs = unit_ranges(&range);
     let known = match known {
         Some(known) if known.units.len() != runs.len() => return Err(LightError::Block("traces of other points")),
@@ -150,8 +163,7 @@ pub fn gather_knowing(
         .zip(known)
         .map(|(unit, known)| {
             let (mut unit, traces) = gather_unit(surfaces, layout.own(), sun, unit, params, &lattices, known);
-            let budget = budget_per_point * unit.scale.len() as f64;
-            let hits = Some(std::mem::take(&mut unit.hits)).filter(|hits| hits.bytes() as f64 <= budget);
+            let hits = Some(std::mem::take(&mut unit.hits)).filter(|hits| hits.are_kept(unit.scale.len(), layout, params));
             let traces = hits.is_some().then_some(traces);
             (unit, hits, traces)
         })

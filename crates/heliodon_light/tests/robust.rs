@@ -99,6 +99,13 @@ fn threads_blocks_and_memory_do_not_change_a_bit() {
     let traced_again = bake(&lit.surfaces(), &suns(), true, &no_memory).unwrap();
     assert!(traced_again == one, "rays traced again for each bounce");
     assert!(threads(2).install(|| bake_in_blocks(&lit, &no_memory, 1024)) == one, "blocks without hits");
+    let (surfaces, layout) = (lit.surfaces(), Layout::new(&lit.surfaces(), &params).unwrap());
+    let gathered = |params: &LightParams| gather(&surfaces, &layout, None, 0..700, params).unwrap();
+    let mut block = gathered(&params);
+    block.stay_within_budget(&layout, &params);
+    assert!(block == gathered(&params) && block.hits.iter().all(Option::is_some), "what fits stays");
+    block.stay_within_budget(&layout, &no_memory);
+    assert!(block == gathered(&no_memory), "a block of one with more memory");
 }
 
 #[test]

@@ -3,7 +3,8 @@
 use glam::Vec3;
 
 use crate::scene::TriangleScene;
-use crate::tiles::build_tiles;
+use crate::stored::KeptTiles;
+use crate::tiles::{Tiled, build_tiles};
 
 /// How much care the hierarchy gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -67,23 +68,49 @@ impl TriangleScene {
     /// # Errors
     /// See [`BuildError`].
     pub fn build(positions: &[Vec3], triangles: &[[u32; 3]], params: &BuildParams) -> Result<Self, BuildError> {
-        if triangles.len() > MAX_TRIANGLES {
-            return Err(BuildError::TooMany(triangles.len()));
-        }
-        for (triangle, corners) in triangles.iter().enumerate() {
-            if let Some(&vertex) = corners.iter().find(|c| **c as usize >= positions.len()) {
-                return Err(BuildError::VertexOutOfRange { triangle, vertex, vertices: positions.len() });
-            }
-        }
-        let corners_of = |t: u32| triangles[t as usize].map(|i| positions[i as usize]);
-        let (kept, left_out): (Vec<u32>, Vec<u32>) = (0..triangles.len() as u32).partition(|&t| usable_corners(&corners_of(t)));
-        let Some(&first) = kept.first() else { return Ok(Self::empty(left_out)) };
-        let start = corners_of(first)[0];
-        let (low, high) = kept.iter().flat_map(|&t| corners_of(t)).fold((start, start), |(l, h), x| (l.min(x), h.max(x)));
-        let center = 0.5 * low + 0.5 * high;
-        let hierarchy = build_tiles(kept, |t| corners_of(t).map(|x| x - center), params.quality);
-        Ok(Self::new(hierarchy, left_out, center, (low, high)))
+        build(positions, triangles, params, None)
     }
+
+    /// As [`TriangleScene::build`], and what is built is kept on the way: who is interrupted builds the rest, and when all is there
+    /// [`TriangleScene::restored`] needs no triangles.
+    ///
+    /// # Errors
+    /// See [`BuildError`].
+    pub fn build_keeping(
+        positions: &[Vec3],
+        triangles: &[[u32; 3]],
+        params: &BuildParams,
+        kept: &dyn KeptTiles,
+    ) -> Result<Self, BuildError> {
+        build(positions, triangles, params, Some(kept))
+    }
+}
+
+fn build(
+    positions: &[Vec3],
+    triangles: &[[u32; 3]],
+    params: &BuildParams,
+    kept: Option<&dyn KeptTiles>,
+) -> Result<TriangleScene, BuildError> {
+    if triangles.len() > MAX_TRIANGLES {
+        return Err(BuildError::TooMany(triangles.len()));
+    }
+    for (triangle, corners) in triangles.iter().enumerate() {
+        if let Some(&vertex) = corners.iter().find(|c| **c as usize >= positions.len()) {
+            return Err(BuildError::VertexOutOfRange { triangle, vertex, vertices: positions.len() });
+        }
+    }
+    let corners_of = |t: u32| triangles[t as usize].map(|i| positions[i as usize]);
+    let (usable, left_out): (Vec<u32>, Vec<u32>) = (0..triangles.len() as u32).partition(|&t| usable_corners(&corners_of(t)));
+    let Some(&first) = usable.first() else { return Ok(TriangleScene::empty(left_out)) };
+    let start = corners_of(first)[0];
+    let (low, high) = usable.iter().flat_map(|&t| corners_of(t)).fold((start, start), |(l, h), x| (l.min(x), h.max(x)));
+    let center = 0.5 * low + 0.5 * high;
+    let Tiled { whole, joints, tiles } = build_tiles(usable, |t| corners_of(t).map(|x| x - center), params.quality, kept);
+    let scene = TriangleScene::new(whole, left_out, center, (low, high));
+    // last: with it, all is there
+    kept.inspect(|kept| kept.keep_rest(&scene.rest(joints, &tiles)));
+    Ok(scene)
 }
 
 /// Whether a triangle can be met: finite, near enough, and with some extent.

@@ -58,6 +58,6 @@ pub use morton::morton_order;
 pub use order::beam_order;
 pub use scene::TriangleScene;
 pub use simd::Instructions;
-pub use stored::StoredScene;
+pub use stored::KeptTiles;
 pub use types::{Hit, NO_HIT, Ray};
 pub use visibility::{VisibilityCpu, VisibilityCpuError, facing, set_bits};

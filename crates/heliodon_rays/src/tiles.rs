@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use crate::build::Quality;
 use crate::hierarchy::{Hierarchy, build};
 use crate::layout::{LEAF, Node};
+use crate::stored::KeptTiles;
 
 /// The most triangles of a tile.
 const TILE: usize = 1 << 20;
@@ -25,37 +26,66 @@ enum Joint {
     Node(Vec<Joint>),
 }
 
-/// A hierarchy over the triangles `ids`, which must not be empty; `corners` gives their corners.
-pub(crate) fn build_tiles(mut ids: Vec<u32>, corners: impl Fn(u32) -> [Vec3; 3] + Sync, quality: Quality) -> Hierarchy {
-    build_tiles_of(&mut ids, TILE, corners, quality)
+/// A hierarchy of tiles.
+pub(crate) struct Tiled {
+    pub whole: Hierarchy,
+    /// The nodes that join tiles come first; so many.
+    pub joints: usize,
+    /// The tiles come behind them, in order, each with so many nodes.
+    pub tiles: Vec<u32>,
 }
 
-fn build_tiles_of(ids: &mut [u32], tile: usize, corners: impl Fn(u32) -> [Vec3; 3] + Sync, quality: Quality) -> Hierarchy {
-    let build_tile = |ids: &[u32]| {
-        let corners: Vec<[Vec3; 3]> = ids.par_iter().map(|&t| corners(t)).collect();
-        build(&corners, ids, quality)
+/// A hierarchy over the triangles `ids`, which must not be empty; `corners` gives their corners. Tiles are kept, and those that were are taken:
+/// which triangles each has does not depend on anything else.
+pub(crate) fn build_tiles(
+    mut ids: Vec<u32>,
+    corners: impl Fn(u32) -> [Vec3; 3] + Sync,
+    quality: Quality,
+    kept: Option<&dyn KeptTiles>,
+) -> Tiled {
+    build_tiles_of(&mut ids, TILE, corners, quality, kept)
+}
+
+pub(crate) fn build_tiles_of(
+    ids: &mut [u32],
+    tile: usize,
+    corners: impl Fn(u32) -> [Vec3; 3] + Sync,
+    quality: Quality,
+    kept: Option<&dyn KeptTiles>,
+) -> Tiled {
+    let build_tile = |number: usize, ids: &[u32]| {
+        let taken = kept.and_then(|kept| kept.take(number)).and_then(|bytes| Hierarchy::of_bytes(&bytes));
+        taken.unwrap_or_else(|| {
+            let corners: Vec<[Vec3; 3]> = ids.par_iter().map(|&t| corners(t)).collect();
+            let built = build(&corners, ids, quality);
+            kept.inspect(|kept| kept.keep(number, &built.to_bytes()));
+            built
+        })
     };
     if ids.len() <= tile {
-        return build_tile(ids);
+        let whole = build_tile(0, ids);
+        return Tiled { tiles: vec![whole.nodes.len() as u32], whole, joints: 0 };
     }
     let joint = join(ids, tile, &|t| corners(t).into_iter().sum());
     let mut tiles = Vec::new();
     let mut whole = Hierarchy { nodes: Vec::new(), packets: Vec::new(), depth: 0 };
     let (depth, roots) = lay_out(&joint, &mut whole.nodes, &mut tiles);
+    let joints = whole.nodes.len();
     let mut rest = &*ids;
-    let ranges: Vec<(usize, &[u32])> = tiles
-        .into_iter()
-        .map(|(length, parent)| {
+    let ranges: Vec<(usize, usize, &[u32])> = (0..)
+        .zip(tiles)
+        .map(|(number, (length, parent))| {
             let (tile, after) = rest.split_at(length);
             rest = after;
-            (parent, tile)
+            (number, parent, tile)
         })
         .collect();
-    let mut deepest = 0;
+    let (mut deepest, mut lengths) = (0, Vec::with_capacity(roots.len()));
     for (together, slots) in ranges.chunks(AT_ONCE).zip(roots.chunks(AT_ONCE)) {
-        let built: Vec<Hierarchy> = together.par_iter().map(|(_, ids)| build_tile(ids)).collect();
-        for ((part, &(parent, _)), &slot) in built.into_iter().zip(together).zip(slots) {
+        let built: Vec<Hierarchy> = together.par_iter().map(|&(number, _, ids)| build_tile(number, ids)).collect();
+        for ((part, &(_, parent, _)), &slot) in built.into_iter().zip(together).zip(slots) {
             deepest = deepest.max(part.depth);
+            lengths.push(part.nodes.len() as u32);
             let root = append(&mut whole, part);
             let bounds = whole.nodes[root as usize].all_bounds();
             whole.nodes[parent].set(slot, bounds, root);
@@ -64,7 +94,7 @@ fn build_tiles_of(ids: &mut [u32], tile: usize, corners: impl Fn(u32) -> [Vec3; 
     bound_joints(&mut whole.nodes);
     whole.nodes.shrink_to_fit();
     whole.packets.shrink_to_fit();
-    Hierarchy { depth: depth + deepest, ..whole }
+    Tiled { whole: Hierarchy { depth: depth + deepest, ..whole }, joints, tiles: lengths }
 }
 
 /// Halves the triangles until each part fits a tile; three halvings make a node.
@@ -133,7 +163,7 @@ fn lay_out(joint: &Joint, nodes: &mut Vec<Node>, tiles: &mut Vec<(usize, usize)>
 }
 
 /// Puts a tile's nodes and packets behind the others; returns the number of its root.
-fn append(whole: &mut Hierarchy, part: Hierarchy) -> u32 {
+pub(crate) fn append(whole: &mut Hierarchy, part: Hierarchy) -> u32 {
     let (root, first_packet) = (whole.nodes.len() as u32, whole.packets.len() as u32);
     whole.nodes.extend(part.nodes.into_iter().map(|mut node| {
         for reference in &mut node.child {
@@ -204,7 +234,7 @@ mod tests {
         for tile in [700, 90, 40] {
             let mut ids: Vec<u32> = (0..5000).collect();
             let corners = |t: u32| triangles[t as usize].map(|i| positions[i as usize] - centre);
-            let built = build_tiles_of(&mut ids, tile, corners, Quality::Balanced);
+            let built = build_tiles_of(&mut ids, tile, corners, Quality::Balanced, None).whole;
             assert!(built.packets.iter().flat_map(|p| p.triangles()).count() == 5000);
             (whole.nodes, whole.packets, whole.stack) = (built.nodes, built.packets, 7 * built.depth + 8);
             assert_eq!(ask(&whole), expected, "tiles of {tile}");

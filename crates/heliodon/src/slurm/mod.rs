@@ -108,8 +108,9 @@ impl<'a> Launch<'a> {
             cache: absolute(&plan.cache_root())?,
             again: plan.options.again,
         };
+        let mark = plan.mark(&key);
         // held as long as we live: a merge that ends without us removes the folder
-        let kept = Cache::join(&places.cache, &format!("slurm-{key}"), &plan.owner())?;
+        let kept = Cache::join(&places.cache, &format!("slurm-{mark}"), &plan.owner())?;
         let folder = kept.folder();
         let write = |name: &str, text: String| {
             let path = folder.join(name);
@@ -117,7 +118,7 @@ impl<'a> Launch<'a> {
         };
         write(SHARD_SCRIPT, script::of_shard(&places, options.shards, &key))?;
         write(MERGE_SCRIPT, script::of_merge(&places, &folder.join(MERGE_REPORT), plan.options.no_cache))?;
-        let names = [format!("heliodon-{key}"), format!("heliodon-merge-{key}")];
+        let names = [format!("heliodon-{mark}"), format!("heliodon-merge-{mark}")];
         Ok(Self { app, plan, options, key, kept, names, interrupted, jobs: Vec::new(), again: Vec::new() })
     }
 

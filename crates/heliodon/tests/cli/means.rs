@@ -111,6 +111,15 @@ fn light_stays_within_its_budget_or_is_not_begun() {
     assert!(ran.err.contains("the light stays within [budget]") && ran.err.contains("traced again"), "{}", ran.err);
     let geometry = |bundle: &str| std::fs::read(site.path(bundle).join("site.glb")).unwrap();
     assert!(geometry("bundle") == geometry("free"), "what is not kept is traced again, with the same result");
+    // shards keep what they like: the merge takes it all, whatever it keeps itself
+    let merged = site.path("merged");
+    for shard in ["1/2", "2/2"] {
+        done(&[&"bake", &site.folder(), &"-o", &merged, &"--shard", &shard]);
+    }
+    let report = json(&[&"merge", &site.folder(), &"-o", &merged]);
+    let taken = report["taken"].as_array().unwrap().iter().find(|taken| taken["stage"] == "sky transfer").unwrap();
+    assert!(taken["blocks"].as_u64().unwrap() > 0 && taken["blocks"] == taken["of"], "{taken}");
+    assert!(geometry("merged") == geometry("free"));
 }
 
 #[test]

@@ -132,6 +132,12 @@ fn a_bake_on_slurm_is_that_of_one_machine_and_lost_shards_are_submitted_again() 
     let again = fake.baked(&[]);
     assert!(again.code == 0 && again.out.contains("up to date"), "{}", again.err);
     assert_eq!(fake.submitted().len(), 4);
+    // the same site into another bundle: neither follows the other's jobs, nor cancels them
+    let other = fake.site.path("other");
+    assert_eq!(fake.baked(&["-o", other.to_str().unwrap()]).code, 0);
+    let names = |line: &str| line.split(' ').find_map(|word| word.strip_prefix("--job-name=")).map(str::to_owned).unwrap();
+    let submitted = fake.submitted();
+    assert!(names(&submitted[0]) == names(&submitted[2]) && names(&submitted[0]) != names(&submitted[4]), "{submitted:?}");
 }
 
 #[test]

@@ -23,7 +23,7 @@ use heliodon_prepare::simplify::{
     Averages, MeasureReport, SimplifyParams, SimplifyReport, averages, measure_resuming, nearest_triangles_resuming,
     simplify_resuming,
 };
-use heliodon_prepare::solids::{SolidsParams, SolidsReport, unite_telling};
+use heliodon_prepare::solids::{SolidsParams, SolidsReport, unite_resuming};
 use heliodon_prepare::split::{SplitError, SplitReport, split_telling};
 use heliodon_prepare::{Tell, Views};
 use serde::{Deserialize, Serialize};
@@ -286,7 +286,10 @@ fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
         let params = SolidsParams { eyes: eyes(views), ..SolidsParams::default() };
         let before = looks.wanted().then(|| half.mesh.clone());
         let mut steps = Steps::new(work.reporter);
-        let found = steps.run("uniting solids", count(&half.mesh), |tell| unite_telling(&mut half.mesh, &params, tell));
+        let interim = work.pieces.interim(halfway_name(index) + "united");
+        let triangles = count(&half.mesh);
+        let unite = |tell: Tell| unite_resuming(&mut half.mesh, &params, (&interim, tell));
+        let found = steps.run("uniting solids", triangles, unite);
         half.report.steps.append(&mut steps.taken);
         if let Some(before) = before {
             looks.united(index, &before, &found)?;

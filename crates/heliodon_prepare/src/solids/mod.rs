@@ -19,9 +19,11 @@ mod union;
 pub use among::{BuriedAmong, Member, buried_among, meet};
 pub use report::{Fate, GroupReport, Outcome, SolidsReport, color, paint};
 
-use crate::Tell;
+use crate::interim::made_or_kept;
 use crate::topology::{Patches, Sense, senses};
+use crate::{Interim, Nowhere, Tell};
 use glam::Vec3;
+use groups::Group;
 use heliodon_mesh::Mesh;
 use heliodon_mesh::topology::{Edges, places};
 
@@ -55,6 +57,8 @@ impl Default for SolidsParams {
 
 /// The part of the time after which it is known which solids meet: exact arrangements take nearly all.
 const GROUPED: f64 = 0.1;
+/// Groups that a thread unites before it is asked whether they are to be kept: one may take many seconds.
+const AT_ONCE: usize = 2;
 
 /// Unites the solids of a clean mesh ([`crate::clean`]) in place, and tells what it found and did. A group that cannot be united stays as
 /// it is, with the reason.
@@ -62,14 +66,14 @@ const GROUPED: f64 = 0.1;
 /// # Panics
 /// Where a triangle names a vertex that does not exist, or an array has a wrong length.
 pub fn unite(mesh: &mut Mesh, params: &SolidsParams) -> SolidsReport {
-    unite_telling(mesh, params, Tell::NOBODY)
+    unite_resuming(mesh, params, (&Nowhere, Tell::NOBODY))
 }
 
-/// As [`unite`], and tells how far it is, by the triangles of the groups that are united.
+/// As [`unite`], and keeps beside it which groups are united; tells how far it is, by their triangles.
 ///
 /// # Panics
 /// As [`unite`].
-pub fn unite_telling(mesh: &mut Mesh, params: &SolidsParams, tell: Tell) -> SolidsReport {
+pub fn unite_resuming(mesh: &mut Mesh, params: &SolidsParams, (interim, tell): (&dyn Interim, Tell)) -> SolidsReport {
     let mut report = SolidsReport {
         triangles_before: mesh.triangles.len() as u64,
         fates: vec![Fate::Kept; mesh.triangles.len()],
@@ -82,21 +86,23 @@ pub fn unite_telling(mesh: &mut Mesh, params: &SolidsParams, tell: Tell) -> Soli
         buried::mark(mesh, &patches, &senses, &mut report);
     }
     let groups = groups::groups(mesh, &patches, &senses);
-    let mut made = Vec::new();
     tell.done(GROUPED);
     let done = tell.within(GROUPED, 1.0).count(groups.iter().map(|group| group.triangles.len()).sum());
-    for group in &groups {
-        let (outcome, pieces) = if group.triangles.len() > params.most_triangles {
-            (Outcome::TooLarge, None)
-        } else {
-            match union::union(mesh, &places, &group.triangles) {
-                Ok(pieces) => (Outcome::United, Some(pieces)),
-                Err(reason) => (Outcome::Refused { reason }, None),
-            }
+    let is_too_large = |group: &Group| group.triangles.len() > params.most_triangles;
+    let make = |index: usize| match &groups[index] {
+        group if is_too_large(group) => Err(String::new()),
+        group => union::union(mesh, &places, &group.triangles),
+    };
+    let unions = made_or_kept(interim, (0, groups.len()), AT_ONCE, make, |index| done.add(groups[index].triangles.len()));
+    let mut made = Vec::new();
+    for (group, union) in groups.iter().zip(unions) {
+        let (outcome, pieces) = match union {
+            _ if is_too_large(group) => (Outcome::TooLarge, None),
+            Ok(pieces) => (Outcome::United, Some(pieces)),
+            Err(reason) => (Outcome::Refused { reason }, None),
         };
         report.tell(mesh, group, outcome, pieces.as_ref());
         made.extend(pieces.filter(|pieces| pieces.changed));
-        done.add(group.triangles.len());
     }
     stitch::stitch(mesh, &report.fates, &made);
     report.triangles_after = mesh.triangles.len() as u64;

@@ -1,5 +1,6 @@
 //! The union of a group's solids.
 
+use crate::interim::Kept;
 use glam::{DVec3, Vec3};
 use heliodon_mesh::Mesh;
 use manifold_rust::manifold::Manifold;
@@ -7,7 +8,8 @@ use manifold_rust::types::{Error, MeshGL64, WindingRule};
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// A union's surface.
+/// A union's surface; nothing but its volume where it is what was there.
+#[derive(Debug, PartialEq)]
 pub(super) struct Union {
     /// Where its vertices are, rounded to f32 as the mesh's are.
     pub positions: Vec<Vec3>,
@@ -83,5 +85,64 @@ fn read(mesh: &Mesh, replaced: &[u32], made: &MeshGL64, volume_m3: f64) -> Resul
         }
     };
     let changed = triangles.len() != replaced.len() || !triangles.iter().zip(replaced).all(same);
-    Ok(Union { positions, triangles, replaced: replaced.to_vec(), volume_m3, changed })
+    Ok(match changed {
+        true => Union { positions, triangles, replaced: replaced.to_vec(), volume_m3, changed },
+        false => Union { positions: Vec::new(), triangles: Vec::new(), replaced: Vec::new(), volume_m3, changed },
+    })
+}
+
+/// A reason as its bytes behind their number and a one, or a union behind a zero.
+impl Kept for Result<Union, String> {
+    fn put(&self, into: &mut Vec<u32>) {
+        let union = match self {
+            Ok(union) => union,
+            Err(reason) => {
+                into.push(1);
+                return reason.bytes().map(u32::from).collect::<Vec<_>>().put(into);
+            }
+        };
+        let volume = union.volume_m3.to_bits();
+        into.extend([0, u32::from(union.changed), volume as u32, (volume >> 32) as u32]);
+        union.positions.iter().flat_map(|p| p.to_array().map(f32::to_bits)).collect::<Vec<_>>().put(into);
+        union.triangles.iter().flat_map(|&([a, b, c], from)| [a, b, c, from]).collect::<Vec<_>>().put(into);
+        union.replaced.put(into);
+    }
+
+    fn get(from: &mut impl Iterator<Item = u32>) -> Option<Self> {
+        if from.next()? == 1 {
+            let bytes = Vec::<u32>::get(from)?.into_iter().map(u8::try_from).collect::<Result<_, _>>().ok()?;
+            return Some(Err(String::from_utf8(bytes).ok()?));
+        }
+        let changed = from.next()? == 1;
+        let volume_m3 = f64::from_bits(u64::from(from.next()?) | u64::from(from.next()?) << 32);
+        let (positions, triangles, replaced) = (Vec::get(from)?, Vec::get(from)?, Vec::get(from)?);
+        let positions = positions.as_chunks().0.iter().map(|p: &[u32; 3]| Vec3::from(p.map(f32::from_bits))).collect();
+        let triangles = triangles.as_chunks().0.iter().map(|&[a, b, c, from]| ([a, b, c], from)).collect();
+        Some(Ok(Union { positions, triangles, replaced, volume_m3, changed }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_union_is_kept_as_it_is() {
+        let union = Union {
+            positions: vec![Vec3::new(-1.5, 0.25, 3.0e7), Vec3::ZERO],
+            triangles: vec![([0, 1, 2], 9), ([7, 8, 9], u32::MAX)],
+            replaced: vec![3, 5, 8],
+            volume_m3: 0.1 + 0.2,
+            changed: true,
+        };
+        let all = [Ok(union), Err("not a manifold \u{2260}".to_owned()), Err(String::new())];
+        let mut numbers = Vec::new();
+        all.iter().for_each(|one| one.put(&mut numbers));
+        let mut from = numbers.into_iter();
+        let mut next = || <Result<Union, String>>::get(&mut from);
+        for one in all {
+            assert_eq!(next(), Some(one));
+        }
+        assert_eq!(next(), None);
+    }
 }
