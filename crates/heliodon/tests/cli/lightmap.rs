@@ -230,6 +230,30 @@ fn models_leave_out_what_they_do_not_know() {
     assert!((mean(&smooth) - 1.0).abs() < 1e-3 && smooth["notes"]["denoised"] == true, "{smooth}");
 }
 
+#[test]
+fn lamps_of_the_site_are_as_a_bake_takes_them() {
+    let folder = TempDir::new().unwrap();
+    let site = ground(folder.path());
+    let text = fs::read_to_string(site.join("site.toml")).unwrap();
+    let lit_by = |lights: &str| {
+        fs::write(site.join("site.toml"), format!("{text}{lights}")).unwrap();
+        let out = site.join("out");
+        let ran = done(&[&"lightmap", &site, &"--sky", &"none", &"--size", &"64", &"-o", &out, &"--json"]);
+        (serde_json::from_str::<Value>(&ran.out).unwrap(), ran.err)
+    };
+    let place = "place = [0.5, 2.0, -0.5]";
+    let lamp = format!("[[light]]\n{place}\nintensity = [4.0, 4.0, 4.0]\n");
+    let off = format!("[[light]]\nname = \"off\"\n{place}\nintensity = [0.0, 0.0, 0.0]\nreach_m = 1.0\n");
+    let (plain, silent) = lit_by(&lamp);
+    assert!(mean(&plain) > 0.25 && !silent.contains("for the viewer alone"), "{plain} {silent}");
+    let (with_off, silent) = lit_by(&format!("{off}{lamp}"));
+    assert_eq!((mean(&with_off), &with_off["lights"]), (mean(&plain), &plain["lights"]), "a lamp that is off is none");
+    assert!(!silent.contains("light off"), "{silent}");
+    let (short, told) = lit_by(&format!("{off}{lamp}shadows = false\nreach_m = 1.0\n"));
+    assert_eq!(mean(&short), mean(&plain), "it reaches the ground two metres below all the same");
+    assert!(["light 2", "shadows = false", "reach_m = 1"].iter().all(|says| told.contains(says)), "{told}");
+}
+
 /// The ground below slats half a metre wide and as far apart, five metres up.
 fn slats(folder: &Path) -> PathBuf {
     let site = ground(folder);

@@ -56,7 +56,7 @@ impl LightFiles for Beside {
 pub fn lights(site: &Site, file: Option<&Path>) -> Result<Vec<Light>> {
     let origin = site.site.origin;
     let mut lights = Vec::new();
-    for lamp in &site.lamps {
+    for lamp in site.lamps.iter().filter(|lamp| is_lit(lamp)) {
         let light = Light::new(&spec(lamp).relative_to(origin), Photometry::HOUSE, &heliodon_lightmap::lights::NoFiles);
         lights.push(light.with_context(|| site.path().display().to_string())?);
     }
@@ -71,6 +71,27 @@ pub fn lights(site: &Site, file: Option<&Path>) -> Result<Vec<Light>> {
         }
     }
     Ok(lights)
+}
+
+/// Lamps that give no more of any colour are black: files of lights take no such colour, but one in `site.toml` may be off.
+const BLACK: f64 = 1e-9;
+
+fn is_lit(lamp: &Lamp) -> bool {
+    lamp.intensity.iter().any(|&c| c > BLACK)
+}
+
+/// A line for each lamp of `[[light]]` that says what holds only where lamps are lit in every frame; one without a name is told by
+/// its number, from 1.
+pub fn unheeded(site: &Site) -> Vec<String> {
+    let told = |(index, lamp): (usize, &Lamp)| {
+        let shadows = (!lamp.shadows).then(|| "shadows = false (in a light map it casts them)".to_owned());
+        let is_own = lamp.reach_m != Lamp::at(lamp.place, lamp.intensity).reach_m;
+        let reach = is_own.then(|| format!("reach_m = {} (in a light map it reaches however far)", lamp.reach_m));
+        let said: Vec<String> = shadows.into_iter().chain(reach).filter(|_| is_lit(lamp)).collect();
+        let name = lamp.name.clone().unwrap_or_else(|| (index + 1).to_string());
+        (!said.is_empty()).then(|| format!("light {name}: {} is for the viewer alone", said.join(" and ")))
+    };
+    site.lamps.iter().enumerate().filter_map(told).collect()
 }
 
 /// A lamp of `[[light]]`, as it is baked: with the square of the distance, however far it reaches.

@@ -27,7 +27,7 @@ use std::time::Instant;
 ///
 /// Parts have texels that a bake lights by texels: those with light = "texel" in site.toml, and, with texels = N in `[bake]`, those of large triangles; where that is no part, and with --every-part, all but those with light =
 /// "vertex". How many each has beside the others is as its own texels = F says, and fewer away from the rooms. What has none stands in the light and reflects. Lamps are
-/// those of `[[light]]` in site.toml; lights of all kinds (suns, panes, discs, meshes that shine, IES files) can be given in a file of their own.
+/// those of `[[light]]` in site.toml (their shadows = false and reach_m are for the viewer alone); lights of all kinds (suns, panes, discs, meshes that shine, IES files) can be given in a file of their own.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  heliodon lightmap mysite --time 10:00\n  heliodon lightmap mysite --sky overcast --kind ktx2,combined --size 4096 -o grey\n  heliodon lightmap mysite --sky none --lights lamps.toml --error 0.005\n  heliodon lightmap mysite --model occlusion --kind exr --json\n\nA file of lights has tables as these:\n  [[light]]\n  kind = \"rectangle\"\n  corners = [[0, 2, 0], [1, 2, 0], [0, 2, 1]]\n  amount = { flux_lm = 800 }"
@@ -167,6 +167,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     let folder = args.output.clone().unwrap_or_else(|| site.folder().join("lightmap"));
     // lights first: what is wrong with them is told before anything takes long
     let mut lights = lamps::lights(&site, args.lights.as_deref())?;
+    lamps::unheeded(&site).iter().for_each(|warning| app.progress.warning(warning));
     let files = site.input_files()?;
     let scene = SiteScene::read(&site, &files, args.every_part, &app.progress)?;
     app.progress.stage("sky", 0);
