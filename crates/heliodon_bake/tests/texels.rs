@@ -302,10 +302,16 @@ fn what_an_atlas_cannot_hold_is_told_before_anything_is_traced() {
     fs::write(folder.path().join("site.toml"), site(64)).unwrap();
     let plan = Plan::new(Site::read(folder.path()).unwrap(), BakeOptions::new(folder.path().join("bundle"))).unwrap();
     let error = bake(&plan, &Silent).unwrap_err().to_string();
-    assert!(error.contains("360 charts") && error.contains("texels = "), "{error}");
+    assert!(error.contains("360 charts") && error.contains("64 x 64 texels"), "{error}");
+    // 19 by 19 squares of four texels
+    assert!(error.contains("write texels = 76 or more in [bake]"), "{error}");
     // and to shards, though the merge alone needs it
     assert_eq!(begin_shards(&plan, 2, &Silent).unwrap_err().to_string(), error);
     assert_eq!(bake_shard(&plan, "1/2".parse().unwrap(), None, &Silent).unwrap_err().to_string(), error);
+    // and that does
+    fs::write(folder.path().join("site.toml"), site(76)).unwrap();
+    let plan = Plan::new(Site::read(folder.path()).unwrap(), BakeOptions::new(folder.path().join("bundle"))).unwrap();
+    bake(&plan, &Silent).unwrap();
     for wrong in [2, 130, 20_000] {
         fs::write(folder.path().join("site.toml"), site(wrong)).unwrap();
         let error = Site::read(folder.path()).unwrap_err().to_string();

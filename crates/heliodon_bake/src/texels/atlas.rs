@@ -7,10 +7,10 @@ use crate::key::{Digest, TOOL};
 use crate::scene::Scene;
 use glam::{Vec2, Vec3};
 use heliodon_bundle::site::{LightStorage, Room, Site};
-use heliodon_bundle::texels::{BOUNCE_BLOCK, TEXEL_LEVELS, TexelInfo};
+use heliodon_bundle::texels::{BOUNCE_BLOCK, MAX_TEXEL_SIDE, TEXEL_LEVELS, TexelInfo};
 use heliodon_light::SurfacePlace;
 use heliodon_lightmap::charts::ChartParams;
-use heliodon_lightmap::packing::PackParams;
+use heliodon_lightmap::packing::{PackError, PackParams};
 use heliodon_lightmap::refine::{Grid, Place};
 use heliodon_lightmap::seams::Seams;
 use heliodon_lightmap::texels::{Texel, texels};
@@ -100,13 +100,15 @@ impl Atlas {
         let pack = PackParams { width: blocks, height: blocks, margin: 0, sheets: 1, most_per_m };
         let params = UnwrapParams { charts: ChartParams::default(), pack };
         let unwrapped = unwrap(&scene.mesh.positions, &of_parts, &density, &params).map_err(|error| {
-            let remedy =
-                format!("write texels = N in [bake], {BOUNCE_BLOCK} times as many as it says, or light fewer parts by texels");
-            BakeError::from(site.error_at(
-                &["bake", "texels"],
-                format!("squares of {BOUNCE_BLOCK} x {BOUNCE_BLOCK} texels: {error}"),
-                remedy,
-            ))
+            let (message, remedy) = match error {
+                PackError::TooSmall { charts, smallest, .. } => {
+                    let squares = format!("squares of {BOUNCE_BLOCK} x {BOUNCE_BLOCK} of its own");
+                    let message = format!("{charts} charts do not fit into {side} x {side} texels, for each has {squares}");
+                    (message, remedy(side, smallest))
+                }
+                other => (format!("the parts that are lit by texels cannot be laid flat: {other}"), FEWER.to_owned()),
+            };
+            BakeError::from(site.error_at(&["bake", "texels"], message, remedy))
         })?;
         if let Some(cache) = cache {
             cache.store(&name, 0, &encode_unwrapped(&unwrapped))?;
@@ -238,6 +240,19 @@ impl Atlas {
     }
 }
 
+/// What helps whatever the atlas is like.
+const FEWER: &str = "light fewer parts by texels: give others light = \"vertex\"";
+
+/// What helps where charts are too many for an atlas; one of `smallest` squares a side has one for each.
+fn remedy(side: u32, smallest: u64) -> String {
+    // more than there are in any case, and so at least the least that a site may ask for
+    let needed = (smallest * u64::from(BOUNCE_BLOCK)).max(u64::from(side + BOUNCE_BLOCK));
+    if needed > u64::from(MAX_TEXEL_SIDE) {
+        return format!("the largest atlas, texels = {MAX_TEXEL_SIDE}, has too few for them as well; {FEWER}");
+    }
+    format!("write texels = {needed} or more in [bake], or {FEWER}")
+}
+
 /// Whether any part of a scene is lit by texels.
 #[must_use]
 pub fn expects_texels(scene: &Scene) -> bool {
@@ -297,4 +312,20 @@ pub(super) fn nearness(rooms: &[Room], corners: [Vec3; 3]) -> f32 {
     };
     let nearest = rooms.iter().map(distance).fold(f32::INFINITY, f32::min);
     if rooms.is_empty() { 1.0 } else { (NEAR_M / nearest.max(NEAR_M)).max(SPARSEST) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_atlas_larger_than_the_largest_is_not_asked_for() {
+        assert!(remedy(64, 19).contains("texels = 76 "), "{}", remedy(64, 19));
+        assert!(remedy(64, 16).contains("texels = 68 "), "more than was too little");
+        assert!(remedy(2048, 4096).contains("texels = 16384 or more"));
+        for (side, smallest) in [(2048, 4097), (16_384, 4096), (16_384, 1 << 40)] {
+            let told = remedy(side, smallest);
+            assert!(!told.contains("write") && told.contains("fewer parts"), "{told}");
+        }
+    }
 }

@@ -9,11 +9,11 @@ use crate::App;
 use crate::failure::wrong_arguments;
 use crate::output::{count, counted};
 use crate::values::{self, Exposure};
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::ValueEnum;
 use heliodon_bake::report::Reporter;
 use heliodon_bundle::site::{Site, TimeOfDay};
-use heliodon_lightmap::packing::PackParams;
+use heliodon_lightmap::packing::{PackError, PackParams};
 use heliodon_lightmap::solve::models::{Cartoon, Illumination, Lambertian, OcclusionOnly, Realistic, SkyOnly, SurfaceModel};
 use heliodon_lightmap::solve::{self, DenoiseParams, LightMap, Models, Notes, SolveParams, clean_levels, solve};
 use heliodon_lightmap::texels::texels;
@@ -22,6 +22,11 @@ use scene::SiteScene;
 use serde::Serialize;
 use std::path::PathBuf;
 use std::time::Instant;
+
+/// Texels along a texture's side at most.
+const LARGEST_SIZE: u32 = 16_384;
+/// And textures.
+const MOST_TEXTURES: u32 = 64;
 
 /// Lights the parts of a site in texels: unwraps them into one texture (or several, see --textures), solves lamps, sun, sky and bounces for every texel, and writes the light with the model.
 ///
@@ -45,11 +50,11 @@ pub struct Args {
     #[arg(long)]
     every_part: bool,
     /// Texels along each side of the texture, 16 to 16384
-    #[arg(long, value_name = "N", default_value_t = 2048, value_parser = clap::value_parser!(u32).range(16..=16_384))]
+    #[arg(long, value_name = "N", default_value_t = 2048, value_parser = clap::value_parser!(u32).range(16..=i64::from(LARGEST_SIZE)))]
     size: u32,
     /// Textures at most, 1 to 64, all of that size: charts become as large as all of them hold, so more give more texels for a metre. A chart lies in one of them, and with several,
     /// files are light-1.exr, light-2.exr ...
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=64))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_TEXTURES)))]
     textures: u32,
     /// Texels that stay free between charts; light.ktx2 has as many smaller versions as they keep apart: none below 4, 1 from there, 2 from 10, 3 from 22, 4 from 46 on
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(0..=64))]
@@ -184,9 +189,10 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     let params = UnwrapParams { pack, ..UnwrapParams::default() };
     let unwrapped = unwrap(&scene.mesh.positions, scene.with_texels(), &scene.density, &params);
     app.progress.finished();
-    let unwrapped = unwrapped.with_context(|| {
+    let unwrapped = unwrapped.map_err(|error| {
         let textures = counted(u64::from(sheets), "texture", "textures");
-        format!("the parts cannot be laid into {textures}; where they are too many, give a larger --size, more --textures or fewer parts texels (light = \"vertex\")")
+        let told = format!("the parts cannot be laid into {textures}; {}", more_room(&error, args.size, sheets));
+        anyhow::Error::new(error).context(told)
     })?;
     let texels = texels(&unwrapped, args.size, args.size);
 
@@ -251,6 +257,21 @@ fn models(name: ModelName) -> (Box<dyn Illumination>, Box<dyn SurfaceModel>) {
     }
 }
 
+/// What helps where charts have no room in so many textures of a size.
+fn more_room(error: &PackError, size: u32, textures: u32) -> String {
+    let fewer = "fewer parts texels (light = \"vertex\")";
+    let PackError::TooSmall { smallest, .. } = *error else { return format!("give {fewer}") };
+    // more than there are in any case
+    let needed = smallest.max(u64::from(size) + 1);
+    if needed <= u64::from(LARGEST_SIZE) {
+        format!("give --size {needed} or more, more --textures or {fewer}")
+    } else if textures < MOST_TEXTURES {
+        format!("textures of the largest --size are too few for them as well: give more --textures or {fewer}")
+    } else {
+        format!("as many of the largest --size are too few for them as well: give {fewer}")
+    }
+}
+
 fn describe(report: &Report, folder: &std::path::Path) -> String {
     let notes = &report.notes;
     let [r, g, b] = notes.mean;
@@ -280,4 +301,23 @@ fn describe(report: &Report, folder: &std::path::Path) -> String {
         count(notes.rays),
         report.seconds,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_size_larger_than_the_largest_is_not_asked_for() {
+        let told = |smallest: u64, size: u32, textures: u32| {
+            more_room(&PackError::TooSmall { charts: 9, width: size, height: size, smallest }, size, textures)
+        };
+        assert!(told(66, 16, 1).contains("--size 66 or more"), "{}", told(66, 16, 1));
+        assert!(told(64, 64, 1).contains("--size 65 or more"), "more than was too little");
+        for (smallest, size) in [(16_385, 16), (16_384, 16_384)] {
+            let (few, most) = (told(smallest, size, 1), told(smallest, size, 64));
+            assert!(!few.contains("give --size") && few.contains("more --textures"), "{few}");
+            assert!(!most.contains("--textures") && most.contains("fewer parts"), "{most}");
+        }
+    }
 }
