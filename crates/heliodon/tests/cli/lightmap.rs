@@ -109,8 +109,33 @@ fn what_is_wrong_is_told_before_anything_is_written() {
     refused("[[light]]\nkind = \"point\"\nplace = [0, nan, 0]\namount = { flux_lm = 3.0 }\n", &["place"]);
     refused("[[light]]\nkind = \"ies\"\nfile = \"none.ies\"\nplace = [0, 1, 0]\n", &["none.ies"]);
     refused("[[light]]\nkind = \"glow\"\n", &["lamps.toml", "glow"]);
-    let ran = run(&[&"lightmap", &site, &"--sky", &"even", &"--time", &"10:00"]);
-    assert!(ran.code == 2 && ran.err.contains("--time"), "{}", ran.err);
+}
+
+#[test]
+fn what_would_do_nothing_is_refused() {
+    let folder = TempDir::new().unwrap();
+    let site = ground(folder.path());
+    for (arguments, says) in [
+        ("--sky even --time 10:00", "--time"),
+        ("--sky none --sharp-sun", "--sharp-sun"),
+        ("--radiance 2", "--radiance"),
+        ("--sky none --radiance 1", "--radiance"),
+        ("--exposure 1", "--exposure"),
+        ("--exposure auto --kind exr,ktx2", "--exposure"),
+        ("--model sky --bounces 0", "--bounces"),
+        ("--model sky --lights none.toml", "--lights"),
+        ("--model occlusion --lights none.toml", "--lights"),
+        ("--model occlusion --sharp-sun", "--sharp-sun"),
+        ("--model occlusion --time 10:00", "--time"),
+        ("--model occlusion --sky even --radiance 2", "--radiance"),
+    ] {
+        let out = site.join("out");
+        let mut all: Vec<&dyn AsRef<OsStr>> = vec![&"lightmap", &site, &"-o", &out];
+        let more: Vec<&str> = arguments.split(' ').collect();
+        all.extend(more.iter().map(|argument| argument as &dyn AsRef<OsStr>));
+        let ran = run(&all);
+        assert!(ran.code == 2 && ran.err.contains(says) && !out.exists(), "{arguments}: {}", ran.err);
+    }
 }
 
 /// A square on the ground, `side` metres large, its least corner there.
@@ -220,11 +245,18 @@ fn an_overcast_sky_is_three_times_as_bright_above() {
 fn models_leave_out_what_they_do_not_know() {
     let folder = TempDir::new().unwrap();
     let site = ground(folder.path());
-    let lamps = &lamp(&site);
-    let (sky, _) = solved(&site, &["--model", "sky", "--sky", "even", "--radiance", "2", "--lights", lamps]);
-    assert!((mean(&sky) - 2.0).abs() < 2e-3 && sky["notes"]["illumination"] == "sky only", "no lamp: {sky}");
-    let (open, _) = solved(&site, &["--model", "occlusion", "--sky", "none", "--lights", lamps]);
+    let text = fs::read_to_string(site.join("site.toml")).unwrap();
+    let lamp = "[[light]]\nplace = [0.5, 2.0, -0.5]\nintensity = [4.0, 4.0, 4.0]\n";
+    fs::write(site.join("site.toml"), format!("{text}{lamp}")).unwrap();
+    let has_lights = |report: &Value| !report["lights"].as_array().unwrap().is_empty();
+    let (sky, _) = solved(&site, &["--model", "sky", "--sky", "even", "--radiance", "2"]);
+    assert!((mean(&sky) - 2.0).abs() < 2e-3 && sky["notes"]["illumination"] == "sky only" && !has_lights(&sky), "{sky}");
+    let (own, _) = solved(&site, &["--model", "sky", "--time", "12:00"]);
+    assert!(own["sky"].as_str().unwrap().contains("12:00") && !has_lights(&own), "nor is its sun: {own}");
+    let (open, _) = solved(&site, &["--model", "occlusion"]);
     assert!((mean(&open) - 1.0).abs() < 1e-3 && open["notes"]["illumination"] == "occlusion only", "{open}");
+    assert!(open["sky"] == "no sky" && !has_lights(&open), "{open}");
+    fs::write(site.join("site.toml"), text).unwrap();
     assert!(open["notes"]["denoised"] == false && sky["notes"]["denoised"] == false);
     let (smooth, _) = solved(&site, &["--sky", "even", "--denoise"]);
     assert!((mean(&smooth) - 1.0).abs() < 1e-3 && smooth["notes"]["denoised"] == true, "{smooth}");

@@ -65,19 +65,19 @@ pub struct Args {
     /// Which sky
     #[arg(long, value_enum, default_value_t = SkyName::Site)]
     sky: SkyName,
-    /// The radiance of an even sky, or of an overcast one's zenith
-    #[arg(long, value_name = "L", default_value_t = 1.0, value_parser = |text: &str| values::within(text, 0.0, 1e9))]
-    radiance: f64,
+    /// The radiance of an even sky, or of an overcast one's zenith [default: 1]
+    #[arg(long, value_name = "L", value_parser = |text: &str| values::within(text, 0.0, 1e9))]
+    radiance: Option<f64>,
     /// A sun without a disc: its shadows are sharp
     #[arg(long)]
     sharp_sun: bool,
-    /// More lights, from a TOML file
+    /// More lights, from a TOML file; models sky and occlusion have none
     #[arg(long, value_name = "FILE")]
     lights: Option<PathBuf>,
     /// What light there is, and what surfaces make of it
     #[arg(long, value_enum, default_value_t = ModelName::Realistic)]
     model: ModelName,
-    /// How often light is reflected [default: the site's own]
+    /// How often light is reflected, not at all with models sky and occlusion [default: the site's own]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1000))]
     bounces: Option<u32>,
     /// Directions that a texel looks in at most
@@ -92,9 +92,9 @@ pub struct Args {
     /// Smooth what noise is left; it is noted in the result
     #[arg(long)]
     denoise: bool,
-    /// Exposure of what is multiplied with the albedo: auto, or stops
-    #[arg(long, value_name = "auto|STOPS", default_value = "auto", value_parser = values::exposure, allow_negative_numbers = true)]
-    exposure: Exposure,
+    /// Exposure of what is multiplied with the albedo, of --kind combined: auto, or stops [default: auto]
+    #[arg(long, value_name = "auto|STOPS", value_parser = values::exposure, allow_negative_numbers = true)]
+    exposure: Option<Exposure>,
 }
 
 /// What is written.
@@ -162,25 +162,25 @@ pub struct Report {
 /// Runs it.
 pub fn run(app: &App, args: &Args) -> Result<()> {
     let begun = Instant::now();
-    if args.time.is_some() && args.sky != SkyName::Site {
-        wrong_arguments!("--time is of the site's own sky; leave it out, or leave --sky out");
-    }
-    if args.sharp_sun && args.sky != SkyName::Site {
-        wrong_arguments!("--sharp-sun is of the site's own sky; leave it out, or leave --sky out");
-    }
+    check(args)?;
     let site = Site::read(&args.site)?;
     let folder = args.output.clone().unwrap_or_else(|| site.folder().join("lightmap"));
     // lights first: what is wrong with them is told before anything takes long
-    let mut lights = lamps::lights(&site, args.lights.as_deref())?;
-    lamps::unheeded(&site).iter().for_each(|warning| app.progress.warning(warning));
+    let (illumination, surface) = models(args.model);
+    let mut lights = Vec::new();
+    if illumination.has_lights() {
+        lights = lamps::lights(&site, args.lights.as_deref())?;
+        lamps::unheeded(&site).iter().for_each(|warning| app.progress.warning(warning));
+    }
     let files = site.input_files()?;
     let scene = SiteScene::read(&site, &files, args.every_part, &app.progress)?;
     app.progress.stage("sky", 0);
-    let sky = sky::light(&site, &files, args);
+    let shown = if illumination.is_sky_seen() { args.sky } else { SkyName::None };
+    let sky = sky::light(&site, &files, shown, args);
     app.progress.finished();
     let sky = sky?;
     sky.notes.iter().for_each(|note| app.progress.warning(note));
-    lights.extend(sky.sun);
+    lights.extend(sky.sun.filter(|_| illumination.has_lights()));
     lamps::inside_something(&lights, &scene.rays).iter().for_each(|warning| app.progress.warning(warning));
 
     app.progress.stage("unwrapping", 0);
@@ -196,7 +196,6 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     })?;
     let texels = texels(&unwrapped, args.size, args.size);
 
-    let (illumination, surface) = models(args.model);
     let params = SolveParams {
         bounces: args.bounces.unwrap_or(site.bake.bounces),
         error: args.error as f32,
@@ -225,7 +224,7 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
 
     let levels = clean_levels(args.margin, sides);
     let output = write::Output { folder: &folder, scene: &scene, lit: &lit, map: &map, levels };
-    let (mut written, exposure_stops) = output.write(&args.kind, args.exposure)?;
+    let (mut written, exposure_stops) = output.write(&args.kind, args.exposure.unwrap_or(Exposure::Auto))?;
     written.push(write::REPORT.to_owned());
     let report = Report {
         files: written,
@@ -246,6 +245,37 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     };
     write::report(&folder, &report)?;
     app.output.result(&report, |report| describe(report, &folder))
+}
+
+/// Refuses what would do nothing.
+fn check(args: &Args) -> Result<()> {
+    let is_sky_seen = args.model != ModelName::Occlusion;
+    let has_lights = is_sky_seen && args.model != ModelName::Sky;
+    let (time, radiance) = (("--time", args.time.is_some()), ("--radiance", args.radiance.is_some()));
+    let (sharp, bounces) = (("--sharp-sun", args.sharp_sun), ("--bounces", args.bounces.is_some()));
+    let lights = ("--lights", args.lights.is_some());
+    for (option, given) in [time, sharp] {
+        if given && args.sky != SkyName::Site {
+            wrong_arguments!("{option} is of the site's own sky; leave it out, or leave --sky out");
+        }
+    }
+    if args.radiance.is_some() && !matches!(args.sky, SkyName::Even | SkyName::Overcast) {
+        wrong_arguments!("--radiance is of an even or overcast sky; leave it out, or give --sky even or --sky overcast");
+    }
+    for (option, given) in [sharp, bounces, lights] {
+        if given && !has_lights {
+            wrong_arguments!("{option} does nothing with --model sky or occlusion (no lamps, suns and bounces); leave it out");
+        }
+    }
+    for (option, given) in [time, radiance] {
+        if given && !is_sky_seen {
+            wrong_arguments!("{option} does nothing with --model occlusion, for which all skies are alike; leave it out");
+        }
+    }
+    if args.exposure.is_some() && !args.kind.contains(&Kind::Combined) {
+        wrong_arguments!("--exposure is of --kind combined, others hold light as it is; leave it out, or add that kind");
+    }
+    Ok(())
 }
 
 fn models(name: ModelName) -> (Box<dyn Illumination>, Box<dyn SurfaceModel>) {

@@ -24,14 +24,14 @@ pub struct SkyLight {
     pub notes: Vec<String>,
 }
 
-/// The sky that was asked for.
+/// The sky of a name, as it was asked for.
 ///
 /// # Errors
 /// Probes that cannot be read, and a sky that cannot be made.
-pub fn light(site: &Site, files: &[InputFile], args: &Args) -> Result<SkyLight> {
-    let radiance = Vec3::splat(args.radiance as f32);
+pub fn light(site: &Site, files: &[InputFile], name: SkyName, args: &Args) -> Result<SkyLight> {
+    let radiance = Vec3::splat(args.radiance.unwrap_or(1.0) as f32);
     let plain = |name: &str, dome: Box<dyn Environment>| SkyLight { name: name.to_owned(), dome, sun: None, notes: Vec::new() };
-    match args.sky {
+    match name {
         SkyName::None => Ok(plain("no sky", Box::new(ConstantSky(Vec3::ZERO)))),
         SkyName::Even => Ok(plain("an even sky", Box::new(ConstantSky(radiance)))),
         SkyName::Overcast => Ok(plain("an overcast sky", Box::new(OvercastSky { zenith: radiance }))),
