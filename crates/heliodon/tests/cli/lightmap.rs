@@ -91,6 +91,23 @@ fn the_site_s_sky_and_lights_of_a_file_add_up() {
 }
 
 #[test]
+fn a_file_of_lights_says_what_a_lumen_is() {
+    let folder = TempDir::new().unwrap();
+    let site = ground(folder.path());
+    let lit_by = |unit: &str, amount: &str| {
+        let lamps = lamp(&site);
+        let text = fs::read_to_string(&lamps).unwrap().replace("intensity_cd = 4000.0", amount);
+        fs::write(&lamps, format!("{unit}{text}")).unwrap();
+        mean(&solved(&site, &["--sky", "none", "--lights", &lamps]).0)
+    };
+    let (house, radiance) = (lit_by("", "intensity_cd = 4000.0"), "lumens_per_unit = 179.0\n");
+    let brighter = lit_by(radiance, "intensity_cd = 4000.0") / house;
+    assert!((brighter / (1000.0 / 179.0) - 1.0).abs() < 1e-3, "{brighter}");
+    let as_it_stands = lit_by(radiance, "radiant_intensity = 4.0") / house;
+    assert!((as_it_stands - 1.0).abs() < 1e-3, "{as_it_stands}");
+}
+
+#[test]
 fn what_is_wrong_is_told_before_anything_is_written() {
     let folder = TempDir::new().unwrap();
     let site = ground(folder.path());
@@ -109,6 +126,11 @@ fn what_is_wrong_is_told_before_anything_is_written() {
     refused("[[light]]\nkind = \"point\"\nplace = [0, nan, 0]\namount = { flux_lm = 3.0 }\n", &["place"]);
     refused("[[light]]\nkind = \"ies\"\nfile = \"none.ies\"\nplace = [0, 1, 0]\n", &["none.ies"]);
     refused("[[light]]\nkind = \"glow\"\n", &["lamps.toml", "glow"]);
+    let point = "[[light]]\nkind = \"point\"\nplace = [0, 1, 0]\namount = { flux_lm = 3.0 }\n";
+    for wrong in ["0.0", "-1000.0", "inf", "nan"] {
+        refused(&format!("lumens_per_unit = {wrong}\n{point}"), &["lamps.toml", "lumens_per_unit"]);
+    }
+    refused(&format!("lumens_per_unit = \"1\"\n{point}"), &["lamps.toml", "lumens_per_unit"]);
 }
 
 #[test]

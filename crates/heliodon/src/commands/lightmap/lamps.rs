@@ -20,6 +20,8 @@ use std::sync::Arc;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct LightsFile {
+    /// Lumens of one unit of white flux, for all its lights; without it the house's.
+    lumens_per_unit: Option<f64>,
     #[serde(rename = "light", default)]
     lights: Vec<LightSpec>,
 }
@@ -64,10 +66,11 @@ pub fn lights(site: &Site, file: Option<&Path>) -> Result<Vec<Light>> {
         let name = || file.display().to_string();
         let text = std::fs::read_to_string(file).with_context(|| format!("{}: the lights cannot be read", file.display()))?;
         let found: LightsFile = toml::from_str(&text).with_context(name)?;
+        let photometry = found.lumens_per_unit.map_or(Photometry::HOUSE, |lumens_per_unit| Photometry { lumens_per_unit });
         let folder = file.parent().unwrap_or(Path::new("")).to_owned();
         let beside = Beside { folder, origin };
         for spec in &found.lights {
-            lights.push(Light::new(&spec.relative_to(origin), Photometry::HOUSE, &beside).with_context(name)?);
+            lights.push(Light::new(&spec.relative_to(origin), photometry, &beside).with_context(name)?);
         }
     }
     Ok(lights)
