@@ -219,6 +219,7 @@ pub(super) fn tell(
         air: times.told_air,
         culling: *culling,
         saved: times.told_saved,
+        is_culling_known: saved.is_ready(),
         lapse: &lapse,
         curve: frame.curve,
         status: stage.status(),
@@ -241,6 +242,7 @@ struct Detail<'a> {
     air: ParticlesTold,
     culling: Culling,
     saved: Saved,
+    is_culling_known: bool,
     lapse: &'a TimeLapse,
     curve: ToneCurve,
     status: &'a StageStatus,
@@ -249,22 +251,25 @@ struct Detail<'a> {
     trackers: &'a str,
 }
 
-/// What of the triangles in view culling leaves out, and how much in how many clusters.
-fn write_culling(f: &mut std::fmt::Formatter<'_>, culling: Culling, saved: &Saved) -> std::fmt::Result {
-    if saved.met.triangles == 0 {
+/// What of the triangles in view culling leaves out, and how much in how many clusters. While occluders and objects are still
+/// sought, nothing is left out.
+fn write_culling(f: &mut std::fmt::Formatter<'_>, culling: Culling, saved: &Saved, is_known: bool) -> std::fmt::Result {
+    if is_known && saved.met.triangles == 0 {
         return Ok(());
     }
     let part = |amount: Amount| {
         let percent = 100.0 * amount.triangles as f64 / saved.met.triangles as f64;
         format!("{percent:.0} % ({} triangles, {} clusters)", amount.triangles, amount.clusters)
     };
-    match culling.shadow {
-        true => write!(f, "\nhidden    {}, {} occluders", part(saved.hidden), saved.occluders)?,
-        false => write!(f, "\nhidden    drawn")?,
+    match (culling.shadow, is_known) {
+        (true, true) => write!(f, "\nhidden    {}, {} occluders", part(saved.hidden), saved.occluders)?,
+        (true, false) => write!(f, "\nhidden    not yet known")?,
+        (false, _) => write!(f, "\nhidden    drawn")?,
     }
-    match culling.contribution {
-        true => write!(f, "\nsmall     {}, below {} px", part(saved.small), culling.threshold_px),
-        false => write!(f, "\nsmall     drawn"),
+    match (culling.contribution, is_known) {
+        (true, true) => write!(f, "\nsmall     {}, below {} px", part(saved.small), culling.threshold_px),
+        (true, false) => write!(f, "\nsmall     not yet known"),
+        (false, _) => write!(f, "\nsmall     drawn"),
     }
 }
 
@@ -311,7 +316,10 @@ impl std::fmt::Display for Detail<'_> {
             write!(f, "\nair       {sources}: {particles} particles, {ms:.1} ms")?;
         }
         write!(f, "{}", self.trackers)?;
-        write_culling(f, self.culling, &self.saved)?;
+        // of what is not yet shown there is nothing to cull
+        if self.is_culling_known || matches!(self.status, StageStatus::Ready) {
+            write_culling(f, self.culling, &self.saved, self.is_culling_known)?;
+        }
         if let Some(why) = self.sky_failure {
             write!(f, "\n{why}")?;
         }
@@ -320,5 +328,31 @@ impl std::fmt::Display for Detail<'_> {
             StageStatus::Failed(what) => write!(f, "\n{what}"),
             StageStatus::Empty | StageStatus::Ready => write!(f, "\nH         help"),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Lines(Culling, Saved, bool);
+
+    impl std::fmt::Display for Lines {
+        fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            write_culling(f, self.0, &self.1, self.2)
+        }
+    }
+
+    #[test]
+    fn what_is_left_out_is_told_once_it_is_known() {
+        let of = |triangles: u64| Amount { clusters: triangles / 10, triangles };
+        let saved = Saved { met: of(400), small: of(0), hidden: of(100), occluders: 12 };
+        let told = |culling: Culling, saved: Saved, is_known: bool| Lines(culling, saved, is_known).to_string();
+        let known = told(Culling::exact(), saved, true);
+        assert_eq!(known, "\nhidden    25 % (100 triangles, 10 clusters), 12 occluders\nsmall     drawn");
+        let sought = told(Culling::default(), Saved::default(), false);
+        assert_eq!(sought, "\nhidden    not yet known\nsmall     not yet known");
+        assert_eq!(told(Culling::none(), Saved::default(), false), "\nhidden    drawn\nsmall     drawn");
+        assert_eq!(told(Culling::default(), Saved::default(), true), "", "nothing in view");
     }
 }
