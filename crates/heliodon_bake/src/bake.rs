@@ -20,6 +20,7 @@ use crate::names::{LightNames, SceneDigests};
 use crate::panorama::Panorama;
 use crate::plan::Plan;
 use crate::report::{Reporter, WarningsKept};
+use crate::rooms;
 use crate::scan::{self, Scan};
 use crate::scene::{Original, Scene, Traceable};
 use crate::sky::{BakedSky, bake_sky, sky_names};
@@ -213,7 +214,9 @@ fn scene_light(
     let actors = plan.actors(Some(&traceable.rays));
     let of_files = plan.figures.iter().flat_map(|figure| figure.warnings.iter().cloned());
     let doubts = ground::doubts(&plan.site, &actors, &plan.figures, &traceable.rays);
-    of_files.chain(doubts).chain(lamps::doubts(&plan.site, &traceable.rays)).for_each(|warning| reporter.warning(&warning));
+    let of_lamps = lamps::doubts(&plan.site, &traceable.rays);
+    let of_rooms = rooms::doubt(&plan.site, scene);
+    of_files.chain(doubts).chain(of_lamps).chain(of_rooms).for_each(|warning| reporter.warning(&warning));
     let grid = plan.grid(Some(&traceable.rays))?;
     let sun_bounce = plan.site.bake.sun_bounce;
     let names = LightNames::new(

@@ -10,6 +10,7 @@ use crate::ground::{as_given, doubts, on_the_ground};
 use crate::lamps;
 use crate::panorama::side_of;
 use crate::report::Reporter;
+use crate::rooms;
 use crate::scan::is_wanted;
 use crate::scene;
 use crate::sky::{lapse_params, place_warnings};
@@ -141,6 +142,7 @@ pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeEr
         warnings.push(format!("the sun does not rise at this place on {date}: no step of the day has one"));
     }
     warnings.extend(details.doubts(site, &scene));
+    warnings.extend(rooms::doubt(site, &scene));
     warnings.extend(viewer_warning(site, &scene, LightLayout { sun_steps: built.sun_steps, ..layout }));
     for warning in &warnings {
         reporter.warning(warning);

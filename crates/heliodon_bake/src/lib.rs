@@ -46,6 +46,7 @@ pub mod plan;
 pub mod prepare;
 mod referenced;
 pub mod report;
+mod rooms;
 pub mod scan;
 pub mod scene;
 pub mod shard;

@@ -4,6 +4,7 @@ use super::kept::{decode_unwrapped, encode_unwrapped};
 use crate::cache::Cache;
 use crate::error::BakeError;
 use crate::key::{Digest, TOOL};
+use crate::rooms::distance_m;
 use crate::scene::Scene;
 use glam::{Vec2, Vec3};
 use heliodon_bundle::site::{LightStorage, Room, Site};
@@ -305,12 +306,7 @@ pub fn texels_first(site: &Site, mut scene: Scene, every: bool) -> (Scene, Vec<f
 pub(super) fn nearness(rooms: &[Room], corners: [Vec3; 3]) -> f32 {
     let low = corners.into_iter().fold(Vec3::INFINITY, Vec3::min);
     let high = corners.into_iter().fold(Vec3::NEG_INFINITY, Vec3::max);
-    // between the boxes of room and triangle
-    let distance = |room: &Room| {
-        let (min, max) = (Vec3::from(room.min.map(|x| x as f32)), Vec3::from(room.max.map(|x| x as f32)));
-        (min - high).max(low - max).max(Vec3::ZERO).length()
-    };
-    let nearest = rooms.iter().map(distance).fold(f32::INFINITY, f32::min);
+    let nearest = rooms.iter().map(|room| distance_m(room, [low, high])).fold(f32::INFINITY, f32::min);
     if rooms.is_empty() { 1.0 } else { (NEAR_M / nearest.max(NEAR_M)).max(SPARSEST) }
 }
 

@@ -83,7 +83,7 @@ fn write_info(w: &mut Writer, info: &SiteInfo) {
     w.absent("longitude_deg", info.longitude_deg.as_ref(), "23.7267", "east positive");
     w.optional("utc_offset", &info.utc_offset, &super::UtcOffset::default(), "in which all times here are written");
     w.optional("north_deg", &info.north_deg, &0.0, "compass bearing, clockwise, of the model's -Z");
-    w.optional("origin", &info.origin, &[0.0; 3], "subtracted from all coordinates (survey coordinates)");
+    w.optional("origin", &info.origin, &[0.0; 3], "subtracted from all coordinates but those of rooms (survey coordinates)");
 }
 
 fn write_part(w: &mut Writer, part: &Part) {
@@ -193,7 +193,7 @@ fn write_bake(w: &mut Writer, bake: &Bake) {
 fn write_room(w: &mut Writer, room: &Room) {
     w.line("\n[[room]]");
     w.set("name", &room.name, "the box where a visitor's eyes can be");
-    w.set("min", room.min, "");
+    w.set("min", room.min, "once [site] origin is subtracted");
     w.set("max", room.max, "");
     let windows = Some(&room.windows).filter(|windows| !windows.is_empty());
     w.absent("windows", windows, WINDOWS, "three corners each: lower left, lower right, upper left");

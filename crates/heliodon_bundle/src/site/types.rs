@@ -134,7 +134,8 @@ pub struct SiteInfo {
     /// The compass bearing, clockwise, of the model's -Z, in degrees.
     #[serde(default)]
     pub north_deg: f64,
-    /// Subtracted from all coordinates on reading, in f64 (survey coordinates).
+    /// Subtracted on reading, in f64 (survey coordinates), from the coordinates of parts, actors, lamps, mattes, regions, views, paths,
+    /// films, sounds, echoes and particles. Not from those of `[[room]]`: rooms say where they are once it is subtracted.
     #[serde(default)]
     pub origin: [f64; 3],
 }
@@ -573,7 +574,7 @@ pub enum Transfer {
 pub struct Room {
     /// The room's name.
     pub name: String,
-    /// The box's lower corner, metres in the site's space.
+    /// The box's lower corner, metres, once the site's `origin` is subtracted, as all of a room's coordinates.
     pub min: [f64; 3],
     /// The box's upper corner.
     pub max: [f64; 3],
