@@ -79,7 +79,7 @@ impl Output<'_> {
         if self.sheets().len() == 1 { format!("light.{ending}") } else { format!("light-{}.{ending}", sheet + 1) }
     }
 
-    /// Both sides of borders show the same in files of fewer bits too.
+    /// Both sides of borders show the same in these files of fewer bits too.
     fn write_light(&self, kind: Kind, (sheet, light): (u16, &HdrImage), path: &Path) -> Result<()> {
         let (texels, sides) = (self.lit.texels, self.lit.sides);
         match kind {
@@ -97,7 +97,8 @@ impl Output<'_> {
         }
     }
 
-    /// Albedo times light as a screen shows it; returns the exposure.
+    /// Albedo times light as a screen shows it; returns the exposure. Texels are rounded each by itself, so that both sides of a border may be shown
+    /// apart by a code more than they were matched to.
     fn write_combined(&self, path: &Path, parts: &[UnwrappedPart], exposure: Exposure) -> Result<f32> {
         let albedo = self.lit.albedo;
         let color = |(texel, light): (&Texel, &Vec3)| albedo(texel.triangle, texel.weights.y, texel.weights.z) * *light;
