@@ -25,7 +25,7 @@ LOOK = 0.1
 
 
 # What is kept within steps, which depends on the time.
-WITHIN = re.compile(r"(piece|part)-.*(simplifying|measured|nearest|tiles)-\d+")
+WITHIN = re.compile(r"(piece|part)-.*(united|simplifying|measured|nearest|tiles)-\d+")
 # What is kept in several files is there with the last of them.
 PARTLY = re.compile(r"(piece|part|scene)-.*(?<!index)-\d+")
 

@@ -74,8 +74,13 @@ mod tests {
     fn a_lamp_in_a_column_is_told_over_ground_and_in_a_room() {
         let below = ground(40.0, 3).moved(Vec3::new(0.3, -0.2, 0.1));
         let at_its_foot = ground(40.0, 3).moved(Vec3::new(0.3, 0.0, 0.1));
-        let scenes =
-            [column(), column().and(below), column().and(at_its_foot.clone()), at_its_foot.and(column()), column().and(shell())];
+        let scenes = [
+            column(),
+            column().and(below),
+            column().and(at_its_foot.clone()),
+            at_its_foot.and(column()),
+            column().and(shell()),
+        ];
         for (number, scene) in scenes.iter().enumerate() {
             assert!(is_told(scene, IN_COLUMN), "{number}");
             assert!(!is_told(scene, BESIDE), "{number}");

@@ -34,8 +34,9 @@ pub fn doubt(site: &Site, scene: &Scene) -> Option<String> {
     } else {
         "[site] origin moves parts, lamps and actors, but not rooms: give their min and max as they are once it is subtracted"
     };
-    (nearest > FAR * across)
-        .then(|| format!("no part is near a room: the nearest is {nearest:.0} m off, and all are {across:.0} m across; {remedy}"))
+    (nearest > FAR * across).then(|| {
+        format!("no part is near a room: the nearest is {nearest:.0} m off, and all are {across:.0} m across; {remedy}")
+    })
 }
 
 #[cfg(test)]
@@ -47,7 +48,12 @@ mod tests {
     /// Two parts, five metres across, by the origin; and what is told of them with some rooms.
     fn told(origin: &str, rooms: &[[f64; 3]]) -> Option<String> {
         let room = |[x, y, z]: &[f64; 3]| {
-            format!("[[room]]\nname = \"r\"\nmin = [{x:?}, {y:?}, {z:?}]\nmax = [{:?}, {:?}, {:?}]\n", x + 1.0, y + 1.0, z + 1.0)
+            format!(
+                "[[room]]\nname = \"r\"\nmin = [{x:?}, {y:?}, {z:?}]\nmax = [{:?}, {:?}, {:?}]\n",
+                x + 1.0,
+                y + 1.0,
+                z + 1.0
+            )
         };
         let rooms: String = rooms.iter().map(room).collect();
         let text = format!(

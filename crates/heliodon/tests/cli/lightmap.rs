@@ -496,9 +496,8 @@ fn several_textures_hold_more() {
 fn the_size_that_would_do_is_told_and_does() {
     let folder = TempDir::new().unwrap();
     let site = three_parts(folder.path());
-    let sized = |size: &str| {
-        run(&[&"lightmap", &site, &"--sky", &"even", &"--samples", &"64", &"--margin", &"64", &"--size", &size])
-    };
+    let sized =
+        |size: &str| run(&[&"lightmap", &site, &"--sky", &"even", &"--samples", &"64", &"--margin", &"64", &"--size", &size]);
     let refused = sized("16");
     let needed = refused.err.split("give --size ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap_or_default();
     assert!(refused.code == 1 && refused.err.contains("charts do not fit"), "{}", refused.err);

@@ -116,7 +116,7 @@ impl Counts {
     }
 
     fn at(&self, hash: u64) -> (usize, u64) {
-        (hash as usize / 64 & (self.bits.len() - 1), 1 << (hash % 64))
+        ((hash as usize / 64) & (self.bits.len() - 1), 1 << (hash % 64))
     }
 
     fn add(&mut self, hash: u64) {
@@ -256,7 +256,8 @@ mod tests {
             let mut expected: Vec<u32> = Vec::new();
             for (index, p) in positions.iter().enumerate() {
                 let is_first = |&(other, _): &(usize, &u32)| expected[other] as usize == other;
-                let near = expected.iter().enumerate().filter(is_first).find(|&(other, _)| positions[other].distance(*p) <= 1.0);
+                let near =
+                    expected.iter().enumerate().filter(is_first).find(|&(other, _)| positions[other].distance(*p) <= 1.0);
                 let place = near.map_or(index as u32, |(other, _)| other as u32);
                 expected.push(if p.is_finite() { place } else { NOWHERE });
             }

@@ -18,7 +18,7 @@ use crate::simplify::{Held, place_bits};
 use crate::split::{SplitError, split};
 use glam::Vec3;
 use heliodon_mesh::Mesh;
-use nearby::Nearby;
+use nearby::{Around, Nearby};
 use rayon::prelude::*;
 use rims::rims;
 use serde::{Deserialize, Serialize};
@@ -227,7 +227,13 @@ fn split_alike(
         if met.is_empty() {
             continue;
         }
+        let mut all: Vec<(f32, &[Vec3])> = Vec::new();
+        meetings[index].iter().zip(&places).for_each(|(meeting, places)| all.push((meeting.reach_m, places)));
+        let around = Around::new(all.iter().flat_map(|&(reach_m, places)| places.iter().map(move |&p| (p, reach_m))));
         let longest_m = |middle: Vec3, _along: Vec3| {
+            if !around.may_hold(middle) {
+                return f32::INFINITY;
+            }
             let is_there = |(meeting, nearby): &&(&Meeting, Nearby)| meeting.holds(middle) && nearby.nearest(middle).is_some();
             met.iter().find(is_there).map_or(f32::INFINITY, |(meeting, _)| LEAST_EDGE * meeting.reach_m)
         };

@@ -1,4 +1,4 @@
-//! The nearest of many places.
+//! The nearest of many places, and whether there is any at all.
 
 use crate::topology::Cells;
 use glam::Vec3;
@@ -38,9 +38,72 @@ impl<'p> Nearby<'p> {
     }
 }
 
+/// Cells along a side of [`Around`]: two megabytes.
+const SIDE: usize = 256;
+
+/// Where places lie, roughly: most of what is asked for lies nowhere near one, and that is told ten times as fast.
+pub(super) struct Around {
+    low: Vec3,
+    per_m: Vec3,
+    cells: Vec<u64>,
+}
+
+impl Around {
+    /// Within a reach of any of these places.
+    pub fn new(places: impl Iterator<Item = (Vec3, f32)> + Clone) -> Self {
+        let (low, high) = places
+            .clone()
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), (p, reach)| (l.min(p - reach), h.max(p + reach)));
+        // no place marks more than eight cells
+        let widest = places.clone().fold(f32::MIN_POSITIVE, |widest, (_, reach)| widest.max(2.0 * reach));
+        let per_m = (SIDE as f32 / (high - low).max(Vec3::splat(f32::MIN_POSITIVE))).min(Vec3::splat(1.0 / widest));
+        let mut around = Self { low, per_m, cells: vec![0; SIDE.pow(3) / 64] };
+        for (p, reach) in places {
+            // rounding keeps an order: whoever is within reach is in one of them
+            let ([x, y, z], [to_x, to_y, to_z]) = (around.cell(p - reach), around.cell(p + reach));
+            for index in (x..=to_x).flat_map(|x| (y..=to_y).flat_map(move |y| (z..=to_z).map(move |z| index([x, y, z])))) {
+                around.cells[index / 64] |= 1 << (index % 64);
+            }
+        }
+        around
+    }
+
+    /// Whether a place may be within reach of one.
+    pub fn may_hold(&self, p: Vec3) -> bool {
+        let index = index(self.cell(p));
+        self.cells[index / 64] >> (index % 64) & 1 == 1
+    }
+
+    fn cell(&self, p: Vec3) -> [usize; 3] {
+        ((p - self.low) * self.per_m).to_array().map(|at| (at as usize).min(SIDE - 1))
+    }
+}
+
+fn index([x, y, z]: [usize; 3]) -> usize {
+    (x * SIDE + y) * SIDE + z
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use heliodon_math::random::Pcg32;
+
+    #[test]
+    fn what_is_within_reach_may_be_held_and_little_else() {
+        let mut random = Pcg32::new(11, 5);
+        let mut point = || Vec3::from_array([0; 3].map(|_| random.range_f32(-50.0, 50.0)));
+        let places: Vec<Vec3> = (0..300).map(|_| point()).collect();
+        for reach in [0.0, 1.0e-5, 0.5] {
+            let around = Around::new(places.iter().map(|&p| (p, reach)));
+            for &p in &places {
+                let aside = [Vec3::ZERO, Vec3::X, -Vec3::Z, Vec3::splat(0.577)];
+                assert!(aside.into_iter().all(|aside| around.may_hold(p + 0.999 * reach * aside)));
+            }
+            let held = (0..2000).filter(|_| around.may_hold(point())).count();
+            assert!(held < 40, "{held}");
+        }
+        assert!(!Around::new(std::iter::empty()).may_hold(Vec3::ONE));
+    }
 
     #[test]
     fn the_nearest_is_found_across_cells_and_none_beyond_the_reach() {

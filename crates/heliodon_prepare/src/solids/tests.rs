@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::clean::{CleanParams, clean};
+use crate::interim::tests::Shelf;
 use crate::shapes::{cube, joined};
 use glam::{Vec2, Vec3};
 use heliodon_mesh::Material;
@@ -130,6 +131,31 @@ fn many_random_boxes_enclose_what_a_count_of_cells_says() {
         (mesh.positions, mesh.triangles, report)
     };
     assert_eq!(with(1), with(3));
+}
+
+#[test]
+fn groups_that_are_united_already_are_not_united_again() {
+    // pairs that overlap, lone boxes, and a group that is too large
+    let pair = |i: u32| {
+        let at = Vec3::X * (4 * i) as f32;
+        joined(&[cube(at, at + 1.0), cube(at + 0.5 + (i % 2) as f32, at + 1.5 + (i % 2) as f32)])
+    };
+    let large: Vec<Mesh> =
+        (0..5).map(|i| cube(Vec3::splat(-9.0 - 0.5 * i as f32), Vec3::splat(-8.0 - 0.5 * i as f32))).collect();
+    let mesh = joined(&(0..12).map(pair).chain([joined(&large)]).collect::<Vec<_>>());
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    let made = |interim: &dyn Interim| {
+        let (mut mesh, params) = (mesh.clone(), SolidsParams { most_triangles: 30, ..SolidsParams::default() });
+        let report = pool.install(|| unite_resuming(&mut mesh, &params, (interim, Tell::NOBODY)));
+        (mesh.positions, mesh.triangles, report)
+    };
+    let whole = made(&Nowhere);
+    assert_eq!(whole.2.groups.len(), 6 + 1);
+    // a shelf does not keep the same twice
+    let mut shelf = Shelf::default();
+    shelf.most = 3;
+    assert!(made(&shelf) == whole && shelf.len() == 3);
+    assert!(made(&shelf) == whole && shelf.len() == 3);
 }
 
 #[test]
