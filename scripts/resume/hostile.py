@@ -274,8 +274,8 @@ class Hostile:
                 fault = self.refused(run, [word]) if run.code == 1 else None
                 if run.code not in (0, 1):
                     fault = f"exit code {run.code}: " + " / ".join(run.lines[-3:])
-                # rooms mean nothing to a bake that is not prepared, and nothing is cleaned then
-                asked = more or not ("room" in name or "window" in name or "area" in name)
+                # what rooms see means nothing to a bake that is not prepared, and nothing is cleaned then
+                asked = more or not any(word in name for word in ("sees nothing", "window", "area"))
                 if run.code == 0 and word and asked and not any(word in line for line in run.lines):
                     fault = f"not told: {word}"
                 if run.code == 1 and not asked:

@@ -143,7 +143,7 @@ def probe(width, height, pixel):
 
 
 def make_yard(site):
-    """A small site whose stages all have something to do, from skies of images to an actor: baked in a second or two."""
+    """A small site whose stages all have something to do, from skies of images to an actor, texels, a panorama and the scan itself: baked in a second or two."""
     (site / "sky").mkdir(parents=True)
     (site / "waves.ply").write_bytes(mesh_ply(*sheet(40, lambda x: 0.2 * abs(x * 10 % 1 - 0.5))))
     (site / "floor.ply").write_bytes(mesh_ply(*sheet(4, lambda x: -0.1)))
@@ -156,6 +156,7 @@ name = "yard"
 file = "waves.ply"
 [[part]]
 file = "floor.ply"
+light = "texel"
 role = "ground"
 scale = 4.0
 translate = [-1.5, 0.0, 1.5]
@@ -176,8 +177,9 @@ sun_steps = 2
 sky_steps = 2
 bounces = 2
 samples = 32
+texels = 64
 grid_m = 0.2
-""" + SMALL_SCREEN)
+""" + SMALL_SCREEN.replace("[prepare]\n", "[prepare]\nscan = true\npanorama = 64\n"))
 
 
 def differences(a, b):

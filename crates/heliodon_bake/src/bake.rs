@@ -216,7 +216,9 @@ fn scene_light(
     let doubts = ground::doubts(&plan.site, &actors, &plan.figures, &traceable.rays);
     let of_lamps = lamps::doubts(&plan.site, &traceable.rays);
     let of_rooms = rooms::doubt(&plan.site, scene);
-    of_files.chain(doubts).chain(of_lamps).chain(of_rooms).for_each(|warning| reporter.warning(&warning));
+    let is_purged = plan.site.prepare.as_ref().is_some_and(|settings| settings.purge);
+    let in_stone = if is_purged { Vec::new() } else { rooms::stone_doubts(&plan.site, &traceable.rays) };
+    of_files.chain(doubts).chain(of_lamps).chain(of_rooms).chain(in_stone).for_each(|warning| reporter.warning(&warning));
     let grid = plan.grid(Some(&traceable.rays))?;
     let sun_bounce = plan.site.bake.sun_bounce;
     let names = LightNames::new(

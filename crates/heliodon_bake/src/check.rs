@@ -108,13 +108,18 @@ pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeEr
     let details = Details::read(site, &files, reporter)?;
     let scene = scene::read(site, &files, reporter)?;
     let mut warnings: Vec<String> = figures.iter().flat_map(|figure| figure.warnings.iter().cloned()).collect();
-    if !site.actors.is_empty() || !site.lamps.is_empty() {
+    // what is prepared is cleaned first
+    let stands_as_it_is = site.prepare.is_none() && !site.rooms.is_empty();
+    if !site.actors.is_empty() || !site.lamps.is_empty() || stands_as_it_is {
         reporter.stage("rays", 0);
         let rays = TriangleScene::build(&scene.mesh.positions, &scene.mesh.triangles, &BuildParams::default())?;
         reporter.finished();
         let actors = on_the_ground(site, &figures, &rays);
         warnings.extend(doubts(site, &actors, &figures, &rays));
         warnings.extend(lamps::doubts(site, &rays));
+        if stands_as_it_is {
+            warnings.extend(rooms::stone_doubts(site, &rays));
+        }
         grid = GridPlan::new(site, &actors, layout, None)?;
     }
     if site.prepare.is_none() {

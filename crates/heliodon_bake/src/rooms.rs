@@ -1,8 +1,11 @@
-//! Rooms and how far things are from them.
+//! Rooms: how far things are from them, and whether they lie in stone.
 
+use crate::prepare::{stone_doubt, views};
 use crate::scene::Scene;
 use glam::Vec3;
 use heliodon_bundle::site::{Room, Site};
+use heliodon_prepare::purge::stone_share;
+use heliodon_rays::TriangleScene;
 
 /// Rooms so many times as far off as all parts together are across are not meant: from there the site is seen within six degrees.
 const FAR: f32 = 10.0;
@@ -37,6 +40,13 @@ pub fn doubt(site: &Site, scene: &Scene) -> Option<String> {
     (nearest > FAR * across).then(|| {
         format!("no part is near a room: the nearest is {nearest:.0} m off, and all are {across:.0} m across; {remedy}")
     })
+}
+
+/// A sentence for each room that lies in stone or reaches into it. The purge tells that itself, of geometry that has been cleaned.
+#[must_use]
+pub fn stone_doubts(site: &Site, rays: &TriangleScene) -> Vec<String> {
+    let cells = views(site).cells;
+    site.rooms.iter().zip(&cells).filter_map(|(room, cell)| stone_doubt(room, stone_share(rays, cell))).collect()
 }
 
 #[cfg(test)]

@@ -10,8 +10,8 @@ use bytemuck::{Pod, cast_slice, cast_slice_mut};
 use glam::Vec3;
 
 /// Where what is built of a hierarchy is kept: in the order of this machine's memory, no format for others. Whoever keeps it sees to it that it stays
-/// whole, and that it is asked for over the same triangles, built the same way, alone: tiles of several builds may be mixed, for each answers as any other does that
-/// was built over its triangles.
+/// whole, and hands it out for the same triangles and [`crate::BuildParams`] only. Tiles of several such builds may be mixed: each answers as any other does that was
+/// built over its triangles.
 pub trait KeptTiles: Sync {
     /// A tile that was kept, or nothing.
     fn take(&self, tile: usize) -> Option<Vec<u8>>;

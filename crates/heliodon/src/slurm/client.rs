@@ -29,7 +29,13 @@ pub struct Task {
     pub job: u64,
     /// `RUNNING`, `PENDING` and the like.
     pub state: String,
+    /// Why it waits, where that is not that others are before it.
+    pub held_by: Option<String>,
 }
+
+/// Why tasks wait as a matter of course.
+const USUAL: [&str; 8] =
+    ["None", "(null)", "Priority", "Resources", "Dependency", "BeginTime", "Cleaning", "JobArrayTaskLimit"];
 
 /// Looks whether Slurm is there.
 ///
@@ -75,7 +81,7 @@ pub fn submit(job: &Job) -> Result<u64> {
 /// What `squeue` says.
 pub fn queued(names: &[String]) -> Result<Vec<Task>> {
     let arguments =
-        ["--noheader".into(), "--array".into(), format!("--name={}", names.join(",")).into(), "--format=%F %T".into()];
+        ["--noheader".into(), "--array".into(), format!("--name={}", names.join(",")).into(), "--format=%F %T %r".into()];
     Ok(tasks(&run("squeue", &arguments)?))
 }
 
@@ -115,8 +121,10 @@ fn job_number(told: &str) -> Option<u64> {
 
 fn tasks(told: &str) -> Vec<Task> {
     let task = |line: &str| {
-        let (job, state) = line.trim().split_once(' ')?;
-        Some(Task { job: job.parse().ok()?, state: state.trim().to_owned() })
+        let (job, rest) = line.trim().split_once(' ')?;
+        let (state, reason) = rest.trim().split_once(' ').unwrap_or((rest, ""));
+        let held_by = Some(reason.trim()).filter(|reason| state == "PENDING" && !reason.is_empty() && !USUAL.contains(reason));
+        Some(Task { job: job.parse().ok()?, state: state.trim().to_owned(), held_by: held_by.map(str::to_owned) })
     };
     told.lines().filter_map(task).collect()
 }
@@ -137,8 +145,19 @@ mod tests {
     #[test]
     fn what_slurm_prints_is_read() {
         assert_eq!((job_number("17\n"), job_number("sbatch: note\n17;alps\n"), job_number("")), (Some(17), Some(17), None));
-        let running = Task { job: 17, state: "RUNNING".into() };
-        assert_eq!(tasks("17 RUNNING\n\n18 PENDING \nslurm: odd\n"), [running, Task { job: 18, state: "PENDING".into() }]);
+        let task = |job, state: &str, held_by: Option<&str>| Task {
+            job,
+            state: state.to_owned(),
+            held_by: held_by.map(str::to_owned),
+        };
+        let told = "17 RUNNING None\n\n18 PENDING \n19 PENDING Priority\n20 PENDING launch failed requeued held\nslurm: odd\n";
+        let read = [
+            task(17, "RUNNING", None),
+            task(18, "PENDING", None),
+            task(19, "PENDING", None),
+            task(20, "PENDING", Some("launch failed requeued held")),
+        ];
+        assert_eq!(tasks(told), read);
         let told = "17_1|COMPLETED\n17_2|CANCELLED by 0\n17_[3-4]|PENDING\n18|FAILED\n";
         assert_eq!(ends(told), [(1, "COMPLETED".to_owned()), (2, "CANCELLED".to_owned())]);
     }

@@ -19,6 +19,7 @@ use heliodon_bake::report::Reporter;
 use script::Places;
 use serde::Serialize;
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
@@ -177,7 +178,12 @@ impl<'a> Launch<'a> {
             after,
             options: self.options.sbatch,
         };
-        let id = client::submit(&job)?;
+        let id = client::submit(&job).with_context(|| match after {
+            Some(array) => {
+                format!("the shards are Slurm job {array} and go on; the merge could not be submitted: run the same again")
+            }
+            None => "the merge could not be submitted".to_owned(),
+        })?;
         self.jobs.push(id);
         self.app.progress.note(&format!("Slurm job {id}: the merge"));
         Ok(())
@@ -199,11 +205,21 @@ impl<'a> Launch<'a> {
         let mut pause = LOOK_FIRST;
         let mut heard = Instant::now();
         let mut told_blocks = false;
+        let mut told_reasons = BTreeSet::new();
         self.app.progress.stage("waiting for Slurm", 0);
         loop {
             match self.queued() {
                 Ok(tasks) if tasks.is_empty() => break,
-                Ok(_) => heard = Instant::now(),
+                Ok(tasks) => {
+                    heard = Instant::now();
+                    for (job, reason) in tasks.into_iter().filter_map(|task| Some((task.job, task.held_by?))) {
+                        if told_reasons.insert((job, reason.clone())) {
+                            self.app
+                                .progress
+                                .note(&format!("Slurm job {job} waits: {reason} (scontrol show job {job} tells more)"));
+                        }
+                    }
+                }
                 // it answers again after a while, or never
                 Err(error) if heard.elapsed() > PATIENCE => return Err(error),
                 Err(_) => {}

@@ -286,6 +286,17 @@ fn a_room_in_a_wall_and_one_that_sees_nothing_are_told() {
     }
     let report: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
     assert_eq!(report["triangles_hidden"], 0, "{report}");
+
+    // without preparation, too: by checks and by bakes
+    let text = std::fs::read_to_string(site.path("site.toml")).unwrap();
+    site.write("site.toml", text.replace("[prepare]\nedge_px = 40.0\n", ""));
+    for command in ["check", "bake"] {
+        let told = done(&[&command, &site.folder()]).err;
+        assert!(
+            told.contains("room \"crypt\"") && told.contains("lies in stone") && !told.contains("attic"),
+            "{command}: {told}"
+        );
+    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Runs each task of an array after the other in the background; one for which there is a file `lose-I` ends without having run, one for
-/// which there is `slow` takes a minute.
+/// which there is `slow` takes a minute. With `no-merge` it refuses what waits for others; `state` is what its queue says of all.
 const SBATCH: &str = r#"#!/bin/sh
 for word in "$@"; do
     case "$word" in
@@ -17,7 +17,7 @@ for word in "$@"; do
         --array=*) array=${word#*=} ;;
         --job-name=*) name=${word#*=} ;;
         --output=*) log=${word#*=} ;;
-        --dependency=afterok:*) after=${word##*:} ;;
+        --dependency=afterok:*) after=${word##*:}; [ -e "$FAKE/no-merge" ] && exit 1 ;;
         --*) ;;
         *) script=$word ;;
     esac
@@ -55,7 +55,7 @@ for word in "$@"; do
 done
 for job in "$FAKE"/job-*; do
     [ -e "$job" ] || continue
-    case "$names" in *,"$(cat "$job")",*) echo "${job##*-} RUNNING" ;; esac
+    case "$names" in *,"$(cat "$job")",*) echo "${job##*-} $(cat "$FAKE/state" 2>/dev/null || echo RUNNING None)" ;; esac
 done
 "#;
 
@@ -138,6 +138,20 @@ fn a_bake_on_slurm_is_that_of_one_machine_and_lost_shards_are_submitted_again() 
     let names = |line: &str| line.split(' ').find_map(|word| word.strip_prefix("--job-name=")).map(str::to_owned).unwrap();
     let submitted = fake.submitted();
     assert!(names(&submitted[0]) == names(&submitted[2]) && names(&submitted[0]) != names(&submitted[4]), "{submitted:?}");
+}
+
+#[test]
+fn what_waits_for_good_and_what_cannot_be_submitted_are_told() {
+    let fake = Fake::new();
+    std::fs::write(fake.fake("no-merge"), "").unwrap();
+    let without = fake.baked(&[]);
+    assert!(without.code == 1 && without.err.contains("are Slurm job 1 and go on; the merge could not be"), "{}", without.err);
+    std::fs::remove_file(fake.fake("no-merge")).unwrap();
+    std::fs::write(fake.fake("state"), "PENDING launch failed requeued held").unwrap();
+    let baked = fake.baked(&[]);
+    assert_eq!(baked.code, 0, "{}", baked.err);
+    assert_eq!(baked.err.matches("waits: launch failed requeued held").count(), baked.err.matches("waits: ").count());
+    assert!(baked.err.contains(" waits: launch failed requeued held (scontrol show job "), "{}", baked.err);
 }
 
 #[test]

@@ -86,20 +86,32 @@ pub(super) fn purge_doubts(rooms: &[Room], purge: &PurgeReport, params: &PurgePa
 }
 
 fn room_doubt(room: &Room, report: &RoomReport) -> Option<String> {
-    let (name, stone) = (&room.name, 100.0 * report.in_stone);
-    let [x, y, z] = std::array::from_fn(|axis| 0.5 * (room.min[axis] + room.max[axis]));
-    let place = format!("room \"{name}\", around ({x:.2}, {y:.2}, {z:.2}),");
-    let remedy = format!("set its min and max in {SITE_FILE_NAME} to where visitors' eyes can be");
-    if report.eyes == 0 {
-        Some(format!("{place} lies in stone: no eye in it sees anything; {remedy}"))
-    } else if report.is_blind() {
+    if report.eyes > 0 && report.is_blind() {
         let windows = if room.windows.is_empty() { "" } else { ", and its windows to what is there" };
-        Some(format!("{place} sees nothing of the site; {remedy}{windows}"))
-    } else if report.in_stone > STONE_IN_ROOMS {
+        return Some(format!("{} sees nothing of the site; {}{windows}", place(room), remedy()));
+    }
+    stone_doubt(room, report.in_stone)
+}
+
+/// A sentence for a room of which such a part lies in stone, if that is too much.
+pub(crate) fn stone_doubt(room: &Room, in_stone: f64) -> Option<String> {
+    let (place, remedy, stone) = (place(room), remedy(), 100.0 * in_stone);
+    if in_stone >= 1.0 {
+        Some(format!("{place} lies in stone: no eye in it sees anything; {remedy}"))
+    } else if in_stone > STONE_IN_ROOMS {
         Some(format!("{place} reaches into stone with {stone:.0} % of its box, where nobody can stand; {remedy}"))
     } else {
         None
     }
+}
+
+fn remedy() -> String {
+    format!("set its min and max in {SITE_FILE_NAME} to where visitors' eyes can be")
+}
+
+fn place(room: &Room) -> String {
+    let [x, y, z] = std::array::from_fn(|axis| 0.5 * (room.min[axis] + room.max[axis]));
+    format!("room \"{}\", around ({x:.2}, {y:.2}, {z:.2}),", room.name)
 }
 
 #[cfg(test)]

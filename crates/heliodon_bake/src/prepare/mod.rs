@@ -28,6 +28,7 @@ mod surfacing;
 mod views;
 
 pub(crate) use arrays::{load_array, store_array, textures_of};
+pub(crate) use doubts::stone_doubt;
 pub use estimate::{PrepareEstimate, StepEstimate, estimate};
 pub(crate) use estimate::{estimate_with, is_prepared};
 pub(crate) use kept::GEOMETRY;

@@ -27,6 +27,16 @@ pub(super) fn eye_point(cell: &ViewCell, k: u32, seed: u32) -> Vec3 {
     (low + share * (high - low)).as_vec3().clamp(cell.low, cell.high)
 }
 
+/// Eyes of a room that are asked how much of it lies in stone.
+const ASKED: u32 = 256;
+
+/// The part of a room that lies inside stone, from 0 to 1.
+#[must_use]
+pub fn stone_share(scene: &TriangleScene, cell: &ViewCell) -> f64 {
+    let in_stone = (0..ASKED).filter(|&k| is_in_stone(scene, eye_point(cell, k, 0))).count();
+    in_stone as f64 / f64::from(ASKED)
+}
+
 /// Whether an eye lies inside stone: whether in most directions it sees a back first, or leaves more surfaces by their backs than it
 /// enters. Backs alone would not do where bodies run into each other, nor numbers where there is a floor of one sheet below.
 pub(super) fn is_in_stone(scene: &TriangleScene, eye: Vec3) -> bool {
@@ -69,5 +79,12 @@ mod tests {
         for (eye, inside) in [(Vec3::ZERO, true), (Vec3::X * 0.9, true), (Vec3::X * 1.1, false), (Vec3::Y * -2.5, false)] {
             assert_eq!(is_in_stone(&rays, eye), inside, "{eye}");
         }
+        let share = |low: f32, high: f32| {
+            let cell = ViewCell { low: Vec3::splat(low), high: Vec3::splat(high), windows: Vec::new() };
+            stone_share(&rays, &cell)
+        };
+        assert_eq!((share(-0.4, 0.4), share(1.0, 2.0)), (1.0, 0.0));
+        // an eighth of the ball in a cube of a metre
+        assert!((share(0.0, 1.0) - std::f64::consts::FRAC_PI_6).abs() < 0.06, "{}", share(0.0, 1.0));
     }
 }

@@ -32,6 +32,7 @@ mod verify;
 mod weld;
 mod windows;
 
+pub use eyes::stone_share;
 pub use report::{PurgeReport, RoomReport};
 pub use verify::{CheckParams, Verified, WorstFrame, verify};
 
