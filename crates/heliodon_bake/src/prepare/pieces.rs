@@ -21,7 +21,7 @@ pub(super) const PART: &str = "part-";
 /// Within long steps work is kept when so much time has passed since anything of it was.
 const DUE: Duration = Duration::from_secs(8);
 /// Keeping a milestone shall not take more than one such part of the time between it and the next.
-const WORTH: u32 = 4;
+const WORTH: u32 = 2;
 
 /// What can be kept.
 pub(super) trait Piece: Sized {
