@@ -41,7 +41,7 @@ impl<'p> Nearby<'p> {
 /// Cells along a side of [`Around`]: two megabytes.
 const SIDE: usize = 256;
 
-/// Where places lie, roughly: most of what is asked for lies nowhere near one, and that is told ten times as fast.
+/// Where places lie, roughly: most of what is asked for lies nowhere near one, and is told so at once: a third of the time of comparing borders.
 pub(super) struct Around {
     low: Vec3,
     per_m: Vec3,
