@@ -26,13 +26,23 @@ LOOK = 0.1
 
 # What is kept within steps, which depends on the time.
 WITHIN = re.compile(r"(piece|part)-.*(united|simplifying|measured|nearest|tiles)-\d+")
+# What is written over each time that it is kept.
+OVER = re.compile(r"bounces-.*-\d+")
 # What is kept in several files is there with the last of them.
 PARTLY = re.compile(r"(piece|part|scene)-.*(?<!index)-\d+")
 
 
 def is_step(name):
     """Whether a file of the cache keeps what every run keeps."""
-    return re.search(r"-\d+$", name) and not PARTLY.fullmatch(name)
+    return re.search(r"-\d+$", name) and not PARTLY.fullmatch(name) and not OVER.fullmatch(name)
+
+
+def told_apart(folder, name):
+    """What is kept under a name, told apart from what was there before."""
+    try:
+        return f"{name}@{os.stat(os.path.join(folder, name)).st_mtime_ns}" if OVER.fullmatch(name) else name
+    except FileNotFoundError:
+        return name
 
 
 class Watched(Run):
@@ -50,8 +60,8 @@ class Watched(Run):
     def look(self):
         """Notes what is there that was not."""
         for folder, _, names in os.walk(self.cache):
-            for name in set(names) - self.seen:
-                if is_step(name) or WITHIN.fullmatch(name):
+            for name in {told_apart(folder, name) for name in names} - self.seen:
+                if is_step(name) or WITHIN.fullmatch(name) or "@" in name:
                     self.seen.add(name)
                     self.kept.append((self.now(), name, self.stage()))
 

@@ -231,8 +231,16 @@ impl Cache {
     /// # Errors
     /// [`CacheError::Write`], for instance on a full disk; nothing half-written stays.
     pub fn store(&self, stage: &str, block: usize, content: &[u8]) -> Result<(), CacheError> {
+        self.store_runs(stage, block, &[content])
+    }
+
+    /// As [`Cache::store`]; the content is some runs, one after the other.
+    ///
+    /// # Errors
+    /// As [`Cache::store`].
+    pub fn store_runs(&self, stage: &str, block: usize, runs: &[&[u8]]) -> Result<(), CacheError> {
         let name = block_name(stage, block);
-        self.write_beside(&name, |path| write_block(path, &name, content))
+        self.write_beside(&name, |path| write_block(path, &name, runs))
     }
 
     /// Removes this bake's blocks, what interrupted bakes of the same bundle from other inputs or parameters left, and the
@@ -427,20 +435,22 @@ fn block_name(stage: &str, block: usize) -> String {
     format!("{stage}-{block:05}")
 }
 
-fn block_hash(name: &str, content: &[u8]) -> [u8; 32] {
+fn block_hash(name: &str, runs: &[&[u8]]) -> [u8; 32] {
     let mut hasher = blake3::Hasher::new();
     hasher.update(&(name.len() as u64).to_le_bytes());
     hasher.update(name.as_bytes());
-    hasher.update(content);
+    for run in runs {
+        hasher.update(run);
+    }
     *hasher.finalize().as_bytes()
 }
 
-fn write_block(path: &Path, name: &str, content: &[u8]) -> io::Result<()> {
+fn write_block(path: &Path, name: &str, runs: &[&[u8]]) -> io::Result<()> {
     let mut file = File::create(path)?;
     file.write_all(&MAGIC)?;
-    file.write_all(&(content.len() as u64).to_le_bytes())?;
-    file.write_all(&block_hash(name, content))?;
-    file.write_all(content)
+    file.write_all(&runs.iter().map(|run| run.len() as u64).sum::<u64>().to_le_bytes())?;
+    file.write_all(&block_hash(name, runs))?;
+    runs.iter().try_for_each(|run| file.write_all(run))
 }
 
 fn read_block(path: &Path, name: &str) -> Option<Vec<u8>> {
@@ -454,7 +464,7 @@ fn read_block(path: &Path, name: &str) -> Option<Vec<u8>> {
     }
     let mut content = Vec::with_capacity(usize::try_from(length).ok()?);
     file.read_to_end(&mut content).ok()?;
-    (content.len() as u64 == length && header[16..] == block_hash(name, &content)).then_some(content)
+    (content.len() as u64 == length && header[16..] == block_hash(name, &[&content])).then_some(content)
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 use crate::blocks::{GRANULE, points_per_block};
 use crate::budget::{Need, shown_counts, viewer_bytes};
 use crate::error::BakeError;
+use crate::kept_bounces;
 use crate::kept_rays::kept_bytes;
 use crate::panorama::side_of;
 use crate::plan::Plan;
@@ -78,8 +79,6 @@ const HIT_BYTES: f64 = 4.0;
 /// 22 on two temples of 11,000 triangles (and 2 on a scene so small that its fixed costs showed). The choice of the day's functions is
 /// part of it. A figure near the lower end keeps estimates safe.
 const BOUNCED_HITS_PER_RAY: f64 = 12.0;
-/// Lanes that bounce together.
-const LANES: usize = 16;
 /// Functions of bounced sunlight to reckon with before the solver has chosen: its most, which open scenes take.
 pub(crate) const USUAL_FUNCTIONS: u32 = 44;
 /// Bytes of a triangle's indices and of a vertex's position, normal, albedo and flag in the bundle.
@@ -483,10 +482,9 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
     let functions = if timed.bounces_sun { USUAL_FUNCTIONS.min(sun_steps) } else { 0 };
     let light: LightLayout = plan.layout(sun_steps, functions);
     let lanes = light.transfer_floats() + light.bounce_floats();
-    let going_on = light.transfer_floats() + params.functions_going_on(functions as usize) * params.channels.count();
-    let passes = f64::from(params.bounces) * going_on.div_ceil(LANES) as f64;
+    let passes = params.bounce_passes(functions as usize);
     let seconds_per_ray = timed.gather_seconds / timed.gather_rays.max(1.0);
-    let bounce_seconds = timed.hits * passes * seconds_per_ray / BOUNCED_HITS_PER_RAY;
+    let bounce_seconds = timed.hits * passes as f64 * seconds_per_ray / BOUNCED_HITS_PER_RAY;
     let traced_seconds = size.depth * (timed.gather_seconds + timed.mask_seconds);
     let light_bytes = 4 * (light.mask_words() + lanes) as u64;
     let hit_bytes = (all(timed.hits) * HIT_BYTES) as u64;
@@ -533,6 +531,7 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
             + scan_seconds,
         memory_bytes: (solving + texel_bytes).max(encoding + texel_bytes),
         cache_bytes: size.kept_rays_bytes
+            + kept_bounces::kept_bytes(params, passes, points, all(bounce_seconds))
             + kept
             + traces
             + points * (light_bytes + 16)

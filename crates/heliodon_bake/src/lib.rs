@@ -33,6 +33,7 @@ mod evidence;
 pub mod grid;
 pub mod ground;
 mod inputs;
+mod kept_bounces;
 mod kept_light;
 mod kept_rays;
 mod key;

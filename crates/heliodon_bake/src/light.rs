@@ -4,6 +4,7 @@ use crate::cache::Cache;
 use crate::earlier::{Earlier, SceneRecord, leave_record};
 use crate::error::BakeError;
 use crate::grid::GridPlan;
+use crate::kept_bounces::Bounces;
 use crate::kept_light::{decode_grid, decode_light, encode_grid, encode_light};
 use crate::names::{LightNames, TexelNames};
 use crate::panorama::Panorama;
@@ -118,10 +119,11 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
             first = end;
         }
     }
-    reporter.stage("bounces", 0);
+    reporter.stage("bounces", params.bounce_passes(sun.map_or(0, BouncedSun::function_count)));
     let mut cells =
         [input.texels.is_some(), input.panorama.is_some(), input.scan.is_some()].contains(&true).then(CellLight::default);
-    let (light, free) = solve_all(surfaces, &layout, &blocks, sun, params, cells.as_mut())?;
+    let kept = Bounces::new(cache, &names.bounces, reporter);
+    let (light, free) = solve_all(surfaces, &layout, &blocks, sun, params, cells.as_mut(), Some(&kept))?;
     drop(blocks);
     // a large part of what all of them took is free in small pieces, which what comes next has no use for
     give_back_freed_memory();
@@ -141,15 +143,21 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
         scan: None,
     };
     if let Some(cache) = cache {
-        cache.store(&names.fronts.light, 0, &encode_light(&baked))?;
+        let bytes = encode_light(&baked);
+        kept.giving_way(|| cache.store(&names.fronts.light, 0, &bytes))?;
     }
     if let Some((masks, gather_rays)) = of_space {
         let light = LatticeLight::new(&input.grid.cells, free, &layout.free_masks(&masks))?;
         light.validate()?;
         let grid = baked.grid.insert(BakedGrid { light, gather_rays, mask_rays: masks.rays });
         if let Some(cache) = cache {
-            cache.store(&names.space.light, 0, &encode_grid(grid))?;
+            let bytes = encode_grid(grid);
+            kept.giving_way(|| cache.store(&names.space.light, 0, &bytes))?;
         }
+    }
+    // whoever is killed later needs it again where texels ask the cells
+    if cells.is_none() {
+        kept.remove();
     }
     reporter.finished();
     if let Some(cells) = &cells {

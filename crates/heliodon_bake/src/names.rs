@@ -125,6 +125,8 @@ pub struct LightNames {
     pub panorama: Option<TexelNames>,
     /// and that of the scan itself.
     pub scan: Option<TexelNames>,
+    /// Light between two bounces.
+    pub bounces: String,
     /// What followed paths depend on besides the traces' own name.
     pub paths: u64,
     /// What bakes among other geometry need to know of this one.
@@ -232,6 +234,7 @@ impl LightNames {
             space: points("grid-", &|digest| of("space", &[digest.bytes(), in_space])),
             record: format!("{RECORD}-{}", of("record", &[light.bytes(), in_space]).digits()),
             plan: format!("plan-{}", patches.digits()),
+            bounces: format!("bounces-{}", of("bounces", &[light.bytes(), in_space]).digits()),
             day: of("day", &[day]).digits(),
             sampling: of("sampling", &[rays, told(format!("{seed}"))]).digits(),
             texels: atlas.map(|atlas| on_texels("texel", atlas)),
@@ -241,7 +244,7 @@ impl LightNames {
         }
     }
 
-    /// All of them.
+    /// All of them that serve bakes to come.
     #[must_use]
     pub fn all(&self) -> Vec<String> {
         let of_points = |names: &PointNames| {

@@ -11,6 +11,7 @@ use crate::follow::MAX_FOLLOWED;
 use crate::from_cells::{Arrived, CellsAt, Seen, UnitOf, arrivals};
 use crate::gather::{GatherBlock, Lattice, unit_ranges};
 use crate::inside::BACK_LIMIT;
+use crate::kept_bounces::{Bouncing, KeptBounces};
 use crate::surfaces::reflected;
 use crate::{Channels, LightParams, Surfaces, Validity};
 use glam::Vec3;
@@ -116,8 +117,14 @@ impl<'a> Transport<'a> {
     }
 
     /// Light that has bounced up to `bounces` times, a number for each lane of each point; where it is asked for, also what the cells last reflected, for
-    /// points that come later.
-    pub fn bounced(&self, lanes: Lanes, bounces: u32, mut keep: Option<&mut CellLight>) -> Vec<f32> {
+    /// points that come later. `kept` is where it goes on from.
+    pub fn bounced(
+        &self,
+        lanes: Lanes,
+        bounces: u32,
+        mut keep: Option<&mut CellLight>,
+        kept: Option<&dyn KeptBounces>,
+    ) -> Vec<f32> {
         let (count, going_on) = (lanes.count(), lanes.going_on());
         let mut all = vec![0.0; self.seen.among.points.len() * count];
         for first in (0..going_on).step_by(LANES) {
@@ -129,10 +136,10 @@ impl<'a> Transport<'a> {
             };
             let keep = keep.as_deref_mut();
             match width.next_multiple_of(4) {
-                4 => put(self.bounced_lanes::<4>(lanes, first, bounces, keep).as_flattened(), 4),
-                8 => put(self.bounced_lanes::<8>(lanes, first, bounces, keep).as_flattened(), 8),
-                12 => put(self.bounced_lanes::<12>(lanes, first, bounces, keep).as_flattened(), 12),
-                _ => put(self.bounced_lanes::<LANES>(lanes, first, bounces, keep).as_flattened(), LANES),
+                4 => put(self.bounced_lanes::<4>(lanes, first, bounces, keep, kept).as_flattened(), 4),
+                8 => put(self.bounced_lanes::<8>(lanes, first, bounces, keep, kept).as_flattened(), 8),
+                12 => put(self.bounced_lanes::<12>(lanes, first, bounces, keep, kept).as_flattened(), 12),
+                _ => put(self.bounced_lanes::<LANES>(lanes, first, bounces, keep, kept).as_flattened(), LANES),
             }
         }
         if going_on < count && bounces > 0 {
@@ -150,27 +157,30 @@ impl<'a> Transport<'a> {
         first: usize,
         bounces: u32,
         keep: Option<&mut CellLight>,
+        kept: Option<&dyn KeptBounces>,
     ) -> Vec<[f32; W]> {
-        let points = self.seen.among.points.len();
+        let (sizes, group, bounces) = ((self.seen.among.points.len(), self.albedo.len()), first / LANES, bounces as usize);
         let channels = lanes.channels.count();
         // reckoned once: a division for each lane of each cell took as long as the sums
         let channel_of: [usize; W] = std::array::from_fn(|l| (first + l) % channels);
         let coefficient_of: [usize; W] = std::array::from_fn(|l| (first + l) / channels);
         let sky_lanes = lanes.sky().saturating_sub(first);
-        let mut bounced = vec![[0.0_f32; W]; points];
         let units = self.units();
-        let arrivals: Vec<Vec<Arrived<W>>> = units.par_iter().map(|unit| arrivals(unit, lanes, first)).collect();
         let paths_end = keep.is_some() || units.iter().any(|unit| !unit.followed().ends.is_empty());
-        let mut reflected = Reflected::<W> { newest: vec![[0.0; W]; self.albedo.len()], older: VecDeque::new() };
-        for bounce in 0..bounces as usize {
+        let before = kept.and_then(|kept| Bouncing::of_runs(&kept.take(group)?, sizes, bounces, paths_end));
+        let mut now = before.unwrap_or_else(|| Bouncing::<W>::new(sizes));
+        let tell = |done: usize| kept.iter().for_each(|kept| kept.told((group * bounces + done) as u64));
+        tell(now.done);
+        let arrivals: Vec<Vec<Arrived<W>>> = units.par_iter().map(|unit| arrivals(unit, lanes, first)).collect();
+        for bounce in now.done..bounces {
             if bounce > 0 && paths_end {
-                reflected.grow_older();
+                now.reflected.grow_older();
             }
             let light: Vec<[f32; W]> = units
                 .par_iter()
                 .flat_map_iter(|unit| {
                     let sky = &unit.block.sky[unit.offset() * lanes.coefficients..];
-                    let bounced = &bounced[unit.range.clone()];
+                    let bounced = &now.points[unit.range.clone()];
                     bounced.iter().zip(sky.chunks_exact(lanes.coefficients)).map(|(z, sky)| {
                         // what arrives directly from the sky; the sun's first bounce has been summed
                         let direct = |l: usize| if l < sky_lanes { sky[coefficient_of[l]] } else { 0.0 };
@@ -178,7 +188,7 @@ impl<'a> Transport<'a> {
                     })
                 })
                 .collect();
-            reflected.newest.par_iter_mut().enumerate().for_each(|(index, out)| {
+            now.reflected.newest.par_iter_mut().enumerate().for_each(|(index, out)| {
                 let (lit_by, albedo) = self.cell(index);
                 let (mut sum, mut count) = ([0.0_f32; W], 0.0_f32);
                 for point in lit_by {
@@ -190,7 +200,7 @@ impl<'a> Transport<'a> {
                 let mean = if count > 0.0 { 1.0 / count } else { 0.0 };
                 *out = std::array::from_fn(|l| sum[l] * (mean * albedo[channel_of[l]]));
             });
-            let reflected = reflected.told();
+            let reflected = now.reflected.told();
             let gathered: Vec<Vec<[f32; W]>> = units
                 .par_iter()
                 .zip(&arrivals)
@@ -201,23 +211,28 @@ impl<'a> Transport<'a> {
                 })
                 .collect();
             for (unit, light) in units.iter().zip(gathered) {
-                bounced[unit.range.clone()].copy_from_slice(&light);
+                now.points[unit.range.clone()].copy_from_slice(&light);
+            }
+            now.done = bounce + 1;
+            tell(now.done);
+            if let Some(kept) = kept.filter(|kept| kept.is_due()) {
+                kept.keep(group, &now.runs(paths_end));
             }
         }
         if let Some(keep) = keep {
-            let Reflected { newest, older } = reflected;
+            let Reflected { newest, older } = now.reflected;
             let older = older.into_iter().map(Vec::into_flattened).collect();
             keep.groups.push(CellGroup { width: W, newest: newest.into_flattened(), older });
         }
-        bounced
+        now.points
     }
 }
 
 /// What cells reflect: lanes that bounce together.
-struct Reflected<const W: usize> {
-    newest: Vec<[f32; W]>,
+pub(crate) struct Reflected<const W: usize> {
+    pub newest: Vec<[f32; W]>,
     /// At the bounces before, the latest first, of which only paths that end on a cell ask.
-    older: VecDeque<Vec<[f16; W]>>,
+    pub older: VecDeque<Vec<[f16; W]>>,
 }
 
 impl<const W: usize> Reflected<W> {

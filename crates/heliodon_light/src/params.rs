@@ -1,6 +1,7 @@
 //! How finely light is solved.
 
 use crate::LightError;
+use crate::bounce::LANES;
 
 /// The most sun steps that a mask can hold (the bundle format's limit).
 pub const MAX_SUN_STEPS: usize = 1024;
@@ -160,9 +161,15 @@ impl LightParams {
     }
 
     /// Of so many functions of the day, those that go on after the sun's first bounce: what has bounced twice changes slowly over the day.
-    #[must_use]
-    pub fn functions_going_on(&self, functions: usize) -> usize {
+    pub(crate) fn functions_going_on(&self, functions: usize) -> usize {
         functions.min(if self.samples < FEW_SAMPLES { FEW_GOING_ON } else { GOING_ON })
+    }
+
+    /// With so many functions of the day, how often light is passed on over all points: each bounce of each sixteen lanes is a pass.
+    #[must_use]
+    pub fn bounce_passes(&self, functions: usize) -> u64 {
+        let going_on = (self.coefficients + self.functions_going_on(functions)) * self.channels.count();
+        u64::from(self.bounces) * going_on.div_ceil(LANES) as u64
     }
 
     /// Directions over the whole sphere.

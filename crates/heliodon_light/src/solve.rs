@@ -4,7 +4,7 @@ use crate::bounce::{CellLight, Lanes, Transport, find_validity};
 use crate::free::free_light;
 use crate::gather::Lattice;
 use crate::{
-    BouncedSun, Channels, FreeLight, GatherBlock, Layout, LightError, LightParams, MaskParams, SunMasks, Surfaces, Validity,
+    BouncedSun, Channels, FreeLight, GatherBlock, KeptBounces, Layout, LightError, LightParams, MaskParams, SunMasks, Surfaces, Validity,
     bake_sun_masks, gather,
 };
 use glam::Vec3;
@@ -50,10 +50,11 @@ pub fn solve(
     sun: Option<&BouncedSun>,
     params: &LightParams,
 ) -> Result<VertexLight, LightError> {
-    solve_all(surfaces, layout, blocks, sun, params, None).map(|(of_vertices, _)| of_vertices)
+    solve_all(surfaces, layout, blocks, sun, params, None, None).map(|(of_vertices, _)| of_vertices)
 }
 
 /// As [`solve`], with the light of the layout's points in free space; where it is asked for, what the cells reflect is kept for [`crate::Receivers`].
+/// Light goes on bouncing from what was `kept` of an earlier run, if anything was.
 ///
 /// # Errors
 /// As [`solve`].
@@ -64,6 +65,7 @@ pub fn solve_all(
     sun: Option<&BouncedSun>,
     params: &LightParams,
     mut keep: Option<&mut CellLight>,
+    kept: Option<&dyn KeptBounces>,
 ) -> Result<(VertexLight, FreeLight), LightError> {
     params.validate()?;
     let functions = sun.map_or(0, BouncedSun::function_count);
@@ -79,7 +81,7 @@ pub fn solve_all(
     if let Some(keep) = &mut keep {
         **keep = CellLight { groups: Vec::new(), bounces: params.bounces, functions };
     }
-    let bounced = transport.bounced(lanes, params.bounces, keep);
+    let bounced = transport.bounced(lanes, params.bounces, keep, kept);
 
     let lanes = lanes.count();
     let free = free_light(layout, blocks, &sky, (&bounced, lanes, sky_lanes), params);

@@ -49,7 +49,7 @@ fn bake(lit: &Lit, suns: &[Vec3], cells: &[[u32; 3]], positions: &[Vec3], params
         block.validate(&layout, sun.as_ref().map_or(0, BouncedSun::function_count), params).unwrap();
         blocks.push(block);
     }
-    let (of_vertices, light) = solve_all(&surfaces, &layout, &blocks, sun.as_ref(), params, None).unwrap();
+    let (of_vertices, light) = solve_all(&surfaces, &layout, &blocks, sun.as_ref(), params, None, None).unwrap();
     light.validate(&of_vertices).unwrap();
     let masks = bake_sun_masks(&surfaces, layout.points(), suns, free, &MaskParams::default()).unwrap();
     let lattice = LatticeLight::new(cells, light, &layout.free_masks(&masks)).unwrap();

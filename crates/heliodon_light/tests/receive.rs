@@ -6,15 +6,19 @@ mod common;
 use common::{Lit, params};
 use glam::Vec3;
 use heliodon_light::{
-    BouncedSun, CellLight, Layout, LightParams, RayVertices, Received, Receiving, SurfacePlace, VertexLight, gather, solve_all,
+    BouncedSun, CellLight, Channels, KeptBounces, Layout, LightParams, RayVertices, Received, Receiving, SurfacePlace,
+    VertexLight, gather, solve_all,
 };
 use heliodon_testkit::scenes::{cuboid, ground};
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
 
 /// A block on the ground, lit by a low sun and a high one.
 fn lit() -> Lit {
     Lit::new(ground(6.0, 24).and(cuboid(Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 2.0, 1.0), 6)), 0.5)
 }
 
+#[derive(Debug, PartialEq)]
 struct Solved {
     light: VertexLight,
     cells: CellLight,
@@ -23,6 +27,10 @@ struct Solved {
 }
 
 fn solve(lit: &Lit, suns: &[Vec3], params: &LightParams) -> Solved {
+    solve_keeping(lit, suns, params, None)
+}
+
+fn solve_keeping(lit: &Lit, suns: &[Vec3], params: &LightParams, kept: Option<&dyn KeptBounces>) -> Solved {
     let surfaces = lit.surfaces();
     let mut layout = Layout::new(&surfaces, params).unwrap();
     let sun = BouncedSun::new(&surfaces, &layout, suns, params).unwrap();
@@ -30,7 +38,7 @@ fn solve(lit: &Lit, suns: &[Vec3], params: &LightParams) -> Solved {
     let backs = layout.add_back_sides(&surfaces, &blocks, params);
     blocks.push(gather(&surfaces, &layout, sun.as_ref(), backs, params).unwrap());
     let mut cells = CellLight::default();
-    let (light, _) = solve_all(&surfaces, &layout, &blocks, sun.as_ref(), params, Some(&mut cells)).unwrap();
+    let (light, _) = solve_all(&surfaces, &layout, &blocks, sun.as_ref(), params, Some(&mut cells), kept).unwrap();
     Solved { light, cells, layout, sun }
 }
 
@@ -46,7 +54,56 @@ fn corners(lit: &Lit) -> Vec<(usize, SurfacePlace)> {
     corners.into_iter().enumerate().filter_map(|(vertex, place)| Some((vertex, place?))).collect()
 }
 
+/// Keeps what it is offered, up to a number of times, and hears how far light is.
+#[derive(Default)]
+struct Shelf {
+    kept: RefCell<BTreeMap<usize, Vec<u8>>>,
+    left: Cell<usize>,
+    heard: RefCell<Vec<u64>>,
+}
+
+impl KeptBounces for Shelf {
+    fn take(&self, number: usize) -> Option<Vec<u8>> {
+        self.kept.borrow().get(&number).cloned()
+    }
+
+    fn is_due(&self) -> bool {
+        self.left.get() > 0
+    }
+
+    fn keep(&self, number: usize, runs: &[&[u8]]) {
+        self.left.set(self.left.get() - 1);
+        self.kept.borrow_mut().insert(number, runs.concat());
+    }
+
+    fn told(&self, done: u64) {
+        self.heard.borrow_mut().push(done);
+    }
+}
+
 const SUNS: [Vec3; 3] = [Vec3::Y, Vec3::new(0.8, 0.6, 0.0), Vec3::new(0.0, 0.6, -0.8)];
+
+#[test]
+fn light_goes_on_bouncing_from_wherever_it_was_broken_off() {
+    let lit = lit();
+    // 4 coefficients and 3 functions of 3 channels: 16 lanes and 5 more
+    let params = LightParams { channels: Channels::Rgb, bounces: 3, ..params(64, 4) };
+    let whole = solve(&lit, &SUNS, &params);
+    let passes = params.bounce_passes(whole.sun.as_ref().unwrap().function_count());
+    assert_eq!(passes, 6);
+    for kept in 1..=passes as usize {
+        let shelf = Shelf { left: Cell::new(kept), ..Shelf::default() };
+        solve_keeping(&lit, &SUNS, &params, Some(&shelf));
+        assert_eq!(*shelf.heard.borrow(), [0, 1, 2, 3, 3, 4, 5, 6]);
+        shelf.heard.take();
+        let again = solve_keeping(&lit, &SUNS, &params, Some(&shelf));
+        assert!(again == whole, "broken off after {kept} passes");
+        let heard = shelf.heard.take();
+        assert_eq!(heard.len() as u64, 2 + passes - kept as u64, "{heard:?}");
+        shelf.kept.borrow_mut().values_mut().for_each(|bytes| bytes.truncate(bytes.len() / 2));
+        assert!(solve_keeping(&lit, &SUNS, &params, Some(&shelf)) == whole, "what is damaged is done again");
+    }
+}
 
 #[test]
 fn receivers_are_lit_as_the_vertices_in_whose_places_they_lie() {

@@ -2,9 +2,37 @@
 
 use super::LightMap;
 use super::matching::{SEAM_CODES, white};
+use crate::seams::Seams;
 use crate::texels::{Texel, cell};
 use glam::Vec3;
 use heliodon_image::{Bc6h, SrgbImage, rgbe8, rgbe8_step};
+use heliodon_math::color::{linear_from_srgb8_table, srgb8_from_linear};
+
+/// Linear colours of the texels as those nearest to them that a screen of eight bits shows, of which 1 is white: each texel rounded up or down so that both sides of borders show the same as nearly as can be;
+/// off by less than a code, not half of one. What is brighter than white is white.
+///
+/// # Panics
+/// When there is not a colour for each texel.
+#[must_use]
+pub fn shown_srgb8(seams: &Seams, colors: &[Vec3]) -> Vec<Vec3> {
+    let linear = linear_from_srgb8_table();
+    let shown: Vec<Vec3> = colors.iter().map(|color| color.clamp(Vec3::ZERO, Vec3::ONE)).collect();
+    let mut held: Vec<Vec3> = shown.iter().map(|x| x.to_array().map(|x| linear[usize::from(srgb8_from_linear(x))]).into()).collect();
+    seams.choose(&shown, &mut held, 1.0, SEAM_CODES, |_, found, held| {
+        let beside = move |(c, up): (usize, bool)| {
+            let code = srgb8_from_linear(held[c]);
+            let code = if up { code.checked_add(1)? } else { code.checked_sub(1)? };
+            let (before, after) = (held[c], linear[usize::from(code)]);
+            // what was found lies between both, or beyond the new one
+            let is_near = if up { found[c] > before } else { found[c] < before };
+            let mut color = held;
+            color[c] = after;
+            is_near.then_some(color)
+        };
+        (0..3).flat_map(|c| [(c, true), (c, false)]).filter_map(beside)
+    });
+    held
+}
 
 impl LightMap {
     /// As [`LightMap::image`], in four bytes with a common exponent ([`rgbe8`]), and each texel rounded up or down so that both sides of borders show the same as nearly as can be: texels are off by less than

@@ -20,6 +20,7 @@ mod matching;
 pub mod models;
 mod stage;
 
+pub use coded::shown_srgb8;
 pub use denoise::DenoiseParams;
 pub use matching::{Widest, match_seams, widest};
 

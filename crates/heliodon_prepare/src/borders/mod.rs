@@ -105,14 +105,15 @@ impl Meeting {
         self.low.cmple(p).all() && self.high.cmpge(p).all()
     }
 
-    /// The vertices that lie there.
-    fn vertices(&self, positions: &[Vec3]) -> Vec<u32> {
-        (0..positions.len() as u32).into_par_iter().filter(|&v| self.holds(positions[v as usize])).collect()
+    /// The vertices that lie there, as far as they are `wanted`.
+    fn vertices(&self, positions: &[Vec3], wanted: impl Fn(Vec3) -> bool + Sync) -> Vec<u32> {
+        let is_there = |p: Vec3| self.holds(p) && wanted(p);
+        (0..positions.len() as u32).into_par_iter().filter(|&v| is_there(positions[v as usize])).collect()
     }
 
     /// Their positions.
-    fn places(&self, positions: &[Vec3]) -> Vec<Vec3> {
-        positions.par_iter().copied().filter(|&p| self.holds(p)).collect()
+    fn places(&self, positions: &[Vec3], wanted: impl Fn(Vec3) -> bool + Sync) -> Vec<Vec3> {
+        positions.par_iter().copied().filter(|&p| self.holds(p) && wanted(p)).collect()
     }
 }
 
@@ -170,22 +171,26 @@ fn settle(neighbors: &mut [Neighbor], meetings: &[Vec<Meeting>], shared: &mut [S
         // what lies at an earlier mesh's place stays there
         let mut settled: HashSet<[u32; 3]> = HashSet::new();
         for meeting in meetings[index].iter().filter(|meeting| meeting.other < index && meeting.reach_m > 0.0) {
-            let mut there = meeting.places(&neighbors[meeting.other].mesh.positions);
             // nor does anything else move there
-            there.retain(|&p| !settled.contains(&place_bits(p)));
+            let is_free = |p: Vec3| settled.is_empty() || !settled.contains(&place_bits(p));
+            let mut there = meeting.places(&neighbors[meeting.other].mesh.positions, is_free);
             let positions = &mut neighbors[index].mesh.positions;
-            let here = meeting.vertices(positions);
+            let around = Around::places(&[(meeting.reach_m, &there)]);
+            let here = meeting.vertices(positions, |p| around.may_hold(p));
             let mut places: Vec<[u32; 3]> = here.iter().map(|&v| place_bits(positions[v as usize])).collect();
             places.par_sort_unstable();
             places.dedup();
             places.retain(|place| !settled.contains(place));
+            let at: Vec<Vec3> = places.iter().map(|&place| of_bits(place)).collect();
+            let around = Around::places(&[(meeting.reach_m, &at)]);
+            there.retain(|&p| around.may_hold(p));
             let moves = moves(&places, &there, meeting.reach_m);
             for &v in &here {
                 let p = &mut positions[v as usize];
                 let from = place_bits(*p);
                 if let Ok(at) = moves.binary_search_by_key(&from, |&(from, _)| from) {
                     let to = moves[at].1;
-                    *p = Vec3::from(to.map(f32::from_bits));
+                    *p = of_bits(to);
                     shared[index].report.moved_vertices += u64::from(from != to);
                 }
             }
@@ -194,11 +199,16 @@ fn settle(neighbors: &mut [Neighbor], meetings: &[Vec<Meeting>], shared: &mut [S
     }
 }
 
+/// The place of such bits ([`place_bits`]).
+fn of_bits(place: [u32; 3]) -> Vec3 {
+    Vec3::from(place.map(f32::from_bits))
+}
+
 /// Which of some places goes to which of the others, in order.
 fn moves(places: &[[u32; 3]], there: &[Vec3], reach_m: f32) -> Vec<([u32; 3], [u32; 3])> {
     let nearby = Nearby::new(there, reach_m);
     let nearest = |&from: &[u32; 3]| {
-        let (to, squared) = nearby.nearest(Vec3::from(from.map(f32::from_bits)))?;
+        let (to, squared) = nearby.nearest(of_bits(from))?;
         // bits of what is not negative are in its order
         Some((place_bits(there[to as usize]), squared.to_bits(), from))
     };
@@ -218,18 +228,18 @@ fn split_alike(
     shared: &mut [Shared],
 ) -> Result<bool, SplitError> {
     let mut any = false;
-    for index in 0..neighbors.len() {
-        let places: Vec<Vec<Vec3>> =
-            meetings[index].iter().map(|meeting| meeting.places(&neighbors[meeting.other].mesh.positions)).collect();
+    for index in (0..neighbors.len()).filter(|&index| !meetings[index].is_empty()) {
+        let own = around_triangles(neighbors[index].mesh, &meetings[index]);
+        let near = |meeting: &Meeting| meeting.places(&neighbors[meeting.other].mesh.positions, |p| own.may_hold(p));
+        let places: Vec<Vec<Vec3>> = meetings[index].iter().map(near).collect();
         let met = meetings[index].iter().zip(&places).filter(|(_, places)| !places.is_empty());
         let met: Vec<(&Meeting, Nearby)> =
             met.map(|(meeting, places)| (meeting, Nearby::new(places, meeting.reach_m))).collect();
         if met.is_empty() {
             continue;
         }
-        let mut all: Vec<(f32, &[Vec3])> = Vec::new();
-        meetings[index].iter().zip(&places).for_each(|(meeting, places)| all.push((meeting.reach_m, places)));
-        let around = Around::new(all.iter().flat_map(|&(reach_m, places)| places.iter().map(move |&p| (p, reach_m))));
+        let of_each = meetings[index].iter().zip(&places);
+        let around = Around::places(&of_each.map(|(meeting, places)| (meeting.reach_m, places.as_slice())).collect::<Vec<_>>());
         let longest_m = |middle: Vec3, _along: Vec3| {
             if !around.may_hold(middle) {
                 return f32::INFINITY;
@@ -243,6 +253,14 @@ fn split_alike(
         any |= report.split_triangles > 0;
     }
     Ok(any)
+}
+
+/// Where a mesh has triangles, and others that it meets may have something to do with them.
+fn around_triangles(mesh: &Mesh, meetings: &[Meeting]) -> Around {
+    let bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let bounds = meetings.iter().fold(bounds, |(low, high), meeting| (low.min(meeting.low), high.max(meeting.high)));
+    let reach_m = meetings.iter().fold(0.0_f32, |reach_m, meeting| reach_m.max(meeting.reach_m));
+    Around::triangles(mesh, bounds, reach_m)
 }
 
 /// For each mesh the places where another one has a vertex as well, in order.

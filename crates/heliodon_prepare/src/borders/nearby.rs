@@ -2,6 +2,9 @@
 
 use crate::topology::Cells;
 use glam::Vec3;
+use heliodon_mesh::Mesh;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Where only the same place counts, cells are this part of the largest coordinate, which is some 16 times what f32 rounds: few places share one.
 const EXACT_CELL: f64 = 1.0e-6;
@@ -40,38 +43,77 @@ impl<'p> Nearby<'p> {
 
 /// Cells along a side of [`Around`]: two megabytes.
 const SIDE: usize = 256;
+/// So many cells are marked at most, some of them often: a second. Where triangles cross more, all are.
+const MOST_MARKED: u64 = 1 << 29;
 
-/// Where places lie, roughly: most of what is asked for lies nowhere near one, and is told so at once: a third of the time of comparing borders.
+/// Where things lie, roughly: most of what is asked for lies nowhere near one, and is told so at once. What is looked for in [`Nearby`] is chosen by it, and what is asked there.
 pub(super) struct Around {
     low: Vec3,
     per_m: Vec3,
-    cells: Vec<u64>,
+    cells: Vec<AtomicU64>,
 }
 
 impl Around {
-    /// Within a reach of any of these places.
-    pub fn new(places: impl Iterator<Item = (Vec3, f32)> + Clone) -> Self {
-        let (low, high) = places
-            .clone()
-            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), (p, reach)| (l.min(p - reach), h.max(p + reach)));
+    /// Within a reach of any of the places that have it.
+    pub fn places(all: &[(f32, &[Vec3])]) -> Self {
+        let empty = || (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let join = |(l, h): (Vec3, Vec3), (low, high): (Vec3, Vec3)| (l.min(low), h.max(high));
+        let of = |&(reach_m, places): &(f32, &[Vec3])| {
+            places.par_iter().map(move |&p| (p - reach_m, p + reach_m)).reduce(empty, join)
+        };
+        let bounds = all.iter().map(of).fold(empty(), join);
         // no place marks more than eight cells
-        let widest = places.clone().fold(f32::MIN_POSITIVE, |widest, (_, reach)| widest.max(2.0 * reach));
-        let per_m = (SIDE as f32 / (high - low).max(Vec3::splat(f32::MIN_POSITIVE))).min(Vec3::splat(1.0 / widest));
-        let mut around = Self { low, per_m, cells: vec![0; SIDE.pow(3) / 64] };
-        for (p, reach) in places {
-            // rounding keeps an order: whoever is within reach is in one of them
-            let ([x, y, z], [to_x, to_y, to_z]) = (around.cell(p - reach), around.cell(p + reach));
-            for index in (x..=to_x).flat_map(|x| (y..=to_y).flat_map(move |y| (z..=to_z).map(move |z| index([x, y, z])))) {
-                around.cells[index / 64] |= 1 << (index % 64);
-            }
+        let widest = all.iter().fold(f32::MIN_POSITIVE, |widest, &(reach_m, _)| widest.max(2.0 * reach_m));
+        let around = Self::nothing(bounds, widest);
+        for &(reach_m, places) in all {
+            places.par_iter().for_each(|&p| around.mark(around.between(p - reach_m, p + reach_m)));
         }
         around
     }
 
-    /// Whether a place may be within reach of one.
+    /// Within a reach of the box of any triangle, as far as it lies between `low` and `high`.
+    pub fn triangles(mesh: &Mesh, (low, high): (Vec3, Vec3), reach_m: f32) -> Self {
+        let around = Self::nothing((low, high), f32::MIN_POSITIVE);
+        let crossed = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
+            let (from, to) = (a.min(b).min(c) - reach_m, a.max(b).max(c) + reach_m);
+            (from.cmple(high).all() && to.cmpge(low).all()).then(|| around.between(from, to))
+        };
+        let count = |[from, to]: [[usize; 3]; 2]| (0..3).map(|axis| (to[axis] - from[axis] + 1) as u64).product::<u64>();
+        if mesh.triangles.par_iter().filter_map(crossed).map(count).sum::<u64>() > MOST_MARKED {
+            around.cells.par_iter().for_each(|cells| cells.store(u64::MAX, Ordering::Relaxed));
+        } else {
+            mesh.triangles.par_iter().filter_map(crossed).for_each(|cells| around.mark(cells));
+        }
+        around
+    }
+
+    /// Cells between these bounds, no narrower than `least_m`.
+    fn nothing((low, high): (Vec3, Vec3), least_m: f32) -> Self {
+        let per_m = (SIDE as f32 / (high - low).max(Vec3::splat(f32::MIN_POSITIVE))).min(Vec3::splat(1.0 / least_m));
+        let cells = std::iter::repeat_with(AtomicU64::default).take(SIDE.pow(3) / 64).collect();
+        Self { low, per_m, cells }
+    }
+
+    /// Whether something may be at a place.
     pub fn may_hold(&self, p: Vec3) -> bool {
         let index = index(self.cell(p));
-        self.cells[index / 64] >> (index % 64) & 1 == 1
+        self.cells[index / 64].load(Ordering::Relaxed) >> (index % 64) & 1 == 1
+    }
+
+    fn mark(&self, [[x, y, z], [to_x, to_y, to_z]]: [[usize; 3]; 2]) {
+        for index in (x..=to_x).flat_map(|x| (y..=to_y).flat_map(move |y| (z..=to_z).map(move |z| index([x, y, z])))) {
+            let (cells, bit) = (&self.cells[index / 64], 1 << (index % 64));
+            // to look is cheaper than to write where others write
+            if cells.load(Ordering::Relaxed) & bit == 0 {
+                cells.fetch_or(bit, Ordering::Relaxed);
+            }
+        }
+    }
+
+    /// The first and the last cell between two places: rounding keeps an order, so whatever is between them is in one of these.
+    fn between(&self, from: Vec3, to: Vec3) -> [[usize; 3]; 2] {
+        [self.cell(from), self.cell(to)]
     }
 
     fn cell(&self, p: Vec3) -> [usize; 3] {
@@ -94,7 +136,7 @@ mod tests {
         let mut point = || Vec3::from_array([0; 3].map(|_| random.range_f32(-50.0, 50.0)));
         let places: Vec<Vec3> = (0..300).map(|_| point()).collect();
         for reach in [0.0, 1.0e-5, 0.5] {
-            let around = Around::new(places.iter().map(|&p| (p, reach)));
+            let around = Around::places(&[(reach, &places)]);
             for &p in &places {
                 let aside = [Vec3::ZERO, Vec3::X, -Vec3::Z, Vec3::splat(0.577)];
                 assert!(aside.into_iter().all(|aside| around.may_hold(p + 0.999 * reach * aside)));
@@ -102,7 +144,33 @@ mod tests {
             let held = (0..2000).filter(|_| around.may_hold(point())).count();
             assert!(held < 40, "{held}");
         }
-        assert!(!Around::new(std::iter::empty()).may_hold(Vec3::ONE));
+        assert!(!Around::places(&[]).may_hold(Vec3::ONE));
+    }
+
+    #[test]
+    fn what_triangles_are_near_may_be_held_and_little_else() {
+        let mut random = Pcg32::new(12, 5);
+        let mut point = |most: f32| Vec3::from_array([0; 3].map(|_| random.range_f32(-most, most)));
+        let positions: Vec<Vec3> = (0..60)
+            .map(|_| point(40.0))
+            .flat_map(|p| [p, p + Vec3::new(2.0, 0.1, 0.0), p + Vec3::new(0.0, 0.3, 1.0)])
+            .collect();
+        let triangles = (0..60).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        let mesh = Mesh { positions, triangles, ..Mesh::default() };
+        let bounds = (Vec3::splat(-50.0), Vec3::splat(30.0));
+        let around = Around::triangles(&mesh, bounds, 0.1);
+        for corners in mesh.positions.chunks_exact(3) {
+            let middle = 0.5 * (corners[1] + corners[2]) + Vec3::Y * 0.09;
+            let is_between = middle.cmpge(bounds.0).all() && middle.cmple(bounds.1).all();
+            assert!(!is_between || around.may_hold(middle));
+        }
+        let held = (0..2000).filter(|_| around.may_hold(point(29.0))).count();
+        assert!(held < 40, "{held}");
+        // triangles as large as all of it, and many
+        let positions = vec![bounds.0, bounds.1, Vec3::ZERO];
+        let all = Mesh { positions, triangles: vec![[0, 1, 2]; 33], ..Mesh::default() };
+        let around = Around::triangles(&all, bounds, 0.0);
+        assert!((0..100).all(|_| around.may_hold(point(29.0))));
     }
 
     #[test]

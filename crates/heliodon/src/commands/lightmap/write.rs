@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use glam::Vec3;
 use heliodon_image::ktx2::ktx2_of_bc6h;
 use heliodon_image::{HdrImage, SrgbImage};
-use heliodon_lightmap::solve::{self, LightMap, match_seams, nearly_brightest};
+use heliodon_lightmap::solve::{self, LightMap, match_seams, nearly_brightest, shown_srgb8};
 use heliodon_lightmap::texels::Texel;
 use heliodon_math::color::srgb8_from_linear;
 use heliodon_mesh::export::{LightTextures, UnwrappedPart, write_glb_with_second_uvs};
@@ -97,27 +97,26 @@ impl Output<'_> {
         }
     }
 
-    /// Albedo times light as a screen shows it; returns the exposure. Texels are rounded each by itself, so that both sides of a border may be shown
-    /// apart by a code more than they were matched to.
+    /// Albedo times light as a screen shows it; returns the exposure.
     fn write_combined(&self, path: &Path, parts: &[UnwrappedPart], exposure: Exposure) -> Result<f32> {
         let albedo = self.lit.albedo;
         let color = |(texel, light): (&Texel, &Vec3)| albedo(texel.triangle, texel.weights.y, texel.weights.z) * *light;
         let mut colors: Vec<Vec3> = self.lit.texels.iter().zip(&self.map.light).map(color).collect();
         // the sides of a border have texels at other places, and their albedo differs
         match_seams(&self.map.seams, &mut colors);
-        let shown: Vec<HdrImage> =
-            self.sheets().map(|sheet| solve::image(self.lit.texels, &colors, sheet, self.lit.sides)).collect();
+        let linear = |colors: &[Vec3]| -> Vec<HdrImage> {
+            self.sheets().map(|sheet| solve::image(self.lit.texels, colors, sheet, self.lit.sides)).collect()
+        };
         let stops = match exposure {
             Exposure::Stops(stops) => stops,
-            Exposure::Auto => automatic(&shown),
+            Exposure::Auto => automatic(&linear(&colors)),
         };
-        let scale = stops.exp2();
-        let code = |x: f32| srgb8_from_linear(x * scale);
-        let image = |shown: &HdrImage| {
-            let pixels = shown.pixels.iter().map(|p| [code(p.x), code(p.y), code(p.z), 255]).collect();
-            SrgbImage { width: shown.width, height: shown.height, pixels }
+        colors.iter_mut().for_each(|color| *color *= stops.exp2());
+        let image = |shown: HdrImage| {
+            let pixels = shown.pixels.iter().map(|p| [p.x, p.y, p.z].map(srgb8_from_linear)).map(|[r, g, b]| [r, g, b, 255]);
+            SrgbImage { width: shown.width, height: shown.height, pixels: pixels.collect() }
         };
-        let images: Vec<SrgbImage> = shown.iter().map(image).collect();
+        let images: Vec<SrgbImage> = linear(&shown_srgb8(&self.map.seams, &colors)).into_iter().map(image).collect();
         write_glb_with_second_uvs(path, parts, LightTextures::Multiplied(&images))?;
         Ok(stops)
     }
