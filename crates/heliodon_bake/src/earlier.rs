@@ -13,6 +13,7 @@ use crate::scene::Scene;
 use crate::stages::{decode_masks, decode_traces};
 use glam::Vec3;
 use heliodon_light::{Before, Bounds, Change, KnownTraces, LightParams, MasksBefore, PatchesBefore, PointSet, Traces};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -69,44 +70,46 @@ impl SceneRecord {
     }
 }
 
+/// Triangles that are hashed at once.
+const HASHED: usize = 1 << 16;
+
 fn record(positions: &[Vec3], triangles: &[[u32; 3]], range: Range<usize>, clearance: Option<&[f32]>) -> PartRecord {
     let mut digest = Digest::default();
-    let mut centres: Vec<(Vec3, Bounds)> = Vec::with_capacity(range.len());
-    let mut bytes = Vec::new();
-    for triangle in &triangles[range.clone()] {
-        let corners = triangle.map(|vertex| positions[vertex as usize]);
-        bytes.extend_from_slice(bytemuck::cast_slice(&corners));
+    let corners = |triangle: &[u32; 3]| triangle.map(|vertex| positions[vertex as usize]);
+    for triangles in triangles[range.clone()].chunks(HASHED) {
+        digest.run(bytemuck::cast_slice(&triangles.iter().map(corners).collect::<Vec<_>>()));
         if let Some(clearance) = clearance {
-            bytes.extend_from_slice(bytemuck::cast_slice(&triangle.map(|vertex| clearance[vertex as usize])));
-        }
-        // what has no place is met by no ray
-        if corners.iter().all(|corner| corner.is_finite()) {
-            let [a, b, c] = corners;
-            let bounds = [a.min(b).min(c), a.max(b).max(c)];
-            centres.push((0.5 * bounds[0] + 0.5 * bounds[1], bounds));
+            let of_corners = |triangle: &[u32; 3]| triangle.map(|vertex| clearance[vertex as usize]);
+            digest.run(bytemuck::cast_slice(&triangles.iter().map(of_corners).collect::<Vec<_>>()));
         }
     }
-    digest.run(&bytes);
-    let mut boxes = Vec::new();
-    halve(&mut centres, HALVINGS, &mut boxes);
+    let bounds = |triangle: &[u32; 3]| {
+        let [a, b, c] = corners(triangle);
+        let bounds = [a.min(b).min(c), a.max(b).max(c)];
+        // what has no place is met by no ray
+        (a.is_finite() && b.is_finite() && c.is_finite()).then_some((0.5 * bounds[0] + 0.5 * bounds[1], bounds))
+    };
+    let mut centres: Vec<(Vec3, Bounds)> = triangles[range.clone()].par_iter().filter_map(bounds).collect();
+    let boxes = halved(&mut centres, HALVINGS);
     let boxes = boxes.into_iter().map(|bounds| bounds.map(|corner: Vec3| corner.to_array())).collect();
     PartRecord { digest: digest.bytes(), first: range.start as u32, count: range.len() as u32, boxes }
 }
 
 /// Boxes about some triangles, given by their boxes and the centres of these.
-fn halve(triangles: &mut [(Vec3, Bounds)], times: u32, boxes: &mut Vec<Bounds>) {
-    let Some(&(_, first)) = triangles.first() else { return };
-    let [low, high] = triangles.iter().fold(first, |[low, high], (_, [l, h])| [low.min(*l), high.max(*h)]);
+fn halved(triangles: &mut [(Vec3, Bounds)], times: u32) -> Vec<Bounds> {
+    let Some(&(_, first)) = triangles.first() else { return Vec::new() };
+    let join = |[low, high]: Bounds, [l, h]: Bounds| [low.min(l), high.max(h)];
+    let [low, high] = triangles.par_iter().map(|(_, bounds)| *bounds).reduce(|| first, join);
     if times == 0 || triangles.len() < 2 {
-        boxes.push([low, high]);
-        return;
+        return vec![[low, high]];
     }
     let axis = (high - low).max_position();
     let middle = triangles.len() / 2;
     triangles.select_nth_unstable_by(middle, |a, b| a.0[axis].total_cmp(&b.0[axis]));
     let (near, far) = triangles.split_at_mut(middle);
-    halve(near, times - 1, boxes);
-    halve(far, times - 1, boxes);
+    let (mut near, mut far) = rayon::join(|| halved(near, times - 1), || halved(far, times - 1));
+    near.append(&mut far);
+    near
 }
 
 /// The longest list of parts that are in both, in order: rays that meet two triangles at once take the first.

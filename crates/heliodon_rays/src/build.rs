@@ -1,10 +1,11 @@
 //! From triangles to a [`TriangleScene`].
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use crate::scene::TriangleScene;
 use crate::stored::KeptTiles;
-use crate::tiles::{Tiled, build_tiles};
+use crate::tiles::{Tiled, bounds, build_tiles};
 
 /// How much care the hierarchy gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -95,16 +96,19 @@ fn build(
     if triangles.len() > MAX_TRIANGLES {
         return Err(BuildError::TooMany(triangles.len()));
     }
-    for (triangle, corners) in triangles.iter().enumerate() {
-        if let Some(&vertex) = corners.iter().find(|c| **c as usize >= positions.len()) {
-            return Err(BuildError::VertexOutOfRange { triangle, vertex, vertices: positions.len() });
-        }
+    let out_of_range = |corners: &[u32; 3]| corners.iter().copied().find(|&c| c as usize >= positions.len());
+    let first = triangles.par_iter().enumerate().find_map_first(|(t, corners)| out_of_range(corners).map(|vertex| (t, vertex)));
+    if let Some((triangle, vertex)) = first {
+        return Err(BuildError::VertexOutOfRange { triangle, vertex, vertices: positions.len() });
     }
     let corners_of = |t: u32| triangles[t as usize].map(|i| positions[i as usize]);
-    let (usable, left_out): (Vec<u32>, Vec<u32>) = (0..triangles.len() as u32).partition(|&t| usable_corners(&corners_of(t)));
-    let Some(&first) = usable.first() else { return Ok(TriangleScene::empty(left_out)) };
-    let start = corners_of(first)[0];
-    let (low, high) = usable.iter().flat_map(|&t| corners_of(t)).fold((start, start), |(l, h), x| (l.min(x), h.max(x)));
+    let all = (0..triangles.len() as u32).into_par_iter();
+    let (usable, left_out): (Vec<u32>, Vec<u32>) = all.partition(|&t| usable_corners(&corners_of(t)));
+    if usable.is_empty() {
+        return Ok(TriangleScene::empty(left_out));
+    }
+    let around = |[a, b, c]: [Vec3; 3]| (a.min(b).min(c), a.max(b).max(c));
+    let (low, high) = bounds(usable.par_iter().map(|&t| around(corners_of(t))));
     let center = 0.5 * low + 0.5 * high;
     let Tiled { whole, joints, tiles } = build_tiles(usable, |t| corners_of(t).map(|x| x - center), params.quality, kept);
     let scene = TriangleScene::new(whole, left_out, center, (low, high));
