@@ -17,7 +17,8 @@ use heliodon_math::color::{linear_from_srgb8_table, srgb8_from_linear};
 pub fn shown_srgb8(seams: &Seams, colors: &[Vec3]) -> Vec<Vec3> {
     let linear = linear_from_srgb8_table();
     let shown: Vec<Vec3> = colors.iter().map(|color| color.clamp(Vec3::ZERO, Vec3::ONE)).collect();
-    let mut held: Vec<Vec3> = shown.iter().map(|x| x.to_array().map(|x| linear[usize::from(srgb8_from_linear(x))]).into()).collect();
+    let mut held: Vec<Vec3> =
+        shown.iter().map(|x| x.to_array().map(|x| linear[usize::from(srgb8_from_linear(x))]).into()).collect();
     seams.choose(&shown, &mut held, 1.0, SEAM_CODES, |_, found, held| {
         let beside = move |(c, up): (usize, bool)| {
             let code = srgb8_from_linear(held[c]);
