@@ -87,7 +87,10 @@ mod tests {
         let bytes = bouncing().runs(true).concat();
         let again = Bouncing::<4>::of_runs(&bytes, (2, 3), 4, true).unwrap();
         assert_eq!((again.done, &again.points), (2, &bouncing().points));
-        assert_eq!((&again.reflected.newest, &again.reflected.older), (&bouncing().reflected.newest, &bouncing().reflected.older));
+        assert_eq!(
+            (&again.reflected.newest, &again.reflected.older),
+            (&bouncing().reflected.newest, &bouncing().reflected.older)
+        );
         for (sizes, most, cells_too) in [((3, 3), 4, true), ((2, 2), 4, true), ((2, 3), 1, true), ((2, 3), 4, false)] {
             assert!(Bouncing::<4>::of_runs(&bytes, sizes, most, cells_too).is_none(), "{sizes:?} {most} {cells_too}");
         }

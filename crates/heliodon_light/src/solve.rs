@@ -4,8 +4,8 @@ use crate::bounce::{CellLight, Lanes, Transport, find_validity};
 use crate::free::free_light;
 use crate::gather::Lattice;
 use crate::{
-    BouncedSun, Channels, FreeLight, GatherBlock, KeptBounces, Layout, LightError, LightParams, MaskParams, SunMasks, Surfaces, Validity,
-    bake_sun_masks, gather,
+    BouncedSun, Channels, FreeLight, GatherBlock, KeptBounces, Layout, LightError, LightParams, MaskParams, SunMasks, Surfaces,
+    Validity, bake_sun_masks, gather,
 };
 use glam::Vec3;
 

@@ -18,7 +18,6 @@ fn lit() -> Lit {
     Lit::new(ground(6.0, 24).and(cuboid(Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 2.0, 1.0), 6)), 0.5)
 }
 
-#[derive(Debug, PartialEq)]
 struct Solved {
     light: VertexLight,
     cells: CellLight,
@@ -91,17 +90,18 @@ fn light_goes_on_bouncing_from_wherever_it_was_broken_off() {
     let whole = solve(&lit, &SUNS, &params);
     let passes = params.bounce_passes(whole.sun.as_ref().unwrap().function_count());
     assert_eq!(passes, 6);
+    let is_same = |other: &Solved| other.light == whole.light && other.cells == whole.cells;
     for kept in 1..=passes as usize {
         let shelf = Shelf { left: Cell::new(kept), ..Shelf::default() };
         solve_keeping(&lit, &SUNS, &params, Some(&shelf));
         assert_eq!(*shelf.heard.borrow(), [0, 1, 2, 3, 3, 4, 5, 6]);
         shelf.heard.take();
         let again = solve_keeping(&lit, &SUNS, &params, Some(&shelf));
-        assert!(again == whole, "broken off after {kept} passes");
+        assert!(is_same(&again), "broken off after {kept} passes");
         let heard = shelf.heard.take();
         assert_eq!(heard.len() as u64, 2 + passes - kept as u64, "{heard:?}");
         shelf.kept.borrow_mut().values_mut().for_each(|bytes| bytes.truncate(bytes.len() / 2));
-        assert!(solve_keeping(&lit, &SUNS, &params, Some(&shelf)) == whole, "what is damaged is done again");
+        assert!(is_same(&solve_keeping(&lit, &SUNS, &params, Some(&shelf))), "what is damaged is done again");
     }
 }
 
