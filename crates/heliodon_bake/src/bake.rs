@@ -209,7 +209,7 @@ fn scene_light(
     let mesh = &scene.mesh;
     let traceable = Traceable::new(scene, rays);
     let params = plan.light_params(&mesh.positions, &mesh.triangles);
-    // the same bits whatever is kept; what is not is traced again
+    // the same bits whatever is in memory
     let params = LightParams { hit_budget_bytes: means.kept, ..params };
     let actors = plan.actors(Some(&traceable.rays));
     let of_files = plan.figures.iter().flat_map(|figure| figure.warnings.iter().cloned());
@@ -265,7 +265,7 @@ fn within_budget(
     if means.threads < threads || means.kept < need.kept {
         let (kept, all) = (means.kept >> 20, need.kept >> 20);
         reporter.note(&format!(
-            "the light stays within [budget] with {} of {threads} threads and {kept} of {all} MiB for what rays have met; what is not kept is traced again",
+            "the light stays within [budget] with {} of {threads} threads and {kept} of {all} MiB for what rays have met; the rest is read from the cache for each bounce",
             means.threads
         ));
     }

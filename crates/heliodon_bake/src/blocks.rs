@@ -90,7 +90,8 @@ impl BlockStage<'_> {
     /// Does the blocks of `ranges`, or takes them from an earlier run; `first_block` numbers them. A shard does its own first, then those
     /// that no other has done meanwhile: what comes next needs all of them.
     ///
-    /// `decode` answers `None` for bytes that do not fit, which are done again; `compute` makes a block; `encode` its bytes.
+    /// `decode` answers `None` for bytes that do not fit, which are done again; `compute` makes a block; `encode` its bytes, and lets go of what is kept with them and
+    /// need not be in memory.
     ///
     /// # Errors
     /// Those of `compute`, and of the cache where a block cannot be kept.
@@ -100,7 +101,7 @@ impl BlockStage<'_> {
         first_block: usize,
         decode: impl Fn(&[u8], &Range<usize>) -> Option<T> + Sync,
         compute: impl Fn(Range<usize>) -> Result<T, E> + Sync,
-        encode: impl Fn(&T) -> Vec<u8> + Sync,
+        encode: impl Fn(&mut T) -> Vec<u8> + Sync,
     ) -> Result<Vec<T>, E> {
         self.reporter.stage(self.name, points(ranges));
         if !self.told {
@@ -146,7 +147,7 @@ impl BlockStage<'_> {
         &self,
         ranges: &[Range<usize>],
         compute: impl Fn(Range<usize>) -> Result<T, E> + Sync,
-        encode: impl Fn(&T) -> Vec<u8> + Sync,
+        encode: impl Fn(&mut T) -> Vec<u8> + Sync,
     ) -> Result<usize, E> {
         let own: Vec<usize> = (0..ranges.len()).filter(|&i| self.share.is_none_or(|share| share.takes(i))).collect();
         let own_ranges: Vec<Range<usize>> = own.iter().map(|&i| ranges[i].clone()).collect();
@@ -172,11 +173,11 @@ impl BlockStage<'_> {
         block: usize,
         range: Range<usize>,
         compute: &impl Fn(Range<usize>) -> Result<T, E>,
-        encode: &impl Fn(&T) -> Vec<u8>,
+        encode: &impl Fn(&mut T) -> Vec<u8>,
     ) -> Result<T, E> {
-        let made = compute(range)?;
+        let mut made = compute(range)?;
         if let Some(cache) = self.cache {
-            cache.store(self.file_stage, block, &encode(&made))?;
+            cache.store(self.file_stage, block, &encode(&mut made))?;
         }
         Ok(made)
     }
@@ -289,7 +290,7 @@ mod tests {
             told: false,
         };
         let sum = |range: Range<usize>| Ok::<u64, CacheError>(range.sum::<usize>() as u64);
-        let encode = |sum: &u64| sum.to_le_bytes().to_vec();
+        let encode = |sum: &mut u64| sum.to_le_bytes().to_vec();
         assert_eq!(stage.run_own(&ranges, sum, encode).unwrap(), 2);
         let there: Vec<usize> = (0..5).filter(|&block| cache.has("test", block)).collect();
         assert_eq!(there, [1, 3]);

@@ -22,8 +22,8 @@ use heliodon_bundle::manifest::Counts;
 use heliodon_bundle::panorama::panorama_bytes;
 use heliodon_bundle::texels::{BOUNCE_BLOCK, atlas_bytes, sky_level};
 use heliodon_light::{
-    AXES, BouncedSun, GatherBlock, Layout, LightParams, MaskParams, PatchPlan, SunOnSurfaces, Surfaces, bake_sun_masks, gather,
-    light_patches,
+    AXES, BouncedSun, GatherBlock, Layout, LightParams, MAX_FOLLOWED, MaskParams, PatchPlan, SunOnSurfaces, Surfaces,
+    bake_sun_masks, gather, light_patches,
 };
 use heliodon_math::sphere::fibonacci_sphere;
 use heliodon_mesh::{Mesh, Texture};
@@ -279,6 +279,7 @@ fn need(plan: &Plan, points: u64, vertices: [u64; 2], geometry_bytes: u64, by_te
     Need {
         least: geometry_bytes
             + bytes_of_points(points, vertices[0], light_bytes)
+            + bytes_of_bounces(points, bake.bounces, 4 * (light.transfer_floats() + light.bounce_floats()) as u64)
             + atlas.and(panorama).memory_bytes(light)
             + scan_bytes(vertices[1], light),
         thread: block.min(points) * (hit_bytes + light_bytes) * BLOCK_COPIES,
@@ -299,6 +300,15 @@ fn ray_bytes(prepare: &PrepareEstimate) -> u64 {
 /// Points, and light: of the points twice, gathered and solved, and of the vertices.
 fn bytes_of_points(points: u64, vertices: u64, light_bytes: u64) -> u64 {
     points * (size_of::<[f32; 6]>() as u64 + 8 + 2 * light_bytes) + vertices * light_bytes
+}
+
+/// What followed paths bring to points, which holds all lanes, and the sixteen lanes that bounce together: those of points three times, and those of about as many cells, whose bounces
+/// before take half as much.
+fn bytes_of_bounces(points: u64, bounces: u32, lane_bytes: u64) -> u64 {
+    match u64::from(bounces).checked_sub(1) {
+        Some(before) => points * (lane_bytes + 3 * 64 + 64 + 32 * before.min(MAX_FOLLOWED as u64)),
+        None => 0,
+    }
 }
 
 /// So many vertices of the scan itself, with their light, whose numbers take 16 bits.
@@ -499,7 +509,8 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
     let solving = size.geometry_bytes
         + kept
         + patches * 4 * u64::from(1 + sun_steps.div_ceil(32))
-        + bytes_of_points(points, vertices, light_bytes);
+        + bytes_of_points(points, vertices, light_bytes)
+        + bytes_of_bounces(points, params.bounces, 4 * lanes as u64);
     // texels ask the suns everywhere, the sky where it changes, the bounced sun in every square
     let of_atlas = size.atlas.map_or_else(TexelCounts::default, |side| TexelCounts::of(side, light));
     let panorama = side_of(&plan.site);
@@ -532,7 +543,7 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
         memory_bytes: (solving + texel_bytes).max(encoding + texel_bytes),
         cache_bytes: size.kept_rays_bytes
             + kept_bounces::kept_bytes(params, passes, points, all(bounce_seconds))
-            + kept
+            + hit_bytes
             + traces
             + points * (light_bytes + 16)
             + (vertices + 2 * scan_vertices) * light_bytes

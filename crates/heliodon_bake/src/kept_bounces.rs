@@ -1,34 +1,50 @@
-//! Light between two bounces, kept where these take long: whoever is killed goes on from there.
+//! Light between two bounces, kept where these take long: whoever is killed goes on from there. And where hits that there is no room for in memory are.
 
 use crate::cache::Cache;
+use crate::names::LightNames;
 use crate::report::Reporter;
 use heliodon_light::{KeptBounces, LightParams, MAX_FOLLOWED};
-use std::cell::Cell;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Light is kept when so much time has passed since it was for the last time, and so many times as long as keeping it took then.
 const DUE: Duration = Duration::from_secs(4);
 const WORTH: u32 = 4;
 
-/// Where light is kept between two bounces.
+/// Where light is kept between two bounces, and where blocks lie with all their hits.
 pub(crate) struct Bounces<'a> {
     cache: Option<&'a Cache>,
-    stage: &'a str,
+    names: &'a LightNames,
+    /// Blocks of the surfaces; those in space follow.
+    fronts: usize,
     reporter: &'a dyn Reporter,
     /// Since when nothing was kept, and after how long something is to be; never again once there was no room.
-    clock: Cell<(Instant, Option<Duration>)>,
+    clock: Mutex<(Instant, Option<Duration>)>,
     /// Whether it was told that light goes on bouncing.
-    told: Cell<bool>,
+    told: AtomicBool,
 }
 
 impl<'a> Bounces<'a> {
-    /// Under the name `stage`; without a cache nothing is kept.
-    pub fn new(cache: Option<&'a Cache>, stage: &'a str, reporter: &'a dyn Reporter) -> Self {
-        Self::due_after(DUE, cache, stage, reporter)
+    /// Of a solve whose blocks are so many of the surfaces, then those in space; without a cache nothing is kept.
+    pub fn new(cache: Option<&'a Cache>, names: &'a LightNames, fronts: usize, reporter: &'a dyn Reporter) -> Self {
+        Self::due_after(DUE, cache, names, fronts, reporter)
     }
 
-    fn due_after(due: Duration, cache: Option<&'a Cache>, stage: &'a str, reporter: &'a dyn Reporter) -> Self {
-        Self { cache, stage, reporter, clock: Cell::new((Instant::now(), cache.map(|_| due))), told: Cell::new(false) }
+    fn due_after(
+        due: Duration,
+        cache: Option<&'a Cache>,
+        names: &'a LightNames,
+        fronts: usize,
+        reporter: &'a dyn Reporter,
+    ) -> Self {
+        let clock = Mutex::new((Instant::now(), cache.map(|_| due)));
+        Self { cache, names, fronts, reporter, clock, told: AtomicBool::new(false) }
+    }
+
+    fn clock(&self) -> (Instant, Option<Duration>) {
+        // whoever panicked while it was set has set it
+        *self.clock.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Leaves the room to what must be kept: tries `store` again without what is here if it failed.
@@ -44,7 +60,7 @@ impl<'a> Bounces<'a> {
 
     /// Removes what was kept.
     pub fn remove(&self) {
-        self.cache.iter().for_each(|cache| cache.remove_blocks(self.stage));
+        self.cache.iter().for_each(|cache| cache.remove_blocks(&self.names.bounces));
     }
 }
 
@@ -59,22 +75,29 @@ pub(crate) fn kept_bytes(params: &LightParams, passes: u64, points: u64, seconds
 }
 
 impl KeptBounces for Bounces<'_> {
+    fn block(&self, number: usize) -> Option<Vec<u8>> {
+        match number.checked_sub(self.fronts) {
+            None => self.cache?.load(&self.names.fronts.gather, number),
+            Some(number) => self.cache?.load(&self.names.space.gather, number),
+        }
+    }
+
     fn take(&self, number: usize) -> Option<Vec<u8>> {
-        let taken = self.cache?.load(self.stage, number)?;
-        if !self.told.replace(true) {
+        let taken = self.cache?.load(&self.names.bounces, number)?;
+        if !self.told.swap(true, Ordering::Relaxed) {
             self.reporter.note("going on between two bounces");
         }
         Some(taken)
     }
 
     fn is_due(&self) -> bool {
-        let (since, due) = self.clock.get();
+        let (since, due) = self.clock();
         due.is_some_and(|due| since.elapsed() >= due)
     }
 
     fn keep(&self, number: usize, runs: &[&[u8]]) {
-        let (begun, (_, due)) = (Instant::now(), self.clock.get());
-        let kept = self.cache.map_or(Ok(()), |cache| cache.store_runs(self.stage, number, runs));
+        let (begun, (_, due)) = (Instant::now(), self.clock());
+        let kept = self.cache.map_or(Ok(()), |cache| cache.store_runs(&self.names.bounces, number, runs));
         let due = match kept {
             Ok(()) => due.max(Some(WORTH * begun.elapsed())),
             Err(_) => {
@@ -82,7 +105,7 @@ impl KeptBounces for Bounces<'_> {
                 None
             }
         };
-        self.clock.set((Instant::now(), due));
+        *self.clock.lock().unwrap_or_else(PoisonError::into_inner) = (Instant::now(), due);
     }
 
     fn told(&self, done: u64) {
@@ -93,19 +116,27 @@ impl KeptBounces for Bounces<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cache::CacheError;
+    use crate::grid::GridPlan;
+    use crate::names::SceneDigests;
     use crate::report::Collector;
+    use std::cell::Cell;
     use std::fs;
     use std::path::Path;
+
+    fn names() -> LightNames {
+        let digests = SceneDigests { geometry: [1; 32], albedo: [2; 32] };
+        LightNames::new(&digests, &LightParams::default(), (&[], false), &GridPlan::default(), [None; 3])
+    }
 
     #[test]
     fn the_last_state_is_taken_and_makes_room_for_what_must_be_kept() {
         let root = tempfile::tempdir().unwrap();
         let cache = Cache::open(root.path(), "key", Path::new("bundle")).unwrap();
-        let heard = Collector::default();
-        assert!(!Bounces::due_after(Duration::ZERO, None, "bounces-1", &heard).is_due(), "nowhere to keep it");
-        assert!(!Bounces::new(Some(&cache), "bounces-1", &heard).is_due(), "too early");
-        let bounces = Bounces::due_after(Duration::ZERO, Some(&cache), "bounces-1", &heard);
+        let (heard, names) = (Collector::default(), names());
+        let due = |due: Duration, cache| Bounces::due_after(due, cache, &names, 0, &heard);
+        assert!(!due(Duration::ZERO, None).is_due(), "nowhere to keep it");
+        assert!(!Bounces::new(Some(&cache), &names, 0, &heard).is_due(), "too early");
+        let bounces = due(Duration::ZERO, Some(&cache));
         assert!(bounces.is_due() && bounces.take(1).is_none());
         bounces.keep(0, &[b"one"]);
         bounces.keep(0, &[b"t", b"wo"]);
@@ -113,20 +144,35 @@ mod tests {
         assert_eq!((bounces.take(0).unwrap(), bounces.take(1).unwrap()), (b"two".to_vec(), b"three".to_vec()));
         assert_eq!(heard.heard().notes.len(), 1, "told once");
 
-        let block = |name: &str| cache.folder().join(name);
-        fs::write(block("bounces-1-00000"), "damaged").unwrap();
+        let block = |number: usize| cache.folder().join(format!("{}-{number:05}", names.bounces));
+        fs::write(block(0), "damaged").unwrap();
         assert!(bounces.take(0).is_none());
         let tries = Cell::new(0);
         let store = || {
             tries.set(tries.get() + 1);
-            if block("bounces-1-00001").exists() { Err("no room") } else { Ok(()) }
+            if block(1).exists() { Err("no room") } else { Ok(()) }
         };
         assert_eq!((bounces.giving_way(store), tries.get()), (Ok(()), 2));
         // no room: nothing is kept, nothing is asked any more, nothing stays
-        fs::create_dir(block("bounces-1-00001")).unwrap();
+        fs::create_dir(block(1)).unwrap();
         bounces.keep(0, &[b"four"]);
+        assert!(bounces.is_due() && cache.has(&names.bounces, 0));
         bounces.keep(1, &[b"five"]);
-        assert!(matches!(cache.store("bounces-1", 1, b"five"), Err(CacheError::Write { .. })), "the test's own hindrance");
-        assert!(!bounces.is_due() && !cache.has("bounces-1", 0));
+        assert!(!bounces.is_due() && !cache.has(&names.bounces, 0));
+    }
+
+    #[test]
+    fn blocks_of_the_surfaces_come_before_those_in_space() {
+        let root = tempfile::tempdir().unwrap();
+        let cache = Cache::open(root.path(), "key", Path::new("bundle")).unwrap();
+        let names = names();
+        let store = |name: &str, block: usize| cache.store(name, block, format!("{name} {block}").as_bytes()).unwrap();
+        (0..2).for_each(|block| store(&names.fronts.gather, block));
+        store(&names.space.gather, 0);
+        let heard = Collector::default();
+        let bounces = Bounces::new(Some(&cache), &names, 2, &heard);
+        let block = |number: usize| bounces.block(number).map(|bytes| String::from_utf8(bytes).unwrap());
+        assert_eq!(block(1), Some(format!("{} 1", names.fronts.gather)));
+        assert_eq!((block(2), block(3)), (Some(format!("{} 0", names.space.gather)), None));
     }
 }

@@ -109,7 +109,7 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
     let points = layout.points().len() as u64;
     let gather_rays = blocks.iter().map(|block| block.rays).sum();
     let mask_rays = masks.rays + sun.map_or(0, BouncedSun::rays);
-    let mut of_space = None;
+    let (mut of_space, fronts) = (None, blocks.len());
     if let Some((of_points, masks)) = space {
         let mut first = layout.add_free_points(&input.grid.places()).start;
         of_space = Some((masks, of_points.iter().map(|block| block.rays).sum::<u64>()));
@@ -122,7 +122,7 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
     reporter.stage("bounces", params.bounce_passes(sun.map_or(0, BouncedSun::function_count)));
     let mut cells =
         [input.texels.is_some(), input.panorama.is_some(), input.scan.is_some()].contains(&true).then(CellLight::default);
-    let kept = Bounces::new(cache, &names.bounces, reporter);
+    let kept = Bounces::new(cache, names, fronts, reporter);
     let (light, free) = solve_all(surfaces, &layout, &blocks, sun, params, cells.as_mut(), Some(&kept))?;
     drop(blocks);
     // a large part of what all of them took is free in small pieces, which what comes next has no use for

@@ -148,25 +148,25 @@ impl<'a> LightStages<'a> {
             let ranges = self.mask_ranges(fronts.clone());
             let stage = work.stage(&self.input.names.fronts.masks, "sun masks");
             let compute = |range| self.masks_of(&self.layout, range, self.fronts_asked(), &stage);
-            done += stage.run_own(&ranges, compute, encode_masks)?;
+            done += stage.run_own(&ranges, compute, |masks| encode_masks(masks))?;
             None
         };
         let sun = sun.as_ref();
         let ranges = self.gather_ranges(fronts);
         let stage = work.stage(&self.input.names.fronts.gather, "sky transfer");
         let seen = |range| self.seen(&self.layout, range, sun, (self.fronts_asked(), &stage));
-        done += stage.run_own(&ranges, seen, GatherBlock::to_bytes)?;
+        done += stage.run_own(&ranges, seen, |block| block.to_bytes())?;
         let space = self.space_range();
         if !space.is_empty() {
             let layout = self.space_layout();
             let ranges = self.gather_ranges(space.clone());
             let stage = work.stage(&self.input.names.space.gather, "light of space");
             let seen = |range| self.seen(&layout, range, sun, (self.space_asked(), &stage));
-            done += stage.run_own(&ranges, seen, GatherBlock::to_bytes)?;
+            done += stage.run_own(&ranges, seen, |block| block.to_bytes())?;
             let ranges = self.mask_ranges(space);
             let stage = work.stage(&self.input.names.space.masks, "sun in space");
             let compute = |range| self.masks_of(&layout, range, self.space_asked(), &stage);
-            done += stage.run_own(&ranges, compute, encode_masks)?;
+            done += stage.run_own(&ranges, compute, |masks| encode_masks(masks))?;
         }
         Ok(done)
     }
@@ -324,7 +324,12 @@ impl<'a> LightStages<'a> {
                 (block.range == *range && block.validate(layout, functions, params).is_ok()).then_some(block)
             },
             |range| self.seen(layout, range, sun, (asked, stage)),
-            GatherBlock::to_bytes,
+            |block| {
+                let bytes = block.to_bytes();
+                // bounces find there what there is no room for
+                block.stay_within_budget(layout, params);
+                bytes
+            },
         )
     }
 
@@ -342,7 +347,10 @@ impl<'a> LightStages<'a> {
         let known = known.filter(|known| known.validate(&range, surfaces, params).is_ok()).map(KnownTraces::from);
         let known = known.or_else(|| earlier?.traces(layout.points(), &range, params));
         let first = range.start;
-        let (block, traces) = gather_knowing(surfaces, layout, sun, range, params, known)?;
+        let (mut block, traces) = gather_knowing(surfaces, layout, sun, range, params, known)?;
+        if stage.cache.is_none() {
+            block.stay_within_budget(layout, params);
+        }
         if let Some(cache) = stage.cache {
             cache.tell_rays(stage.name, block.rays - traces.traced, block.rays);
             if traces.traced > 0 {
@@ -393,7 +401,7 @@ impl<'a> LightStages<'a> {
                 fits.then_some(masks)
             },
             |range| self.masks_of(layout, range, asked, stage),
-            encode_masks,
+            |masks| encode_masks(masks),
         )?;
         let mut all = SunMasks { steps, ..SunMasks::default() };
         all.words.reserve_exact(parts.iter().map(|part| part.words.len()).sum());

@@ -52,18 +52,7 @@ impl GatherBlock {
         let (start, end) = range.ok_or(LightError::Block("a range that is none"))?;
         let [sky, sun, scale, back] = [(); 4].map(|()| take_list(&mut rest, f32::from_le_bytes));
         let back_cells = take_groups(&mut rest)?;
-        let units = number(&mut rest)?;
-        let mut hits = Vec::new();
-        for _ in 0..units {
-            hits.push(match take(&mut rest)? {
-                [0] => None,
-                [1] => {
-                    let met = take_list(&mut rest, u64::from_le_bytes)?;
-                    Some(UnitHits { met, cells: take_list(&mut rest, u32::from_le_bytes)? })
-                }
-                _ => return Err(LightError::Block("hits that are neither kept nor not")),
-            });
-        }
+        let hits = take_hits(&mut rest)?;
         let units = number(&mut rest)?;
         let mut followed = Vec::new();
         for _ in 0..units {
@@ -76,6 +65,31 @@ impl GatherBlock {
         }
         Ok(Self { range: start..end, sky: sky?, sun: sun?, scale: scale?, back: back?, back_cells, hits, followed, rays })
     }
+}
+
+/// The hits alone of a block's bytes.
+pub(crate) fn hits_of_block(bytes: &[u8]) -> Result<Vec<Option<UnitHits>>, LightError> {
+    let mut rest = bytes;
+    if take::<8>(&mut rest)? != MAGIC {
+        return Err(LightError::Block("of another format or version"));
+    }
+    take::<24>(&mut rest)?;
+    for _ in 0..5 {
+        take_bytes::<4>(&mut rest)?;
+    }
+    take_hits(&mut rest)
+}
+
+fn take_hits(rest: &mut &[u8]) -> Result<Vec<Option<UnitHits>>, LightError> {
+    let hits = |rest: &mut &[u8]| match take(rest)? {
+        [0] => Ok(None),
+        [1] => {
+            let met = take_list(rest, u64::from_le_bytes)?;
+            Ok(Some(UnitHits { met, cells: take_list(rest, u32::from_le_bytes)? }))
+        }
+        _ => Err(LightError::Block("hits that are neither kept nor not")),
+    };
+    (0..number(rest)?).map(|_| hits(rest)).collect()
 }
 
 pub(crate) fn put_list<T: Copy, const N: usize>(out: &mut Vec<u8>, list: &[T], bytes: impl Fn(T) -> [u8; N]) {
@@ -94,11 +108,16 @@ pub(crate) fn number(rest: &mut &[u8]) -> Result<u64, LightError> {
 }
 
 pub(crate) fn take_list<T, const N: usize>(rest: &mut &[u8], value: impl Fn([u8; N]) -> T) -> Result<Vec<T>, LightError> {
+    Ok(take_bytes::<N>(rest)?.iter().map(|&x| value(x)).collect())
+}
+
+/// A list as its bytes, N for each of its numbers.
+fn take_bytes<'a, const N: usize>(rest: &mut &'a [u8]) -> Result<&'a [[u8; N]], LightError> {
     let short = LightError::Block("fewer bytes than it should have");
     let count = usize::try_from(number(rest)?).map_err(|_| short.clone())?;
     let (bytes, tail) = count.checked_mul(N).and_then(|n| rest.split_at_checked(n)).ok_or(short)?;
     *rest = tail;
-    Ok(bytes.as_chunks().0.iter().map(|&x| value(x)).collect())
+    Ok(bytes.as_chunks().0)
 }
 
 /// A list of groups of N numbers.
@@ -130,6 +149,7 @@ mod tests {
     #[test]
     fn a_block_survives_the_round_trip() {
         assert_eq!(GatherBlock::from_bytes(&block().to_bytes()), Ok(block()));
+        assert_eq!(hits_of_block(&block().to_bytes()), Ok(block().hits));
     }
 
     #[test]
@@ -137,13 +157,14 @@ mod tests {
         let bytes = block().to_bytes();
         for cut in 0..bytes.len() {
             assert!(GatherBlock::from_bytes(&bytes[..cut]).is_err(), "cut at {cut}");
+            let _ = hits_of_block(&bytes[..cut]);
         }
         assert!(GatherBlock::from_bytes(&[&bytes[..], &[0]].concat()).is_err());
         for at in 0..bytes.len() {
             let mut broken = bytes.clone();
             broken[at] ^= 0xff;
             // must not panic or ask for memory without bound; payload bits may change silently
-            let _ = GatherBlock::from_bytes(&broken);
+            let _ = (GatherBlock::from_bytes(&broken), hits_of_block(&broken));
         }
     }
 }

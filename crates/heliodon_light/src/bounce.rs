@@ -6,10 +6,11 @@
 //! hit is read once for up to sixteen of them. Followed paths add what they bring from sky and sun once they have made their k bounces,
 //! and, where they end in a cell, its light of k bounces before.
 
+use crate::block_bytes::hits_of_block;
 use crate::cells::{Layout, NONE};
 use crate::follow::MAX_FOLLOWED;
 use crate::from_cells::{Arrived, CellsAt, Seen, UnitOf, arrivals};
-use crate::gather::{GatherBlock, Lattice, unit_ranges};
+use crate::gather::{GatherBlock, Lattice, UnitHits, unit_ranges};
 use crate::inside::BACK_LIMIT;
 use crate::kept_bounces::{Bouncing, KeptBounces};
 use crate::surfaces::reflected;
@@ -109,11 +110,13 @@ impl<'a> Transport<'a> {
         (self.lit_by[index].into_iter().filter(|&p| p != NONE).map(|p| p as usize), self.albedo[index])
     }
 
-    fn units(&self) -> Vec<UnitOf<'a>> {
+    /// The units of each block.
+    fn units(&self) -> Vec<Vec<UnitOf<'a>>> {
         let of_block = |block: &'a GatherBlock| {
-            unit_ranges(&block.range).into_iter().enumerate().map(move |(index, range)| UnitOf { block, index, range })
+            let units = unit_ranges(&block.range).into_iter().enumerate();
+            units.map(|(index, range)| UnitOf { block, index, range, hits: block.hits[index].as_ref() }).collect()
         };
-        self.blocks.iter().flat_map(of_block).collect()
+        self.blocks.iter().map(of_block).collect()
     }
 
     /// Light that has bounced up to `bounces` times, a number for each lane of each point; where it is asked for, also what the cells last reflected, for
@@ -143,7 +146,7 @@ impl<'a> Transport<'a> {
             }
         }
         if going_on < count && bounces > 0 {
-            for unit in self.units() {
+            for unit in self.units().into_iter().flatten() {
                 let points = &mut all[unit.range.start * count..unit.range.end * count];
                 unit.add_first_bounce(lanes, bounces as usize, points);
             }
@@ -166,18 +169,20 @@ impl<'a> Transport<'a> {
         let coefficient_of: [usize; W] = std::array::from_fn(|l| (first + l) / channels);
         let sky_lanes = lanes.sky().saturating_sub(first);
         let units = self.units();
-        let paths_end = keep.is_some() || units.iter().any(|unit| !unit.followed().ends.is_empty());
+        let paths_end = keep.is_some() || units.iter().flatten().any(|unit| !unit.followed().ends.is_empty());
         let before = kept.and_then(|kept| Bouncing::of_runs(&kept.take(group)?, sizes, bounces, paths_end));
         let mut now = before.unwrap_or_else(|| Bouncing::<W>::new(sizes));
         let tell = |done: usize| kept.iter().for_each(|kept| kept.told((group * bounces + done) as u64));
         tell(now.done);
-        let arrivals: Vec<Vec<Arrived<W>>> = units.par_iter().map(|unit| arrivals(unit, lanes, first)).collect();
+        let of_block = |units: &Vec<UnitOf>| units.par_iter().map(|unit| arrivals(unit, lanes, first)).collect();
+        let arrivals: Vec<Vec<Vec<Arrived<W>>>> = units.par_iter().map(of_block).collect();
         for bounce in now.done..bounces {
             if bounce > 0 && paths_end {
                 now.reflected.grow_older();
             }
             let light: Vec<[f32; W]> = units
                 .par_iter()
+                .flatten()
                 .flat_map_iter(|unit| {
                     let sky = &unit.block.sky[unit.offset() * lanes.coefficients..];
                     let bounced = &now.points[unit.range.clone()];
@@ -201,16 +206,19 @@ impl<'a> Transport<'a> {
                 *out = std::array::from_fn(|l| sum[l] * (mean * albedo[channel_of[l]]));
             });
             let reflected = now.reflected.told();
-            let gathered: Vec<Vec<[f32; W]>> = units
-                .par_iter()
-                .zip(&arrivals)
-                .map(|(unit, arrivals)| {
+            let of_block = |(number, (units, arrivals)): (usize, (&Vec<UnitOf>, &Vec<Vec<Arrived<W>>>))| {
+                let hits = kept.and_then(|kept| hits_beside(units, number, kept));
+                let gather = |(index, (unit, arrivals)): (usize, (&UnitOf, &Vec<Arrived<W>>))| {
                     // sorted by bounce
                     let arrived = arrivals.partition_point(|a| a.bounce <= bounce + 1);
-                    self.seen.gathered(unit, &reflected, &arrivals[..arrived], lanes, first)
-                })
-                .collect();
-            for (unit, light) in units.iter().zip(gathered) {
+                    let hits = unit.hits.or_else(|| hits.as_ref()?[index].as_ref());
+                    let unit = UnitOf { range: unit.range.clone(), hits, ..*unit };
+                    self.seen.gathered(&unit, &reflected, &arrivals[..arrived], lanes, first)
+                };
+                units.par_iter().zip(arrivals).enumerate().map(gather).collect()
+            };
+            let gathered: Vec<Vec<Vec<[f32; W]>>> = units.par_iter().zip(&arrivals).enumerate().map(of_block).collect();
+            for (unit, light) in units.iter().flatten().zip(gathered.into_iter().flatten()) {
                 now.points[unit.range.clone()].copy_from_slice(&light);
             }
             now.done = bounce + 1;
@@ -226,6 +234,12 @@ impl<'a> Transport<'a> {
         }
         now.points
     }
+}
+
+/// The hits of a block's units where not all of them are at hand, but all lie beside.
+fn hits_beside(units: &[UnitOf], number: usize, kept: &dyn KeptBounces) -> Option<Vec<Option<UnitHits>>> {
+    let bytes = if units.iter().all(|unit| unit.hits.is_some()) { None } else { kept.block(number) };
+    hits_of_block(&bytes?).ok().filter(|hits| hits.len() == units.len())
 }
 
 /// What cells reflect: lanes that bounce together.

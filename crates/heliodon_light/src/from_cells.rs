@@ -32,7 +32,7 @@ impl Seen<'_> {
     }
 
     fn hits_of<'b>(&self, unit: &UnitOf<'b>) -> Cow<'b, UnitHits> {
-        match &unit.block.hits[unit.index] {
+        match unit.hits {
             Some(hits) => Cow::Borrowed(hits),
             None => Cow::Owned(trace_hits(self.surfaces, self.among, unit.range.clone(), self.lattice)),
         }
@@ -104,6 +104,8 @@ pub(crate) struct UnitOf<'a> {
     pub block: &'a GatherBlock,
     pub index: usize,
     pub range: Range<usize>,
+    /// Traced again where they are not at hand.
+    pub hits: Option<&'a UnitHits>,
 }
 
 impl<'a> UnitOf<'a> {

@@ -54,7 +54,8 @@ pub struct GatherBlock {
     pub back: Vec<f32>,
     /// Cells whose back was met by points that do not lie inside something themselves, and how often; sorted.
     pub back_cells: Vec<[u32; 2]>,
-    /// The hits of each run of points; `None` where they were too many to keep and are traced again for each bounce.
+    /// The hits of each run of points; `None` where they were too many to keep: they are taken from where [`crate::KeptBounces`] has them for each bounce, or
+    /// traced again.
     pub hits: Vec<Option<UnitHits>>,
     /// What followed hits bring to each run of points.
     pub followed: Vec<Followed>,
@@ -131,11 +132,13 @@ pub fn gather(
     range: Range<usize>,
     params: &LightParams,
 ) -> Result<GatherBlock, LightError> {
-    gather_knowing(surfaces, layout, sun, range, params, None).map(|(block, _)| block)
+    let (mut block, _) = gather_knowing(surfaces, layout, sun, range, params, None)?;
+    block.stay_within_budget(layout, params);
+    Ok(block)
 }
 
 /// As [`gather`], which traces only rays that are not `known` from an earlier gather of the same points ([`Traces`]), and hands out what all
-/// of them met. The block is the same whatever is known.
+/// of them met. The block is the same whatever is known; it holds all hits, whatever their budget is ([`GatherBlock::stay_within_budget`]).
 ///
 /// # Errors
 /// As [`gather`], and traces of other points.
@@ -158,14 +161,13 @@ pub fn gather_knowing(
         Some(known) => known.units,
         None => runs.iter().map(|_| None).collect(),
     };
-    let units: Vec<(Unit, Option<UnitHits>, Option<UnitTraces>)> = runs
+    let units: Vec<(Unit, Option<UnitTraces>)> = runs
         .into_par_iter()
         .zip(known)
         .map(|(unit, known)| {
-            let (mut unit, traces) = gather_unit(surfaces, layout.own(), sun, unit, params, &lattices, known);
-            let hits = Some(std::mem::take(&mut unit.hits)).filter(|hits| hits.are_kept(unit.scale.len(), layout, params));
-            let traces = hits.is_some().then_some(traces);
-            (unit, hits, traces)
+            let (unit, traces) = gather_unit(surfaces, layout.own(), sun, unit, params, &lattices, known);
+            let traces = unit.hits.are_kept(unit.scale.len(), layout, params).then_some(traces);
+            (unit, traces)
         })
         .collect();
     let mut traces = Traces { range: range.clone(), ..Traces::default() };
@@ -180,7 +182,7 @@ pub fn gather_knowing(
         followed: Vec::new(),
         rays: 0,
     };
-    for (unit, hits, of_unit) in units {
+    for (unit, of_unit) in units {
         traces.units.push(of_unit);
         traces.traced += unit.rays.traced;
         block.sky.extend(unit.sky);
@@ -190,7 +192,7 @@ pub fn gather_knowing(
         block.back_cells.extend(unit.back_cells);
         block.followed.push(unit.followed);
         block.rays += unit.rays.all;
-        block.hits.push(hits);
+        block.hits.push(Some(unit.hits));
     }
     block.back_cells = counted(block.back_cells);
     Ok((block, traces))

@@ -9,7 +9,11 @@ use std::collections::VecDeque;
 
 /// Who looks on while light bounces, and keeps how far it is. Lanes that bounce together have a number, under which their last state is enough. What was
 /// kept is handed out for the same blocks and parameters only; then it changes no bit.
-pub trait KeptBounces {
+pub trait KeptBounces: Sync {
+    /// The bytes of a block ([`crate::GatherBlock::to_bytes`]) with all hits, of those of the solve the one with this number, where some of its hits are not
+    /// at hand; without it they are traced again.
+    fn block(&self, number: usize) -> Option<Vec<u8>>;
+
     /// What was kept under a number, whole and its runs in one, or nothing.
     fn take(&self, number: usize) -> Option<Vec<u8>>;
 

@@ -61,8 +61,8 @@ pub struct LightParams {
     pub cell_size_m: Option<f32>,
     /// Upper limit of the cells that division may make; the cell size grows until it holds. Each costs as much as a vertex.
     pub max_sub_cells: usize,
-    /// Bytes that kept hits may take. Beyond, rays are traced again for every bounce: the same result, `bounces + 1` times
-    /// the rays.
+    /// Bytes that kept hits may take. Beyond, they are read for every bounce from where [`crate::KeptBounces`] has them, or traced again: the same result,
+    /// as many times the rays as there are passes ([`LightParams::bounce_passes`]).
     pub hit_budget_bytes: u64,
     /// How often the back sides of open surfaces, once rays from valid points have met them, are given points of their own (a
     /// gather for each vertex concerned) and searched for further ones. 0 leaves back sides black.

@@ -216,7 +216,7 @@ impl Receivers<'_> {
         let block = unit.into_block(range.clone());
         let seen = Seen { surfaces, among, lattice: &lattices[0] };
         let lanes = Lanes::new(params, sun.map_or(0, BouncedSun::function_count));
-        let unit = UnitOf { block: &block, index: 0, range: range.clone() };
+        let unit = UnitOf { block: &block, index: 0, range: range.clone(), hits: block.hits[0].as_ref() };
         let bounced = bounced(&seen, &unit, lanes, cells);
         let mut received = Received { reach_m, rays: block.rays, ..Received::default() };
         let sky_lanes = lanes.sky();

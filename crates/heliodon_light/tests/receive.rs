@@ -6,12 +6,13 @@ mod common;
 use common::{Lit, params};
 use glam::Vec3;
 use heliodon_light::{
-    BouncedSun, CellLight, Channels, KeptBounces, Layout, LightParams, RayVertices, Received, Receiving, SurfacePlace,
-    VertexLight, gather, solve_all,
+    BouncedSun, CellLight, Channels, GatherBlock, KeptBounces, Layout, LightParams, RayVertices, Received, Receiving,
+    SurfacePlace, VertexLight, gather, solve_all,
 };
 use heliodon_testkit::scenes::{cuboid, ground};
-use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A block on the ground, lit by a low sun and a high one.
 fn lit() -> Lit {
@@ -30,6 +31,10 @@ fn solve(lit: &Lit, suns: &[Vec3], params: &LightParams) -> Solved {
 }
 
 fn solve_keeping(lit: &Lit, suns: &[Vec3], params: &LightParams, kept: Option<&dyn KeptBounces>) -> Solved {
+    solve_blocks(lit, suns, params, kept).0
+}
+
+fn solve_blocks(lit: &Lit, suns: &[Vec3], params: &LightParams, kept: Option<&dyn KeptBounces>) -> (Solved, Vec<GatherBlock>) {
     let surfaces = lit.surfaces();
     let mut layout = Layout::new(&surfaces, params).unwrap();
     let sun = BouncedSun::new(&surfaces, &layout, suns, params).unwrap();
@@ -38,7 +43,7 @@ fn solve_keeping(lit: &Lit, suns: &[Vec3], params: &LightParams, kept: Option<&d
     blocks.push(gather(&surfaces, &layout, sun.as_ref(), backs, params).unwrap());
     let mut cells = CellLight::default();
     let (light, _) = solve_all(&surfaces, &layout, &blocks, sun.as_ref(), params, Some(&mut cells), kept).unwrap();
-    Solved { light, cells, layout, sun }
+    (Solved { light, cells, layout, sun }, blocks)
 }
 
 /// A triangle's corner for each vertex that a triangle uses.
@@ -56,27 +61,35 @@ fn corners(lit: &Lit) -> Vec<(usize, SurfacePlace)> {
 /// Keeps what it is offered, up to a number of times, and hears how far light is.
 #[derive(Default)]
 struct Shelf {
-    kept: RefCell<BTreeMap<usize, Vec<u8>>>,
-    left: Cell<usize>,
-    heard: RefCell<Vec<u64>>,
+    kept: Mutex<BTreeMap<usize, Vec<u8>>>,
+    left: AtomicUsize,
+    heard: Mutex<Vec<u64>>,
+    /// Blocks with all hits, and how often one was asked for.
+    blocks: Vec<Vec<u8>>,
+    asked: AtomicUsize,
 }
 
 impl KeptBounces for Shelf {
+    fn block(&self, number: usize) -> Option<Vec<u8>> {
+        self.asked.fetch_add(1, Ordering::Relaxed);
+        self.blocks.get(number).cloned()
+    }
+
     fn take(&self, number: usize) -> Option<Vec<u8>> {
-        self.kept.borrow().get(&number).cloned()
+        self.kept.lock().unwrap().get(&number).cloned()
     }
 
     fn is_due(&self) -> bool {
-        self.left.get() > 0
+        self.left.load(Ordering::Relaxed) > 0
     }
 
     fn keep(&self, number: usize, runs: &[&[u8]]) {
-        self.left.set(self.left.get() - 1);
-        self.kept.borrow_mut().insert(number, runs.concat());
+        self.left.fetch_sub(1, Ordering::Relaxed);
+        self.kept.lock().unwrap().insert(number, runs.concat());
     }
 
     fn told(&self, done: u64) {
-        self.heard.borrow_mut().push(done);
+        self.heard.lock().unwrap().push(done);
     }
 }
 
@@ -92,17 +105,44 @@ fn light_goes_on_bouncing_from_wherever_it_was_broken_off() {
     assert_eq!(passes, 6);
     let is_same = |other: &Solved| other.light == whole.light && other.cells == whole.cells;
     for kept in 1..=passes as usize {
-        let shelf = Shelf { left: Cell::new(kept), ..Shelf::default() };
+        let shelf = Shelf { left: kept.into(), ..Shelf::default() };
+        let heard = || std::mem::take(&mut *shelf.heard.lock().unwrap());
         solve_keeping(&lit, &SUNS, &params, Some(&shelf));
-        assert_eq!(*shelf.heard.borrow(), [0, 1, 2, 3, 3, 4, 5, 6]);
-        shelf.heard.take();
+        assert_eq!(heard(), [0, 1, 2, 3, 3, 4, 5, 6]);
         let again = solve_keeping(&lit, &SUNS, &params, Some(&shelf));
         assert!(is_same(&again), "broken off after {kept} passes");
-        let heard = shelf.heard.take();
+        let heard = heard();
         assert_eq!(heard.len() as u64, 2 + passes - kept as u64, "{heard:?}");
-        shelf.kept.borrow_mut().values_mut().for_each(|bytes| bytes.truncate(bytes.len() / 2));
+        shelf.kept.lock().unwrap().values_mut().for_each(|bytes| bytes.truncate(bytes.len() / 2));
         assert!(is_same(&solve_keeping(&lit, &SUNS, &params, Some(&shelf))), "what is damaged is done again");
     }
+}
+
+#[test]
+fn hits_that_lie_beside_are_not_traced_again_and_change_nothing() {
+    let lit = lit();
+    let params = params(64, 4);
+    let (whole, blocks) = solve_blocks(&lit, &SUNS, &params, None);
+    let in_little_room = LightParams { hit_budget_bytes: 1 << 10, ..params };
+    let beside = Shelf { blocks: blocks.iter().map(GatherBlock::to_bytes).collect(), ..Shelf::default() };
+    let nowhere = Shelf::default();
+    for shelf in [&beside, &nowhere] {
+        let (light, few) = solve_blocks(&lit, &SUNS, &in_little_room, Some(shelf));
+        let left = few.iter().flat_map(|block| &block.hits).filter(|hits| hits.is_some()).count();
+        assert_eq!(left, 0, "no hits fit");
+        assert!(light.light == whole.light && light.cells == whole.cells);
+        let passes = in_little_room.bounce_passes(light.sun.as_ref().unwrap().function_count()) as usize;
+        assert_eq!(shelf.asked.load(Ordering::Relaxed), passes * few.len());
+    }
+    // it is these hits that light comes from
+    let mut blind = blocks;
+    let hits = blind.iter_mut().flat_map(|block| block.hits.iter_mut().flatten());
+    hits.for_each(|hits| {
+        hits.cells.clear();
+        hits.met.fill(0);
+    });
+    let blind = Shelf { blocks: blind.iter().map(GatherBlock::to_bytes).collect(), ..Shelf::default() };
+    assert!(solve_keeping(&lit, &SUNS, &in_little_room, Some(&blind)).light != whole.light);
 }
 
 #[test]

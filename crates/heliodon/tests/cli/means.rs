@@ -108,9 +108,9 @@ fn light_stays_within_its_budget_or_is_not_begun() {
     assert!(!refused.err.contains("sky transfer") && !site.path("bundle").exists(), "{}", refused.err);
     site.edit("bake_mib = 16", "bake_mib = 64");
     let ran = done(&[&"bake", &site.folder(), &"--threads", &"2"]);
-    assert!(ran.err.contains("the light stays within [budget]") && ran.err.contains("traced again"), "{}", ran.err);
+    assert!(ran.err.contains("the light stays within [budget]") && ran.err.contains("read from the cache"), "{}", ran.err);
     let geometry = |bundle: &str| std::fs::read(site.path(bundle).join("site.glb")).unwrap();
-    assert!(geometry("bundle") == geometry("free"), "what is not kept is traced again, with the same result");
+    assert!(geometry("bundle") == geometry("free"), "what is not in memory is read again, with the same result");
     // shards keep what they like: the merge takes it all, whatever it keeps itself
     std::fs::remove_dir_all(site.path(".heliodon")).unwrap();
     let merged = site.path("merged");

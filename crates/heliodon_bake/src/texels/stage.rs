@@ -136,7 +136,7 @@ impl SolvedScene<'_> {
                 fits.then_some(masks)
             },
             |range| Ok::<_, BakeError>(bake_sun_masks(surfaces, points, suns, range, &MaskParams::default())?),
-            encode_masks,
+            |masks| encode_masks(masks),
         )?;
         let mut all = SunMasks { steps, ..SunMasks::default() };
         for part in &parts {
@@ -258,7 +258,7 @@ impl SolvedScene<'_> {
             first_block,
             |bytes, range| decode_received(bytes).filter(|block| block.validate(range.len(), functions, params).is_ok()),
             |range| Ok::<_, BakeError>(receivers.receive(self.cells, sun, range)?),
-            encode_received,
+            |block| encode_received(block),
         )
     }
 }
