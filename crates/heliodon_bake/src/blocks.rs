@@ -177,7 +177,9 @@ impl BlockStage<'_> {
     ) -> Result<T, E> {
         let mut made = compute(range)?;
         if let Some(cache) = self.cache {
-            cache.store(self.file_stage, block, &encode(&mut made))?;
+            let bytes = encode(&mut made);
+            // without what it has let go of there may be room
+            cache.store(self.file_stage, block, &bytes).or_else(|_| cache.store(self.file_stage, block, &encode(&mut made)))?;
         }
         Ok(made)
     }

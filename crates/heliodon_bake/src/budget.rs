@@ -13,7 +13,7 @@ pub(crate) struct Need {
     pub least: u64,
     /// What each thread takes while it works.
     pub thread: u64,
-    /// What it keeps where there is room, and makes again where there is not.
+    /// What it holds where there is room, and reads again where there is not.
     pub kept: u64,
 }
 

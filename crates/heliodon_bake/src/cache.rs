@@ -71,6 +71,8 @@ pub struct Cache {
     taken: Mutex<Vec<Taken>>,
     /// Whether other bakes' folders are looked into.
     takes: AtomicBool,
+    /// Stages that need not be kept.
+    spare: Mutex<BTreeSet<String>>,
 }
 
 /// How much of a stage was taken from the cache.
@@ -132,6 +134,7 @@ impl Cache {
             owner: owner.to_owned(),
             taken: Mutex::default(),
             takes: AtomicBool::new(true),
+            spare: Mutex::default(),
         };
         cache.write_note(OWNER_FILE, owner.to_string_lossy().as_bytes())?;
         Ok(cache)
@@ -240,7 +243,20 @@ impl Cache {
     /// As [`Cache::store`].
     pub fn store_runs(&self, stage: &str, block: usize, runs: &[&[u8]]) -> Result<(), CacheError> {
         let name = block_name(stage, block);
-        self.write_beside(&name, |path| write_block(path, &name, runs))
+        let store = || self.write_beside(&name, |path| write_block(path, &name, runs));
+        store().or_else(|error| {
+            // what can be spared makes room
+            let spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
+            let is_there = |stage: &&String| !self.stages_in(&self.folder, stage).is_empty();
+            let there: Vec<&String> = spare.iter().filter(is_there).collect();
+            there.iter().for_each(|stage| self.remove_blocks(stage));
+            if there.is_empty() { Err(error) } else { store() }
+        })
+    }
+
+    /// Lets the blocks of a stage go wherever there is no room for others.
+    pub fn can_spare(&self, stage: &str) {
+        self.spare.lock().unwrap_or_else(PoisonError::into_inner).insert(stage.to_owned());
     }
 
     /// Removes this bake's blocks, what interrupted bakes of the same bundle from other inputs or parameters left, and the

@@ -6,6 +6,7 @@ use crate::budget::{Need, shown_counts, viewer_bytes};
 use crate::error::BakeError;
 use crate::kept_bounces;
 use crate::kept_rays::kept_bytes;
+use crate::light::channels;
 use crate::panorama::side_of;
 use crate::plan::Plan;
 use crate::prepare::{PrepareEstimate, estimate_with, is_prepared, textures_of};
@@ -276,10 +277,18 @@ fn need(plan: &Plan, points: u64, vertices: [u64; 2], geometry_bytes: u64, by_te
     let block = points_per_block(points as usize, u64::from(bake.samples)) as u64;
     let atlas = if by_texels { TexelCounts::of(bake.effective_texels(), light) } else { TexelCounts::default() };
     let panorama = side_of(&plan.site).map_or_else(TexelCounts::default, |side| TexelCounts::of_panorama(side, light));
+    let keeps_cells = by_texels || side_of(&plan.site).is_some() || is_wanted(&plan.site);
+    let params = LightParams {
+        samples: bake.samples,
+        bounces: bake.bounces,
+        coefficients: light.coefficients as usize,
+        channels: channels(bake.transfer),
+        ..LightParams::default()
+    };
     Need {
         least: geometry_bytes
             + bytes_of_points(points, vertices[0], light_bytes)
-            + bytes_of_bounces(points, bake.bounces, 4 * (light.transfer_floats() + light.bounce_floats()) as u64)
+            + bytes_of_bounces(points, &params, (functions, keeps_cells), light)
             + atlas.and(panorama).memory_bytes(light)
             + scan_bytes(vertices[1], light),
         thread: block.min(points) * (hit_bytes + light_bytes) * BLOCK_COPIES,
@@ -303,12 +312,13 @@ fn bytes_of_points(points: u64, vertices: u64, light_bytes: u64) -> u64 {
 }
 
 /// What followed paths bring to points, which holds all lanes, and the sixteen lanes that bounce together: those of points three times, and those of about as many cells, whose bounces
-/// before take half as much.
-fn bytes_of_bounces(points: u64, bounces: u32, lane_bytes: u64) -> u64 {
-    match u64::from(bounces).checked_sub(1) {
-        Some(before) => points * (lane_bytes + 3 * 64 + 64 + 32 * before.min(MAX_FOLLOWED as u64)),
-        None => 0,
-    }
+/// before take half as much. All of the cells' are kept where others ask for their light.
+fn bytes_of_bounces(points: u64, params: &LightParams, (functions, keeps_cells): (u32, bool), light: LightLayout) -> u64 {
+    let bounces = u64::from(params.bounces);
+    let Some(before) = bounces.checked_sub(1) else { return 0 };
+    let groups = if keeps_cells { params.bounce_passes(functions as usize) / bounces } else { 1 };
+    let followed = 4 * (light.transfer_floats() + light.bounce_floats()) as u64;
+    points * (followed + 3 * 64 + groups * (64 + 32 * before.min(MAX_FOLLOWED as u64)))
 }
 
 /// So many vertices of the scan itself, with their light, whose numbers take 16 bits.
@@ -401,6 +411,8 @@ impl Timed {
         suns: &[Vec3],
         params: &LightParams,
     ) -> Result<Self, BakeError> {
+        // those that do not fit count, too
+        let params = &LightParams { hit_budget_bytes: u64::MAX, ..params.clone() };
         let runs = spread_runs(layout.points().len());
         let points = runs.iter().map(Range::len).sum::<usize>().max(1) as f64;
         let (sun, sun_seconds, sun_rays) = timed_suns(plan, surfaces, layout, suns, params)?;
@@ -505,12 +517,13 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
     let counts = Counts { vertices, triangles, ..Counts::default() };
     let of_scan = Counts { vertices: size.scan[0], triangles: size.scan[1], ..Counts::default() };
     let patches = (size.surfaces * timed.patches as f64) as u64;
+    let keeps_cells = size.atlas.is_some() || side_of(&plan.site).is_some() || is_wanted(&plan.site);
     // geometry, rays, points, hits, and light: of the points twice, gathered and solved, and of the vertices
     let solving = size.geometry_bytes
         + kept
         + patches * 4 * u64::from(1 + sun_steps.div_ceil(32))
         + bytes_of_points(points, vertices, light_bytes)
-        + bytes_of_bounces(points, params.bounces, 4 * lanes as u64);
+        + bytes_of_bounces(points, params, (functions, keeps_cells), light);
     // texels ask the suns everywhere, the sky where it changes, the bounced sun in every square
     let of_atlas = size.atlas.map_or_else(TexelCounts::default, |side| TexelCounts::of(side, light));
     let panorama = side_of(&plan.site);

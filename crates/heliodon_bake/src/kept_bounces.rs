@@ -19,6 +19,8 @@ pub(crate) struct Bounces<'a> {
     /// Blocks of the surfaces; those in space follow.
     fronts: usize,
     reporter: &'a dyn Reporter,
+    /// It is kept no more often than this.
+    due: Duration,
     /// Since when nothing was kept, and after how long something is to be; never again once there was no room.
     clock: Mutex<(Instant, Option<Duration>)>,
     /// Whether it was told that light goes on bouncing.
@@ -39,23 +41,13 @@ impl<'a> Bounces<'a> {
         reporter: &'a dyn Reporter,
     ) -> Self {
         let clock = Mutex::new((Instant::now(), cache.map(|_| due)));
-        Self { cache, names, fronts, reporter, clock, told: AtomicBool::new(false) }
+        cache.inspect(|cache| cache.can_spare(&names.bounces));
+        Self { cache, names, fronts, reporter, due, clock, told: AtomicBool::new(false) }
     }
 
     fn clock(&self) -> (Instant, Option<Duration>) {
         // whoever panicked while it was set has set it
         *self.clock.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Leaves the room to what must be kept: tries `store` again without what is here if it failed.
-    ///
-    /// # Errors
-    /// Those of `store`.
-    pub fn giving_way<E>(&self, store: impl Fn() -> Result<(), E>) -> Result<(), E> {
-        store().or_else(|_| {
-            self.remove();
-            store()
-        })
     }
 
     /// Removes what was kept.
@@ -96,10 +88,10 @@ impl KeptBounces for Bounces<'_> {
     }
 
     fn keep(&self, number: usize, runs: &[&[u8]]) {
-        let (begun, (_, due)) = (Instant::now(), self.clock());
+        let begun = Instant::now();
         let kept = self.cache.map_or(Ok(()), |cache| cache.store_runs(&self.names.bounces, number, runs));
         let due = match kept {
-            Ok(()) => due.max(Some(WORTH * begun.elapsed())),
+            Ok(()) => Some(self.due.max(WORTH * begun.elapsed())),
             Err(_) => {
                 self.remove();
                 None
@@ -119,7 +111,6 @@ mod tests {
     use crate::grid::GridPlan;
     use crate::names::SceneDigests;
     use crate::report::Collector;
-    use std::cell::Cell;
     use std::fs;
     use std::path::Path;
 
@@ -147,12 +138,9 @@ mod tests {
         let block = |number: usize| cache.folder().join(format!("{}-{number:05}", names.bounces));
         fs::write(block(0), "damaged").unwrap();
         assert!(bounces.take(0).is_none());
-        let tries = Cell::new(0);
-        let store = || {
-            tries.set(tries.get() + 1);
-            if block(1).exists() { Err("no room") } else { Ok(()) }
-        };
-        assert_eq!((bounces.giving_way(store), tries.get()), (Ok(()), 2));
+        // what cannot be stored is tried once more without it
+        fs::create_dir(cache.folder().join("light-00000")).unwrap();
+        assert!(cache.store("light", 0, b"light").is_err() && !block(0).exists() && !block(1).exists());
         // no room: nothing is kept, nothing is asked any more, nothing stays
         fs::create_dir(block(1)).unwrap();
         bounces.keep(0, &[b"four"]);

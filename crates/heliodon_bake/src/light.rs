@@ -1,4 +1,4 @@
-//! The light of all vertices, and of the light grid: [`crate::stages`] in blocks that survive a kill, then the bounces in one piece.
+//! The light of all vertices, and of the light grid: [`crate::stages`] in blocks that survive a kill, then the bounces, which are kept between one another.
 
 use crate::cache::Cache;
 use crate::earlier::{Earlier, SceneRecord, leave_record};
@@ -90,7 +90,10 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
     let names = input.names;
     if let Some(done) = cache.and_then(|cache| solved(input, cache, &layout)) {
         reporter.note("going on: the light is solved, the bundle remains to be written");
-        cache.inspect(|cache| cache.taken("all light", 1, 1));
+        cache.inspect(|cache| {
+            cache.taken("all light", 1, 1);
+            cache.remove_blocks(&names.bounces);
+        });
         return Ok(done);
     }
     let earlier = cache.and_then(|cache| Earlier::find(input, cache));
@@ -143,21 +146,15 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
         scan: None,
     };
     if let Some(cache) = cache {
-        let bytes = encode_light(&baked);
-        kept.giving_way(|| cache.store(&names.fronts.light, 0, &bytes))?;
+        cache.store(&names.fronts.light, 0, &encode_light(&baked))?;
     }
     if let Some((masks, gather_rays)) = of_space {
         let light = LatticeLight::new(&input.grid.cells, free, &layout.free_masks(&masks))?;
         light.validate()?;
         let grid = baked.grid.insert(BakedGrid { light, gather_rays, mask_rays: masks.rays });
         if let Some(cache) = cache {
-            let bytes = encode_grid(grid);
-            kept.giving_way(|| cache.store(&names.space.light, 0, &bytes))?;
+            cache.store(&names.space.light, 0, &encode_grid(grid))?;
         }
-    }
-    // whoever is killed later needs it again where texels ask the cells
-    if cells.is_none() {
-        kept.remove();
     }
     reporter.finished();
     if let Some(cells) = &cells {
@@ -177,6 +174,8 @@ pub fn bake_light(input: &LightInput, cache: Option<&Cache>, reporter: &dyn Repo
             cache.map_or(Ok(()), |cache| light.keep(cache, names))?;
         }
     }
+    // until here whoever was killed needed them: texels ask the cells
+    kept.remove();
     Ok(baked)
 }
 

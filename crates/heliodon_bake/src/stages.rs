@@ -155,14 +155,14 @@ impl<'a> LightStages<'a> {
         let ranges = self.gather_ranges(fronts);
         let stage = work.stage(&self.input.names.fronts.gather, "sky transfer");
         let seen = |range| self.seen(&self.layout, range, sun, (self.fronts_asked(), &stage));
-        done += stage.run_own(&ranges, seen, |block| block.to_bytes())?;
+        done += stage.run_own(&ranges, seen, |block| stored(block, &self.layout, self.input.params))?;
         let space = self.space_range();
         if !space.is_empty() {
             let layout = self.space_layout();
             let ranges = self.gather_ranges(space.clone());
             let stage = work.stage(&self.input.names.space.gather, "light of space");
             let seen = |range| self.seen(&layout, range, sun, (self.space_asked(), &stage));
-            done += stage.run_own(&ranges, seen, |block| block.to_bytes())?;
+            done += stage.run_own(&ranges, seen, |block| stored(block, &layout, self.input.params))?;
             let ranges = self.mask_ranges(space);
             let stage = work.stage(&self.input.names.space.masks, "sun in space");
             let compute = |range| self.masks_of(&layout, range, self.space_asked(), &stage);
@@ -320,16 +320,12 @@ impl<'a> LightStages<'a> {
             first_block,
             |bytes, range| {
                 let mut block = GatherBlock::from_bytes(bytes).ok()?;
+                let fits = block.range == *range && block.validate(layout, functions, params).is_ok();
                 block.stay_within_budget(layout, params);
-                (block.range == *range && block.validate(layout, functions, params).is_ok()).then_some(block)
+                fits.then_some(block)
             },
             |range| self.seen(layout, range, sun, (asked, stage)),
-            |block| {
-                let bytes = block.to_bytes();
-                // bounces find there what there is no room for
-                block.stay_within_budget(layout, params);
-                bytes
-            },
+            |block| stored(block, layout, params),
         )
     }
 
@@ -410,6 +406,13 @@ impl<'a> LightStages<'a> {
         }
         Ok(all)
     }
+}
+
+/// A block's bytes with all its hits, where bounces find those that there is no room for.
+fn stored(block: &mut GatherBlock, layout: &Layout, params: &LightParams) -> Vec<u8> {
+    let bytes = block.to_bytes();
+    block.stay_within_budget(layout, params);
+    bytes
 }
 
 /// Traces as bytes, with what their paths depend on.

@@ -215,7 +215,11 @@ impl<'a> Transport<'a> {
                     let unit = UnitOf { range: unit.range.clone(), hits, ..*unit };
                     self.seen.gathered(&unit, &reflected, &arrivals[..arrived], lanes, first)
                 };
-                units.par_iter().zip(arrivals).enumerate().map(gather).collect()
+                match &hits {
+                    // a thread that waits for another would take up a block of its own, and hold its hits as well
+                    Some(_) => units.iter().zip(arrivals).enumerate().map(gather).collect(),
+                    None => units.par_iter().zip(arrivals).enumerate().map(gather).collect(),
+                }
             };
             let gathered: Vec<Vec<Vec<[f32; W]>>> = units.par_iter().zip(&arrivals).enumerate().map(of_block).collect();
             for (unit, light) in units.iter().flatten().zip(gathered.into_iter().flatten()) {

@@ -11,7 +11,7 @@ pub(super) const MIB: RangeInclusive<u64> = 16..=16_777_216;
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Budget {
-    /// What `bake` and `prepare` may take, MiB. Where they would take more, they do less at once and trace rays again rather than keep what they met;
+    /// What `bake` and `prepare` may take, MiB. Where they would take more, they do less at once and read what rays have met from the disk rather than hold it;
     /// where that does not suffice either, they refuse before they begin. Default: as much as they need.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 16, max = 16_777_216))]
