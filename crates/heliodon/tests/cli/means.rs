@@ -91,8 +91,12 @@ fn preparation_stays_within_its_budget_or_is_not_begun() {
         assert!(!refused.err.contains("cleaning") && !site.path("bundle").exists(), "{}", refused.err);
     }
     site.edit("bake_mib = 16", "bake_mib = 40");
-    let ran = done(&[&"bake", &site.folder(), &"--threads", &"2"]);
+    let ran = done(&[&"prepare", &site.folder(), &"--threads", &"2"]);
     assert!(ran.err.contains("preparation stays within [budget] with 1 of 2 threads"), "{}", ran.err);
+    // the light takes more, and goes on with what is prepared
+    site.edit("bake_mib = 40", "bake_mib = 64");
+    let ran = done(&[&"bake", &site.folder(), &"--threads", &"2"]);
+    assert!(ran.err.contains("going on: the geometry is prepared"), "{}", ran.err);
     let geometry = |bundle: &str| std::fs::read(site.path(bundle).join("site.glb")).unwrap();
     assert!(geometry("bundle") == geometry("free"), "less at once makes the same");
 }
