@@ -72,7 +72,7 @@ pub(crate) fn build_tiles_of(
         let whole = build_tile(0, ids);
         return Tiled { tiles: vec![whole.nodes.len() as u32], whole, joints: 0 };
     }
-    // three corners, wherever they lie, for each comparison took five times as long as all of this
+    // comparisons that look up three corners, wherever they lie, wait for memory
     let mut placed: Vec<Placed> = ids.par_iter().map(|&id| Placed { centre: corners(id).into_iter().sum(), id }).collect();
     let joint = join(&mut placed, tile);
     ids.par_iter_mut().zip(&placed).for_each(|(id, placed)| *id = placed.id);

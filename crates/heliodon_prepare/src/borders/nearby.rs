@@ -43,7 +43,7 @@ impl<'p> Nearby<'p> {
 
 /// Cells along a side of [`Around`]: two megabytes.
 const SIDE: usize = 256;
-/// So many cells are marked at most, some of them often: a second. Where triangles cross more, all are.
+/// So many cells are marked at most, some of them often. Where triangles cross more, all are.
 const MOST_MARKED: u64 = 1 << 29;
 
 /// Where things lie, roughly: most of what is asked for lies nowhere near one, and is told so at once. What is looked for in [`Nearby`] is chosen by it, and what is asked there.
