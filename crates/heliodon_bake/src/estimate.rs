@@ -277,7 +277,7 @@ fn need(plan: &Plan, points: u64, vertices: [u64; 2], geometry_bytes: u64, by_te
     let block = points_per_block(points as usize, u64::from(bake.samples)) as u64;
     let atlas = if by_texels { TexelCounts::of(bake.effective_texels(), light) } else { TexelCounts::default() };
     let panorama = side_of(&plan.site).map_or_else(TexelCounts::default, |side| TexelCounts::of_panorama(side, light));
-    let keeps_cells = by_texels || side_of(&plan.site).is_some() || is_wanted(&plan.site);
+    let keeps_cells = keeps_cells(plan, by_texels);
     let params = LightParams {
         samples: bake.samples,
         bounces: bake.bounces,
@@ -309,6 +309,11 @@ fn ray_bytes(prepare: &PrepareEstimate) -> u64 {
 /// Points, and light: of the points twice, gathered and solved, and of the vertices.
 fn bytes_of_points(points: u64, vertices: u64, light_bytes: u64) -> u64 {
     points * (size_of::<[f32; 6]>() as u64 + 8 + 2 * light_bytes) + vertices * light_bytes
+}
+
+/// Whether what cells reflect is kept for others that ask for it.
+fn keeps_cells(plan: &Plan, by_texels: bool) -> bool {
+    by_texels || side_of(&plan.site).is_some() || is_wanted(&plan.site)
 }
 
 /// What followed paths bring to points, which holds all lanes, and the sixteen lanes that bounce together: those of points three times, and those of about as many cells, whose bounces
@@ -517,7 +522,7 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
     let counts = Counts { vertices, triangles, ..Counts::default() };
     let of_scan = Counts { vertices: size.scan[0], triangles: size.scan[1], ..Counts::default() };
     let patches = (size.surfaces * timed.patches as f64) as u64;
-    let keeps_cells = size.atlas.is_some() || side_of(&plan.site).is_some() || is_wanted(&plan.site);
+    let keeps_cells = keeps_cells(plan, size.atlas.is_some());
     // geometry, rays, points, hits, and light: of the points twice, gathered and solved, and of the vertices
     let solving = size.geometry_bytes
         + kept
