@@ -7,7 +7,7 @@ use heliodon_mesh::export;
 use heliodon_mesh::import::{Format, ImportOptions, ImportReport, NormalSource, from_bytes, read_reporting};
 use heliodon_mesh::place::{Placement, Unit, Up};
 use heliodon_mesh::{Mesh, TextureWrap};
-use heliodon_testkit::hostile::files;
+use heliodon_testkit::hostile::files::{self, glb};
 use std::path::Path;
 
 fn read(format: Format, bytes: &[u8]) -> Mesh {
@@ -347,17 +347,6 @@ fn gltf_sparse_strips_and_mirrors() {
     assert!(mesh.positions[2].distance(Vec3::new(1.0, 3.0, 3.0)) < 1e-6);
     assert_eq!(mesh.triangles, [[0, 2, 1]]);
     assert_eq!(mesh.materials[0].base_color_linear, Vec3::splat(0.5));
-}
-
-/// A document with one buffer of the given bytes, in a GLB.
-fn glb(json: &str, bin: &[u8]) -> Vec<u8> {
-    let mut json = json.as_bytes().to_vec();
-    json.resize(json.len().next_multiple_of(4), b' ');
-    let mut bin = bin.to_vec();
-    bin.resize(bin.len().next_multiple_of(4), 0);
-    let word = |n: usize| (n as u32).to_le_bytes();
-    let length = 28 + json.len() + bin.len();
-    [&b"glTF"[..], &word(2), &word(length), &word(json.len()), b"JSON", &json, &word(bin.len()), b"BIN\0", &bin].concat()
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Analytic scenes, the hostile corpus, image difference, glTF files taken apart and what a process takes, for Heliodon's tests and examples.
 
+pub mod draco;
 pub mod flip;
 pub mod gltf;
 pub mod hostile;

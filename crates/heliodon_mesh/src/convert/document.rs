@@ -347,7 +347,7 @@ fn with_binds(skin: &Value, grid: Option<Grid>, arrays: &BTreeMap<u32, RawArray>
 
 /// Names what the file uses now.
 fn set_extensions(root: &mut Root, quantised: bool, packed: bool) {
-    let ours = [QUANTIZATION, MESHOPT, "KHR_meshopt_compression"];
+    let ours = [QUANTIZATION, MESHOPT, "KHR_meshopt_compression", "KHR_draco_mesh_compression"];
     for key in ["extensionsUsed", "extensionsRequired"] {
         let old = root.remove(key).and_then(|old| old.as_array().cloned()).unwrap_or_default();
         let mut names: Vec<Value> =

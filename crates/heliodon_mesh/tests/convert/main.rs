@@ -12,6 +12,7 @@ use heliodon_mesh::export::{write_glb, write_ply};
 use heliodon_mesh::import::{Format, ImportOptions, ImportReport};
 use heliodon_mesh::motion::{self, MovingMesh};
 use heliodon_mesh::{Mesh, figures};
+use heliodon_testkit::hostile::files::glb;
 use proptest::prelude::*;
 use same::assert_same;
 use serde_json::Value;
@@ -134,6 +135,21 @@ fn the_same_for_any_number_of_threads_and_again() {
     let twice = convert(&again, &PACKED, &mut ImportReport::default()).unwrap();
     assert_eq!(twice.report.bounds.position_m, 0.0);
     assert_same(&read(&again), &read_back(&twice), &twice.report.bounds);
+}
+
+#[test]
+fn compression_that_is_not_written_is_undone() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("it.glb");
+    for compressed in heliodon_testkit::draco::all() {
+        std::fs::write(&path, glb(&compressed.json(), compressed.stream)).unwrap();
+        let (plain, packed) = check(&path, 1.0e-3);
+        assert_eq!(document(&plain)["extensionsRequired"], serde_json::json!(["KHR_mesh_quantization"]));
+        for converted in [plain, packed] {
+            assert!(!document(&converted).to_string().contains("draco"));
+            assert_eq!(converted.report.triangles.after, compressed.triangles as u64);
+        }
+    }
 }
 
 #[test]

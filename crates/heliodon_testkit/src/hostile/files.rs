@@ -1,5 +1,7 @@
 //! Mesh files that are wrong, or right in an unkind way, as bytes, and small good ones to damage.
 
+use crate::draco;
+
 /// A mesh file.
 #[derive(Clone, Debug)]
 pub struct File {
@@ -194,7 +196,8 @@ fn base64(bytes: &[u8]) -> String {
 }
 
 /// A binary glTF file of a document and its buffer.
-fn glb(json: &str, bin: &[u8]) -> Vec<u8> {
+#[must_use]
+pub fn glb(json: &str, bin: &[u8]) -> Vec<u8> {
     let mut json = json.as_bytes().to_vec();
     json.resize(json.len().next_multiple_of(4), b' ');
     let mut bin = bin.to_vec();
@@ -262,7 +265,6 @@ fn gltf() -> Vec<File> {
         changed("a buffer on a network", "data:application/octet-stream;base64,", "https://example.org/"),
         changed("base 64 that is none", "base64,", "base64,*"),
         changed("points only", "\"indices\":1", "\"mode\":0"),
-        changed("Draco", "\"asset\"", "\"extensionsRequired\":[\"KHR_draco_mesh_compression\"],\"asset\""),
         changed("scaled to nothing", "{\"mesh\":0}", "{\"mesh\":0,\"scale\":[0,0,0]}"),
         changed("scaled beyond numbers", "{\"mesh\":0}", "{\"mesh\":0,\"scale\":[1e200,1e200,1e200]}"),
         changed(
@@ -284,6 +286,13 @@ fn gltf() -> Vec<File> {
             "sparse indices that fall",
             "\"count\":3,\"type\":\"VEC3\"",
             "\"count\":3,\"type\":\"VEC3\",\"sparse\":{\"count\":2,\"indices\":{\"bufferView\":1,\"byteOffset\":2,\"componentType\":5121},\"values\":{\"bufferView\":0}}",
+        ),
+        file("gltf", Refused, "glTF: Draco of rubbish", document(|json| draco_beside(&json).replace("\"bufferView\":1,", ""))),
+        file(
+            "gltf",
+            Triangles(1),
+            "glTF: Draco of rubbish beside the same without compression",
+            document(|json| draco_beside(&json)),
         ),
         file("glb", Refused, "GLB: a header", &b"glTF\x02\0\0\0"[..]),
         file("glb", Refused, "GLB: version 1", version_1),
@@ -312,6 +321,12 @@ fn gltf() -> Vec<File> {
             document(|json| json.replace("{\"mesh\":0}", "{\"mesh\":0,\"rotation\":[0,0,0,0]}")),
         ),
     ]
+}
+
+/// With compressed data that is none; what is not compressed is still there.
+fn draco_beside(json: &str) -> String {
+    let extension = "\"extensions\":{\"KHR_draco_mesh_compression\":{\"bufferView\":0,\"attributes\":{\"POSITION\":0}}}";
+    json.replace("\"indices\":1", &format!("\"indices\":1,{extension}"))
 }
 
 fn binary_stl(header: &[u8], count: u32, corners: &[[f32; 9]]) -> Vec<u8> {
@@ -381,8 +396,12 @@ pub fn good() -> Vec<File> {
             .replace("\"scene\":0", "\"materials\":[{\"pbrMetallicRoughness\":{\"baseColorFactor\":[0.5,0.5,0.5,1]}}],\"scene\":0")
             .replace("\"count\":3,\"type\":\"VEC3\"", "\"count\":3,\"type\":\"VEC3\",\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":1,\"byteOffset\":2,\"componentType\":5121},\"values\":{\"bufferView\":0,\"byteOffset\":12}}")
     });
+    let compressed = draco::all().map(|mesh| {
+        let bytes = glb(&mesh.json(), mesh.stream);
+        file("glb", Triangles(mesh.triangles), &format!("good: GLB, Draco, {}", mesh.name), bytes)
+    });
     let text_stl = "solid a\nfacet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 1 0 0\n  vertex 0 1 0\n endloop\nendfacet\nendsolid a\n";
-    vec![
+    let mut files = vec![
         file("ply", Triangles(1), "good: PLY as text", ply_text("3", "1", TRIANGLE, "3 0 1 2\n")),
         file("ply", Triangles(1), "good: PLY, little-endian", ply_binary(false, 3, 1, "uchar int", &binary_triangle(false))),
         file("ply", Triangles(1), "good: PLY, big-endian", ply_binary(true, 3, 1, "uchar int", &binary_triangle(true))),
@@ -394,7 +413,9 @@ pub fn good() -> Vec<File> {
         file("glb", Triangles(1), "good: GLB", glb(&binary, &bin)),
         file("stl", Triangles(1), "good: STL as text", text_stl),
         file("stl", Triangles(2), "good: STL, binary", binary_stl(b"made by hand", 2, &[CORNERS, CORNERS.map(|x| x + 1.0)])),
-    ]
+    ];
+    files.extend(compressed);
+    files
 }
 
 #[cfg(test)]

@@ -101,14 +101,7 @@ impl<'a> Values<'a> {
         let Some(component) = Component::parse(accessor.component_type) else {
             return fail(&item, format!("has the unknown component type {}", accessor.component_type), remedy);
         };
-        let width = match accessor.kind.as_str() {
-            "SCALAR" => 1,
-            "VEC2" => 2,
-            "VEC3" => 3,
-            "VEC4" => 4,
-            "MAT4" => 16,
-            _ => 0,
-        };
+        let width = accessor.width();
         if !widths.contains(&width) {
             return fail(&item, format!("is of type {}, which does not belong there", accessor.kind), remedy);
         }
@@ -122,7 +115,7 @@ impl<'a> Values<'a> {
                 let stride = stride.unwrap_or(element);
                 (elements(&item, bytes, accessor.byte_offset, count, element, stride)?, stride)
             }
-            None => (&[][..], element),
+            None => (buffers.held(index).unwrap_or_default(), element),
         };
         let sparse = match &accessor.sparse {
             Some(_) => Some(open_sparse(accessor, buffers, &item, element)?),

@@ -6,6 +6,7 @@ use super::{Failure, Outcome, fail};
 use crate::import::material::locate;
 use std::borrow::Cow;
 use std::cell::OnceCell;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Buffers are opened when first asked for, so that a missing one that no mesh needs does no harm.
@@ -15,10 +16,12 @@ pub(super) struct Buffers<'a> {
     folder: Option<&'a Path>,
     buffers: Vec<OnceCell<Result<Cow<'a, [u8]>, Failure>>>,
     decoded: Vec<OnceCell<Result<Vec<u8>, Failure>>>,
+    /// What compressed primitives hold, by the numbers of their accessors.
+    held: BTreeMap<Index, Vec<u8>>,
 }
 
 /// Decompressed views may be this many times larger than what they come from; the codecs' own limit lies near it.
-const LARGEST_EXPANSION: u64 = 256;
+pub(super) const LARGEST_EXPANSION: u64 = 256;
 
 impl<'a> Buffers<'a> {
     pub fn new(document: &'a Document, bin: Option<&'a [u8]>, folder: Option<&'a Path>) -> Self {
@@ -28,7 +31,18 @@ impl<'a> Buffers<'a> {
             folder,
             buffers: document.buffers.iter().map(|_| OnceCell::new()).collect(),
             decoded: document.buffer_views.iter().map(|_| OnceCell::new()).collect(),
+            held: BTreeMap::new(),
         }
+    }
+
+    /// With what compressed primitives hold.
+    pub fn holding(self, held: BTreeMap<Index, Vec<u8>>) -> Self {
+        Self { held, ..self }
+    }
+
+    /// The elements of an accessor of a compressed primitive, side by side.
+    pub fn held(&self, accessor: Index) -> Option<&[u8]> {
+        self.held.get(&accessor).map(Vec::as_slice)
     }
 
     fn buffer(&self, index: Index) -> Outcome<&[u8]> {
@@ -86,7 +100,8 @@ impl<'a> Buffers<'a> {
     pub fn bytes_held(&self) -> u64 {
         let opened = self.buffers.iter().filter_map(|cell| cell.get()?.as_ref().ok()).map(|bytes| bytes.len() as u64);
         let decoded = self.decoded.iter().filter_map(|cell| cell.get()?.as_ref().ok()).map(|bytes| bytes.len() as u64);
-        opened.sum::<u64>() + decoded.sum::<u64>()
+        let held = self.held.values().map(|bytes| bytes.len() as u64);
+        opened.sum::<u64>() + decoded.sum::<u64>() + held.sum::<u64>()
     }
 
     fn slice(&self, buffer: Index, offset: u64, length: u64, item: impl Fn() -> String) -> Outcome<&[u8]> {

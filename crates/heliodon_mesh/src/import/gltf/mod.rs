@@ -2,12 +2,13 @@
 //!
 //! Read here: node transforms in `f64`, also mirroring ones; indexed and plain triangles, strips and fans; all component types,
 //! normalised and sparse accessors; `COLOR_0`, texture coordinates with `KHR_texture_transform`; base colours with their textures;
-//! `KHR_mesh_quantization` and `EXT_meshopt_compression`. Points and lines are passed over; Draco is not read and says so.
+//! `KHR_mesh_quantization`, `EXT_meshopt_compression` and `KHR_draco_mesh_compression`. Points and lines are passed over.
 //! Skins, morph targets and animations are left out here: [`crate::motion`] reads what moves.
 
 mod accessor;
 mod buffers;
 mod container;
+mod draco;
 mod keyframes;
 mod materials;
 mod meshopt;
@@ -28,6 +29,7 @@ use super::source::Source;
 use crate::Mesh;
 use crate::motion::rig::Rig;
 use buffers::Buffers;
+use draco::Decompressed;
 use model::{Document, Motion};
 use std::fmt;
 use std::path::Path;
@@ -72,10 +74,11 @@ pub(super) fn read(
 ) -> Result<Imported, ImportError> {
     let file = source.file();
     let (json, bin) = container::open(whole(source)?, file)?;
-    let document: Document = parse(json, file)?;
+    let (document, decompressed) = open(json, bin, (file, folder), options.most_elements)?;
     let mut assembly = Assembly::new(file, options, report)?;
-    let buffers = Buffers::new(&document, bin, folder);
-    let built = check_version(&document).and_then(|()| scene::build(&document, &buffers, &mut assembly));
+    decompressed.warnings.iter().for_each(|warning| assembly.warn(warning));
+    let buffers = Buffers::new(&document, bin, folder).holding(decompressed.held);
+    let built = scene::build(&document, &buffers, &mut assembly);
     built.map_err(|failure| failure.of_file(file))?;
     assembly.finish()
 }
@@ -89,10 +92,12 @@ pub(crate) fn read_moving(
 ) -> Result<(Mesh, Option<Rig>), ImportError> {
     let file = source.file();
     let (json, bin) = container::open(whole(source)?, file)?;
-    let (document, motion): (Document, Motion) = (parse(json, file)?, parse(json, file)?);
+    let (document, decompressed) = open(json, bin, (file, folder), options.most_elements)?;
+    let motion: Motion = parse(json, file)?;
     let mut assembly = Assembly::new(file, options, report)?;
-    let buffers = Buffers::new(&document, bin, folder);
-    let built = check_version(&document).and_then(|()| moving::build(&document, &motion, &buffers, &mut assembly));
+    decompressed.warnings.iter().for_each(|warning| assembly.warn(warning));
+    let buffers = Buffers::new(&document, bin, folder).holding(decompressed.held);
+    let built = moving::build(&document, &motion, &buffers, &mut assembly);
     let rig = built.map_err(|failure| failure.of_file(file))?;
     let imported = assembly.finish()?;
     Ok(rig.settle(imported))
@@ -104,6 +109,19 @@ fn whole<'s>(source: &'s mut Source) -> Result<&'s [u8], ImportError> {
     source.take(length)
 }
 
+/// The document, and what its compressed primitives hold: at most so many vertices or triangles.
+fn open(
+    json: &[u8],
+    bin: Option<&[u8]>,
+    (file, folder): (&Path, Option<&Path>),
+    most: u32,
+) -> Result<(Document, Decompressed), ImportError> {
+    let mut document: Document = parse(json, file)?;
+    check_version(&document).map_err(|failure| failure.of_file(file))?;
+    let decompressed = draco::decompress(&mut document, bin, folder, most);
+    Ok((document, decompressed))
+}
+
 fn parse<'j, T: serde::Deserialize<'j>>(json: &'j [u8], file: &Path) -> Result<T, ImportError> {
     serde_json::from_slice(json).map_err(|error| {
         let problem = format!("is no glTF document: {error}");
@@ -113,10 +131,8 @@ fn parse<'j, T: serde::Deserialize<'j>>(json: &'j [u8], file: &Path) -> Result<T
 }
 
 /// Extensions without which the triangles would be wrong, and what to do about them.
-const UNREADABLE: [(&str, &str); 2] = [
-    ("KHR_draco_mesh_compression", "decompress it first (for example: gltf-transform copy in.glb out.glb)"),
-    ("EXT_mesh_gpu_instancing", "expand its instances first (for example: gltf-transform with --instance=false)"),
-];
+const UNREADABLE: [(&str, &str); 1] =
+    [("EXT_mesh_gpu_instancing", "expand its instances first (for example: gltf-transform with --instance=false)")];
 
 fn check_version(document: &Document) -> Outcome<()> {
     let version = document.asset.min_version.as_deref().unwrap_or(&document.asset.version);

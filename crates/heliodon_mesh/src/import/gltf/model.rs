@@ -1,5 +1,6 @@
 //! The part of a glTF document that a mesh needs, with node transforms in `f64`.
 
+use super::{Failure, Outcome};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -128,7 +129,33 @@ pub(super) struct Primitive {
     pub indices: Option<Index>,
     pub material: Option<Index>,
     pub mode: Option<u32>,
-    pub extensions: BTreeMap<String, serde::de::IgnoredAny>,
+    pub extensions: PrimitiveExtensions,
+    /// Why it cannot be read, if what it holds could not be decoded.
+    #[serde(skip)]
+    pub failure: Option<Failure>,
+}
+
+impl Primitive {
+    /// # Errors
+    /// What it holds could not be decoded.
+    pub fn check(&self) -> Outcome<()> {
+        self.failure.clone().map_or(Ok(()), Err)
+    }
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub draco: Option<Draco>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Draco {
+    pub buffer_view: Index,
+    /// The numbers that the compressed data has for them.
+    pub attributes: BTreeMap<String, u32>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -145,6 +172,16 @@ pub(super) struct Accessor {
     pub kind: String,
     pub sparse: Option<Sparse>,
 }
+
+impl Accessor {
+    /// Components of an element; none where its type is not known.
+    pub fn width(&self) -> usize {
+        KINDS.iter().find(|(kind, _)| *kind == self.kind).map_or(0, |(_, width)| *width)
+    }
+}
+
+/// What the format calls elements, and their components.
+pub(super) const KINDS: [(&str, usize); 5] = [("SCALAR", 1), ("VEC2", 2), ("VEC3", 3), ("VEC4", 4), ("MAT4", 16)];
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Sparse {

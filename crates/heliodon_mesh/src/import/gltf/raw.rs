@@ -3,9 +3,11 @@
 use super::accessor::{Component, Values};
 use super::buffers::{Buffers, no_such};
 use super::container;
+use super::draco;
 use super::model::{Document, Index, Motion, Primitive};
 use super::scene::{TRIANGLES, parent_from_node};
-use super::{Failure, Outcome, check_version, fail, parse, size, skins, whole};
+use super::{Failure, Outcome, fail, open, parse, size, skins, whole};
+use crate::import::ImportOptions;
 use crate::import::error::ImportError;
 use crate::import::source::{DAMAGED, Source};
 use crate::place::Affine;
@@ -111,11 +113,13 @@ pub(crate) fn read(source: &mut Source, folder: Option<&Path>) -> Result<RawScen
     let file = source.file();
     let length = source.length();
     let (json, bin) = container::open(whole(source)?, file)?;
-    let (document, motion): (Document, Motion) = (parse(json, file)?, parse(json, file)?);
-    let root: Map<String, Value> = parse(json, file)?;
-    let buffers = Buffers::new(&document, bin, folder);
+    let (document, decompressed) = open(json, bin, (file, folder), ImportOptions::default().most_elements)?;
+    let (motion, mut root): (Motion, Map<String, Value>) = (parse(json, file)?, parse(json, file)?);
+    draco::forget(&mut root);
+    let buffers = Buffers::new(&document, bin, folder).holding(decompressed.held);
     let mut reader = Reader { document: &document, motion: &motion, buffers: &buffers, elements: 0 };
-    let mut scene = check_version(&document).and_then(|()| reader.scene(root)).map_err(|failure| failure.of_file(file))?;
+    let mut scene = reader.scene(root).map_err(|failure| failure.of_file(file))?;
+    scene.warnings.extend(decompressed.warnings);
     let beside = document.buffers.iter().filter_map(|buffer| buffer.uri.as_deref()).filter(|uri| !uri.starts_with("data:"));
     let beside = beside.filter_map(|uri| buffers.resolve(uri, "").ok()).map(|bytes| bytes.len() as u64);
     let pictures = document.images.iter().zip(&scene.images).filter(|(image, _)| image.buffer_view.is_none());
@@ -166,6 +170,7 @@ impl Reader<'_, '_> {
     }
 
     fn primitive(&mut self, primitive: &Primitive, targets: &[BTreeMap<String, Index>], item: &str) -> Outcome<RawPrimitive> {
+        primitive.check()?;
         let Some(&position) = primitive.attributes.get("POSITION") else {
             return fail(item, "has no POSITION", "export the file again");
         };

@@ -213,9 +213,6 @@ impl Builder<'_, '_, '_> {
             self.left_out += 1;
             return Ok(());
         }
-        if let Some((name, remedy)) = UNREADABLE.iter().find(|(name, _)| primitive.extensions.contains_key(*name)) {
-            return fail(item, format!("is compressed by {name}, which is not read here"), remedy);
-        }
         let Some(&position) = primitive.attributes.get("POSITION") else {
             return fail(item, "has no POSITION", "export the file again");
         };

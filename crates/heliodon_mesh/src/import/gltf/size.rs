@@ -62,6 +62,7 @@ fn measure(document: &Document, buffers: &Buffers, mesh: &Mesh) -> Outcome<Size>
     for primitive in &mesh.primitives {
         let mode = primitive.mode.unwrap_or(TRIANGLES);
         let Some(&position) = primitive.attributes.get("POSITION").filter(|_| mode >= TRIANGLES) else { continue };
+        primitive.check()?;
         let vertices = Values::open(document, buffers, position, &[3])?.count;
         let corners = match primitive.indices {
             Some(indices) => Values::open(document, buffers, indices, &[1])?.count,
