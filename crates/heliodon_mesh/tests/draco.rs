@@ -1,6 +1,6 @@
 //! Meshes compressed by Draco, as its own encoder wrote them: what they are of is known.
 
-#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 use glam::{Vec2, Vec3};
 use heliodon_mesh::Mesh;

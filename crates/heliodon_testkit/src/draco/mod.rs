@@ -3,6 +3,7 @@
 //! `make.py` beside this file makes the streams anew. A wavy square of the unit length is looked at from above, `z`.
 
 use glam::{Vec2, Vec3};
+use heliodon_math::frame::unit_or;
 
 /// A compressed wavy square.
 #[derive(Clone, Copy, Debug)]
@@ -62,7 +63,7 @@ pub fn height(x: f32, y: f32) -> f32 {
 pub fn normal(x: f32, y: f32) -> Vec3 {
     let across = -0.3 * libm::cosf(3.0 * x) * libm::cosf(2.0 * y);
     let along = 0.2 * libm::sinf(3.0 * x) * libm::sinf(2.0 * y);
-    Vec3::new(across, along, 1.0).normalize()
+    unit_or(Vec3::new(across, along, 1.0), Vec3::Z)
 }
 
 /// The texture coordinates of a corner of a triangle in the left half, or in the right one, where they lie one tile further.
