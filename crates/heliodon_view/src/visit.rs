@@ -22,11 +22,16 @@ use std::time::Duration;
 /// Our own warnings are told, other people's errors.
 pub(crate) const LOG_FILTER: &str = "error,heliodon_view=warn";
 
-/// Bevy's renderer on Vulkan, Metal or DirectX: OpenGL, which crates beside us switch on, has not what is needed. Memory is taken in small blocks: what a bundle is
-/// brought to the device through comes once, and of blocks of usual size one would stay for good.
+/// Bytes of a block of device memory, from which what is smaller is taken. Bundles are brought to the device through buffers of megabytes, once: of the larger
+/// blocks that even [`MemoryHints::MemoryUsage`] comes to, one or two of 32 MiB would stay with hardly anything in them.
+const DEVICE_BLOCK_BYTES: u64 = 8 << 20;
+
+/// Bevy's renderer on Vulkan, Metal or DirectX: OpenGL, which crates beside us switch on, has not what is needed. Memory is taken in small blocks.
 pub(crate) fn graphics() -> RenderPlugin {
     let backends = Some(Backends::from_env().unwrap_or(Backends::PRIMARY));
-    let settings = WgpuSettings { backends, memory_hints: MemoryHints::MemoryUsage, ..default() };
+    let block_bytes = DEVICE_BLOCK_BYTES..DEVICE_BLOCK_BYTES;
+    let memory_hints = MemoryHints::Manual { suballocated_device_memory_block_size: block_bytes };
+    let settings = WgpuSettings { backends, memory_hints, ..default() };
     RenderPlugin { render_creation: settings.into(), ..default() }
 }
 
