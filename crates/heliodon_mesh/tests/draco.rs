@@ -89,7 +89,7 @@ fn what_cannot_be_decoded_is_told() {
     let compressed = seams();
     let named = "\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":1,\"NORMAL\":2}}}";
     for (from, to, told) in [
-        (named, "\"attributes\":{\"POSITION\":7}}}", "no attribute 7 for POSITION"),
+        (named, "\"attributes\":{\"POSITION\":7}}}", "POSITION of its Draco data is not there, as its attribute 7"),
         (named, "\"attributes\":{\"NORMAL\":2}}}", "has no POSITION"),
         ("\"indices\":3", "\"indices\":3,\"mode\":5", "not made of plain triangles"),
         ("\"bufferView\":0", "\"bufferView\":4", "bufferViews[4]"),
@@ -176,11 +176,63 @@ fn no_more_is_decoded_than_is_allowed() {
 #[test]
 fn a_small_file_does_not_make_much_by_naming_a_stream_again_and_again() {
     let valence = draco::all()[1];
-    let many = |count| of_primitives(&valence, count, |k, primitive| primitive["attributes"][format!("_{k}")] = 1.into());
     let read = |document: &Value| read_with(&document.to_string(), valence.stream, &ImportOptions::default());
-    assert_eq!(read(&many(200)).unwrap().triangles.len(), 200 * 1152);
-    let error = read(&many(300)).unwrap_err().to_string();
+    let many = |count| of_primitives(&valence, count, |k, primitive| primitive["attributes"][format!("_{k}")] = 1.into());
+    assert_eq!(read(&many(800)).unwrap().triangles.len(), 800 * 1152);
+    let error = read(&many(1000)).unwrap_err().to_string();
     assert!(error.contains("may still be decoded"), "{error}");
+    // nor by views of the same bytes
+    let mut views = of_primitives(&valence, 1000, |k, primitive| {
+        primitive["extensions"]["KHR_draco_mesh_compression"]["bufferView"] = k.into();
+    });
+    let view = views["bufferViews"][0].clone();
+    views["bufferViews"] = vec![view; 1000].into();
+    assert!(read(&views).unwrap_err().to_string().contains("may still be decoded"));
+    // one attribute under two hundred thousand names is held once
+    let mut names = of_primitives(&valence, 1, |_, _| ());
+    let primitive = &mut names["meshes"][0]["primitives"][0];
+    for k in 0..200_000 {
+        primitive["attributes"][format!("_{k}")] = 0.into();
+        primitive["extensions"]["KHR_draco_mesh_compression"]["attributes"][format!("_{k}")] = 0.into();
+    }
+    let before = heliodon_testkit::process::peak_bytes().unwrap_or(0);
+    assert_eq!(read(&names).unwrap().triangles.len(), 1152);
+    // as many copies would be 1.5 GB
+    assert!(heliodon_testkit::process::peak_bytes().unwrap_or(0) < before + (1 << 30));
+}
+
+#[test]
+fn numbers_are_parts_of_one_where_the_file_or_the_stream_says_so() {
+    let colors = draco::all()[2];
+    let read_as = |accessor: &str| {
+        let json = colors.json().replace("\"componentType\":5121,\"normalized\":true", accessor);
+        read_with(&json, colors.stream, &ImportOptions::default()).unwrap().colors_linear
+    };
+    let expected = read(&colors).colors_linear;
+    // an accessor of floats over a stream of bytes
+    assert_eq!(read_as("\"componentType\":5126"), expected);
+    assert_eq!(read_as("\"componentType\":5126,\"normalized\":true"), expected);
+    // and one that says it of floats, whose coordinates may be beyond one
+    let seams = seams();
+    let json = seams.json().replace("\"componentType\":5126", "\"componentType\":5123,\"normalized\":true");
+    let mesh = read_with(&json, seams.stream, &ImportOptions::default()).unwrap();
+    assert_eq!((mesh.uvs, mesh.positions), (read(&seams).uvs, read(&seams).positions));
+}
+
+#[test]
+fn an_attribute_that_gltf_does_not_know_is_left_out() {
+    let compressed = seams();
+    let mut document = of_primitives(&compressed, 1, |_, primitive| {
+        primitive["attributes"]["_AGE"] = 1.into();
+        primitive["extensions"]["KHR_draco_mesh_compression"]["attributes"]["_AGE"] = 77.into();
+    });
+    let mut report = ImportReport::default();
+    let bytes = glb(&document.to_string(), compressed.stream);
+    let mesh = from_bytes(&bytes, Format::Gltf, Path::new("it.glb"), &ImportOptions::default(), &mut report).unwrap();
+    assert_eq!(mesh.positions, read(&compressed).positions);
+    assert!(report.warnings[0].contains("_AGE of its Draco data is not there"), "{:?}", report.warnings);
+    document["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"]["attributes"]["NORMAL"] = 78.into();
+    assert!(read_with(&document.to_string(), compressed.stream, &ImportOptions::default()).is_err());
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Analytic scenes, the hostile corpus, image difference, glTF files taken apart and what a process takes, for Heliodon's tests and examples.
+//! Analytic scenes, the hostile corpus, compressed meshes, image difference, glTF files taken apart and what a process takes, for Heliodon's tests and examples.
 
 pub mod draco;
 pub mod flip;

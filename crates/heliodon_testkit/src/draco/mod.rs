@@ -1,6 +1,6 @@
 //! Meshes compressed by Google's own Draco encoder, and what they are of.
 //!
-//! `make.py` beside this file makes the streams anew. A wavy square of the unit length is looked at from above, `z`.
+//! `make.py` beside this file makes the streams anew, of a shape of our own: a wavy square of the unit length, looked at from above, `z`.
 
 use glam::{Vec2, Vec3};
 use heliodon_math::frame::unit_or;

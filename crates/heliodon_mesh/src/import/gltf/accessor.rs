@@ -96,7 +96,7 @@ impl<'a> Values<'a> {
     pub fn open(document: &Document, buffers: &'a Buffers, index: Index, widths: &[usize]) -> Outcome<Self> {
         let accessors = &document.accessors;
         let accessor = accessors.get(index as usize).ok_or_else(|| no_such("accessors", index, accessors.len()))?;
-        let item = format!("accessors[{index}]");
+        let item = if buffers.held(index).is_some() { "Draco data".to_owned() } else { format!("accessors[{index}]") };
         let remedy = "export the file again";
         let Some(component) = Component::parse(accessor.component_type) else {
             return fail(&item, format!("has the unknown component type {}", accessor.component_type), remedy);

@@ -96,12 +96,16 @@ impl<'a> Buffers<'a> {
         Ok((bytes, stride))
     }
 
-    /// Bytes in memory of the buffers that were asked for so far, and of the views that were decompressed.
+    /// Bytes of the buffers that were asked for so far.
+    pub fn bytes_opened(&self) -> u64 {
+        self.buffers.iter().filter_map(|cell| cell.get()?.as_ref().ok()).map(|bytes| bytes.len() as u64).sum()
+    }
+
+    /// Those, and what is in memory of views and primitives that were decompressed.
     pub fn bytes_held(&self) -> u64 {
-        let opened = self.buffers.iter().filter_map(|cell| cell.get()?.as_ref().ok()).map(|bytes| bytes.len() as u64);
         let decoded = self.decoded.iter().filter_map(|cell| cell.get()?.as_ref().ok()).map(|bytes| bytes.len() as u64);
         let held = self.held.values().map(|bytes| bytes.len() as u64);
-        opened.sum::<u64>() + decoded.sum::<u64>() + held.sum::<u64>()
+        self.bytes_opened() + decoded.sum::<u64>() + held.sum::<u64>()
     }
 
     fn slice(&self, buffer: Index, offset: u64, length: u64, item: impl Fn() -> String) -> Outcome<&[u8]> {

@@ -8,25 +8,29 @@ use super::buffers::{Buffers, LARGEST_EXPANSION, no_such};
 use super::model::{Accessor, Document, Draco, Index, KINDS, Primitive};
 use super::scene::TRIANGLES;
 use super::{Failure, Outcome, fail};
-use draco_core::{DataType, DecodeLimits, DecoderBuffer, ErrorKind, Mesh, MeshDecoder, PointAttribute, PointIndex};
+use draco_core::metadata::GeometryMetadata;
+use draco_core::version::VERSION_FLAGS_INTRODUCED;
+use draco_core::{DataType, DecodeLimits, DecoderBuffer, DracoError, ErrorKind, Mesh, MeshDecoder, PointAttribute, PointIndex};
 use serde_json::{Map, Value};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 const NAME: &str = "KHR_draco_mesh_compression";
 const REMEDY: &str = "export it again, or decompress it first (for example: gltf-transform copy in.glb out.glb)";
 
 /// Vertices, and triangles, that a file of any size may hold, and bytes of them.
-const FREE: Budget = Budget { elements: 1 << 18, bytes: 1 << 25 };
-/// And for each compressed byte: a scan has less than one, a plane of equal squares some more.
-const ELEMENTS_A_BYTE: u64 = 32;
+const FREE: Budget = Budget { elements: 1 << 20, bytes: 1 << 26 };
+/// And for each byte of the buffers with streams in them: a scan has less than one, and a triangle takes a bit at least, unless it is one of many alike.
+const FOR_A_BYTE: Budget = Budget { elements: 8, bytes: LARGEST_EXPANSION };
+/// Attributes with seams of their own in a stream. For each, the decoder makes a table over all corners before it asks for any limit.
+const MOST_WITH_SEAMS: u8 = 16;
 
 /// What a document's compressed primitives hold.
 #[derive(Default)]
 pub(super) struct Decompressed {
     /// Elements side by side, by the numbers of the accessors that were added for them.
     pub held: BTreeMap<Index, Vec<u8>>,
-    /// Of what could not be decoded, and is there without compression as well.
+    /// Of what could not be decoded and is there without compression as well, or is left out.
     pub warnings: Vec<String>,
 }
 
@@ -48,9 +52,9 @@ pub(super) fn decompress(document: &mut Document, bin: Option<&[u8]>, folder: Op
             }
         }
     }
-    let streams = decoder.streams;
+    let Decoder { streams, warnings, .. } = decoder;
     drop(buffers);
-    let mut decompressed = Decompressed::default();
+    let mut decompressed = Decompressed { warnings, ..Decompressed::default() };
     let numbers: Vec<Numbers> = streams.into_iter().map(|stream| decompressed.add(stream, document)).collect();
     let is_required = document.extensions_required.iter().any(|name| name == NAME);
     for (m, p, result) in results {
@@ -59,6 +63,7 @@ pub(super) fn decompress(document: &mut Document, bin: Option<&[u8]>, folder: Op
         match result {
             Ok(stream) => {
                 let numbers = &numbers[stream];
+                primitive.attributes.retain(|name, _| !numbers.left_out.contains(name));
                 primitive.attributes.extend(numbers.attributes.clone());
                 primitive.indices = Some(numbers.indices);
             }
@@ -87,13 +92,18 @@ pub(super) fn forget(root: &mut Map<String, Value>) {
 type Held = (Accessor, Vec<u8>);
 
 struct Stream {
-    attributes: Vec<(String, Held)>,
+    /// What the stream holds, and which of it is of which name.
+    held: Vec<Held>,
+    named: Vec<(String, usize)>,
+    /// Names of what glTF does not know, and nobody here reads.
+    left_out: Vec<String>,
     indices: Held,
 }
 
 /// Of a stream's accessors.
 struct Numbers {
     attributes: BTreeMap<String, Index>,
+    left_out: Vec<String>,
     indices: Index,
 }
 
@@ -105,8 +115,10 @@ impl Decompressed {
             self.held.insert(number, bytes);
             number
         };
+        let held: Vec<Index> = stream.held.into_iter().map(&mut number).collect();
         Numbers {
-            attributes: stream.attributes.into_iter().map(|(name, held)| (name, number(held))).collect(),
+            attributes: stream.named.into_iter().map(|(name, index)| (name, held[index])).collect(),
+            left_out: stream.left_out,
             indices: number(stream.indices),
         }
     }
@@ -125,13 +137,14 @@ type Key = (Index, BTreeMap<String, u32>, BTreeMap<String, Index>);
 struct Decoder<'b, 'd> {
     document: &'d Document,
     buffers: &'b Buffers<'d>,
-    /// Elements that may still be decoded, by what the caller allows.
+    /// Vertices, and triangles, that the caller allows.
     most: u64,
-    /// And what may be, by what the views that were met warrant.
-    warranted: Budget,
-    met: BTreeSet<Index>,
+    spent: Budget,
     known: BTreeMap<Key, usize>,
+    /// Of views that could not be decoded.
+    failures: BTreeMap<Index, Failure>,
     streams: Vec<Stream>,
+    warnings: Vec<String>,
 }
 
 impl<'b, 'd> Decoder<'b, 'd> {
@@ -140,10 +153,11 @@ impl<'b, 'd> Decoder<'b, 'd> {
             document,
             buffers,
             most: most.into(),
-            warranted: FREE,
-            met: BTreeSet::new(),
+            spent: Budget { elements: 0, bytes: 0 },
             known: BTreeMap::new(),
+            failures: BTreeMap::new(),
             streams: Vec::new(),
+            warnings: Vec::new(),
         }
     }
 
@@ -157,43 +171,69 @@ impl<'b, 'd> Decoder<'b, 'd> {
             return Ok(known);
         }
         let mesh = self.decode(draco.buffer_view, item)?;
-        let mut attributes = Vec::new();
+        let corners = mesh.faces().as_flattened();
+        let bytes = corners.iter().flat_map(|corner| corner.0.to_le_bytes()).collect();
+        let indices = (accessor(Component::U32, 1, corners.len(), false), bytes);
+        let mut stream = Stream { held: Vec::new(), named: Vec::new(), left_out: Vec::new(), indices };
+        // several names may be of one attribute
+        let mut held: BTreeMap<(u32, bool), usize> = BTreeMap::new();
         for (name, &index) in &primitive.attributes {
-            let told = self.accessor(index)?;
-            let Some(id) = draco.attributes.get(name) else {
+            let accessors = &self.document.accessors;
+            let told = accessors.get(index as usize).ok_or_else(|| no_such("accessors", index, accessors.len()))?;
+            let Some(&id) = draco.attributes.get(name) else {
                 if name == "POSITION" && told.buffer_view.is_none() {
                     return fail(item, "its Draco data has no POSITION", REMEDY);
                 }
                 continue;
             };
-            let Some(attribute) = mesh.attribute_by_unique_id(*id) else {
-                return fail(item, format!("its Draco data has no attribute {id} for {name}"), REMEDY);
+            let found = match mesh.attribute_by_unique_id(id) {
+                Some(attribute) => {
+                    let normalized = is_normalized(attribute, told);
+                    held.get(&(id, normalized)).copied().map_or_else(
+                        || {
+                            stream.held.push(values(attribute, mesh.num_points(), normalized)?);
+                            held.insert((id, normalized), stream.held.len() - 1);
+                            Ok(stream.held.len() - 1)
+                        },
+                        Ok,
+                    )
+                }
+                None => Err(format!("is not there, as its attribute {id}")),
             };
-            let held = values(attribute, mesh.num_points(), told.normalized);
-            let held = held.map_err(|problem| Failure::new(item, format!("{name} of its Draco data {problem}"), REMEDY))?;
-            attributes.push((name.clone(), held));
+            match found {
+                Ok(found) => stream.named.push((name.clone(), found)),
+                Err(problem) if is_known(name) => {
+                    return fail(item, format!("{name} of its Draco data {problem}"), REMEDY);
+                }
+                Err(problem) => {
+                    self.warnings.push(format!("{item}: {name} of its Draco data {problem}; it is left out"));
+                    stream.left_out.push(name.clone());
+                }
+            }
         }
-        let corners = mesh.faces().as_flattened();
-        let bytes = corners.iter().flat_map(|corner| corner.0.to_le_bytes()).collect();
-        let indices = (accessor(Component::U32, 1, corners.len(), false), bytes);
-        self.streams.push(Stream { attributes, indices });
+        self.streams.push(stream);
         self.known.insert(key, self.streams.len() - 1);
         Ok(self.streams.len() - 1)
     }
 
-    fn accessor(&self, index: Index) -> Outcome<&'d Accessor> {
-        let accessors = &self.document.accessors;
-        accessors.get(index as usize).ok_or_else(|| no_such("accessors", index, accessors.len()))
+    fn decode(&mut self, view: Index, item: &str) -> Outcome<Mesh> {
+        if let Some(failure) = self.failures.get(&view) {
+            return Err(Failure { item: item.to_owned(), ..failure.clone() });
+        }
+        let mesh = self.decode_anew(view, item);
+        if let Err(failure) = &mesh {
+            self.failures.insert(view, failure.clone());
+        }
+        mesh
     }
 
-    fn decode(&mut self, view: Index, item: &str) -> Outcome<Mesh> {
+    fn decode_anew(&mut self, view: Index, item: &str) -> Outcome<Mesh> {
         let (stream, _) = self.buffers.view(view)?;
-        if self.met.insert(view) {
-            self.warranted.elements += ELEMENTS_A_BYTE * stream.len() as u64;
-            self.warranted.bytes += LARGEST_EXPANSION * stream.len() as u64;
-        }
-        let Budget { elements, bytes } = self.warranted;
-        let elements = elements.min(self.most);
+        let opened = self.buffers.bytes_opened();
+        let left = |free: u64, for_a_byte: u64, spent: u64| (free + opened.saturating_mul(for_a_byte)).saturating_sub(spent);
+        let elements = left(FREE.elements, FOR_A_BYTE.elements, self.spent.elements);
+        let elements = elements.min(self.most.saturating_sub(self.spent.elements));
+        let bytes = left(FREE.bytes, FOR_A_BYTE.bytes, self.spent.bytes);
         let limits = DecodeLimits::default().with_max_faces(elements).with_max_decoded_bytes(bytes);
         let too_many = || {
             let problem = format!(
@@ -205,25 +245,73 @@ impl<'b, 'd> Decoder<'b, 'd> {
                 "split the file, or decompress it first (for example: gltf-transform copy in.glb out.glb)",
             )
         };
-        let mut mesh = Mesh::new();
-        MeshDecoder::new().decode(&mut DecoderBuffer::new(stream).with_limits(limits), &mut mesh).map_err(|error| {
-            if error.kind() == ErrorKind::LimitExceeded {
-                return too_many();
-            }
-            Failure::new(item, format!("its Draco data cannot be decoded: {error}"), REMEDY)
-        })?;
-        // the limits know no points but those of clouds
-        let (points, faces) = (mesh.num_points() as u64, mesh.num_faces() as u64);
-        if points.max(faces) > elements {
-            return Err(too_many());
+        let broken = |error: DracoError| match error.kind() {
+            ErrorKind::LimitExceeded => too_many(),
+            _ => Failure::new(item, format!("its Draco data cannot be decoded: {error}"), REMEDY),
+        };
+        // a stream that breaks has been worked at too
+        self.spent.elements = self.spent.elements.saturating_add(stream.len() as u64);
+        if attributes_with_seams(stream).map_err(broken)? > MOST_WITH_SEAMS {
+            return fail(
+                item,
+                format!("its Draco data has more than {MOST_WITH_SEAMS} attributes with seams of their own"),
+                REMEDY,
+            );
         }
+        let mut mesh = Mesh::new();
+        MeshDecoder::new().decode(&mut DecoderBuffer::new(stream).with_limits(limits), &mut mesh).map_err(broken)?;
+        let made = (mesh.num_points() as u64).max(mesh.num_faces() as u64);
         let attributes = (0..mesh.num_attributes()).map(|number| mesh.attribute(number));
         let a_point: u64 = attributes.map(|attribute| width(attribute).1).map(|size| size as u64).sum();
-        let held = points.saturating_mul(a_point).saturating_add(faces * 12);
-        self.most -= points.max(faces);
-        self.warranted.elements -= points.max(faces);
-        self.warranted.bytes = self.warranted.bytes.saturating_sub(held);
-        Ok(mesh)
+        let held = (mesh.num_points() as u64).saturating_mul(a_point).saturating_add(mesh.num_faces() as u64 * 12);
+        self.spent.elements = self.spent.elements.saturating_add(made) - stream.len() as u64;
+        self.spent.bytes = self.spent.bytes.saturating_add(held);
+        // the decoder's limits know no points but those of clouds
+        if made > elements { Err(too_many()) } else { Ok(mesh) }
+    }
+}
+
+/// How many attributes of a stream have seams of their own, by its header.
+fn attributes_with_seams(stream: &[u8]) -> Result<u8, DracoError> {
+    const MAGIC_BYTES: usize = 5;
+    const EDGEBREAKER: u8 = 1;
+    const METADATA: u16 = 0x8000;
+    let mut header = DecoderBuffer::new(stream);
+    header.try_advance(MAGIC_BYTES)?;
+    let version = (header.decode_u8()?, header.decode_u8()?);
+    header.set_version(version.0, version.1);
+    let (_geometry, method, flags) = (header.decode_u8()?, header.decode_u8()?, header.decode_u16()?);
+    if method != EDGEBREAKER {
+        return Ok(0);
+    }
+    if version >= VERSION_FLAGS_INTRODUCED && flags & METADATA != 0 {
+        GeometryMetadata::decode(&mut header)?;
+    }
+    let _traversal = header.decode_u8()?;
+    // vertices and triangles, and before version 2.2 the vertices that splits add
+    for _ in 0..if version < (2, 2) { 3 } else { 2 } {
+        if version < (2, 0) {
+            header.decode_u32()?;
+        } else {
+            header.decode_varint()?;
+        }
+    }
+    header.decode_u8()
+}
+
+/// Whether an attribute is one that glTF gives a meaning.
+fn is_known(name: &str) -> bool {
+    let sets = ["TEXCOORD_", "COLOR_", "JOINTS_", "WEIGHTS_"];
+    matches!(name, "POSITION" | "NORMAL" | "TANGENT") || sets.iter().any(|set| name.starts_with(set))
+}
+
+/// Whether numbers of a stream stand for parts of one: as the accessor says of whole numbers, or as the stream does where the accessor takes them for
+/// fractions.
+fn is_normalized(attribute: &PointAttribute, told: &Accessor) -> bool {
+    match attribute.data_type() {
+        DataType::Float32 | DataType::Uint32 => false,
+        _ if told.component_type == Component::F32.code() => attribute.normalized(),
+        _ => told.normalized,
     }
 }
 
@@ -262,7 +350,7 @@ fn values(attribute: &PointAttribute, points: usize, normalized: bool) -> Result
     let Some(component) = component.filter(|_| (1..=4).contains(&width)) else {
         return Err(format!("has {width} components of {:?}", attribute.data_type()));
     };
-    let stride = usize::try_from(attribute.byte_stride()).unwrap_or(0);
+    let stride = usize::try_from(attribute.byte_stride()).ok().filter(|stride| *stride >= element).ok_or("ends early")?;
     let all = attribute.buffer().data();
     let mut bytes = Vec::with_capacity(points * element);
     for point in 0..points as u32 {
