@@ -252,11 +252,17 @@ fn what_stands_in_another_part_s_solid_is_not_drawn() {
 #[test]
 fn a_t_junction_in_a_part_is_told() {
     let text = block(Vec3::ZERO, Vec3::ONE).replace("f 1 3 4 2\n", "v 0.5 0 0\nf 9 1 3\nf 9 3 4\nf 9 4 2\n");
-    let folder = site(&[("block", "", text)], "[prepare]\n");
+    let folder = site(&[("block", "", text.clone())], "[prepare]\n");
     let (made, _) = prepared(folder.path());
     let found = made.report.parts[0].clean.as_ref().unwrap().t_junctions;
     assert_eq!((found.vertices, found.first), (1, Some([0.5, 0.0, 0.0])), "{}", made.report);
     assert_eq!(made.scene.prepared.unwrap().parts[0].found["t_junctions"], 1);
+    // of what was modelled it is mended, and the block is a solid
+    let folder = site(&[("block", FILLING, text)], "[prepare]\n");
+    let (made, _) = prepared(folder.path());
+    let clean = made.report.parts[0].clean.as_ref().unwrap();
+    assert_eq!((clean.t_junctions_mended.vertices, clean.closed_patches, clean.open.edges), (1, 1, 0), "{}", made.report);
+    assert_eq!(made.scene.prepared.unwrap().parts[0].found["t_junctions_mended"], 1);
 }
 
 #[test]

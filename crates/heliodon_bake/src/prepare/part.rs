@@ -18,7 +18,7 @@ use heliodon_bundle::site::{self, InputKind, Prepare, Role, Winding};
 use heliodon_mesh::import::ImportReport;
 use heliodon_mesh::{Mesh, MeshError};
 use heliodon_prepare::borders::BorderReport;
-use heliodon_prepare::clean::{self, CleanParams, CleanReport, Finding};
+use heliodon_prepare::clean::{self, CleanParams, CleanReport, Finding, TJunctions};
 use heliodon_prepare::simplify::{
     Averages, MeasureReport, SimplifyParams, SimplifyReport, averages, measure_resuming, nearest_triangles_resuming,
     simplify_resuming,
@@ -492,6 +492,8 @@ pub(super) fn clean_params(settings: &Prepare, role: Role, views: &Views) -> Cle
             Winding::Mend => clean::Winding::Mend,
             Winding::Report => clean::Winding::Report,
         },
+        // another look at all edges, which tens of millions of triangles of ground are not worth
+        t_junctions: if has_solids(role) { of_role.t_junctions } else { TJunctions::Report },
         eyes: eyes(views),
         ..of_role
     }

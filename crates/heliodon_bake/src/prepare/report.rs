@@ -107,6 +107,7 @@ fn found(clean: &CleanReport) -> BTreeMap<String, u64> {
         ("open_edges", clean.open.edges),
         ("rims", clean.rims),
         ("t_junctions", clean.t_junctions.vertices),
+        ("t_junctions_mended", clean.t_junctions_mended.vertices),
     ];
     all.into_iter().filter(|(_, count)| *count > 0).map(|(name, count)| (name.to_owned(), count)).collect()
 }

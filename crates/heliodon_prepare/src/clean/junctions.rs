@@ -1,13 +1,15 @@
-//! T-junctions: vertices on the inside of an edge without a neighbour. The two sides of such an edge agree by rounding at best, and light of one's
-//! vertex does not reach the other's triangle.
+//! T-junctions: vertices on the inside of an edge without a neighbour. The two sides of such an edge agree by rounding at best, light of one's
+//! vertex does not reach the other's triangle, and a body that is closed but for them is no solid.
 //!
 //! Only open edges and their ends count, which are few of a scan: with both in a grid of cells, each edge asks those that it runs through.
 
-use super::rims::Side;
-use super::{CleanReport, Mark};
+use super::rims::{self, Side};
+use super::{CleanReport, Mark, VertexFinding, double_area};
 use crate::topology::Cells;
 use glam::{DVec3, Vec3};
+use heliodon_math::frame::unit_or;
 use heliodon_mesh::Mesh;
+use heliodon_mesh::topology::Edges;
 use rayon::prelude::*;
 
 /// A vertex in the middle of an edge is rounded by half of 1.2e-7 of its coordinates, and lies off the edge by up to twice of that: within this part of
@@ -18,36 +20,165 @@ const LEAST_CELL: f64 = 1.0 / 256.0;
 /// And no smaller than so many times how far a vertex may be off an edge.
 const REACHES: f64 = 4.0;
 
+/// Parting triangles can bring vertices to lie on further edges, where what is within the weld's reach is no straight line.
+const ROUNDS: usize = 4;
+
+/// A vertex on the inside of an edge: its place, and the triangle that has the edge, from which corner on.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Junction {
+    place: u32,
+    triangle: u32,
+    corner: u8,
+}
+
 /// Counts and places them, and marks the triangles whose edges they are on. Vertices within `weld_m` of an edge are on it.
 pub(super) fn mark(mesh: &Mesh, open: &[Side], weld_m: f32, report: &mut CleanReport) {
+    let mut found = find(mesh, open, weld_m);
+    for junction in &found {
+        let mark = &mut report.marks[junction.triangle as usize];
+        *mark = Mark::TJunction.min(*mark);
+    }
+    found.dedup_by_key(|junction| junction.place);
+    report.t_junctions.vertices = found.len() as u64;
+    report.t_junctions.first = found.first().map(|junction| mesh.positions[junction.place as usize].to_array());
+}
+
+/// Parts triangles at the vertices on their edges, so that both sides of an edge have the same. Vertices and triangles that this makes come last, each
+/// vertex at the place of the one that it meets, with what the edge has there.
+pub(super) fn mend(mesh: &mut Mesh, places: &mut Vec<u32>, weld_m: f32, report: &mut CleanReport) {
+    let mut mended = Vec::new();
+    for _ in 0..ROUNDS {
+        let kept = |t: usize| !report.marks[t].is_removed();
+        let open = rims::open(&Edges::new(&mesh.triangles, places, kept));
+        let mut found = find(mesh, &open, weld_m);
+        found.sort_unstable_by_key(|junction| (junction.triangle, junction.corner));
+        let before = mended.len();
+        for of_triangle in found.chunk_by(|a, b| a.triangle == b.triangle) {
+            if part(mesh, places, of_triangle) {
+                let mark = &mut report.marks[of_triangle[0].triangle as usize];
+                *mark = Mark::TJunction.min(*mark);
+                mended.extend(of_triangle.iter().map(|junction| junction.place));
+            }
+        }
+        report.marks.resize(mesh.triangles.len(), Mark::Kept);
+        if mended.len() == before {
+            break;
+        }
+    }
+    mended.sort_unstable();
+    mended.dedup();
+    let first = mended.first().map(|&place| mesh.positions[place as usize].to_array());
+    report.t_junctions_mended = VertexFinding { vertices: mended.len() as u64, first };
+}
+
+/// Parts a triangle at all vertices on its edges; not one so thin that a part of it would face the other way.
+fn part(mesh: &mut Mesh, places: &mut Vec<u32>, junctions: &[Junction]) -> bool {
+    let triangle = junctions[0].triangle as usize;
+    let corners = mesh.triangles[triangle];
+    let before = mesh.positions.len();
+    let mut on_edges: [Vec<u32>; 3] = Default::default();
+    for (corner, on_edge) in on_edges.iter_mut().enumerate() {
+        let ends = [corner, (corner + 1) % 3].map(|corner| corners[corner] as usize);
+        let [begin, end] = ends.map(|vertex| mesh.positions[vertex].as_dvec3());
+        let share =
+            |place: u32| (mesh.positions[place as usize].as_dvec3() - begin).dot(end - begin) / (end - begin).length_squared();
+        let of_edge = junctions.iter().filter(|junction| usize::from(junction.corner) == corner);
+        let mut shares: Vec<(f64, u32)> = of_edge.map(|junction| (share(junction.place), junction.place)).collect();
+        shares.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (share, place) in shares {
+            on_edge.push(mesh.positions.len() as u32);
+            push_between(mesh, ends, share as f32, place);
+            places.push(place);
+        }
+    }
+    let parts = parts(corners, on_edges);
+    let facing = double_area(mesh, triangle);
+    let of_part = |part: &[u32; 3]| {
+        let [a, b, c] = part.map(|vertex| mesh.positions[vertex as usize].as_dvec3());
+        (b - a).cross(c - a)
+    };
+    if !parts.iter().all(|part| of_part(part).dot(facing) > 0.0) {
+        mesh.positions.truncate(before);
+        mesh.normals.truncate(before);
+        mesh.uvs.truncate(before);
+        mesh.colors_linear.truncate(before);
+        places.truncate(before);
+        return false;
+    }
+    mesh.triangles[triangle] = parts[0];
+    mesh.triangles.extend_from_slice(&parts[1..]);
+    if let Some(&material) = mesh.triangle_material.get(triangle) {
+        mesh.triangle_material.extend(std::iter::repeat_n(material, parts.len() - 1));
+    }
+    true
+}
+
+/// Appends a vertex at a place, with what lies between two vertices there.
+fn push_between(mesh: &mut Mesh, [a, b]: [usize; 2], share: f32, place: u32) {
+    mesh.positions.push(mesh.positions[place as usize]);
+    if let Some((from, to)) = mesh.normals.get(a).zip(mesh.normals.get(b)) {
+        mesh.normals.push(unit_or(from.lerp(*to, share), *from));
+    }
+    if let Some((from, to)) = mesh.uvs.get(a).zip(mesh.uvs.get(b)) {
+        mesh.uvs.push(from.lerp(*to, share));
+    }
+    if let Some((from, to)) = mesh.colors_linear.get(a).zip(mesh.colors_linear.get(b)) {
+        mesh.colors_linear.push(from.lerp(*to, share));
+    }
+}
+
+/// The triangles of a triangle with vertices on its edges, from corner to corner in order. None is flat: each edge is taken in turn, and what lies on it fans
+/// out from the corner before it.
+fn parts(corners: [u32; 3], on_edges: [Vec<u32>; 3]) -> Vec<[u32; 3]> {
+    let mut parts = Vec::new();
+    let mut left = vec![(corners, on_edges)];
+    while let Some(([a, b, c], [ab, bc, ca])) = left.pop() {
+        if ab.is_empty() {
+            match (bc.is_empty(), ca.is_empty()) {
+                (true, true) => parts.push([a, b, c]),
+                (false, _) => left.push(([b, c, a], [bc, ca, ab])),
+                (true, false) => left.push(([c, a, b], [ca, ab, bc])),
+            }
+            continue;
+        }
+        let rim: Vec<u32> = [a].into_iter().chain(ab).chain([b]).collect();
+        let last = rim.len() - 2;
+        let (mut bc, mut ca) = (Some(bc), Some(ca));
+        for (k, ends) in rim.windows(2).enumerate() {
+            let along = if k == last { bc.take() } else { None };
+            let back = if k == 0 { ca.take() } else { None };
+            left.push(([ends[0], ends[1], c], [Vec::new(), along.unwrap_or_default(), back.unwrap_or_default()]));
+        }
+    }
+    parts
+}
+
+/// Vertices on the inside of edges without a neighbour, by their places.
+fn find(mesh: &Mesh, open: &[Side], weld_m: f32) -> Vec<Junction> {
     let mut rim: Vec<u32> = open.iter().flat_map(|side| side.ends).collect();
     rim.par_sort_unstable();
     rim.dedup();
     let points: Vec<Vec3> = rim.iter().map(|&place| mesh.positions[place as usize]).collect();
     let line = |side: &Side| Line::new(side.ends.map(|place| mesh.positions[place as usize]), weld_m);
-    let Some(cell_m) = cell_m(open.iter().map(line)) else { return };
+    let Some(cell_m) = cell_m(open.iter().map(line)) else { return Vec::new() };
     let cells = Cells::new(&points, cell_m);
     let on = |side: &Side| {
         let (line, mut found) = (line(side), Vec::new());
-        let corners = mesh.triangles[side.triangle as usize].map(|v| mesh.positions[v as usize]);
+        let &Side { triangle, corner, .. } = side;
+        let corners = mesh.triangles[triangle as usize].map(|v| mesh.positions[v as usize]);
         line.visit(cell_m, |cell| {
             for (index, p) in cells.near(cell) {
                 if !corners.contains(&p) && line.holds(p) {
-                    found.push((rim[index as usize], side.triangle));
+                    found.push(Junction { place: rim[index as usize], triangle, corner });
                 }
             }
         });
         found
     };
-    let mut found: Vec<(u32, u32)> = open.par_iter().flat_map_iter(on).collect();
+    let mut found: Vec<Junction> = open.par_iter().flat_map_iter(on).collect();
     found.par_sort_unstable();
-    for &(_, triangle) in &found {
-        let mark = &mut report.marks[triangle as usize];
-        *mark = Mark::TJunction.min(*mark);
-    }
-    found.dedup_by_key(|&mut (place, _)| place);
-    report.t_junctions.vertices = found.len() as u64;
-    report.t_junctions.first = found.first().map(|&(place, _)| mesh.positions[place as usize].to_array());
+    found.dedup();
+    found
 }
 
 /// The size of cells that suits these edges: between few vertices in each and few cells along each, their mean by powers of two.

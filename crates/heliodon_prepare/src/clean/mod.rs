@@ -48,6 +48,16 @@ pub enum Winding {
     Report,
 }
 
+/// What becomes of T-junctions: vertices on the inside of an edge without a neighbour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TJunctions {
+    /// They are told.
+    #[default]
+    Report,
+    /// Triangles are parted at the vertices on their edges.
+    Mend,
+}
+
 /// How to clean.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CleanParams {
@@ -61,6 +71,8 @@ pub struct CleanParams {
     pub double_walls: DoubleWalls,
     /// What becomes of wrong windings.
     pub winding: Winding,
+    /// What becomes of T-junctions. Mending them takes another look at all edges.
+    pub t_junctions: TJunctions,
     /// Vertices at one place with the same texture coordinates and colour become one where their normals differ by less, in radians.
     /// More leaves fewer vertices and blurs creases.
     pub crease_rad: f32,
@@ -75,6 +87,7 @@ impl Default for CleanParams {
             isolated_m: 0.0,
             double_walls: DoubleWalls::default(),
             winding: Winding::default(),
+            t_junctions: TJunctions::default(),
             crease_rad: 0.5_f32.to_radians(),
             eyes: Vec::new(),
         }
@@ -88,10 +101,10 @@ impl CleanParams {
         Self { isolated_m: 0.02, ..Self::default() }
     }
 
-    /// For modelled geometry in metres: what was meant to touch within a hundredth of a millimetre touches.
+    /// For modelled geometry in metres: what was meant to touch within a hundredth of a millimetre touches, and shares its vertices.
     #[must_use]
     pub fn modelled() -> Self {
-        Self { weld_m: 1.0e-5, ..Self::default() }
+        Self { weld_m: 1.0e-5, t_junctions: TJunctions::Mend, ..Self::default() }
     }
 }
 
@@ -170,6 +183,9 @@ impl Cleaning {
                 tell.done(share::JOINED);
             }
             2 => {
+                if params.t_junctions == TJunctions::Mend {
+                    junctions::mend(mesh, of_vertices, params.weld_m, report);
+                }
                 let edges = winding::mend(mesh, of_vertices, params, tell, report);
                 let open = rims::mark(mesh, of_vertices, &edges, report);
                 drop(edges);
@@ -178,6 +194,8 @@ impl Cleaning {
             }
             3 => {
                 attributes::keep(mesh, of_vertices, params.crease_rad, &report.marks);
+                // of what was parted, the first part stands for all
+                report.marks.truncate(report.triangles_before as usize);
                 *of_vertices = Vec::new();
                 report.after(mesh);
                 tell.done(1.0);

@@ -33,7 +33,7 @@ pub enum Mark {
     DoubleWall,
     /// Kept, at an edge where more than two triangles meet.
     NonManifold,
-    /// Kept: a vertex of another triangle lies on the inside of an edge without a neighbour.
+    /// Kept: a vertex of another triangle lies on the inside of an edge without a neighbour, or did, and the triangle was parted there.
     TJunction,
     /// Kept, at an edge without a neighbour.
     Open,
@@ -176,6 +176,9 @@ pub struct CleanReport {
     pub longest_rim_m: f64,
     /// Vertices without a neighbour on one side that lie on the inside of another triangle's edge without one, within the weld's reach: T-junctions.
     pub t_junctions: VertexFinding,
+    /// Those at which triangles were parted, so that they are none any more.
+    #[serde(default)]
+    pub t_junctions_mended: VertexFinding,
     /// What became of each triangle of the mesh as it came, for [`super::paint`].
     #[serde(skip)]
     pub marks: Vec<Mark>,
@@ -252,14 +255,16 @@ impl fmt::Display for CleanReport {
             &self.open,
             &format!("without a neighbour, in {} rims, the longest {} m", self.rims, Measure(self.longest_rim_m)),
         )?;
-        match self.t_junctions {
+        let vertices = |f: &mut fmt::Formatter<'_>, found: &VertexFinding, what: &str| match found {
             VertexFinding { vertices, first: Some([x, y, z]) } => {
                 write!(
                     f,
-                    "\n  {vertices} vertices on the inside of such edges (T-junctions), first at ({x:.3}, {y:.3}, {z:.3})"
+                    "\n  {vertices} vertices on the inside of such edges (T-junctions){what}, first at ({x:.3}, {y:.3}, {z:.3})"
                 )
             }
             VertexFinding { first: None, .. } => Ok(()),
-        }
+        };
+        vertices(f, &self.t_junctions, "")?;
+        vertices(f, &self.t_junctions_mended, ", mended by parting the triangles")
     }
 }

@@ -2,12 +2,24 @@
 
 use super::{CleanReport, Mark};
 use heliodon_mesh::Mesh;
-use heliodon_mesh::topology::{Edges, UnionFind};
+use heliodon_mesh::topology::{Edges, HalfEdge, UnionFind};
 
-/// An edge without a neighbour: its places, and the triangle that has it.
+/// An edge without a neighbour: its places, and the triangle that has it, from which corner on.
 pub(super) struct Side {
     pub ends: [u32; 2],
     pub triangle: u32,
+    pub corner: u8,
+}
+
+/// Edges without a neighbour.
+pub(super) fn open(edges: &Edges) -> Vec<Side> {
+    let mut open = Vec::new();
+    edges.for_each(|ends, sides| {
+        if sides.len() == 1 {
+            open.extend(sides.map(|HalfEdge { triangle, corner, .. }| Side { ends, triangle, corner }));
+        }
+    });
+    open
 }
 
 /// Marks the triangles at such edges, and measures the rims. Answers with the edges without a neighbour.
@@ -24,7 +36,7 @@ pub(super) fn mark(mesh: &Mesh, places: &[u32], edges: &Edges, report: &mut Clea
         found.add(ends[0], ends[1]);
         for side in sides {
             if count == 1 {
-                open.push(Side { ends: [a, b], triangle: side.triangle });
+                open.push(Side { ends: [a, b], triangle: side.triangle, corner: side.corner });
             }
             let mark = &mut report.marks[side.triangle as usize];
             *mark = says.min(*mark);

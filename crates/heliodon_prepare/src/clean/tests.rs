@@ -3,6 +3,7 @@
 use super::*;
 use crate::shapes::{cube, joined, moebius};
 use glam::{Vec2, Vec3};
+use heliodon_mesh::Material;
 use heliodon_testkit::hostile;
 use proptest::prelude::*;
 
@@ -394,4 +395,128 @@ fn a_long_edge_beside_many_short_ones_has_all_of_their_vertices() {
     mesh.positions.iter_mut().for_each(|p| *p = turn * *p + Vec3::new(0.3, -0.2, 5.0));
     let (_, report) = cleaned(mesh, &CleanParams { weld_m: 1.0e-5, ..CleanParams::default() });
     assert_eq!(report.t_junctions.vertices, 199, "{report}");
+}
+
+/// What mending is asked of, beside nothing else.
+fn mending() -> CleanParams {
+    CleanParams { t_junctions: TJunctions::Mend, ..CleanParams::default() }
+}
+
+fn area(mesh: &Mesh) -> f64 {
+    (0..mesh.triangles.len()).map(|t| double_area(mesh, t).length() * 0.5).sum()
+}
+
+#[test]
+fn a_body_that_is_open_at_a_t_junction_alone_is_closed() {
+    let mut mesh = with_a_t_junction();
+    let material = |name: &str| Material { name: name.into(), base_color_linear: Vec3::ONE, texture: None };
+    mesh.materials = ["stone", "wood"].map(material).into();
+    mesh.triangle_material = (0..13).map(|t| u16::from(t % 2 == 1)).collect();
+    let (_, told) = cleaned(mesh.clone(), &CleanParams::default());
+    let parted = told.marks.iter().position(|&mark| mark == Mark::TJunction).unwrap();
+    let (mended, report) = cleaned(mesh.clone(), &mending());
+    assert_eq!(report.t_junctions_mended, VertexFinding { vertices: 1, first: Some(mesh.positions[8].to_array()) });
+    assert_eq!((report.t_junctions.vertices, report.open.edges, report.rims, report.closed_patches), (0, 0, 0, 1), "{report}");
+    assert_eq!((mended.positions.len(), mended.triangles.len(), report.marks.len()), (9, 14, 13));
+    assert_eq!(report.marks[parted], Mark::TJunction);
+    assert!((volume(&mended) - 1.0).abs() < 1e-6 && (area(&mended) - 6.0).abs() < 1e-6);
+    // the second part is of the first one's stone
+    assert_eq!(mended.triangle_material[13], mesh.triangle_material[parted]);
+    assert!(report.to_string().contains("1 vertices on the inside of such edges (T-junctions), mended by parting"), "{report}");
+    assert!(paint(&mesh, &report.marks).colors_linear.contains(&color(Mark::TJunction)));
+    let (again, report) = cleaned(mended.clone(), &mending());
+    assert_eq!((again.triangles, report.t_junctions_mended.vertices), (mended.triangles, 0));
+}
+
+#[test]
+fn what_lies_between_two_corners_is_between_their_looks() {
+    // a triangle over two small ones, which look otherwise
+    let corner = |x: f32, y: f32| Vec3::new(x, y, 0.0);
+    let mesh = Mesh {
+        positions: vec![
+            corner(0.0, 0.0),
+            corner(4.0, 0.0),
+            corner(0.0, 3.0),
+            corner(0.0, 0.0),
+            corner(1.0, 0.0),
+            corner(4.0, 0.0),
+            corner(1.0, -2.0),
+        ],
+        normals: [[Vec3::Z; 3].as_slice(), &[Vec3::Y; 4]].concat(),
+        uvs: [[0.0, 0.0], [4.0, 8.0], [0.0, 3.0], [9.0, 9.0], [9.0, 9.0], [9.0, 9.0], [9.0, 9.0]].map(Vec2::from).into(),
+        colors_linear: [[Vec3::ZERO, Vec3::X, Vec3::Y].as_slice(), &[Vec3::ONE; 4]].concat(),
+        triangles: vec![[0, 1, 2], [3, 6, 4], [4, 6, 5]],
+        ..Mesh::default()
+    };
+    let (mended, report) = cleaned(mesh, &mending());
+    assert_eq!((report.t_junctions_mended.vertices, mended.triangles.len(), mended.positions.len()), (1, 4, 8));
+    let new = mended.positions.len() - 1;
+    let look = (mended.positions[new], mended.normals[new], mended.uvs[new], mended.colors_linear[new]);
+    assert_eq!(look, (corner(1.0, 0.0), Vec3::Z, Vec2::new(1.0, 2.0), Vec3::X * 0.25));
+}
+
+#[test]
+fn edges_with_vertices_on_all_sides_are_parted_into_triangles_with_area() {
+    // a large triangle in a ring of small ones: each of its edges has many vertices
+    let corners = [Vec3::ZERO, Vec3::X * 4.0, Vec3::Y * 4.0];
+    for count in [1, 2, 7] {
+        let (mut positions, mut triangles) = (corners.to_vec(), vec![[0, 1, 2]]);
+        for k in 0..3 {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            let outside = (a + b) * 0.5 * 1.8 - (corners[0] + corners[1] + corners[2]) / 3.0 * 0.8;
+            for i in 0..=count {
+                let at = |i: usize| a.lerp(b, i as f32 / (count + 1) as f32);
+                let first = positions.len() as u32;
+                positions.extend([at(i), outside, at(i + 1)]);
+                triangles.push([first, first + 1, first + 2]);
+            }
+        }
+        let mesh = Mesh { positions, triangles, ..Mesh::default() };
+        let before = area(&mesh);
+        let (mended, report) = cleaned(mesh, &mending());
+        assert_eq!(report.t_junctions_mended.vertices, 3 * count as u64, "{report}");
+        assert_eq!(report.t_junctions.vertices, 0, "{report}");
+        assert_eq!(mended.triangles.len(), 3 * (count + 1) + 1 + 3 * count);
+        assert!((area(&mended) - before).abs() < 1e-4);
+        assert!((0..mended.triangles.len()).all(|t| double_area(&mended, t).z > 1e-3), "none is flat or turned over");
+    }
+}
+
+#[test]
+fn a_wall_on_fine_ground_takes_all_of_its_vertices() {
+    let fine = crate::shapes::grid(50, |_, _| 0.0);
+    let wall = Mesh {
+        positions: vec![Vec3::ZERO, Vec3::Z, Vec3::new(0.0, 1.0, 1.0), Vec3::Y],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    };
+    let mut mesh = joined(&[fine, wall]);
+    let turn = glam::Quat::from_euler(glam::EulerRot::XYZ, 0.3, 0.9, -0.4);
+    mesh.positions.iter_mut().for_each(|p| *p = turn * *p + Vec3::new(0.3, -0.2, 5.0));
+    let before = (area(&mesh), mesh.triangles.len());
+    let (mended, report) = cleaned(mesh, &CleanParams { isolated_m: 0.0, ..CleanParams::modelled() });
+    assert_eq!((report.t_junctions_mended.vertices, report.t_junctions.vertices), (49, 0), "{report}");
+    assert_eq!(mended.triangles.len(), before.1 + 49);
+    assert!((area(&mended) - before.0).abs() < 1e-5);
+}
+
+#[test]
+fn a_sliver_that_would_be_turned_over_is_left() {
+    // a vertex within the weld's reach of the long edge, on the far side of the corner before it
+    let reach = 1.0e-3_f32;
+    let mesh = Mesh {
+        positions: vec![
+            Vec3::ZERO,
+            Vec3::X,
+            Vec3::new(0.5, 0.2 * reach, 0.0),
+            Vec3::new(0.0, -1.0, 0.0),
+            Vec3::new(0.45, 0.9 * reach, 0.0),
+            Vec3::new(1.0, -1.0, 0.0),
+        ],
+        triangles: vec![[0, 1, 2], [3, 5, 4]],
+        ..Mesh::default()
+    };
+    let (mended, report) = cleaned(mesh.clone(), &CleanParams { weld_m: reach, ..mending() });
+    assert_eq!((report.t_junctions_mended.vertices, report.t_junctions.vertices), (0, 1), "{report}");
+    assert_eq!((mended.triangles, mended.positions), (mesh.triangles, mesh.positions));
 }
