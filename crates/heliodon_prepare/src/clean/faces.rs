@@ -1,6 +1,6 @@
 //! Triangles that are none, and triangles that are there twice.
 
-use super::{CleanReport, DoubleWalls, Mark};
+use super::{CleanReport, DoubleWalls, Finding, Mark};
 use glam::Vec3;
 use heliodon_mesh::Mesh;
 use heliodon_mesh::topology::{Buckets, Edges, NOWHERE};
@@ -87,8 +87,11 @@ fn is_three(mesh: &Mesh, places: &[u32], t: usize) -> bool {
 /// A triangle by its places: the two higher ones, then twice its number, and one more if it runs the other way round.
 type Key = [u32; 3];
 
-/// Marks triangles at the same three places as an earlier one.
+/// Marks triangles at the same three places as an earlier one. Asked again it counts what is new, and double walls anew where they stay.
 pub(super) fn mark_repeated(mesh: &Mesh, places: &[u32], walls: DoubleWalls, report: &mut CleanReport) {
+    if walls == DoubleWalls::Keep {
+        report.double_walls = Finding::default();
+    }
     let marks = &report.marks;
     let buckets: Buckets<Key> = Buckets::new(places.len(), |give| {
         for (t, triangle) in mesh.triangles.iter().enumerate().filter(|(t, _)| !marks[*t].is_removed()) {

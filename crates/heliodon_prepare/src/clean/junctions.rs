@@ -3,6 +3,7 @@
 //!
 //! Only open edges and their ends count, which are few of a scan: with both in a grid of cells, each edge asks those that it runs through.
 
+use super::faces::is_flat;
 use super::rims::{self, Side};
 use super::{CleanReport, Mark, VertexFinding, double_area};
 use crate::topology::Cells;
@@ -11,6 +12,7 @@ use heliodon_math::frame::unit_or;
 use heliodon_mesh::Mesh;
 use heliodon_mesh::topology::Edges;
 use rayon::prelude::*;
+use std::collections::HashSet;
 
 /// A vertex in the middle of an edge is rounded by half of 1.2e-7 of its coordinates, and lies off the edge by up to twice of that: within this part of
 /// the largest coordinate it lies on it.
@@ -22,6 +24,10 @@ const REACHES: f64 = 4.0;
 
 /// Parting triangles can bring vertices to lie on further edges, where what is within the weld's reach is no straight line.
 const ROUNDS: usize = 4;
+/// As many are mended as there are triangles, and so many more.
+const FREE_JUNCTIONS: usize = 1 << 20;
+/// What edges can be asked of, with room.
+const MOST_TRIANGLES: usize = 600_000_000;
 
 /// A vertex on the inside of an edge: its place, and the triangle that has the edge, from which corner on.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -43,21 +49,28 @@ pub(super) fn mark(mesh: &Mesh, open: &[Side], weld_m: f32, report: &mut CleanRe
     report.t_junctions.first = found.first().map(|junction| mesh.positions[junction.place as usize].to_array());
 }
 
-/// Parts triangles at the vertices on their edges, so that both sides of an edge have the same. Vertices and triangles that this makes come last, each
-/// vertex at the place of the one that it meets, with what the edge has there.
-pub(super) fn mend(mesh: &mut Mesh, places: &mut Vec<u32>, weld_m: f32, report: &mut CleanReport) {
+/// Parts triangles at the vertices on their edges, so that both sides of an edge have the same; whether there were any. Vertices and triangles that this
+/// makes come last, each vertex at the place of the one that it meets, with what the edge has there.
+pub(super) fn mend(mesh: &mut Mesh, places: &mut Vec<u32>, weld_m: f32, report: &mut CleanReport) -> bool {
     let mut mended = Vec::new();
+    // each makes a vertex and a triangle; edges that overlap on one line have as many as their number squared
+    let mut left = mesh.triangles.len() + FREE_JUNCTIONS;
     for _ in 0..ROUNDS {
         let kept = |t: usize| !report.marks[t].is_removed();
         let open = rims::open(&Edges::new(&mesh.triangles, places, kept));
         let mut found = find(mesh, &open, weld_m);
-        found.sort_unstable_by_key(|junction| (junction.triangle, junction.corner));
+        if found.len() > left || mesh.triangles.len() + found.len() > MOST_TRIANGLES {
+            break;
+        }
+        left -= found.len();
+        found.sort_unstable_by_key(|&Junction { place, triangle, corner }| (triangle, corner, place));
         let before = mended.len();
         for of_triangle in found.chunk_by(|a, b| a.triangle == b.triangle) {
-            if part(mesh, places, of_triangle) {
+            let parted = part_somewhere(mesh, places, of_triangle);
+            if !parted.is_empty() {
                 let mark = &mut report.marks[of_triangle[0].triangle as usize];
                 *mark = Mark::TJunction.min(*mark);
-                mended.extend(of_triangle.iter().map(|junction| junction.place));
+                mended.extend(parted);
             }
         }
         report.marks.resize(mesh.triangles.len(), Mark::Kept);
@@ -69,9 +82,21 @@ pub(super) fn mend(mesh: &mut Mesh, places: &mut Vec<u32>, weld_m: f32, report: 
     mended.dedup();
     let first = mended.first().map(|&place| mesh.positions[place as usize].to_array());
     report.t_junctions_mended = VertexFinding { vertices: mended.len() as u64, first };
+    !mended.is_empty()
 }
 
-/// Parts a triangle at all vertices on its edges; not one so thin that a part of it would face the other way.
+/// Parts a triangle at all vertices on its edges or, where that would not do, at those of one edge; answers their places.
+fn part_somewhere(mesh: &mut Mesh, places: &mut Vec<u32>, junctions: &[Junction]) -> Vec<u32> {
+    // in a sharp corner a vertex may be within reach of both edges: it is taken for the first one's
+    let mut met = HashSet::new();
+    let once: Vec<Junction> = junctions.iter().filter(|junction| met.insert(junction.place)).copied().collect();
+    let edges = once.chunk_by(|a, b| a.corner == b.corner);
+    let tried = std::iter::once(&once[..]).chain(edges);
+    let parted = tried.into_iter().find(|junctions| part(mesh, places, junctions));
+    parted.map_or_else(Vec::new, |junctions| junctions.iter().map(|junction| junction.place).collect())
+}
+
+/// Parts a triangle at vertices on its edges; not where a part of it would be flat or face the other way.
 fn part(mesh: &mut Mesh, places: &mut Vec<u32>, junctions: &[Junction]) -> bool {
     let triangle = junctions[0].triangle as usize;
     let corners = mesh.triangles[triangle];
@@ -93,11 +118,12 @@ fn part(mesh: &mut Mesh, places: &mut Vec<u32>, junctions: &[Junction]) -> bool 
     }
     let parts = parts(corners, on_edges);
     let facing = double_area(mesh, triangle);
-    let of_part = |part: &[u32; 3]| {
-        let [a, b, c] = part.map(|vertex| mesh.positions[vertex as usize].as_dvec3());
-        (b - a).cross(c - a)
+    let is_good = |part: &[u32; 3]| {
+        let corners = part.map(|vertex| mesh.positions[vertex as usize]);
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        (b - a).cross(c - a).dot(facing) > 0.0 && !is_flat(corners)
     };
-    if !parts.iter().all(|part| of_part(part).dot(facing) > 0.0) {
+    if !parts.iter().all(is_good) {
         mesh.positions.truncate(before);
         mesh.normals.truncate(before);
         mesh.uvs.truncate(before);
@@ -127,8 +153,8 @@ fn push_between(mesh: &mut Mesh, [a, b]: [usize; 2], share: f32, place: u32) {
     }
 }
 
-/// The triangles of a triangle with vertices on its edges, from corner to corner in order. None is flat: each edge is taken in turn, and what lies on it fans
-/// out from the corner before it.
+/// The triangles of a triangle with vertices on its edges, from corner to corner in order: each edge is taken in turn, and what lies on it fans out from the
+/// corner opposite, so that none has all its corners on one edge.
 fn parts(corners: [u32; 3], on_edges: [Vec<u32>; 3]) -> Vec<[u32; 3]> {
     let mut parts = Vec::new();
     let mut left = vec![(corners, on_edges)];

@@ -71,7 +71,7 @@ pub struct CleanParams {
     pub double_walls: DoubleWalls,
     /// What becomes of wrong windings.
     pub winding: Winding,
-    /// What becomes of T-junctions. Mending them takes another look at all edges.
+    /// What becomes of T-junctions. Mending them takes another look at all edges; an edge is bent onto a vertex by [`CleanParams::weld_m`] at most.
     pub t_junctions: TJunctions,
     /// Vertices at one place with the same texture coordinates and colour become one where their normals differ by less, in radians.
     /// More leaves fewer vertices and blurs creases.
@@ -121,7 +121,8 @@ mod share {
 }
 
 /// Cleans a mesh in place, and tells what it found and did. The mesh is valid ([`Mesh::validate`]) after it if its arrays have the
-/// right lengths and its textures are whole: attributes that are not finite or out of range are mended. Cleaning twice is cleaning once.
+/// right lengths and its textures are whole: attributes that are not finite or out of range are mended. Cleaning twice is cleaning once where no
+/// T-junction is mended.
 ///
 /// # Panics
 /// Where a triangle names a vertex that does not exist, an array has a wrong length, or there are 2^31 vertices or 700 million triangles.
@@ -178,14 +179,15 @@ impl Cleaning {
                 faces::mark_repeated(mesh, of_vertices, params.double_walls, report);
                 tell.done(share::SINGLE);
                 faces::peel_flat(mesh, of_vertices, report);
+                if params.t_junctions == TJunctions::Mend && junctions::mend(mesh, of_vertices, params.weld_m, report) {
+                    // what was parted may be what stood beside it
+                    faces::mark_repeated(mesh, of_vertices, params.double_walls, report);
+                }
                 tell.done(share::EVEN);
                 parts::mark_isolated(mesh, of_vertices, params.isolated_m, report);
                 tell.done(share::JOINED);
             }
             2 => {
-                if params.t_junctions == TJunctions::Mend {
-                    junctions::mend(mesh, of_vertices, params.weld_m, report);
-                }
                 let edges = winding::mend(mesh, of_vertices, params, tell, report);
                 let open = rims::mark(mesh, of_vertices, &edges, report);
                 drop(edges);

@@ -259,7 +259,7 @@ impl fmt::Display for CleanReport {
             VertexFinding { vertices, first: Some([x, y, z]) } => {
                 write!(
                     f,
-                    "\n  {vertices} vertices on the inside of such edges (T-junctions){what}, first at ({x:.3}, {y:.3}, {z:.3})"
+                    "\n  {vertices} vertices on the inside of edges without a neighbour (T-junctions){what}, first at ({x:.3}, {y:.3}, {z:.3})"
                 )
             }
             VertexFinding { first: None, .. } => Ok(()),

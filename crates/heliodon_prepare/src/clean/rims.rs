@@ -4,7 +4,7 @@ use super::{CleanReport, Mark};
 use heliodon_mesh::Mesh;
 use heliodon_mesh::topology::{Edges, HalfEdge, UnionFind};
 
-/// An edge without a neighbour: its places, and the triangle that has it, from which corner on.
+/// An edge without a neighbour: its places, and the triangle that has it, from which corner on as long as the triangle is not turned.
 pub(super) struct Side {
     pub ends: [u32; 2],
     pub triangle: u32,

@@ -265,15 +265,20 @@ fn the_hostile_corpus_is_survived() {
             let hostile::Hostile { scene, .. } = hostile::Hostile { name, scene: scene.clone() };
             let mut mesh =
                 Mesh { positions: scene.positions, normals: scene.normals, triangles: scene.triangles, ..Mesh::default() };
+            let mut parted = mesh.clone();
             clean(&mut mesh, &CleanParams { weld_m, isolated_m: 0.1, ..CleanParams::default() });
             mesh.validate().unwrap_or_else(|error| panic!("{name}: {error}"));
+            let report = clean(&mut parted, &CleanParams { weld_m, ..mending() });
+            parted.validate().unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert_eq!(report.marks.len() as u64, report.triangles_before, "{name}");
         }
     }
 }
 
 #[test]
 fn threads_do_not_change_anything() {
-    let mesh = soup(&joined(&[moebius(100), cube(Vec3::ZERO, Vec3::ONE), cube(Vec3::X, Vec3::ONE + Vec3::X)]));
+    let boxes = [cube(Vec3::ZERO, Vec3::ONE), cube(Vec3::X, Vec3::ONE + Vec3::X), with_a_t_junction()];
+    let mesh = soup(&joined(&[moebius(100), joined(&boxes)]));
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let (mesh, report) = pool.install(|| cleaned(mesh.clone(), &CleanParams::modelled()));
@@ -334,6 +339,21 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) })]
+
+    #[test]
+    fn whatever_is_parted_is_a_mesh(mut mesh in garbage(), weld in 0..3_u8, isolated in 0..3_u8) {
+        let (weld_m, isolated_m) = ([0.0, 5.0e-3, 1.0][usize::from(weld)], [0.0, 1.0, 3.0][usize::from(isolated)]);
+        let before = mesh.triangles.len();
+        let report = clean(&mut mesh, &CleanParams { weld_m, isolated_m, ..mending() });
+        prop_assert!(mesh.validate().is_ok());
+        prop_assert_eq!(report.marks.len(), before);
+        let kept = report.marks.iter().filter(|mark| !mark.is_removed()).count();
+        prop_assert!(report.t_junctions_mended.vertices > 0 || kept == mesh.triangles.len());
+    }
+}
+
 /// A box of which one edge has a vertex more on one side than on the other.
 fn with_a_t_junction() -> Mesh {
     let mut mesh = cube(Vec3::ZERO, Vec3::ONE);
@@ -360,7 +380,7 @@ fn a_t_junction_is_counted_placed_and_coloured() {
     assert!(t != 0 && mesh.triangles[t].contains(&a) && !mesh.triangles[t].contains(&8), "its other side");
     assert!(mesh.triangles[12].contains(&b) && report.marks[12] == Mark::Open);
     let told = report.to_string();
-    assert!(told.contains("1 vertices on the inside of such edges (T-junctions), first at ("), "{told}");
+    assert!(told.contains("1 vertices on the inside of edges without a neighbour (T-junctions), first at ("), "{told}");
     let json = serde_json::to_value(&report).unwrap();
     assert_eq!(json["t_junctions"]["vertices"], 1);
     assert!(paint(&mesh, &report.marks).colors_linear.contains(&color(Mark::TJunction)));
@@ -422,7 +442,10 @@ fn a_body_that_is_open_at_a_t_junction_alone_is_closed() {
     assert!((volume(&mended) - 1.0).abs() < 1e-6 && (area(&mended) - 6.0).abs() < 1e-6);
     // the second part is of the first one's stone
     assert_eq!(mended.triangle_material[13], mesh.triangle_material[parted]);
-    assert!(report.to_string().contains("1 vertices on the inside of such edges (T-junctions), mended by parting"), "{report}");
+    assert!(
+        report.to_string().contains("1 vertices on the inside of edges without a neighbour (T-junctions), mended by parting"),
+        "{report}"
+    );
     assert!(paint(&mesh, &report.marks).colors_linear.contains(&color(Mark::TJunction)));
     let (again, report) = cleaned(mended.clone(), &mending());
     assert_eq!((again.triangles, report.t_junctions_mended.vertices), (mended.triangles, 0));
@@ -519,4 +542,42 @@ fn a_sliver_that_would_be_turned_over_is_left() {
     let (mended, report) = cleaned(mesh.clone(), &CleanParams { weld_m: reach, ..mending() });
     assert_eq!((report.t_junctions_mended.vertices, report.t_junctions.vertices), (0, 1), "{report}");
     assert_eq!((mended.triangles, mended.positions), (mesh.triangles, mesh.positions));
+}
+
+#[test]
+fn dust_that_fills_a_gap_between_junctions_stays_and_doubles_go() {
+    // a small triangle whose corners lie inside the edges of those around it is none of the dust
+    let [a, b, c] = [Vec3::ZERO, Vec3::X * 4.0, Vec3::Y * 4.0];
+    let [p, q, r] = [a.lerp(b, 0.5), b.lerp(c, 0.5), c.lerp(a, 0.5)];
+    let around = |from: Vec3, to: Vec3, out: Vec3| [from, out, to];
+    let inner = [[p, q, r]];
+    let ring = [
+        around(p.lerp(q, -0.5), p.lerp(q, 1.5), b),
+        around(q.lerp(r, -0.5), q.lerp(r, 1.5), c),
+        around(r.lerp(p, -0.5), r.lerp(p, 1.5), a),
+    ];
+    let corners: Vec<Vec3> = inner.iter().chain(&ring).flatten().copied().collect();
+    let triangles = (0..4).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+    let mesh = Mesh { positions: corners, triangles, ..Mesh::default() };
+    let kept = |params: CleanParams| cleaned(mesh.clone(), &CleanParams { isolated_m: 4.0, ..params }).1.isolated.triangles;
+    assert_eq!((kept(CleanParams::default()), kept(mending())), (1, 0));
+    // a triangle and its half
+    let double = Mesh { positions: vec![a, b, c, p], triangles: vec![[0, 1, 2], [3, 1, 2]], ..Mesh::default() };
+    let (left, report) = cleaned(double, &mending());
+    assert_eq!((report.t_junctions_mended.vertices, report.duplicate.triangles, left.triangles.len()), (1, 1, 2), "{report}");
+}
+
+#[test]
+fn junctions_that_would_be_too_many_are_told_only() {
+    // edges that overlap on a line have each other's ends on them
+    let positions = (1..1800).flat_map(|i| {
+        let x = i as f32;
+        [Vec3::new(-x, 0.0, 0.0), Vec3::new(x, 0.0, 0.0), Vec3::new(0.0, 1.0, x)]
+    });
+    let positions: Vec<Vec3> = positions.collect();
+    let triangles: Vec<[u32; 3]> = (0..positions.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+    let mesh = Mesh { positions, triangles, ..Mesh::default() };
+    let (left, report) = cleaned(mesh.clone(), &mending());
+    assert_eq!((report.t_junctions_mended.vertices, left.triangles.len()), (0, mesh.triangles.len()));
+    assert!(report.t_junctions.vertices > 3000, "{report}");
 }
