@@ -91,13 +91,13 @@ fn part_somewhere(mesh: &mut Mesh, places: &mut Vec<u32>, junctions: &[Junction]
     let mut met = HashSet::new();
     let once: Vec<Junction> = junctions.iter().filter(|junction| met.insert(junction.place)).copied().collect();
     let edges = once.chunk_by(|a, b| a.corner == b.corner);
-    let tried = std::iter::once(&once[..]).chain(edges);
-    let parted = tried.into_iter().find(|junctions| part(mesh, places, junctions));
-    parted.map_or_else(Vec::new, |junctions| junctions.iter().map(|junction| junction.place).collect())
+    let mut tried = std::iter::once(&once[..]).chain(edges);
+    tried.find_map(|junctions| part(mesh, places, junctions)).unwrap_or_default()
 }
 
-/// Parts a triangle at vertices on its edges; not where a part of it would be flat or face the other way.
-fn part(mesh: &mut Mesh, places: &mut Vec<u32>, junctions: &[Junction]) -> bool {
+/// Parts a triangle at vertices on its edges, and answers their places; not at those that are too near a corner or one another for a part that is not flat,
+/// nor at all where a part would face the other way.
+fn part(mesh: &mut Mesh, places: &mut Vec<u32>, junctions: &[Junction]) -> Option<Vec<u32>> {
     let triangle = junctions[0].triangle as usize;
     let corners = mesh.triangles[triangle];
     let before = mesh.positions.len();
@@ -110,12 +110,24 @@ fn part(mesh: &mut Mesh, places: &mut Vec<u32>, junctions: &[Junction]) -> bool 
         let of_edge = junctions.iter().filter(|junction| usize::from(junction.corner) == corner);
         let mut shares: Vec<(f64, u32)> = of_edge.map(|junction| (share(junction.place), junction.place)).collect();
         shares.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let position = |vertex: u32| mesh.positions[vertex as usize];
+        let [begin, end, opposite] = [0, 1, 2].map(|k| position(corners[(corner + k) % 3]));
+        let mut last = begin;
+        shares.retain(|&(_, place)| {
+            let is_apart = !is_flat([last, position(place), opposite]);
+            if is_apart {
+                last = position(place);
+            }
+            is_apart
+        });
+        while shares.pop_if(|(_, place)| is_flat([position(*place), end, opposite])).is_some() {}
         for (share, place) in shares {
             on_edge.push(mesh.positions.len() as u32);
             push_between(mesh, ends, share as f32, place);
             places.push(place);
         }
     }
+    let parted = places[before..].to_vec();
     let parts = parts(corners, on_edges);
     let facing = double_area(mesh, triangle);
     let is_good = |part: &[u32; 3]| {
@@ -123,20 +135,20 @@ fn part(mesh: &mut Mesh, places: &mut Vec<u32>, junctions: &[Junction]) -> bool 
         let [a, b, c] = corners.map(Vec3::as_dvec3);
         (b - a).cross(c - a).dot(facing) > 0.0 && !is_flat(corners)
     };
-    if !parts.iter().all(is_good) {
+    if parted.is_empty() || !parts.iter().all(is_good) {
         mesh.positions.truncate(before);
         mesh.normals.truncate(before);
         mesh.uvs.truncate(before);
         mesh.colors_linear.truncate(before);
         places.truncate(before);
-        return false;
+        return None;
     }
     mesh.triangles[triangle] = parts[0];
     mesh.triangles.extend_from_slice(&parts[1..]);
     if let Some(&material) = mesh.triangle_material.get(triangle) {
         mesh.triangle_material.extend(std::iter::repeat_n(material, parts.len() - 1));
     }
-    true
+    Some(parted)
 }
 
 /// Appends a vertex at a place, with what lies between two vertices there.

@@ -581,3 +581,24 @@ fn junctions_that_would_be_too_many_are_told_only() {
     assert_eq!((report.t_junctions_mended.vertices, left.triangles.len()), (0, mesh.triangles.len()));
     assert!(report.t_junctions.vertices > 3000, "{report}");
 }
+
+#[test]
+fn a_vertex_too_near_a_corner_does_not_keep_the_others_of_its_edge() {
+    // five metres of edge, with a vertex in the middle and one eight micrometres before the corner
+    let corner = |x: f32, y: f32| Vec3::new(x, y, 0.0);
+    let near = 5.0 - 8.0e-6;
+    let positions = vec![
+        corner(0.0, 0.0),
+        corner(5.0, 0.0),
+        corner(0.0, 5.0),
+        corner(0.0, -3.0),
+        corner(2.5, 0.0),
+        corner(near, 0.0),
+        corner(2.5, -3.0),
+    ];
+    let mesh = Mesh { positions, triangles: vec![[0, 1, 2], [0, 3, 4], [4, 6, 5]], ..Mesh::default() };
+    let (mended, report) = cleaned(mesh, &mending());
+    let told = (report.t_junctions_mended.first, report.t_junctions.first);
+    assert_eq!(told, (Some([2.5, 0.0, 0.0]), Some([near, 0.0, 0.0])), "{report}");
+    assert_eq!((report.t_junctions_mended.vertices, report.t_junctions.vertices, mended.triangles.len()), (1, 1, 4));
+}
