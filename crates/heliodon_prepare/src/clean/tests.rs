@@ -401,18 +401,22 @@ fn t_junctions_are_found_within_the_weld_s_reach_and_wherever_the_mesh_is() {
     assert_eq!(count(Vec3::new(1234.567, -876.543, 999.321), Vec3::ZERO, 0.0), 1);
 }
 
-#[test]
-fn a_long_edge_beside_many_short_ones_has_all_of_their_vertices() {
-    // a wall of two triangles on the rim of finely divided ground, askew
-    let fine = crate::shapes::grid(200, |_, _| 0.0);
+/// A wall of two triangles on the rim of ground of `parts` by `parts` squares, askew.
+fn wall_on_ground(parts: u32) -> Mesh {
     let wall = Mesh {
         positions: vec![Vec3::ZERO, Vec3::Z, Vec3::new(0.0, 1.0, 1.0), Vec3::Y],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         ..Mesh::default()
     };
-    let mut mesh = joined(&[fine, wall]);
+    let mut mesh = joined(&[crate::shapes::grid(parts, |_, _| 0.0), wall]);
     let turn = glam::Quat::from_euler(glam::EulerRot::XYZ, 0.3, 0.9, -0.4);
     mesh.positions.iter_mut().for_each(|p| *p = turn * *p + Vec3::new(0.3, -0.2, 5.0));
+    mesh
+}
+
+#[test]
+fn a_long_edge_beside_many_short_ones_has_all_of_their_vertices() {
+    let mesh = wall_on_ground(200);
     let (_, report) = cleaned(mesh, &CleanParams { weld_m: 1.0e-5, ..CleanParams::default() });
     assert_eq!(report.t_junctions.vertices, 199, "{report}");
 }
@@ -507,15 +511,7 @@ fn edges_with_vertices_on_all_sides_are_parted_into_triangles_with_area() {
 
 #[test]
 fn a_wall_on_fine_ground_takes_all_of_its_vertices() {
-    let fine = crate::shapes::grid(50, |_, _| 0.0);
-    let wall = Mesh {
-        positions: vec![Vec3::ZERO, Vec3::Z, Vec3::new(0.0, 1.0, 1.0), Vec3::Y],
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        ..Mesh::default()
-    };
-    let mut mesh = joined(&[fine, wall]);
-    let turn = glam::Quat::from_euler(glam::EulerRot::XYZ, 0.3, 0.9, -0.4);
-    mesh.positions.iter_mut().for_each(|p| *p = turn * *p + Vec3::new(0.3, -0.2, 5.0));
+    let mesh = wall_on_ground(50);
     let before = (area(&mesh), mesh.triangles.len());
     let (mended, report) = cleaned(mesh, &CleanParams { isolated_m: 0.0, ..CleanParams::modelled() });
     assert_eq!((report.t_junctions_mended.vertices, report.t_junctions.vertices), (49, 0), "{report}");

@@ -39,16 +39,9 @@ pub fn all() -> [Compressed; 3] {
         points: 650,
         triangles: 1152,
         position_bits: 12,
-        is_colored: false,
+        ..seams
     };
-    let colors = Compressed {
-        name: "colors",
-        stream: include_bytes!("colors.drc"),
-        points: 81,
-        triangles: 128,
-        position_bits: 14,
-        is_colored: true,
-    };
+    let colors = Compressed { name: "colors", stream: include_bytes!("colors.drc"), points: 81, is_colored: true, ..seams };
     [seams, valence, colors]
 }
 
