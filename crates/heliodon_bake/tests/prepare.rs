@@ -225,6 +225,31 @@ fn more_is_simplified_until_the_number_fits() {
 }
 
 #[test]
+fn the_error_alone_limits_simplification_where_nothing_is_said_of_edges() {
+    let folder = site(&format!("{PREPARE}error_px = 0.5\nedge_px = 0\npurge = false\n"));
+    let report = prepared(folder.path());
+    let [ground, wall, _] = &report.parts[..] else { panic!("{report}") };
+    assert!(ground.split.is_none() && ground.triangles_drawn == 2, "{report}");
+    assert!(4 * wall.triangles_drawn < wall.triangles_read && wall.triangles_drawn > 2, "{report}");
+    assert!(report.to_string().contains("simplified to 0.50 px of error and edges of 7.5 px"), "{report}");
+
+    let folder = site(&format!("{PREPARE}error_m = 0.02\n"));
+    let text = fs::read_to_string(folder.path().join("site.toml")).unwrap();
+    let (before, room) = text.split_once("[[room]]").unwrap();
+    let (_, after) = room.split_once("[display]").unwrap();
+    fs::write(folder.path().join("site.toml"), format!("{before}[display]{after}")).unwrap();
+    let report = prepared(folder.path());
+    let [ground, wall, _] = &report.parts[..] else { panic!("{report}") };
+    assert!(ground.split.is_none() && ground.triangles_drawn == 2, "{report}");
+    assert!(4 * wall.triangles_drawn < wall.triangles_read && wall.triangles_drawn > 200, "{report}");
+    assert!(f64::from(wall.error.unwrap().from_original.max_m) <= wall.error_m, "{report}");
+    let told = report.to_string();
+    for words in ["simplified to 0.0200 m of error and edges of 0.300 m", "off the original by 0.0000 m in the mean"] {
+        assert!(told.contains(words) && !told.contains(" px"), "`{words}` in\n{told}");
+    }
+}
+
+#[test]
 fn a_scan_that_was_thinned_out_before_is_split_for_its_light() {
     let folder = site(PREPARE);
     fs::write(folder.path().join("wall.obj"), sheet(Vec3::new(30.0, 0.0, -3.0), Vec3::Z * 6.0, Vec3::Y * 4.0, 1)).unwrap();

@@ -397,18 +397,14 @@ impl BundleSummary {
                 thousands(became.triangles_drawn),
                 thousands(became.triangles_hidden)
             )?;
-            writeln!(f, "    simplified to {:.2} px of error and edges of {:.1} px", became.error_px, became.edge_px)?;
             if !became.found.is_empty() {
                 let found =
                     became.found.iter().map(|(what, count)| format!("{} {}", thousands(*count), what.replace('_', " ")));
                 writeln!(f, "    found by cleaning: {}", found.collect::<Vec<_>>().join(", "))?;
             }
             if let Some(error) = &became.error {
-                writeln!(
-                    f,
-                    "    off the original by {:.2} px in the mean, {:.2} px at the 95th percentile, {:.1} px ({:.4} m) at most",
-                    error.mean_px, error.p95_px, error.max_px, error.max_m
-                )?;
+                writeln!(f, "    simplified to {}", became.limits())?;
+                writeln!(f, "    off the original by {error}")?;
             }
         }
         if let Some(purge) = &prepared.purge {

@@ -4,6 +4,7 @@ use crate::site::{SITE_FILE_NAME, Site};
 use crate::storage::StoredFile;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -34,15 +35,39 @@ pub struct PreparedPart {
     pub triangles_drawn: u64,
     /// Triangles that nobody sees, which only hold the light that they reflect.
     pub triangles_hidden: u64,
-    /// The error that was allowed in the end, pixels of the display: as `[prepare]` says, or more where the number of triangles wanted it.
+    /// The error that was allowed in the end, pixels of the display: as `[prepare]` says, or more where the number of triangles wanted it; 0 without rooms.
     pub error_px: f64,
-    /// The edge that was allowed in the end, in the same pixels.
+    /// The edge that was allowed in the end, in the same pixels; 0 without rooms.
     pub edge_px: f64,
+    /// As `error_px` of a site without rooms, metres; 0 with any.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub error_m: f64,
+    /// As `edge_px` of a site without rooms, metres; 0 with any.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub edge_m: f64,
     /// How often cleaning found each kind of fault; those that it did not find are left out.
     pub found: BTreeMap<String, u64>,
     /// How far what was simplified is off the original, where it was measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<MeasuredError>,
+}
+
+impl PreparedPart {
+    /// The limits of simplification in words, in pixels or, without rooms, in metres.
+    #[must_use]
+    pub fn limits(&self) -> String {
+        let Self { error_px, edge_px, error_m, edge_m, .. } = self;
+        if *error_m > 0.0 {
+            format!("{error_m:.4} m of error and edges of {edge_m:.3} m")
+        } else {
+            format!("{error_px:.2} px of error and edges of {edge_px:.1} px")
+        }
+    }
+}
+
+/// Manifests of sites with rooms are as they were before there were limits in metres.
+fn is_zero(length_m: &f64) -> bool {
+    *length_m == 0.0
 }
 
 /// How far the original's vertices are off what is drawn.
@@ -59,6 +84,20 @@ pub struct MeasuredError {
     pub mean_m: f64,
     /// The greatest, metres.
     pub max_m: f64,
+}
+
+impl fmt::Display for MeasuredError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { mean_px, p95_px, max_px, mean_m, max_m } = self;
+        if *max_px > 0.0 {
+            write!(
+                f,
+                "{mean_px:.2} px in the mean, {p95_px:.2} px at the 95th percentile, {max_px:.1} px ({max_m:.4} m) at most"
+            )
+        } else {
+            write!(f, "{mean_m:.4} m in the mean, {max_m:.4} m at most")
+        }
+    }
 }
 
 /// Frames from random eyes with what nobody sees and without it.

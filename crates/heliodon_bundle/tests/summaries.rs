@@ -67,6 +67,8 @@ fn what_became_of_the_parts_is_kept_and_told() {
         triangles_hidden: 1,
         error_px: 1.5,
         edge_px: 7.5,
+        error_m: 0.0,
+        edge_m: 0.0,
         found: [("degenerate".to_owned(), 2), ("open_edges".to_owned(), 1700)].into(),
         error: Some(MeasuredError { mean_px: 0.125, p95_px: 0.5, max_px: 2.0, mean_m: 0.001, max_m: 0.25 }),
     };
@@ -98,6 +100,11 @@ fn what_became_of_the_parts_is_kept_and_told() {
     ] {
         assert!(text.contains(words), "`{words}` is not in\n{text}");
     }
+    // without rooms there are no pixels
+    let error = MeasuredError { mean_m: 0.001, max_m: 0.25, ..MeasuredError::default() };
+    let metres = PreparedPart { error_m: 0.02, edge_m: 0.3, error: Some(error), ..PreparedPart::default() };
+    assert_eq!(metres.limits(), "0.0200 m of error and edges of 0.300 m");
+    assert_eq!(error.to_string(), "0.0010 m in the mean, 0.2500 m at most");
     // what contradicts itself is refused
     let short = written("short", Prepared { parts: vec![part(3, 3)], ..prepared });
     assert!(BundleReader::open(&short).unwrap_err().to_string().contains("more or fewer parts"));

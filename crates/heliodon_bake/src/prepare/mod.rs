@@ -213,17 +213,15 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
     warnings.extend(empty_parts(work, &report)?);
     warnings.extend(small_parts(work, &meshes));
     let vertex_ends: Vec<usize> = ends.iter().map(|end| end.0).collect();
-    let times_split = |part: &PartReport| if work.settings.edge_px > 0.0 { part.edge_px / work.settings.edge_px } else { 1.0 };
     let grained = report
         .parts
         .iter()
         .zip(&work.site.parts)
-        .map(|(of_part, part)| Grained { is_ground: part.role == Role::Ground, times_split: times_split(of_part).max(1.0) });
+        .map(|(of_part, part)| Grained { is_ground: part.role == Role::Ground, times_split: of_part.times_split });
     let (params, mut steps) = fit(work, &mut meshes, (grained.collect(), &borders), &original.positions, &vertex_ends)?;
     report.steps.append(&mut steps);
     for (of_part, params) in report.parts.iter_mut().zip(&params) {
-        of_part.error_px = f64::from(params.error_px);
-        of_part.edge_px = of_part.edge_px.max(f64::from(params.edge_px));
+        of_part.tell_limits(work.settings, params, !work.views.cells.is_empty());
     }
     let (mut keep, is_seen) = match seen(work, &meshes)? {
         Some(mut seen) => {

@@ -20,8 +20,8 @@ use heliodon_mesh::{Mesh, MeshError};
 use heliodon_prepare::borders::BorderReport;
 use heliodon_prepare::clean::{self, CleanParams, CleanReport, Finding, TJunctions};
 use heliodon_prepare::simplify::{
-    Averages, MeasureReport, SimplifyParams, SimplifyReport, averages, measure_resuming, nearest_triangles_resuming,
-    simplify_resuming,
+    Averages, COARSEST_EDGE, MeasureReport, SimplifyParams, SimplifyReport, averages, measure_resuming,
+    nearest_triangles_resuming, simplify_resuming,
 };
 use heliodon_prepare::solids::{SolidsParams, SolidsReport, unite_resuming};
 use heliodon_prepare::split::{SplitError, SplitReport, split_telling};
@@ -61,10 +61,16 @@ pub struct PartReport {
     pub triangles_original: u64,
     /// What simplification did.
     pub simplify: Option<SimplifyReport>,
-    /// The error that was allowed in the end, pixels: as the site says, or more where the number of triangles wanted it.
+    /// By how many times longer than the site says splitting let edges be, so that ground does not become too many triangles; 1 for everything else.
+    pub times_split: f64,
+    /// The error that was allowed in the end, pixels: as the site says, or more where the number of triangles wanted it; 0 without rooms.
     pub error_px: f64,
-    /// The edge that was allowed in the end, pixels: of splitting or of simplification, whichever is longer.
+    /// The edge that was allowed in the end, pixels: of splitting or of simplification, whichever is longer; 0 without rooms.
     pub edge_px: f64,
+    /// As `error_px` of a site without rooms, metres; 0 with any.
+    pub error_m: f64,
+    /// As `edge_px` of a site without rooms, metres; 0 with any.
+    pub edge_m: f64,
     /// How far the result is off the original.
     pub error: Option<MeasureReport>,
     /// What is not drawn since it lies within solids of all parts together, or between two that touch.
@@ -79,13 +85,33 @@ pub struct PartReport {
 
 /// How the site wants stone simplified.
 pub(super) fn simplify_params(settings: &Prepare) -> SimplifyParams {
+    let [error_px, error_m] = [settings.error_px, settings.error_m.unwrap_or(0.0)].map(|error| error as f32);
+    // where nothing is said of edges the error alone decides
+    let edge = |asked: f64, error: f32| if asked > 0.0 { asked as f32 } else { COARSEST_EDGE * error };
     SimplifyParams {
-        error_px: settings.error_px as f32,
-        edge_px: settings.edge_px as f32,
+        error_px,
+        edge_px: edge(settings.edge_px, error_px),
         nearest_m: settings.nearest_m as f32,
-        error_m: settings.error_m.unwrap_or(0.0) as f32,
-        edge_m: settings.edge_m.unwrap_or(0.0) as f32,
+        error_m,
+        edge_m: edge(asked_edge_m(settings), error_m),
         ..SimplifyParams::screen()
+    }
+}
+
+/// How long edges may be where there are no rooms, metres; 0 where nothing is said.
+fn asked_edge_m(settings: &Prepare) -> f64 {
+    settings.edge_m.unwrap_or(0.0)
+}
+
+impl PartReport {
+    /// Tells with what limits the part was simplified in the end, in a site with or without rooms.
+    pub(super) fn tell_limits(&mut self, settings: &Prepare, params: &SimplifyParams, with_rooms: bool) {
+        let longer = |asked: f64, simplified: f32| (self.times_split * asked).max(f64::from(simplified));
+        if with_rooms {
+            (self.error_px, self.edge_px) = (f64::from(params.error_px), longer(settings.edge_px, params.edge_px));
+        } else {
+            (self.error_m, self.edge_m) = (f64::from(params.error_m), longer(asked_edge_m(settings), params.edge_m));
+        }
     }
 }
 
@@ -308,7 +334,7 @@ fn make_whole(work: &Work, index: usize) -> Result<Whole, BakeError> {
         report.steps.append(&mut steps.taken);
         split
     };
-    (report.split, report.edge_px) = (split, settings.edge_px * f64::from(times));
+    (report.split, report.times_split) = (split, f64::from(times));
     report.triangles_original = mesh.triangles.len() as u64;
     Ok(Whole { mesh, warnings, report })
 }
@@ -324,11 +350,11 @@ pub(super) struct Grain<'a> {
 impl<'a> Grain<'a> {
     /// Of a part of so many triangles; none where nothing is split.
     pub fn new(triangles: usize, role: Role, settings: &Prepare, views: &'a Views) -> Option<Self> {
-        let params = simplify_params(settings);
-        let grain = Self { params, views, most: None };
-        if grain.target_m(Vec3::ZERO) <= 0.0 {
+        let asked = if views.cells.is_empty() { asked_edge_m(settings) } else { settings.edge_px };
+        if asked <= 0.0 {
             return None;
         }
+        let grain = Self { params: simplify_params(settings), views, most: None };
         // what the number of triangles takes away again need not be made; through windows little of it may be seen
         let around = !views.cells.is_empty() && views.cells.iter().all(|cell| cell.windows.is_empty());
         let wanted = usize::try_from(settings.triangles).unwrap_or(usize::MAX);

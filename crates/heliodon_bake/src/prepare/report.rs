@@ -81,6 +81,8 @@ impl PartReport {
             triangles_hidden: self.triangles_hidden,
             error_px: self.error_px,
             edge_px: self.edge_px,
+            error_m: self.error_m,
+            edge_m: self.edge_m,
             found: self.clean.as_ref().map_or_else(BTreeMap::new, found),
             error: self.error.as_ref().map(off),
         }
@@ -145,18 +147,11 @@ impl fmt::Display for PartReport {
         if let Some(borders) = &self.borders {
             writeln!(f, "  borders: {borders}")?;
         }
-        if let (Some(simplify), Some(error)) = (&self.simplify, &self.error) {
-            let off = &error.from_original;
-            writeln!(
-                f,
-                "  simplified to {:.2} px of error and edges of {:.1} px: {} triangles, now {}",
-                self.error_px, self.edge_px, simplify.triangles_before, simplify.triangles_after
-            )?;
-            writeln!(
-                f,
-                "  off the original by {:.2} px in the mean, {:.2} px at the 95th percentile, {:.1} px ({:.4} m) at most",
-                off.mean_px, off.p95_px, off.max_px, off.max_m
-            )?;
+        let lineage = self.lineage();
+        if let (Some(simplify), Some(error)) = (&self.simplify, &lineage.error) {
+            let (limits, [before, after]) = (lineage.limits(), [simplify.triangles_before, simplify.triangles_after]);
+            writeln!(f, "  simplified to {limits}: {before} triangles, now {after}")?;
+            writeln!(f, "  off the original by {error}")?;
         }
         if let Some([x, y, z]) = self.buried.first {
             let Finding { triangles, area_m2, .. } = self.buried;

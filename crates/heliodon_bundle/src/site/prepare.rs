@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Prepare {
-    /// Whether vertices are welded and degenerate, doubled and loose faces dropped.
+    /// Whether vertices are welded, degenerate and doubled faces dropped, loose pieces too where `isolated_m` says so, and T-junctions of fillings and props mended.
     pub clean: bool,
-    /// Vertices nearer than this become one, metres. 0 joins only those at the same place.
+    /// Vertices nearer than this become one, metres. 0 joins only those at the same place, and of all but scans those within 0.01 mm.
     #[schemars(range(min = 0, max = 1))]
     pub weld_m: f64,
     /// Loose pieces whose box has a smaller diagonal than this are left out, metres. 0 keeps all.
@@ -25,7 +25,8 @@ pub struct Prepare {
     #[schemars(range(min = 0, max = 100))]
     pub error_px: f64,
     /// The edge length, in the same pixels, that triangles are simplified to, and that larger ones are split to: light is stored at
-    /// vertices, so this is the grain of shadows. Parts that are lit by texels are not split. 0 splits nothing, and lets flat walls become two triangles.
+    /// vertices, so this is the grain of shadows. Parts that are lit by texels are not split. 0 splits nothing, and lets
+    /// edges grow as long as `error_px` allows, to fifteen times that.
     #[schemars(range(min = 0, max = 1000))]
     pub edge_px: f64,
     /// No eye is taken to come nearer to stone than this, metres: what lies in a room has no finer grain.
@@ -35,7 +36,8 @@ pub struct Prepare {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 1000))]
     pub error_m: Option<f64>,
-    /// As `edge_px`, in metres, for a site without rooms. Default: nothing is split there.
+    /// As `edge_px`, in metres, for a site without rooms. Default: nothing is split there, and edges
+    /// grow as long as `error_m` allows.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 10000))]
     pub edge_m: Option<f64>,
@@ -51,7 +53,7 @@ pub struct Prepare {
     #[serde(skip_serializing_if = "PurgeEffort::is_usual")]
     pub purge_effort: PurgeEffort,
     /// Texels along the side of each of six faces of a cube around the middle of the site's one room, in which what that sees of the original is laid over what is drawn: its light,
-    /// its normals, its colours. The display's width over the tangent of half its angle makes texels as large as its pixels. A multiple of 16, up to 2,048; 0 makes none.
+    /// its normals, its colours. The display's `height_px` over the tangent of half its `fov_deg` makes texels as large as its pixels. A multiple of 16, up to 2,048; 0 makes none.
     #[serde(skip_serializing_if = "is_none")]
     #[schemars(range(max = 2048))]
     pub panorama: u32,

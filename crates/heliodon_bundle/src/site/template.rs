@@ -252,7 +252,12 @@ fn write_prepare(w: &mut Writer, prepare: &Prepare) {
     w.line(
         "\n[prepare]  # geometry is cleaned and reduced to what a visitor can tell apart; without this table it stays as it is",
     );
-    w.optional("clean", &prepare.clean, &default.clean, "weld vertices, drop degenerate, doubled and loose faces");
+    w.optional(
+        "clean",
+        &prepare.clean,
+        &default.clean,
+        "weld vertices, drop degenerate and doubled faces, mend T-junctions of what is modelled",
+    );
     w.optional("weld_m", &prepare.weld_m, &default.weld_m, "vertices nearer than this become one");
     w.optional("isolated_m", &prepare.isolated_m, &default.isolated_m, "loose pieces smaller than this are left out");
     w.optional("winding", &prepare.winding, &Winding::Mend, "mend or report");
@@ -260,8 +265,8 @@ fn write_prepare(w: &mut Writer, prepare: &Prepare) {
     w.optional("error_px", &prepare.error_px, &default.error_px, "simplify so far, in pixels from the nearest room; 0: not");
     w.optional("edge_px", &prepare.edge_px, &default.edge_px, "the grain of light, in the same pixels");
     w.optional("nearest_m", &prepare.nearest_m, &default.nearest_m, "no eye comes nearer to stone");
-    w.absent("error_m", prepare.error_m.as_ref(), "0.002", "in place of error_px where there are no rooms");
-    w.absent("edge_m", prepare.edge_m.as_ref(), "0.02", "in place of edge_px where there are no rooms");
+    w.absent("error_m", prepare.error_m.as_ref(), "0.002", "in place of error_px where there are no rooms; no default");
+    w.absent("edge_m", prepare.edge_m.as_ref(), "0.02", "in place of edge_px where there are no rooms; no default");
     w.optional(
         "triangles",
         &prepare.triangles,

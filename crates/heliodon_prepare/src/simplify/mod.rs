@@ -51,6 +51,9 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use tile::Context;
 
+/// With edges that may be so many times as long as the surface may move, the latter alone decides: longer ones are not made.
+pub const COARSEST_EDGE: f32 = 15.0;
+
 /// How far simplification may go.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct SimplifyParams {
@@ -59,7 +62,7 @@ pub struct SimplifyParams {
     pub error_px: f32,
     /// How long edges may become, in pixels of the nearest eye, at least 0. More gives fewer triangles on plain surfaces, and
     /// softer shadows: an edge of shadow is as wide as a triangle. Kept for 95 of 100 edges, and none is made twice as long;
-    /// edges that are longer in the original stay as they are. More than fifteen times `error_px` changes nothing any more.
+    /// edges that are longer in the original stay as they are. More than [`COARSEST_EDGE`] times `error_px` changes nothing any more.
     pub edge_px: f32,
     /// No eye comes nearer than this to a surface, metres: what lies in the box where eyes can be would need to be infinitely
     /// fine.
