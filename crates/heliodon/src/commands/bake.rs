@@ -73,7 +73,7 @@ pub struct Target {
     /// Keep finished work in this folder [default: .heliodon/cache, beside the bundle]
     #[arg(long, value_name = "DIR")]
     cache: Option<PathBuf>,
-    /// Take no light from finished bakes, and keep none for those to come; geometry that [prepare] has made stays
+    /// Take no light from finished bakes, and keep none for those to come; prepared geometry stays
     #[arg(long)]
     no_cache: bool,
 }
