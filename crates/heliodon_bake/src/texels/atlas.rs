@@ -209,14 +209,14 @@ impl Atlas {
         SurfacePlace { triangle: self.triangle_of_scene(texel.triangle), u: texel.weights.y, v: texel.weights.z }
     }
 
-    /// The seams of some texels; those that are not valid are left out.
+    /// The seams of some texels.
     #[must_use]
-    pub fn seams(&self, scene: &Scene, texels: &Texels, valid: &[bool]) -> Seams {
+    pub fn seams(&self, scene: &Scene, texels: &Texels) -> Seams {
         let mesh = &scene.mesh;
         let triangles: Vec<[u32; 3]> =
             self.triangles.iter().flat_map(|range| &mesh.triangles[range.clone()]).copied().collect();
         let surface = (mesh.positions.as_slice(), mesh.normals.as_slice(), triangles.as_slice());
-        Seams::new(&self.unwrapped, surface, &texels.texels, [texels.side; 2], valid)
+        Seams::new(&self.unwrapped, surface, &texels.texels, [texels.side; 2], &[])
     }
 
     /// What a manifest tells; `texels` are those of the finest level.

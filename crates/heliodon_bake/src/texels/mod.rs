@@ -8,6 +8,7 @@ mod atlas;
 mod choice;
 mod kept;
 mod levels;
+mod seams;
 mod stage;
 mod walls;
 mod weathering;
@@ -28,6 +29,7 @@ use atlas::Texels;
 use heliodon_bundle::texels::{TEXEL_LEVELS, float_texture, sky_level, sun_texture};
 use heliodon_bundle::{LightLayout, TexelLight};
 use heliodon_light::SunMasks;
+use seams::closed;
 use stage::TexelValues;
 use walls::{Walled, is_dark};
 
@@ -48,9 +50,6 @@ pub struct BakedTexels {
     pub mask_rays: u64,
 }
 
-/// How much filtered values may differ on both sides of a seam, of light of a sky or a sun of unit radiance: less than eight bits show.
-const SEAM: f32 = 0.5 / 255.0;
-
 /// Solves the light of an atlas.
 ///
 /// # Errors
@@ -69,7 +68,7 @@ pub fn bake_texels(
     let (masks, rays) = shown(Walled { solved, atlas, texels: &fine }, masks, (&above, &sky));
     let mut baked = BakedTexels {
         masks: masks.words,
-        sky: closed(scene, atlas, &above, &sky, &darkened),
+        sky: closed((scene, atlas, &above), &sky, &darkened, Asked::Sky),
         bounce: Vec::new(),
         samples: [sky.samples, 0],
         gather_rays: sky.rays + rays,
@@ -79,7 +78,7 @@ pub fn bake_texels(
         let coarse = atlas.texels(scene, TEXEL_LEVELS - 1);
         let mut bounce = solved.values(&(atlas, &coarse), Asked::Bounce, work, &names.bounce)?;
         let darkened = Walled { solved, atlas, texels: &coarse }.darken(&mut bounce);
-        baked.bounce = closed(scene, atlas, &coarse, &bounce, &darkened);
+        baked.bounce = closed((scene, atlas, &coarse), &bounce, &darkened, Asked::Bounce);
         baked.samples[1] = bounce.samples;
         baked.gather_rays += bounce.rays;
     }
@@ -97,18 +96,6 @@ fn shown(fine: Walled, masks: SunMasks, (level, sky): (&Texels, &TexelValues)) -
     let dark: Vec<bool> = sky.ambient.iter().map(|&ambient| is_dark(ambient, brightest)).collect();
     let rays = fine.darken_masks(&mut shown, words, &valid, &fine.texels.of_coarser(level, &dark, false));
     (SunMasks { words: shown, ..masks }, rays)
-}
-
-/// The values of texels with both sides of every seam brought together, but of those that walls darkened: what is beside these is dark or is not.
-fn closed(scene: &Scene, atlas: &Atlas, texels: &Texels, found: &TexelValues, darkened: &[u32]) -> Vec<f32> {
-    let count = texels.texels.len();
-    let width = found.values.len() / count.max(1);
-    let mut matched = found.valid.clone();
-    darkened.iter().for_each(|&texel| matched[texel as usize] = false);
-    let seams = atlas.seams(scene, texels, &matched);
-    let mut apart: Vec<f32> = (0..width).flat_map(|i| found.values.iter().skip(i).step_by(width)).copied().collect();
-    seams.close_all(&mut apart, SEAM);
-    (0..count).flat_map(|texel| (0..width).map(move |i| (texel, i))).map(|(texel, i)| apart[i * count + texel]).collect()
 }
 
 impl BakedTexels {

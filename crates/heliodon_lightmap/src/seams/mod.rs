@@ -44,7 +44,7 @@ struct Near<F> {
     tolerance: f32,
     /// Those that are no further apart than this are left.
     enough: f32,
-    /// What a difference of 1 counts, of the difference that there is and of the mean.
+    /// What a difference of 1 counts, of the place, the difference that there is and the mean.
     shown: F,
 }
 
@@ -130,7 +130,10 @@ impl Seams {
     }
 
     /// Leaves places open, of [`Seams::places`] those with `false`.
-    pub(crate) fn keep(&mut self, keep: &[bool]) {
+    ///
+    /// # Panics
+    /// When there is not a mark for each place.
+    pub fn keep(&mut self, keep: &[bool]) {
         assert_eq!(keep.len(), self.matches.len(), "a mark for each place");
         let mut marks = keep.iter();
         self.matches.retain(|_| marks.next() == Some(&true));
@@ -161,17 +164,20 @@ impl Seams {
         self.matches.is_empty()
     }
 
-    /// Changes one value of each texel until no two sides differ by more than `tolerance`, or it does not get better; returns by how much they still do at most.
+    /// Changes one value of each texel until no two sides differ by more than their place's tolerance, all above 0, or it does not get better; returns how many times as far they still differ at most. A place
+    /// whose sides are nearer than half of that changes nothing.
     ///
     /// # Panics
-    /// When there are not as many values as texels.
-    pub fn close(&self, values: &mut [f32], tolerance: f32) -> f32 {
+    /// When there are not as many values as texels, and tolerances as places.
+    pub fn close(&self, values: &mut [f32], tolerances: &[f32]) -> f32 {
+        assert_eq!(tolerances.len(), self.matches.len(), "a tolerance for each place");
         // places that come later in a round move those before them again
-        let near = Near { tolerance: 0.5 * tolerance, enough: 0.0, shown: |_, _| 1.0 };
+        let near = Near { tolerance: 0.75, enough: 0.5, shown: |place: usize, _, _| 1.0 / tolerances[place] };
         let mut own = self.of_touched(values);
         self.bring_together(&mut own, |_| [f32::NEG_INFINITY, f32::INFINITY], MOST_ROUNDS, &near);
         self.put(&own, values);
-        self.widest(values)
+        let apart = |[one, other]: [f32; 2]| (one - other).abs();
+        self.matches.iter().zip(tolerances).map(|(matched, most)| apart(matched.sides(&own)) / most).fold(0.0, f32::max)
     }
 
     /// Changes several values of each texel, one after the other in `values`, all at least 0 and some (where what is dark lies beside what is lit) no greater than they were, until both sides of all places are
@@ -184,7 +190,7 @@ impl Seams {
         if !(white > 0.0 && codes > 0.0) {
             return;
         }
-        let shown = |off: f32, middle: f32| {
+        let shown = |_: usize, off: f32, middle: f32| {
             // no code is narrower than those of what is darkest: most places are near enough by these
             let least = shown_codes(1.0, 0.0, white);
             if off.abs() * least <= 0.5 * codes { least } else { shown_codes(1.0, middle, white) }
@@ -212,18 +218,19 @@ impl Seams {
         own: &mut [f32],
         bounds: impl Fn(usize) -> [f32; 2],
         rounds: usize,
-        near: &Near<impl Fn(f32, f32) -> f32>,
+        near: &Near<impl Fn(usize, f32, f32) -> f32>,
     ) {
         let mut apart: Vec<(&Match, f32)> = Vec::new();
         for round in 0..rounds {
             // most places come together at once: what is still apart is asked alone between rounds over all of them
             let is_whole = round % ALONE == 0;
             if is_whole {
-                let shown = |matched: &Match| {
+                let shown = |(place, matched): (usize, &Match)| {
                     let [one, other] = matched.sides(own);
-                    (near.shown)(one - other, 0.5 * (one + other))
+                    (near.shown)(place, one - other, 0.5 * (one + other))
                 };
-                apart = self.matches.iter().map(|matched| (matched, shown(matched))).collect();
+                let counted = self.matches.iter().enumerate().map(|place| (place.1, shown(place)));
+                apart = counted.collect();
             }
             apart.retain(|(matched, shown)| {
                 let [one, other] = matched.sides(own);
@@ -256,12 +263,22 @@ impl Seams {
     }
 
     /// As [`Seams::close`], for several values of each texel, one after the other in `values`.
-    pub fn close_all(&self, values: &mut [f32], tolerance: f32) -> f32 {
+    pub fn close_all(&self, values: &mut [f32], tolerances: &[f32]) -> f32 {
         let count = self.texels;
         if count == 0 {
             return 0.0;
         }
-        values.par_chunks_mut(count).map(|values| self.close(values, tolerance)).reduce(|| 0.0, f32::max)
+        values.par_chunks_mut(count).map(|values| self.close(values, tolerances)).reduce(|| 0.0, f32::max)
+    }
+
+    /// The mean of both sides of each place, of one value of each texel.
+    ///
+    /// # Panics
+    /// When there are not as many values as texels.
+    #[must_use]
+    pub fn middles(&self, values: &[f32]) -> Vec<f32> {
+        let own = self.of_touched(values);
+        self.matches.iter().map(|matched| 0.5 * matched.sides(&own).iter().sum::<f32>()).collect()
     }
 
     /// By how much both sides differ at most.
@@ -296,7 +313,7 @@ impl Seams {
     }
 
     /// The texels that each place is filtered from, on both sides.
-    pub(crate) fn places(&self) -> impl Iterator<Item = impl Iterator<Item = u32> + Clone + '_> + '_ {
+    pub fn places(&self) -> impl Iterator<Item = impl Iterator<Item = u32> + Clone + '_> + '_ {
         let touched = self.touched.as_slice();
         self.matches.iter().map(move |matched| matched.asked().map(move |(texel, _)| touched[texel as usize]))
     }
@@ -433,7 +450,8 @@ mod tests {
             let before: Vec<f32> = texels.iter().map(|texel| light(place(texel))).collect();
             assert!(dense.widest(&before) > 1.5 * most, "{}", dense.widest(&before));
             let mut values = before.clone();
-            let left = seams.close(&mut values, 0.1 / 255.0);
+            let tolerances = vec![0.1 / 255.0; seams.len()];
+            let left = seams.close(&mut values, &tolerances) * tolerances[0];
             // between the places that were matched as well
             assert!(left <= most && dense.widest(&values) <= most, "{left} and {}", dense.widest(&values));
             let covered = texels.iter().zip(before.iter().zip(&values)).filter(|(texel, _)| texel.is_covered);
@@ -441,7 +459,7 @@ mod tests {
             let mean = moved.iter().sum::<f32>() / moved.len() as f32;
             assert!(mean < 0.004, "{mean}");
             let mut two = [before.clone(), before].concat();
-            seams.close_all(&mut two, 0.1 / 255.0);
+            seams.close_all(&mut two, &tolerances);
             assert!(two[..values.len()] == values && two[values.len()..] == values);
         }
     }
@@ -480,7 +498,8 @@ mod tests {
         let surface = (positions.as_slice(), &[][..], triangles.as_slice());
         let changed = |valid: &[bool]| {
             let mut values = before.clone();
-            Seams::new(&unwrapped, surface, &texels, SIDES, valid).close(&mut values, 1e-4);
+            let seams = Seams::new(&unwrapped, surface, &texels, SIDES, valid);
+            seams.close(&mut values, &vec![1e-4; seams.len()]);
             values
         };
         let after = changed(&valid);

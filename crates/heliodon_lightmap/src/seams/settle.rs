@@ -264,7 +264,7 @@ mod tests {
         let smooth = |p: Vec3| 0.5 + 0.3 * libm::sinf(p.x) * libm::cosf(2.0 * p.z);
         let before: Vec<f32> =
             texels.iter().map(|texel| smooth(place(texel.triangle, texel.weights)) + rng.range_f32(-0.1, 0.1)).collect();
-        let near = Near { tolerance: 0.5, enough: 0.25, shown: |_, middle| shown_codes(1.0, middle, 1.0) };
+        let near = Near { tolerance: 0.5, enough: 0.25, shown: |_, _, middle| shown_codes(1.0, middle, 1.0) };
         let mut own = seams.of_touched(&before);
         seams.bring_together(&mut own, |_| [0.0, f32::INFINITY], super::super::ROUNDS, &near);
         let mut rounds = before.clone();
