@@ -135,6 +135,19 @@ pub fn is_within(path: &Path, folder: &Path) -> bool {
     }
 }
 
+/// Nothing that is read may be written over.
+///
+/// # Errors
+/// An input that lies at one of `places`, or within.
+pub fn refuse_inputs<'a>(inputs: &[PathBuf], places: impl IntoIterator<Item = &'a Path>) -> Result<()> {
+    for place in places {
+        if let Some(input) = inputs.iter().find(|input| is_within(input, place)) {
+            bail!("{} would be written over, and it is read here; name another place", input.display());
+        }
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

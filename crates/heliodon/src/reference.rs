@@ -188,19 +188,11 @@ fn sky_without_sun(bundle: &BundleReader, moment: &Moment) -> Result<HdrImage> {
             None => Ok(map),
         }
     };
-    let mut map = read(first)?;
-    if second != first && moment.entry_fraction > 0.0 {
-        let other = read(second)?;
-        let other = if (other.width, other.height) == (map.width, map.height) {
-            other
-        } else {
-            other.resized_lat_long(map.width, map.height)
-        };
-        for (pixel, other) in map.pixels.iter_mut().zip(other.pixels) {
-            *pixel = pixel.lerp(other, moment.entry_fraction);
-        }
+    let map = read(first)?;
+    if second == first || moment.entry_fraction <= 0.0 {
+        return Ok(map);
     }
-    Ok(map)
+    Ok(map.mixed_lat_long(&read(second)?, moment.entry_fraction))
 }
 
 /// The map with the sky around it in place of the sun, where it shows one that stands where `sun` does.

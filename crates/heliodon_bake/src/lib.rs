@@ -59,6 +59,7 @@ pub mod weathering;
 
 pub use error::BakeError;
 pub use key::TOOL;
+pub use referenced::referenced_files;
 pub use texels::texels_first;
 
 /// The hidden folder beside a bundle that keeps what an interrupted bake has computed.

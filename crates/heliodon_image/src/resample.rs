@@ -62,6 +62,14 @@ impl HdrImage {
         }
         Self { width, height, pixels }
     }
+
+    /// The lat-long image between this one and another, `share` of the way to it; of this one's size.
+    #[must_use]
+    pub fn mixed_lat_long(mut self, other: &Self, share: f32) -> Self {
+        let other = other.resized_lat_long(self.width, self.height);
+        self.pixels.iter_mut().zip(other.pixels).for_each(|(pixel, other)| *pixel = pixel.lerp(other, share));
+        self
+    }
 }
 
 /// For each of `to` intervals, which of `from` intervals it covers and with what weight; weights sum to 1.

@@ -41,4 +41,8 @@ impl SkyError {
     pub fn setting(setting: &'static str, problem: impl Into<String>, remedy: &'static str) -> Self {
         Self::Setting { setting, problem: problem.into(), remedy }
     }
+
+    pub(crate) fn no_probes() -> Self {
+        Self::setting("probes", "there is none", "name at least one .hdr or .exr file")
+    }
 }

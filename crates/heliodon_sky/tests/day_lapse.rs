@@ -7,7 +7,7 @@ use heliodon_image::HdrImage;
 use heliodon_math::color::luminance;
 use heliodon_sky::day::{
     Between, BuiltLapse, LapseNote, LapseParams, ModelDay, ProbeFile, ProbeSeries, Skies, SkyKeeper, SkyMap, SkyRecord,
-    SkySource, build, build_keeping, table,
+    SkySource, build, build_keeping, sky_at, table,
 };
 use heliodon_sky::mapping::Mapping;
 use heliodon_sky::model::ModelParams;
@@ -137,6 +137,34 @@ fn a_sparse_series_is_interpolated_or_taken_from_the_nearest() {
     let (built, _) = run(&series(dir.path(), &names, Between::Nearest));
     let level = |i: usize| built.lapse.steps[i].sky[0][0] * 0.282_094_8;
     assert!((level(1) - 1.0).abs() < 0.01 && (level(3) - 2.0).abs() < 0.01);
+}
+
+#[test]
+fn the_sky_at_a_time_has_its_sun_apart_and_lies_between_two_probes() {
+    let dir = tempfile::tempdir().unwrap();
+    let names = [("0800.hdr", 1.0, 100), ("1200.hdr", 2.0, 140), ("1600.hdr", 3.0, 160)];
+    let params = LapseParams { map_width: 256, ..series(dir.path(), &names, Between::Interpolate) };
+    let (built, _) = run(&params);
+    let at = |time: &str| sky_at(&params, time.parse().unwrap()).unwrap();
+    for (time, level, nearest) in [("08:00", 1.0, true), ("09:00", 1.25, false), ("10:00", 1.5, false), ("16:00", 3.0, true)] {
+        let sky = at(time);
+        assert!(sky.map.pixels.iter().all(|p| (p.x / level - 1.0).abs() < 0.02), "{time}: the sun is not in it");
+        assert!(sky.notes.is_empty() && sky.time.to_string() == time, "{:?}", sky.notes);
+        let step = built.lapse.steps.iter().find(|step| step.time == time);
+        assert!(!nearest || step.unwrap().sun == sky.sun, "{time}");
+    }
+    let (late, last) = (at("18:00"), at("16:00"));
+    assert_eq!((late.sun, late.map, late.time), (last.sun, last.map, last.time));
+    assert!(matches!(late.notes[..], [LapseNote::Outside { .. }]) && late.notes[0].to_string().contains("late as 18:00"));
+    let x = |time: &str| Vec3::from_array(at(time).sun.unwrap().direction).x;
+    assert!(x("08:00") < x("10:00") && x("10:00") < x("12:00"));
+
+    // a model's, at a time that is an entry's
+    let params = athens();
+    let (built, maps) = run(&params);
+    let noon = &built.lapse.steps[12];
+    let sky = sky_at(&params, noon.time.parse().unwrap()).unwrap();
+    assert!(sky.sun == noon.sun && sky.map == maps[12].1 && sky.time.to_string() == noon.time);
 }
 
 #[test]

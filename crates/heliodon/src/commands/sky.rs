@@ -51,7 +51,8 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     let (params, inputs) = params(app, args)?;
     let target = args.output.as_deref().map(Target::new).transpose()?;
     args.picture.as_deref().map_or(Ok(()), files::check_place)?;
-    refuse_inputs(&inputs, target.as_ref(), args.picture.as_deref())?;
+    let targets = target.iter().flat_map(|target| [target.lapse.as_path(), target.maps.as_path()]);
+    files::refuse_inputs(&inputs, targets.chain(args.picture.as_deref()))?;
     let maps = target.as_ref().map(|target| NewFolder::create(&target.maps)).transpose()?;
     let draws = maps.is_some() || args.picture.is_some();
     app.progress.stage("sky", u64::from(params.sky_count()?));
@@ -122,17 +123,6 @@ impl Target {
         }
         Ok(Self { lapse: lapse.to_owned(), maps, maps_name })
     }
-}
-
-/// Nothing that is read may be written over.
-fn refuse_inputs(inputs: &[PathBuf], target: Option<&Target>, picture: Option<&Path>) -> Result<()> {
-    let targets = target.iter().flat_map(|target| [target.lapse.as_path(), target.maps.as_path()]).chain(picture);
-    for place in targets {
-        if let Some(input) = inputs.iter().find(|input| files::is_within(input, place)) {
-            bail!("{} would be written over, and it is read here; name another place", input.display());
-        }
-    }
-    Ok(())
 }
 
 /// Whether a map is one of those that are drawn: evenly spread, the first among them.

@@ -1,6 +1,6 @@
 //! `heliodon lightmap`: light in texels, as files.
 
-use crate::{done, run};
+use crate::{contents, done, run};
 use heliodon_image::{HdrImage, SrgbImage, from_rgbe8};
 use heliodon_math::color::luminance;
 use heliodon_mesh::import::{ImportOptions, read};
@@ -23,7 +23,7 @@ fn ground(folder: &Path) -> PathBuf {
 }
 
 /// The report of a light map of 64 texels a side, and its light.
-fn solved(site: &Path, more: &[&str]) -> (Value, HdrImage) {
+pub fn solved(site: &Path, more: &[&str]) -> (Value, HdrImage) {
     let out = site.join("out");
     let mut arguments: Vec<&dyn AsRef<OsStr>> = vec![&"lightmap", &site, &"--size", &"64", &"-o", &out, &"--json"];
     arguments.extend(more.iter().map(|argument| argument as &dyn AsRef<OsStr>));
@@ -31,7 +31,7 @@ fn solved(site: &Path, more: &[&str]) -> (Value, HdrImage) {
     (report, HdrImage::read(out.join("light.exr")).unwrap())
 }
 
-fn mean(report: &Value) -> f64 {
+pub fn mean(report: &Value) -> f64 {
     report["notes"]["mean"][0].as_f64().unwrap()
 }
 
@@ -131,6 +131,48 @@ fn what_is_wrong_is_told_before_anything_is_written() {
         refused(&format!("lumens_per_unit = {wrong}\n{point}"), &["lamps.toml", "lumens_per_unit"]);
     }
     refused(&format!("lumens_per_unit = \"1\"\n{point}"), &["lamps.toml", "lumens_per_unit"]);
+}
+
+#[test]
+fn what_is_read_is_not_written_over_and_the_place_is_looked_at_first() {
+    let folder = TempDir::new().unwrap();
+    let site = three_parts(folder.path());
+    let text = fs::read_to_string(site.join("site.toml")).unwrap();
+    let taken = |name: &str, arguments: &[&str]| {
+        let out = site.join("hall");
+        let before = contents(&site);
+        let mut all: Vec<&dyn AsRef<OsStr>> = vec![&"lightmap", &site, &"--sky", &"even", &"-o", &out];
+        all.extend(arguments.iter().map(|argument| argument as &dyn AsRef<OsStr>));
+        let ran = run(&all);
+        assert!(ran.code == 1 && ran.err.contains(name), "{name}: {}", ran.err);
+        assert_eq!(contents(&site), before, "{name}");
+    };
+    solved(&site, &["--sky", "even", "--samples", "64"]);
+    fs::create_dir(site.join("hall")).unwrap();
+    fs::rename(site.join("out/model.glb"), site.join("hall/model.glb")).unwrap();
+    fs::write(site.join("site.toml"), text.replace("\"step.obj\"", "\"hall/model.glb\"")).unwrap();
+    taken("model.glb would be written over", &[]);
+    // a mesh that shines
+    fs::rename(site.join("hall/model.glb"), site.join("hall/lit.glb")).unwrap();
+    let lamps = site.join("hall/lightmap.json");
+    fs::write(site.join("site.toml"), &text).unwrap();
+    let mesh = "[[light]]\nkind = \"mesh\"\nfile = \"lit.glb\"\namount = { radiance = 1.0 }\n";
+    fs::write(&lamps, mesh).unwrap();
+    taken("lit.glb would be written over", &["--lights", lamps.to_str().unwrap(), "--kind", "combined"]);
+    fs::remove_file(&lamps).unwrap();
+    // what is not written may be read
+    fs::write(site.join("site.toml"), text.replace("\"step.obj\"", "\"hall/lit.glb\"")).unwrap();
+    let out = site.join("hall");
+    done(&[&"lightmap", &site, &"--sky", &"even", &"--size", &"64", &"--samples", &"64", &"-o", &out]);
+    fs::write(site.join("site.toml"), &text).unwrap();
+    // a folder in a file's place is found before the light is solved
+    fs::remove_dir_all(site.join("hall")).unwrap();
+    fs::create_dir_all(site.join("hall/light-2.exr")).unwrap();
+    taken("light-2.exr: a folder has that name", &["--textures", "2", "--samples", "1048576", "--error", "0.0001"]);
+    fs::remove_dir_all(site.join("hall")).unwrap();
+    fs::write(site.join("file"), "").unwrap();
+    let refused = run(&[&"lightmap", &site, &"-o", &site.join("file")]);
+    assert!(refused.code == 1 && refused.err.contains("the folder cannot be made"), "{}", refused.err);
 }
 
 #[test]

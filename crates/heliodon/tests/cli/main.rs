@@ -9,7 +9,9 @@ mod figures;
 mod first_site;
 mod impostor;
 mod key;
+mod lamps;
 mod lightmap;
+mod lightmap_probes;
 mod looks;
 mod means;
 #[cfg(feature = "viewer")]

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// `[[light]]`: a lamp. It shines to all sides, or, where it has `look_at`, into a cone. The viewer computes its light in every frame,
-/// with the shadows of stone and actors; nothing of it is baked, and it is not bounced.
+/// with the shadows of stone and actors; a bake holds nothing of it. `heliodon lightmap` solves it, bounces included.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Lamp {
@@ -28,11 +28,11 @@ pub struct Lamp {
     #[serde(default = "edge")]
     #[schemars(range(min = 0, max = 1))]
     pub edge: f64,
-    /// How far it reaches, metres: there its light is faded out.
+    /// How far it reaches in the viewer, metres: there its light is faded out. In a light map it reaches however far.
     #[serde(default = "reach_m")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub reach_m: f64,
-    /// Whether stone and actors cast shadows in its light.
+    /// Whether stone and actors cast shadows in its light in the viewer. In a light map stone does.
     #[serde(default = "shadows")]
     pub shadows: bool,
 }

@@ -35,6 +35,11 @@ impl Disc {
         Some(Self { centre, radius, normal, x, y, square })
     }
 
+    /// Four points of its rim.
+    pub fn rim(&self) -> [DVec3; 4] {
+        [self.x, self.y, -self.x, -self.y].map(|along| self.centre + along * self.radius)
+    }
+
     pub fn area(&self) -> f64 {
         PI * self.radius * self.radius
     }

@@ -87,6 +87,9 @@ impl Source {
 /// Meshes of more triangles than this are sampled even where closed forms could be summed.
 const FEW_TRIANGLES: usize = 512;
 
+/// So many triangles of a mesh tell where it lies: each costs a look around.
+const PLACES: usize = 16;
+
 impl Light {
     pub(super) fn of(title: String, source: Source) -> Self {
         let bounds = source.bounds();
@@ -107,12 +110,6 @@ impl Light {
             Source::Directional { light, .. } => light.is_sharp(),
             _ => false,
         }
-    }
-
-    /// Whether it is a mesh that shines.
-    #[must_use]
-    pub fn is_mesh(&self) -> bool {
-        matches!(self.source, Source::Mesh { .. })
     }
 
     /// Whether it lies infinitely far away.
@@ -276,6 +273,30 @@ impl Light {
             Source::Mesh { light, radiance, two_sided } => flat(*radiance, light.area(), *two_sided),
         };
         power.as_vec3().min(Vec3::splat(f32::MAX))
+    }
+
+    /// Some places from which it shines: a point's own; middle and edge of a flat emitter; of a mesh the middles of some triangles. Surfaces have them `before_m` metres
+    /// before each side that shines. None of a directional light.
+    #[must_use]
+    pub fn places(&self, before_m: f32) -> Vec<Vec3> {
+        let flat = |middle: DVec3, edge: [DVec3; 4], normal: DVec3| {
+            edge.into_iter().chain([middle]).map(|place| (place, normal)).collect::<Vec<_>>()
+        };
+        let (places, two_sided) = match &self.source {
+            Source::Local { light, .. } => return vec![light.place.as_vec3()],
+            Source::Directional { .. } => return Vec::new(),
+            Source::Rectangle { light, two_sided, .. } => {
+                let corners = light.corners();
+                (flat(0.5 * (corners[0] + corners[2]), corners, light.normal), *two_sided)
+            }
+            Source::Disc { light, two_sided, .. } => (flat(light.centre, light.rim(), light.normal), *two_sided),
+            Source::Mesh { light, two_sided, .. } => (light.some_middles(PLACES), *two_sided),
+        };
+        let before_m = f64::from(before_m);
+        let sides: &[f64] = if two_sided { &[1.0, -1.0] } else { &[1.0] };
+        let before =
+            places.iter().flat_map(|(place, normal)| sides.iter().map(move |side| *place + *normal * (side * before_m)));
+        before.map(|place| place.as_vec3()).collect()
     }
 
     /// A box that holds it; `None` for directional lights.

@@ -92,6 +92,16 @@ impl Mesh {
         self.mesh.triangles.iter().flatten().map(|&v| self.mesh.positions[v as usize])
     }
 
+    /// The middles of `most` triangles at most, spread over all, with their normals.
+    pub fn some_middles(&self, most: usize) -> Vec<(DVec3, DVec3)> {
+        let every = self.len().div_ceil(most.max(1));
+        let middle = |triangle: usize| {
+            let [a, b, c] = self.relative(triangle, DVec3::ZERO).corners;
+            ((a + b + c) / 3.0, self.normal(triangle as u32))
+        };
+        (0..self.len()).step_by(every.max(1)).map(middle).collect()
+    }
+
     pub fn len(&self) -> usize {
         self.mesh.triangles.len()
     }

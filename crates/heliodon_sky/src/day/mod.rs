@@ -138,6 +138,19 @@ pub struct BuiltLapse {
     pub notes: Vec<LapseNote>,
 }
 
+/// The sky at one time, its sun apart.
+#[derive(Clone, Debug)]
+pub struct SkyAt {
+    /// The time that was asked for; of probes, the nearest that lies between the first and the last.
+    pub time: TimeOfDay,
+    /// Lat-long, linear, without the sun.
+    pub map: HdrImage,
+    /// The sun, where there is one.
+    pub sun: Option<Sun>,
+    /// What the maker should be told.
+    pub notes: Vec<LapseNote>,
+}
+
 /// Something that the maker of a lapse should know.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LapseNote {
@@ -156,6 +169,13 @@ pub enum LapseNote {
         first: TimeOfDay,
         /// The last.
         last: TimeOfDay,
+    },
+    /// A time at which no probe was taken, nor one before and one after it.
+    Outside {
+        /// The time.
+        asked: TimeOfDay,
+        /// The nearest probe's.
+        nearest: TimeOfDay,
     },
     /// More probes than entries: some are not used.
     Unused {
@@ -203,6 +223,10 @@ impl fmt::Display for LapseNote {
                 "the probes' names were read as times, {first} to {last}, one minute apart: where they only count the images, \
                  list the times in sky.times, or put them into the names"
             ),
+            Self::Outside { asked, nearest } => {
+                let early = if asked < nearest { "early" } else { "late" };
+                write!(f, "no probe was taken as {early} as {asked}: that of {nearest} is used")
+            }
             Self::Unused { probes } => {
                 write!(f, "{probes} probes lie between entries and are not used: raise sky_steps to use them")
             }
@@ -301,6 +325,20 @@ pub fn build_keeping(params: &LapseParams, keeper: &mut dyn SkyKeeper) -> Result
         suns: suns.into_iter().map(|s| s.map(|s| Vec3::from_array(s.direction))).collect(),
         notes,
     })
+}
+
+/// The sky at a time, as [`build`] makes it for an entry, but with a map that lies between those of two probes as all else does, and has no sun. A
+/// single probe stands for all times.
+///
+/// # Errors
+/// As [`build`].
+pub fn sky_at(params: &LapseParams, time: TimeOfDay) -> Result<SkyAt, SkyError> {
+    let params = LapseParams { first: Some(time), last: Some(time), sky_steps: 1, sun_steps: 1, ..params.clone() };
+    check(&params)?;
+    match &params.source {
+        SkySource::Probes(series) => probe_series::at(&params, series),
+        SkySource::Model(day) => model_day::at(&params, day, time),
+    }
 }
 
 /// The skies of a day one by one, for machines that share them.

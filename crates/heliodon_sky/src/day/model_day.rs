@@ -1,6 +1,6 @@
 //! A day from a clear-sky model.
 
-use super::{Entry, LapseParams, SkyKeeper, SkyMap, SkyRecord, map_name, steps};
+use super::{Entry, LapseParams, SkyAt, SkyKeeper, SkyMap, SkyRecord, map_name, steps};
 use crate::civil::{Date, TimeOfDay};
 use crate::error::SkyError;
 use crate::fit::ReceiverFit;
@@ -53,6 +53,13 @@ pub(super) fn build(params: &LapseParams, day: &ModelDay, keeper: &mut dyn SkyKe
         entries.push(Entry { time, sun: record.sun, sky, fitted: record.fitted, map, sun_in_map: false });
     })?;
     Ok(entries)
+}
+
+/// The sky at a time.
+pub(super) fn at(params: &LapseParams, day: &ModelDay, time: TimeOfDay) -> Result<SkyAt, SkyError> {
+    let moments = Moments::new(params, day)?;
+    let (record, map) = Maker::new(params, moments.sky()?)?.record(moments.middle(time)?)?;
+    Ok(SkyAt { time, map, sun: record.sun, notes: Vec::new() })
 }
 
 /// The moments of a day.

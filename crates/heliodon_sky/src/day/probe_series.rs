@@ -2,14 +2,14 @@
 
 use super::schedule::{Mix, Schedule};
 use super::taken::Taker;
-use super::{Entry, LapseNote, LapseParams, SkyKeeper, SkyMap, SkyRecord, map_name};
+use super::{Entry, LapseNote, LapseParams, SkyAt, SkyKeeper, SkyMap, SkyRecord, map_name};
 use crate::civil::TimeOfDay;
 use crate::error::SkyError;
 use crate::lapse::{Fitted, Sun};
 use crate::mapping::{BelowHorizon, Mapping};
 use crate::sun::SunParams;
 use glam::Vec3;
-use heliodon_image::PixelRepairs;
+use heliodon_image::{HdrImage, PixelRepairs};
 use std::path::PathBuf;
 
 /// An image of the sky, and when it was taken.
@@ -87,15 +87,7 @@ pub(super) fn build(
         records[k] = Some(record);
     }
     let Probes { schedule, names, .. } = probes;
-    if series.sun_irradiance.is_some() {
-        let used: Vec<&SkyRecord> = records.iter().flatten().collect();
-        let count = |is: &dyn Fn(&SkyRecord) -> bool| used.iter().filter(|record| is(record)).count() as u32;
-        let sunless = count(&|record| record.sun.is_none());
-        let unclipped = count(&|record| record.sun.is_some_and(|sun| !sun.clipped));
-        if sunless + unclipped > 0 {
-            notes.push(LapseNote::IrradianceUnused { probes: used.len() as u32, sunless, unclipped });
-        }
-    }
+    tell_of_irradiance(&records, series, &mut notes);
     let entries = schedule.times.iter().zip(&schedule.mixes).filter_map(|(&time, mix)| {
         let record = mixed(mix, &records)?;
         let sky = record.coefficients().collect();
@@ -103,6 +95,34 @@ pub(super) fn build(
         Some(Entry { time, sun: record.sun, sky, fitted: record.fitted, map, sun_in_map: true })
     });
     Ok((entries.collect(), notes))
+}
+
+/// The sky at the time of the only entry: that between the two probes around it, or the nearer one's.
+pub(super) fn at(params: &LapseParams, series: &ProbeSeries) -> Result<SkyAt, SkyError> {
+    let schedule = Schedule::new(params, series)?;
+    let ([time, ..], [mix, ..]) = (&schedule.times[..], &schedule.mixes[..]) else { return Err(SkyError::no_probes()) };
+    let mut notes = schedule.notes(series);
+    // one time needs no more of them
+    notes.retain(|note| !matches!(note, LapseNote::Unused { .. }));
+    let within = (*time).clamp(schedule.probes[0].1, schedule.probes[schedule.probes.len() - 1].1);
+    if within != *time {
+        notes.retain(|note| !matches!(note, LapseNote::Gap { .. }));
+        notes.push(LapseNote::Outside { asked: *time, nearest: within });
+    }
+    let mut taker = Taker::new(params, series);
+    let mut records: Vec<Option<SkyRecord>> = vec![None; schedule.probes.len()];
+    let mut map: Option<HdrImage> = None;
+    for &k in &schedule.used {
+        let path = &schedule.probes[k].0;
+        let taken = taker.take(path)?;
+        let sunless = taker.sunless_map(&taken);
+        map = Some(map.map_or_else(|| sunless.clone(), |first| first.mixed_lat_long(&sunless, mix.share)));
+        tell_of_probe(&path.display().to_string(), &taken.record, series, &mut notes);
+        records[k] = Some(taken.record);
+    }
+    tell_of_irradiance(&records, series, &mut notes);
+    let (Some(map), Some(record)) = (map, mixed(mix, &records)) else { return Err(SkyError::no_probes()) };
+    Ok(SkyAt { time: within, map, sun: record.sun, notes })
 }
 
 /// Makes the skies `numbers` that the keeper has not.
@@ -151,7 +171,9 @@ impl<'a> Probes<'a> {
         }
         let k = self.schedule.used[number as usize];
         let path = &self.schedule.probes[k].0;
-        let (record, image) = self.taker.take(path, map_index.is_some())?;
+        let taken = self.taker.take(path)?;
+        let image = map_index.map(|_| self.taker.drawn_map(&taken));
+        let record = taken.record;
         let map = image.as_ref().zip(map_index);
         let map = map.map(|(image, index)| SkyMap { name: &self.names[k], image, index, count: self.maps });
         let failed = |problem| SkyError::Map { name: path.display().to_string(), problem };
@@ -175,6 +197,20 @@ fn tell_of_probe(file: &str, record: &SkyRecord, series: &ProbeSeries, notes: &m
         notes.push(LapseNote::Clipped { file, replaced: series.sun_irradiance.is_some() });
     } else if record.dim_spot {
         notes.push(LapseNote::ClippedSpot { file });
+    }
+}
+
+/// Tells where the site's own irradiance is of no use.
+fn tell_of_irradiance(records: &[Option<SkyRecord>], series: &ProbeSeries, notes: &mut Vec<LapseNote>) {
+    if series.sun_irradiance.is_none() {
+        return;
+    }
+    let used: Vec<&SkyRecord> = records.iter().flatten().collect();
+    let count = |is: &dyn Fn(&SkyRecord) -> bool| used.iter().filter(|record| is(record)).count() as u32;
+    let sunless = count(&|record| record.sun.is_none());
+    let unclipped = count(&|record| record.sun.is_some_and(|sun| !sun.clipped));
+    if sunless + unclipped > 0 {
+        notes.push(LapseNote::IrradianceUnused { probes: used.len() as u32, sunless, unclipped });
     }
 }
 

@@ -108,7 +108,7 @@ fn timed(series: &ProbeSeries) -> Result<Vec<(PathBuf, TimeOfDay)>, SkyError> {
         });
     }
     if probes.is_empty() {
-        return Err(SkyError::setting("probes", "there is none", "name at least one .hdr or .exr file"));
+        return Err(SkyError::no_probes());
     }
     Ok(probes)
 }

@@ -19,14 +19,22 @@ pub(super) struct Taker<'a> {
     grid: Option<Arc<ProbeGrid>>,
 }
 
+/// A probe, and what was found in it.
+pub(super) struct Taken {
+    /// What is kept of it.
+    pub record: SkyRecord,
+    probe: Probe,
+    sunless: Probe,
+}
+
 impl<'a> Taker<'a> {
     pub fn new(params: &'a LapseParams, series: &'a ProbeSeries) -> Self {
         let receivers = ReceiverFit::new(params.coefficients as usize, params.surroundings);
         Self { params, series, receivers, grid: None }
     }
 
-    /// Reads a probe: what is kept of it, and the map that is drawn where it is wanted.
-    pub fn take(&mut self, path: &Path, with_map: bool) -> Result<(SkyRecord, Option<HdrImage>), SkyError> {
+    /// Reads a probe.
+    pub fn take(&mut self, path: &Path) -> Result<Taken, SkyError> {
         let name = path.display().to_string();
         let (image, repairs) = HdrImage::read_counted(path)?;
         let grid = self.grid_for(&name, image.width, image.height)?;
@@ -48,9 +56,9 @@ impl<'a> Taker<'a> {
         });
         let sky = sunless.coefficients(self.params.coefficients as usize, self.series.below_horizon);
         let fitted = self.receivers.fit(&sunless, self.series.below_horizon, &sky, sun.as_ref());
-        let map = if with_map { Some(self.drawn_map(&probe, &sunless)?) } else { None };
         let repairs = [repairs.nan, repairs.infinite, repairs.negative];
-        Ok((SkyRecord { sun, sky: sky.iter().map(|s| s.to_array()).collect(), fitted, repairs, dim_spot }, map))
+        let record = SkyRecord { sun, sky: sky.iter().map(|s| s.to_array()).collect(), fitted, repairs, dim_spot };
+        Ok(Taken { record, probe, sunless })
     }
 
     fn grid_for(&mut self, name: &str, width: u32, height: u32) -> Result<Arc<ProbeGrid>, SkyError> {
@@ -70,7 +78,16 @@ impl<'a> Taker<'a> {
     }
 
     /// The lat-long map that is drawn: the probe with its sun.
-    fn drawn_map(&self, probe: &Probe, sunless: &Probe) -> Result<HdrImage, SkyError> {
+    pub fn drawn_map(&self, taken: &Taken) -> HdrImage {
+        self.map(&taken.probe, &taken.sunless)
+    }
+
+    /// The same without the sun.
+    pub fn sunless_map(&self, taken: &Taken) -> HdrImage {
+        self.map(&taken.sunless, &taken.sunless)
+    }
+
+    fn map(&self, probe: &Probe, sunless: &Probe) -> HdrImage {
         let (width, height) = (probe.image().width, probe.image().height);
         // as fine as the probe's finest part
         let natural = match self.series.mapping {
@@ -80,6 +97,6 @@ impl<'a> Taker<'a> {
             Mapping::CubeCross => 4 * (width / 3).min(height / 3),
         };
         let width = natural.clamp(8, self.params.map_width) & !1;
-        Ok(probe.to_lat_long(width, width / 2, self.series.below_horizon, sunless))
+        probe.to_lat_long(width, width / 2, self.series.below_horizon, sunless)
     }
 }

@@ -51,13 +51,13 @@ impl LightFiles for Beside {
     }
 }
 
-/// The lights of `site.toml` and of a file.
+/// The lights of `site.toml` and of a file, and the files that these were read from.
 ///
 /// # Errors
 /// What is wrong with the first light that is.
-pub fn lights(site: &Site, file: Option<&Path>) -> Result<Vec<Light>> {
+pub fn lights(site: &Site, file: Option<&Path>) -> Result<(Vec<Light>, Vec<PathBuf>)> {
     let origin = site.site.origin;
-    let mut lights = Vec::new();
+    let (mut lights, mut files) = (Vec::new(), Vec::new());
     for lamp in site.lamps.iter().filter(|lamp| is_lit(lamp)) {
         let light = Light::new(&spec(lamp).relative_to(origin), Photometry::HOUSE, &heliodon_lightmap::lights::NoFiles);
         lights.push(light.with_context(|| site.path().display().to_string())?);
@@ -69,15 +69,17 @@ pub fn lights(site: &Site, file: Option<&Path>) -> Result<Vec<Light>> {
         let photometry = found.lumens_per_unit.map_or(Photometry::HOUSE, |lumens_per_unit| Photometry { lumens_per_unit });
         let folder = file.parent().unwrap_or(Path::new("")).to_owned();
         let beside = Beside { folder, origin };
+        files.push(file.to_owned());
         for spec in &found.lights {
             lights.push(Light::new(&spec.relative_to(origin), photometry, &beside).with_context(name)?);
+            files.extend(spec.file().map(|file| beside.folder.join(file)));
         }
     }
-    Ok(lights)
+    Ok((lights, files))
 }
 
 /// Lamps that give no more of any colour are black: files of lights take no such colour, but one in `site.toml` may be off.
-const BLACK: f64 = 1e-9;
+pub const BLACK: f64 = 1e-9;
 
 fn is_lit(lamp: &Lamp) -> bool {
     lamp.intensity.iter().any(|&c| c > BLACK)
@@ -109,10 +111,13 @@ fn spec(lamp: &Lamp) -> LightSpec {
     }
 }
 
-/// A warning for each lamp that lies inside of something closed. A mesh that shines may be closed itself: its middle lies inside of it wherever it stands.
+/// A warning for each lamp of which no place is found that lies outside of all that is closed.
 pub fn inside_something(lights: &[Light], rays: &TriangleScene) -> Vec<String> {
+    // a pane may lie on a wall, and a mesh that shines may be a part as well
+    let before_m = rays.start_offset();
     let is_inside = |light: &&Light| {
-        light.bounds().filter(|_| !light.is_mesh()).is_some_and(|bounds| lamps::is_enclosed(bounds.centre(), rays))
+        let places = light.places(before_m);
+        !places.is_empty() && places.into_iter().all(|place| lamps::is_enclosed(place, rays))
     };
     lights.iter().filter(is_inside).map(|light| lamps::doubt(light.title())).collect()
 }

@@ -11,6 +11,7 @@ use crate::output::{count, counted};
 use crate::values::{self, Exposure};
 use anyhow::Result;
 use clap::ValueEnum;
+use heliodon_bake::referenced_files;
 use heliodon_bake::report::Reporter;
 use heliodon_bundle::site::{Site, TimeOfDay};
 use heliodon_lightmap::packing::{PackError, PackParams};
@@ -167,15 +168,22 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
     let folder = args.output.clone().unwrap_or_else(|| site.folder().join("lightmap"));
     // lights first: what is wrong with them is told before anything takes long
     let (illumination, surface) = models(args.model);
-    let mut lights = Vec::new();
+    let (mut lights, mut read) = (Vec::new(), Vec::new());
     if illumination.has_lights() {
-        lights = lamps::lights(&site, args.lights.as_deref())?;
+        (lights, read) = lamps::lights(&site, args.lights.as_deref())?;
         lamps::unheeded(&site).iter().for_each(|warning| app.progress.warning(warning));
     }
     let files = site.input_files()?;
+    let shown = if illumination.is_sky_seen() { args.sky } else { SkyName::None };
+    sky::check(&site, &files, shown, args)?;
+    for file in &files {
+        read.push(file.path.clone());
+        read.extend(referenced_files(&file.path));
+    }
+    read.push(site.path().to_owned());
+    write::make_folder(&folder, &args.kind, args.textures, &read)?;
     let scene = SiteScene::read(&site, &files, args.every_part, &app.progress)?;
     app.progress.stage("sky", 0);
-    let shown = if illumination.is_sky_seen() { args.sky } else { SkyName::None };
     let sky = sky::light(&site, &files, shown, args);
     app.progress.finished();
     let sky = sky?;

@@ -1,6 +1,8 @@
 //! The sky that is lit by, and its sun.
 
+use super::lamps::BLACK;
 use super::{Args, SkyName};
+use crate::failure::wrong_arguments;
 use anyhow::Result;
 use glam::Vec3;
 use heliodon_bake::sky::lapse_params;
@@ -8,7 +10,7 @@ use heliodon_bundle::site::{InputFile, Site, TimeOfDay};
 use heliodon_lightmap::lights::{Amount, DirectionalSpec, Light, LightSpec, NoFiles, Photometry};
 use heliodon_math::dome::{ConstantSky, Environment, LatLongSky, OvercastSky};
 use heliodon_sky::civil;
-use heliodon_sky::day::{self, LapseParams};
+use heliodon_sky::day::{self, SkySource};
 
 /// Half the angle that the sun subtends, degrees.
 const SUN_RADIUS_DEG: f64 = 0.2665;
@@ -18,7 +20,7 @@ pub struct SkyLight {
     /// For people.
     pub name: String,
     pub dome: Box<dyn Environment>,
-    /// The sun, where the sky does not show it itself.
+    /// The sun, which the sky does not show itself.
     pub sun: Option<Light>,
     /// What the maker of the site should know.
     pub notes: Vec<String>,
@@ -39,35 +41,42 @@ pub fn light(site: &Site, files: &[InputFile], name: SkyName, args: &Args) -> Re
     }
 }
 
+/// Refuses a time where the site's own sky has none.
+///
+/// # Errors
+/// That, and probes of which the times are not known.
+pub fn check(site: &Site, files: &[InputFile], name: SkyName, args: &Args) -> Result<()> {
+    if name != SkyName::Site || args.time.is_none() {
+        return Ok(());
+    }
+    if let SkySource::Probes(series) = lapse_params(site, files)?.source
+        && series.is_single()
+    {
+        wrong_arguments!("--time does nothing: the site's only probe stands for all times; leave it out");
+    }
+    Ok(())
+}
+
 /// The site's own sky at a time.
 fn of_site(site: &Site, files: &[InputFile], time: TimeOfDay, sharp_sun: bool) -> Result<SkyLight> {
-    let at = Some(civil::TimeOfDay { seconds: time.seconds() });
-    let params = LapseParams { first: at, last: at, sky_steps: 1, sun_steps: 1, ..lapse_params(site, files)? };
-    let mut map = None;
-    let built = day::build(&params, &mut |sky| {
-        map = Some(sky.image.clone());
-        Ok(())
-    })?;
-    let step = built.lapse.steps.first();
-    let dome: Box<dyn Environment> = match map {
-        Some(map) => Box::new(LatLongSky::new(map.width, map.height, map.pixels)?),
-        None => Box::new(ConstantSky(Vec3::ZERO)),
-    };
-    let sun = step.filter(|step| !step.sun_in_map).and_then(|step| step.sun);
-    let sun = sun.map(|sun| {
+    let at = day::sky_at(&lapse_params(site, files)?, civil::TimeOfDay { seconds: time.seconds() })?;
+    let dome = Box::new(LatLongSky::new(at.map.width, at.map.height, at.map.pixels)?);
+    let sun = at.sun.map(|sun| (sun.direction.map(f64::from), sun.irradiance.map(f64::from)));
+    // a site may say that a clipped sun gives nothing
+    let sun = sun.filter(|(_, irradiance)| irradiance.iter().any(|&c| c > BLACK));
+    let sun = sun.map(|(direction, colour)| {
         let spec = DirectionalSpec {
             name: Some("the sun".to_owned()),
-            direction: sun.direction.map(f64::from),
+            direction,
             angular_radius_deg: if sharp_sun { 0.0 } else { SUN_RADIUS_DEG },
-            colour: sun.irradiance.map(f64::from),
+            colour,
             amount: Amount::Irradiance(1.0),
         };
         Light::new(&LightSpec::Directional(spec), Photometry::HOUSE, &NoFiles)
     });
-    let mut notes: Vec<String> = built.notes.iter().map(ToString::to_string).collect();
-    if sharp_sun && step.is_some_and(|step| step.sun_in_map) {
-        notes.push("--sharp-sun: the sun is part of the site's probe, and as large as it is there".to_owned());
+    let mut notes: Vec<String> = at.notes.iter().map(ToString::to_string).collect();
+    if sharp_sun && sun.is_none() {
+        notes.push("--sharp-sun does nothing: the site's sky has no sun then".to_owned());
     }
-    let name = format!("the site's sky at {}", step.map_or_else(String::new, |step| step.time.clone()));
-    Ok(SkyLight { name, dome, sun: sun.transpose()?, notes })
+    Ok(SkyLight { name: format!("the site's sky at {}", at.time), dome, sun: sun.transpose()?, notes })
 }

@@ -2,7 +2,7 @@
 
 use super::scene::SiteScene;
 use super::{Kind, Report};
-use crate::files::{replace, write_whole};
+use crate::files::{check_place, refuse_inputs, replace, write_whole};
 use crate::values::Exposure;
 use anyhow::{Context, Result};
 use glam::Vec3;
@@ -13,8 +13,9 @@ use heliodon_lightmap::texels::Texel;
 use heliodon_math::color::srgb8_from_linear;
 use heliodon_mesh::export::{LightTextures, UnwrappedPart, write_glb_with_second_uvs};
 use std::io::Write;
+use std::iter;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The report's name.
 pub const REPORT: &str = "lightmap.json";
@@ -26,6 +27,30 @@ const LIT: &str = "lit.glb";
 /// Kinds that hold the light by itself, how their files' names end, and how a pixel becomes light; models name the first that is written.
 const BESIDE: [(Kind, &str, &str); 3] =
     [(Kind::Exr, "exr", "linear"), (Kind::Ktx2, "ktx2", "linear"), (Kind::Rgbe, "rgbe.png", "rgbe8")];
+
+/// Makes the folder and looks whether all that may be written can be, before long work is done for it; `read` are files that may not be written over.
+///
+/// # Errors
+/// A file that would be written over, and a folder that cannot be made or written to.
+pub fn make_folder(folder: &Path, kinds: &[Kind], textures: u32, read: &[PathBuf]) -> Result<()> {
+    // how many of the textures it takes is not known yet
+    let numbers = || iter::once(None).chain((1..=textures).filter(|_| textures > 1).map(Some));
+    let beside = BESIDE.iter().filter(|(kind, ..)| kinds.contains(kind));
+    let mut names: Vec<String> =
+        beside.flat_map(|(_, ending, _)| numbers().map(move |number| light_name(number, ending))).collect();
+    names.extend((!names.is_empty()).then(|| MODEL.to_owned()));
+    names.extend(kinds.contains(&Kind::Combined).then(|| LIT.to_owned()));
+    names.push(REPORT.to_owned());
+    let places: Vec<PathBuf> = names.iter().map(|name| folder.join(name)).collect();
+    refuse_inputs(read, places.iter().map(PathBuf::as_path))?;
+    std::fs::create_dir_all(folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    places.iter().try_for_each(|place| check_place(place))
+}
+
+/// What a texture's file is called: by its number where there are several.
+fn light_name(number: Option<u32>, ending: &str) -> String {
+    number.map_or_else(|| format!("light.{ending}"), |number| format!("light-{number}.{ending}"))
+}
 
 /// All that is written from.
 pub struct Output<'a> {
@@ -44,8 +69,6 @@ impl Output<'_> {
     /// # Errors
     /// What cannot be written.
     pub fn write(&self, kinds: &[Kind], exposure: Exposure) -> Result<(Vec<String>, Option<f32>)> {
-        std::fs::create_dir_all(self.folder)
-            .with_context(|| format!("{}: the folder cannot be made", self.folder.display()))?;
         let parts = self.scene.parts(self.lit.unwrapped);
         let beside: Vec<(Kind, &str, &str)> = BESIDE.into_iter().filter(|(kind, ..)| kinds.contains(kind)).collect();
         let (mut written, mut stops) = (Vec::new(), None);
@@ -74,9 +97,8 @@ impl Output<'_> {
         0..self.lit.unwrapped.packing.sheets as u16
     }
 
-    /// What a texture's file is called: it has a number, from 1 on, where there are several.
     fn file_name(&self, sheet: u16, ending: &str) -> String {
-        if self.sheets().len() == 1 { format!("light.{ending}") } else { format!("light-{}.{ending}", sheet + 1) }
+        light_name((self.sheets().len() > 1).then_some(u32::from(sheet) + 1), ending)
     }
 
     /// Both sides of borders show the same in these files of fewer bits too.
