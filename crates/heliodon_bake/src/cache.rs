@@ -27,6 +27,8 @@ const LOCK_FILE: &str = "lock";
 const OWNER_FILE: &str = "bundle.txt";
 /// Tells that a bake has ended well with what lies beside.
 const FINISHED_FILE: &str = "finished";
+/// Tells whoever works here that nothing of other bakes is to be taken.
+const ALONE_FILE: &str = "alone";
 /// The ending of files that are being written.
 const UNFINISHED: &str = "new";
 /// No block takes so long to write; who may not ask whether others are alive waits so long before it clears up after them.
@@ -126,6 +128,7 @@ impl Cache {
                 Err(LockFault::Io(source)) => return Err(CacheError::Write { path: folder, source }),
             }
         };
+        let takes = AtomicBool::new(!folder.join(ALONE_FILE).exists());
         let cache = Self {
             folder,
             root: root.to_owned(),
@@ -133,7 +136,7 @@ impl Cache {
             token: token(),
             owner: owner.to_owned(),
             taken: Mutex::default(),
-            takes: AtomicBool::new(true),
+            takes,
             spare: Mutex::default(),
         };
         cache.write_note(OWNER_FILE, owner.to_string_lossy().as_bytes())?;
@@ -190,12 +193,16 @@ impl Cache {
     pub fn load(&self, stage: &str, block: usize) -> Option<Vec<u8>> {
         let name = block_name(stage, block);
         let path = self.folder.join(&name);
-        let content = read_block(&path, &name);
-        if content.is_none() && path.exists() {
+        match read_block(&path, &name) {
+            Ok(content) => Some(content),
             // Damaged. If it cannot be removed it will be replaced.
-            let _ = fs::remove_file(&path);
+            Err(BlockFault::Damaged) => {
+                let _ = fs::remove_file(&path);
+                None
+            }
+            // a server that does not answer now says nothing of the block
+            Err(BlockFault::Unread) => None,
         }
-        content
     }
 
     /// The folders of other bakes of the same bundle, whoever may work there.
@@ -220,7 +227,7 @@ impl Cache {
     #[must_use]
     pub fn load_from(&self, folder: &Path, stage: &str, block: usize) -> Option<Vec<u8>> {
         let name = block_name(stage, block);
-        read_block(&folder.join(&name), &name)
+        read_block(&folder.join(&name), &name).ok()
     }
 
     /// Whether a file for the block is there; it may still turn out to be damaged.
@@ -310,6 +317,7 @@ impl Cache {
     /// [`CacheError::Write`].
     pub fn finish(&self, names: &[String], owner: &Path) -> Result<u64, CacheError> {
         self.write_note(FINISHED_FILE, b"")?;
+        let _ = fs::remove_file(self.folder.join(ALONE_FILE));
         let mut bytes = 0;
         for path in entries(&self.folder) {
             let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
@@ -336,6 +344,15 @@ impl Cache {
                 }
             }
         }
+    }
+
+    /// As [`Cache::forget_finished`], for all processes that work here until the bake is finished.
+    ///
+    /// # Errors
+    /// [`CacheError::Write`].
+    pub fn forget_finished_for_all(&self) -> Result<(), CacheError> {
+        self.forget_finished();
+        self.write_note(ALONE_FILE, b"")
     }
 
     /// Notes that `blocks` of a stage's `of` were there.
@@ -469,18 +486,35 @@ fn write_block(path: &Path, name: &str, runs: &[&[u8]]) -> io::Result<()> {
     runs.iter().try_for_each(|run| file.write_all(run))
 }
 
-fn read_block(path: &Path, name: &str) -> Option<Vec<u8>> {
-    let mut file = File::open(path).ok()?;
-    let bytes = file.metadata().ok()?.len();
-    let mut header = [0; HEADER_BYTES];
-    file.read_exact(&mut header).ok()?;
-    let length = u64::from_le_bytes(header[8..16].try_into().ok()?);
-    if header[..8] != MAGIC || length != bytes.checked_sub(HEADER_BYTES as u64)? {
-        return None;
+/// Why there is no content of a block.
+#[derive(Debug)]
+enum BlockFault {
+    /// There is none, or it cannot be read now.
+    Unread,
+    /// It is not what was written.
+    Damaged,
+}
+
+impl From<io::Error> for BlockFault {
+    fn from(error: io::Error) -> Self {
+        if error.kind() == io::ErrorKind::UnexpectedEof { Self::Damaged } else { Self::Unread }
     }
-    let mut content = Vec::with_capacity(usize::try_from(length).ok()?);
-    file.read_to_end(&mut content).ok()?;
-    (content.len() as u64 == length && header[16..] == block_hash(name, &[&content])).then_some(content)
+}
+
+fn read_block(path: &Path, name: &str) -> Result<Vec<u8>, BlockFault> {
+    let mut file = File::open(path)?;
+    let bytes = file.metadata()?.len();
+    let mut header = [0; HEADER_BYTES];
+    file.read_exact(&mut header)?;
+    let (begin, hash) = header.split_at(16);
+    let length = bytes.saturating_sub(HEADER_BYTES as u64);
+    if begin[..8] != MAGIC || begin[8..] != length.to_le_bytes() {
+        return Err(BlockFault::Damaged);
+    }
+    let mut content = Vec::with_capacity(usize::try_from(length).map_err(|_| BlockFault::Unread)?);
+    file.read_to_end(&mut content)?;
+    let is_whole = content.len() as u64 == length && *hash == block_hash(name, &[&content]);
+    is_whole.then_some(content).ok_or(BlockFault::Damaged)
 }
 
 #[cfg(test)]
@@ -560,6 +594,43 @@ mod tests {
         let alone = open(root.path(), "key");
         assert!(!unfinished.exists() && matches!(join(), Err(CacheError::Busy { .. })));
         drop(alone);
+    }
+
+    #[test]
+    fn a_block_that_cannot_be_read_now_stays() {
+        let root = tempfile::tempdir().unwrap();
+        let cache = open(root.path(), "key");
+        // a folder opens and cannot be read, whoever runs the test
+        let path = cache.folder().join("masks-00000");
+        fs::create_dir(&path).unwrap();
+        assert!(cache.load("masks", 0).is_none() && path.exists());
+    }
+
+    #[test]
+    fn what_is_begun_anew_takes_nothing_of_others_in_any_process_until_it_is_finished() {
+        let root = tempfile::tempdir().unwrap();
+        let other = open(root.path(), "other");
+        other.store("masks", 0, b"old").unwrap();
+        let stages = ["masks".to_owned()];
+        let owner = Path::new("bundle");
+        let join = |key: &str| Cache::join(root.path(), key, owner).unwrap();
+        join("anew").forget_finished_for_all().unwrap();
+        let later = join("anew");
+        later.adopt(&stages).unwrap();
+        assert!(!later.has("masks", 0));
+        later.store("masks", 0, b"new").unwrap();
+        later.finish(&stages, Path::new("nobody")).unwrap();
+        drop(later);
+        // of a finished bake nothing stays either, and then its folder is as any other
+        let again = join("anew");
+        assert!(again.has("masks", 0));
+        again.forget_finished_for_all().unwrap();
+        assert!(!again.has("masks", 0));
+        again.finish(&stages, Path::new("nobody")).unwrap();
+        drop(again);
+        let usual = join("anew");
+        usual.adopt(&stages).unwrap();
+        assert_eq!(usual.load("masks", 0).as_deref(), Some(&b"old"[..]));
     }
 
     #[test]

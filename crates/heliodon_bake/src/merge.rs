@@ -21,7 +21,7 @@ use crate::sky::{SkyShare, sky_names};
 use crate::stages::{LightStages, Work, lay_out};
 use crate::texels::Atlas;
 use heliodon_bundle::memory::peak_resident_bytes;
-use heliodon_bundle::site::InputKind;
+use heliodon_bundle::site::{InputKind, SITE_FILE_NAME};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -193,6 +193,9 @@ pub fn begin_shards(plan: &Plan, count: u32, reporter: &dyn Reporter) -> Result<
     let scene = plan.read_scene(reporter)?;
     let key = plan.key(&SceneDigests::new(&scene));
     let cache = Cache::join(&plan.cache_root(), &key, &plan.owner())?;
+    if plan.options.no_cache {
+        cache.forget_finished_for_all()?;
+    }
     drop(Atlas::new(&plan.site, &scene, Some(&cache))?);
     PlanNote::new(plan, &key, count).keep(&cache)?;
     Ok(key)
@@ -263,7 +266,8 @@ const MOST_NAMED: usize = 8;
 
 fn command(plan: &Plan, shard: &str) -> String {
     let cache = plan.options.cache.as_ref().map_or_else(String::new, |cache| format!(" --cache {}", cache.display()));
-    let (site, bundle) = (plan.site.folder().display(), plan.options.bundle.display());
+    let (file, bundle) = (plan.site.path(), plan.options.bundle.display());
+    let site = if file.ends_with(SITE_FILE_NAME) { plan.site.folder() } else { file }.display();
     format!("heliodon bake {site} -o {bundle}{cache} --shard {shard}")
 }
 

@@ -25,12 +25,25 @@ pub struct Job<'a> {
 /// A task that is waiting or running.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Task {
+    /// What Slurm calls it: `17`, or `17_3` where it is one of an array.
+    pub id: String,
     /// Its job's number.
     pub job: u64,
     /// `RUNNING`, `PENDING` and the like.
     pub state: String,
     /// Why it waits, where that is not that others are before it.
     pub held_by: Option<String>,
+}
+
+/// Why a task is held for good that a node could not start: `--requeue` has put it back, and nobody but an administrator lets it go on.
+const LOST: &str = "launch failed requeued held";
+
+impl Task {
+    /// Whether it will not run unless somebody sees to it.
+    pub fn is_lost(&self) -> bool {
+        // later Slurms write underscores
+        self.held_by.as_ref().is_some_and(|reason| reason.replace('_', " ") == LOST)
+    }
 }
 
 /// Why tasks wait as a matter of course.
@@ -81,7 +94,7 @@ pub fn submit(job: &Job) -> Result<u64> {
 /// What `squeue` says.
 pub fn queued(names: &[String]) -> Result<Vec<Task>> {
     let arguments =
-        ["--noheader".into(), "--array".into(), format!("--name={}", names.join(",")).into(), "--format=%F %T %r".into()];
+        ["--noheader".into(), "--array".into(), format!("--name={}", names.join(",")).into(), "--format=%i %T %r".into()];
     Ok(tasks(&run("squeue", &arguments)?))
 }
 
@@ -91,6 +104,14 @@ pub fn queued(names: &[String]) -> Result<Vec<Task>> {
 /// What `scancel` says.
 pub fn cancel(names: &[String]) -> Result<()> {
     names.iter().try_for_each(|name| run("scancel", &[format!("--name={name}").into()]).map(drop))
+}
+
+/// Cancels one task.
+///
+/// # Errors
+/// What `scancel` says.
+pub fn cancel_task(id: &str) -> Result<()> {
+    run("scancel", &[id.into()]).map(drop)
 }
 
 /// How the tasks of an array have ended, by their numbers, where Slurm keeps accounts.
@@ -121,10 +142,11 @@ fn job_number(told: &str) -> Option<u64> {
 
 fn tasks(told: &str) -> Vec<Task> {
     let task = |line: &str| {
-        let (job, rest) = line.trim().split_once(' ')?;
+        let (id, rest) = line.trim().split_once(' ')?;
+        let job = id.split_once('_').map_or(id, |(job, _)| job).parse().ok()?;
         let (state, reason) = rest.trim().split_once(' ').unwrap_or((rest, ""));
         let held_by = Some(reason.trim()).filter(|reason| state == "PENDING" && !reason.is_empty() && !USUAL.contains(reason));
-        Some(Task { job: job.parse().ok()?, state: state.trim().to_owned(), held_by: held_by.map(str::to_owned) })
+        Some(Task { id: id.to_owned(), job, state: state.trim().to_owned(), held_by: held_by.map(str::to_owned) })
     };
     told.lines().filter_map(task).collect()
 }
@@ -145,19 +167,24 @@ mod tests {
     #[test]
     fn what_slurm_prints_is_read() {
         assert_eq!((job_number("17\n"), job_number("sbatch: note\n17;alps\n"), job_number("")), (Some(17), Some(17), None));
-        let task = |job, state: &str, held_by: Option<&str>| Task {
+        let task = |id: &str, job, state: &str, held_by: Option<&str>| Task {
+            id: id.to_owned(),
             job,
             state: state.to_owned(),
             held_by: held_by.map(str::to_owned),
         };
-        let told = "17 RUNNING None\n\n18 PENDING \n19 PENDING Priority\n20 PENDING launch failed requeued held\nslurm: odd\n";
+        let told =
+            "17 RUNNING None\n\n18 PENDING \n19 PENDING Priority\n20_3 PENDING launch failed requeued held\nslurm: odd\n";
         let read = [
-            task(17, "RUNNING", None),
-            task(18, "PENDING", None),
-            task(19, "PENDING", None),
-            task(20, "PENDING", Some("launch failed requeued held")),
+            task("17", 17, "RUNNING", None),
+            task("18", 18, "PENDING", None),
+            task("19", 19, "PENDING", None),
+            task("20_3", 20, "PENDING", Some("launch failed requeued held")),
         ];
         assert_eq!(tasks(told), read);
+        assert_eq!(read.map(|task| task.is_lost()), [false, false, false, true]);
+        let later = tasks("21 PENDING launch_failed_requeued_held\n22 PENDING JobHeldUser\n");
+        assert!(later[0].is_lost() && later[1].held_by.is_some() && !later[1].is_lost());
         let told = "17_1|COMPLETED\n17_2|CANCELLED by 0\n17_[3-4]|PENDING\n18|FAILED\n";
         assert_eq!(ends(told), [(1, "COMPLETED".to_owned()), (2, "CANCELLED".to_owned())]);
     }

@@ -104,7 +104,7 @@ impl<'a> Launch<'a> {
         let absolute = |path: &Path| std::path::absolute(path).with_context(|| format!("no such place: {}", path.display()));
         let places = Places {
             program: std::env::current_exe().context("the program does not know where it is")?,
-            site: absolute(plan.site.folder())?,
+            site: absolute(plan.site.path())?,
             bundle: absolute(&plan.options.bundle)?,
             cache: absolute(&plan.cache_root())?,
             again: plan.options.again,
@@ -212,12 +212,8 @@ impl<'a> Launch<'a> {
                 Ok(tasks) if tasks.is_empty() => break,
                 Ok(tasks) => {
                     heard = Instant::now();
-                    for (job, reason) in tasks.into_iter().filter_map(|task| Some((task.job, task.held_by?))) {
-                        if told_reasons.insert((job, reason.clone())) {
-                            self.app
-                                .progress
-                                .note(&format!("Slurm job {job} waits: {reason} (scontrol show job {job} tells more)"));
-                        }
+                    for task in tasks {
+                        self.look_at(&task, &mut told_reasons);
                     }
                 }
                 // it answers again after a while, or never
@@ -243,6 +239,20 @@ impl<'a> Launch<'a> {
             self.app.progress.note(&format!("shard {shard}/{} ended as {state}", self.options.shards));
         }
         Ok(())
+    }
+
+    /// Tells why a task waits, once for its job; one that waits for good is cancelled, so that it is submitted again as others that are lost.
+    fn look_at(&self, task: &Task, told: &mut BTreeSet<(u64, String)>) {
+        let (job, Some(reason)) = (task.job, &task.held_by) else { return };
+        let is_lost = task.is_lost();
+        if told.insert((job, reason.clone())) {
+            let then = if is_lost { "it is taken back and submitted again" } else { "scontrol show job tells more" };
+            self.app.progress.note(&format!("Slurm job {job} waits: {reason} ({then})"));
+        }
+        if is_lost {
+            // where that fails it is still there at the next look
+            let _ = client::cancel_task(&task.id);
+        }
     }
 
     fn queued(&self) -> Result<Vec<Task>> {

@@ -62,8 +62,10 @@ done
 const SCANCEL: &str = r#"#!/bin/sh
 for job in "$FAKE"/job-*; do
     [ -e "$job" ] || continue
-    if [ "--name=$(cat "$job")" = "$1" ]; then
-        kill -- "-$(cat "$FAKE/pid-${job##*-}")"
+    id=${job##*-}
+    if [ "--name=$(cat "$job")" = "$1" ] || [ "$id" = "$1" ]; then
+        kill -- "-$(cat "$FAKE/pid-$id")"
+        touch "$FAKE/failed-$id"
         rm -f "$job"
     fi
 done
@@ -147,11 +149,57 @@ fn what_waits_for_good_and_what_cannot_be_submitted_are_told() {
     let without = fake.baked(&[]);
     assert!(without.code == 1 && without.err.contains("are Slurm job 1 and go on; the merge could not be"), "{}", without.err);
     std::fs::remove_file(fake.fake("no-merge")).unwrap();
-    std::fs::write(fake.fake("state"), "PENDING launch failed requeued held").unwrap();
+    std::fs::write(fake.fake("state"), "PENDING JobHeldUser").unwrap();
     let baked = fake.baked(&[]);
     assert_eq!(baked.code, 0, "{}", baked.err);
-    assert_eq!(baked.err.matches("waits: launch failed requeued held").count(), baked.err.matches("waits: ").count());
-    assert!(baked.err.contains(" waits: launch failed requeued held (scontrol show job "), "{}", baked.err);
+    assert_eq!(baked.err.matches("waits: JobHeldUser").count(), baked.err.matches("waits: ").count());
+    assert!(baked.err.contains(" waits: JobHeldUser (scontrol show job "), "{}", baked.err);
+}
+
+#[test]
+fn what_no_node_could_start_is_taken_back_and_submitted_again() {
+    let fake = Fake::new();
+    std::fs::write(fake.fake("slow"), "").unwrap();
+    std::fs::write(fake.fake("state"), "PENDING launch failed requeued held").unwrap();
+    // the next node can
+    let scancel = fake.site.path("bin/scancel");
+    std::fs::write(&scancel, format!("#!/bin/sh\nrm -f \"$FAKE/slow\" \"$FAKE/state\"\n{SCANCEL}")).unwrap();
+    let baked = fake.baked(&["--json"]);
+    assert_eq!(baked.code, 0, "{}", baked.err);
+    assert!(baked.err.contains("Slurm job 1 waits: launch failed requeued held (it is taken back"), "{}", baked.err);
+    let report: serde_json::Value = serde_json::from_str(&baked.out).unwrap();
+    assert_eq!(report["again"].to_string(), "[1,2,3]", "{report}");
+}
+
+#[test]
+fn a_site_file_of_another_name_is_baked_by_its_shards() {
+    let fake = Fake::new();
+    let text = std::fs::read_to_string(fake.site.path("site.toml")).unwrap();
+    let evening = fake.site.path("evening.toml");
+    std::fs::write(&evening, text.replace("samples = 512", "samples = 256")).unwrap();
+    let whole = fake.site.path("whole");
+    done(&[&"bake", &evening, &"-o", &whole, &"--no-cache"]);
+    let mut command = heliodon(&[&"bake", &evening, &"--on", &"slurm", &"--shards", &"2"]);
+    let path = std::env::var("PATH").unwrap();
+    command.env("PATH", format!("{}:{path}", fake.site.path("bin").display())).env("FAKE", fake.site.path("fake"));
+    let baked = ran(command.output().unwrap());
+    assert_eq!(baked.code, 0, "{}", baked.err);
+    assert_same_bundle(&fake.site.path("bundle"), &whole);
+}
+
+#[test]
+fn without_what_finished_bakes_have_kept_all_shards_are_baked_anew() {
+    let fake = Fake::new();
+    let whole = fake.site.path("whole");
+    assert_eq!(fake.baked(&[]).code, 0);
+    std::fs::rename(fake.site.path("bundle"), &whole).unwrap();
+    assert_eq!(fake.baked(&[]).code, 0);
+    assert_eq!(fake.submitted().len(), 3, "the first time an array and its merge, then the merge alone");
+    assert_eq!(fake.baked(&["--again", "--no-cache"]).code, 0);
+    let anew = &fake.submitted()[3..];
+    assert!(anew.len() == 2 && anew[0].contains("--array=1-3"), "{anew:?}");
+    assert_same_bundle(&fake.site.path("bundle"), &whole);
+    assert!(!fake.site.path(".heliodon").exists());
 }
 
 #[test]
