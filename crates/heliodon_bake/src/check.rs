@@ -122,9 +122,11 @@ pub fn check(site: &Site, reporter: &dyn Reporter) -> Result<CheckReport, BakeEr
         }
         grid = GridPlan::new(site, &actors, layout, None)?;
     }
-    if site.prepare.is_none() {
-        // what is prepared has other triangles
-        drop(Atlas::new(site, &scene, None)?);
+    match (Atlas::new(site, &scene, None), &site.prepare) {
+        (Err(error), None) => return Err(error),
+        // what is prepared has other triangles, fewer or more of them
+        (Err(error), Some(_)) => warnings.push(format!("of the parts as they are before [prepare]: {error}")),
+        (Ok(_), _) => {}
     }
     let parts: Vec<CheckedPart> = scene.parts.iter().enumerate().map(|(index, _)| checked_part(site, &scene, index)).collect();
     for (index, part) in parts.iter().enumerate() {

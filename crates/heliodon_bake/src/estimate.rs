@@ -9,7 +9,7 @@ use crate::kept_rays::kept_bytes;
 use crate::light::channels;
 use crate::panorama::side_of;
 use crate::plan::Plan;
-use crate::prepare::{PrepareEstimate, estimate_with, is_prepared, textures_of};
+use crate::prepare::{PrepareEstimate, estimate_with, is_prepared, preparation_need, textures_of};
 use crate::report::Reporter;
 use crate::scan::{self, is_wanted};
 use crate::scene::{Original, Scene, Traceable};
@@ -52,8 +52,11 @@ pub struct Estimate {
     pub mask_rays: u64,
     /// Seconds of the sky transfer, its bounces and the sun masks, from timed blocks; without those of preparation.
     pub seconds: f64,
-    /// The most memory at once, in preparation too.
+    /// The most memory at once, in preparation too, where `[budget]` does not limit it.
     pub memory_bytes: u64,
+    /// Why the bake would be refused, where `[budget]` gives it less than it cannot do without.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refused: Option<String>,
     /// The finished work that is kept on disk.
     pub cache_bytes: u64,
     /// The bundle's geometry with its light, at vertices and in texels.
@@ -144,6 +147,11 @@ pub fn estimate(plan: &Plan, reporter: &dyn Reporter) -> Result<Estimate, BakeEr
     let timed = Timed::measure(plan, &surfaces, &layout, &suns, &params)?;
     reporter.finished();
     let grid_points = plan.grid(Some(&traceable.rays))?.cells.len() as u64;
+    let needs = match &prepare {
+        None => vec![("the light", light_need(plan, &scene, &traceable.rays, [grid_points, scan[0]]))],
+        Some(prepare) => vec![("preparation", preparation_need(prepare)), ("the light", expected_light_need(plan, prepare))],
+    };
+    let refused = refusal(plan, needs);
     // the coarse form has no parts that could be asked
     let by_texels = prepare.as_ref().map_or_else(|| expects_texels(&scene), |prepare| prepare.by_texels);
     let atlas = by_texels.then(|| plan.site.bake.effective_texels());
@@ -155,7 +163,14 @@ pub fn estimate(plan: &Plan, reporter: &dyn Reporter) -> Result<Estimate, BakeEr
     let memory_bytes = light.memory_bytes.max(prepare.as_ref().map_or(0, |prepare| prepare.memory_bytes));
     // nearly all that preparation keeps stays while the light is baked, for what comes after
     let cache_bytes = light.cache_bytes + prepare.as_ref().map_or(0, |prepare| prepare.cache_bytes);
-    Ok(Estimate { memory_bytes, cache_bytes, prepare, ..light })
+    Ok(Estimate { memory_bytes, cache_bytes, prepare, refused, ..light })
+}
+
+/// What a bake would say that is refused for its budget.
+fn refusal(plan: &Plan, needs: Vec<(&'static str, Need)>) -> Option<String> {
+    let (budget, threads) = (plan.site.budget.bake_bytes(), rayon::current_num_threads());
+    let refused = |(what, need): (_, Need)| need.within(what, budget, threads).err();
+    needs.into_iter().find_map(refused).map(|error| error.to_string())
 }
 
 /// How much there is to solve.
@@ -573,6 +588,7 @@ fn reckon(plan: &Plan, size: &Size, sun_steps: u32, params: &LightParams, timed:
             + packed,
         viewer_bytes: viewer_bytes(shown_counts(counts, Some(of_scan)), light, size.texture_bytes, [size.atlas, panorama]),
         prepare: None,
+        refused: None,
     }
 }
 

@@ -72,6 +72,14 @@ fn site(more: &str) -> TempDir {
     folder
 }
 
+/// Writes the site without its room.
+fn leave_room_out(folder: &Path) {
+    let text = fs::read_to_string(folder.join("site.toml")).unwrap();
+    let (before, room) = text.split_once("[[room]]").unwrap();
+    let (_, after) = room.split_once("[display]").unwrap();
+    fs::write(folder.join("site.toml"), format!("{before}[display]{after}")).unwrap();
+}
+
 fn prepared(folder: &Path) -> PrepareReport {
     let plan = Plan::new(Site::read(folder).unwrap(), BakeOptions::new(folder.join("bundle"))).unwrap();
     prepare(&plan, plan.site.prepare.as_ref().unwrap(), None, &Silent).unwrap().report
@@ -234,10 +242,7 @@ fn the_error_alone_limits_simplification_where_nothing_is_said_of_edges() {
     assert!(report.to_string().contains("simplified to 0.50 px of error and edges of 7.5 px"), "{report}");
 
     let folder = site(&format!("{PREPARE}error_m = 0.02\n"));
-    let text = fs::read_to_string(folder.path().join("site.toml")).unwrap();
-    let (before, room) = text.split_once("[[room]]").unwrap();
-    let (_, after) = room.split_once("[display]").unwrap();
-    fs::write(folder.path().join("site.toml"), format!("{before}[display]{after}")).unwrap();
+    leave_room_out(folder.path());
     let report = prepared(folder.path());
     let [ground, wall, _] = &report.parts[..] else { panic!("{report}") };
     assert!(ground.split.is_none() && ground.triangles_drawn == 2, "{report}");
@@ -247,6 +252,26 @@ fn the_error_alone_limits_simplification_where_nothing_is_said_of_edges() {
     for words in ["simplified to 0.0200 m of error and edges of 0.300 m", "off the original by 0.0000 m in the mean"] {
         assert!(told.contains(words) && !told.contains(" px"), "`{words}` in\n{told}");
     }
+}
+
+#[test]
+fn more_triangles_than_the_site_wants_are_told_with_why() {
+    let told = |folder: &TempDir| {
+        let heard = Collector::default();
+        let plan = Plan::new(Site::read(folder.path()).unwrap(), BakeOptions::new(folder.path().join("bundle"))).unwrap();
+        prepare(&plan, plan.site.prepare.as_ref().unwrap(), None, &heard).unwrap();
+        heard.heard().warnings.into_iter().filter(|warning| warning.contains("triangles are drawn")).collect::<Vec<_>>()
+    };
+    let folder = site(&format!("{PREPARE}triangles = 1000\n"));
+    assert_eq!(told(&folder), Vec::<String>::new());
+    leave_room_out(folder.path());
+    let without_room = told(&folder);
+    assert!(
+        without_room.len() == 1 && without_room[0].contains("[prepare] wants about 1000: without a [[room]]"),
+        "{without_room:?}"
+    );
+    let exact = told(&site(&format!("{PREPARE}triangles = 1000\nerror_px = 0\npurge = false\n")));
+    assert!(exact.len() == 1 && exact[0].contains("error_px = 0"), "{exact:?}");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 
 use glam::{Vec2, Vec3};
 use heliodon_bake::bake::{BakeReport, bake};
+use heliodon_bake::check::check;
 use heliodon_bake::merge::{bake_shard, begin_shards};
 use heliodon_bake::plan::{BakeOptions, Plan};
 use heliodon_bake::report::Silent;
@@ -308,6 +309,17 @@ fn what_an_atlas_cannot_hold_is_told_before_anything_is_traced() {
     // and to shards, though the merge alone needs it
     assert_eq!(begin_shards(&plan, 2, &Silent).unwrap_err().to_string(), error);
     assert_eq!(bake_shard(&plan, "1/2".parse().unwrap(), None, &Silent).unwrap_err().to_string(), error);
+    // and by a check, which does not know what preparation will leave
+    let check_of = |text: String| {
+        fs::write(folder.path().join("site.toml"), text).unwrap();
+        check(&Site::read(folder.path()).unwrap(), &Silent)
+    };
+    assert_eq!(check_of(site(64)).unwrap_err().to_string(), error);
+    let prepared = |texels| site(texels) + "[prepare]\n";
+    let warnings = check_of(prepared(64)).unwrap().warnings;
+    let of_atlas: Vec<_> = warnings.iter().filter(|warning| warning.contains("360 charts")).collect();
+    assert!(of_atlas.len() == 1 && of_atlas[0].starts_with("of the parts as they are before [prepare]: "), "{warnings:?}");
+    assert!(check_of(prepared(76)).unwrap().warnings.iter().all(|warning| !warning.contains("charts")));
     // and that does
     fs::write(folder.path().join("site.toml"), site(76)).unwrap();
     let plan = Plan::new(Site::read(folder.path()).unwrap(), BakeOptions::new(folder.path().join("bundle"))).unwrap();

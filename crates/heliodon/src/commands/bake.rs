@@ -195,8 +195,9 @@ fn describe_estimate(estimate: &Estimate) -> String {
     let prepare = estimate.prepare.as_ref().map_or_else(String::new, |prepare| {
         format!("preparation:\n{}\nthen the light, of what is left:\n", describe_preparation(prepare))
     });
+    let refused = estimate.refused.as_ref().map_or_else(String::new, |why| format!("the bake would be refused: {why}\n"));
     format!(
-        "{prepare}{} triangles, {} vertices, {} points to solve{}\n\
+        "{refused}{prepare}{} triangles, {} vertices, {} points to solve{}\n\
          {} rays to the sky and between surfaces, {} to the suns\n\
          about {} for the light on this machine\n\
          {} of memory, {} of room for finished work, {} for the bundle without sky maps and textures\n\

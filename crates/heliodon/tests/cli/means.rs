@@ -90,6 +90,8 @@ fn preparation_stays_within_its_budget_or_is_not_begun() {
         }
         assert!(!refused.err.contains("cleaning") && !site.path("bundle").exists(), "{}", refused.err);
     }
+    let estimate = done(&[&"bake", &site.folder(), &"--estimate"]).out;
+    assert!(estimate.contains("the bake would be refused: preparation would take about"), "{estimate}");
     site.edit("bake_mib = 16", "bake_mib = 40");
     let ran = done(&[&"prepare", &site.folder(), &"--threads", &"2"]);
     assert!(ran.err.contains("preparation stays within [budget] with 1 of 2 threads"), "{}", ran.err);
@@ -110,7 +112,10 @@ fn light_stays_within_its_budget_or_is_not_begun() {
     let refused = run(&[&"bake", &site.folder()]);
     assert!(refused.code == 1 && refused.err.contains("the light would take about"), "{}", refused.err);
     assert!(!refused.err.contains("sky transfer") && !site.path("bundle").exists(), "{}", refused.err);
+    let why = || json(&[&"bake", &site.folder(), &"--estimate"])["refused"].as_str().map(str::to_owned);
+    assert!(why().is_some_and(|why| refused.err.contains(&why)), "{}", refused.err);
     site.edit("bake_mib = 16", "bake_mib = 64");
+    assert_eq!(why(), None);
     let ran = done(&[&"bake", &site.folder(), &"--threads", &"2"]);
     assert!(ran.err.contains("the light stays within [budget]") && ran.err.contains("read from the cache"), "{}", ran.err);
     let geometry = |bundle: &str| std::fs::read(site.path(bundle).join("site.glb")).unwrap();

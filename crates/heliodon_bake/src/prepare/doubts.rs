@@ -1,5 +1,7 @@
 //! What is odd about rooms and parts: told as warnings, for a room in the wrong place makes a bundle of the wrong stones.
 
+use super::fit::MOST_ROUNDS;
+use super::part::{simplifies, simplify_params};
 use super::{PrepareReport, Work};
 use crate::error::BakeError;
 use heliodon_bundle::site::{Role, Room, SITE_FILE_NAME};
@@ -8,6 +10,9 @@ use heliodon_prepare::purge::{PurgeParams, PurgeReport, RoomReport, Verified};
 
 /// Columns and furniture within a room take a few percent of its box; a box that reaches into a wall takes more.
 const STONE_IN_ROOMS: f64 = 0.05;
+
+/// A final purge and burial draw a few more or fewer triangles than were counted for their number.
+const ABOUT: f64 = 1.1;
 
 /// One sentence for each part of which cleaning leaves nothing.
 ///
@@ -48,6 +53,25 @@ pub(super) fn small_parts(work: &Work, meshes: &[Mesh]) -> Vec<String> {
         })
     };
     meshes.iter().enumerate().filter_map(told).collect()
+}
+
+/// A sentence where far more is drawn than the site wants.
+pub(super) fn number_doubt(work: &Work, drawn: u64) -> Option<String> {
+    let (settings, wanted) = (work.settings, work.settings.triangles);
+    if wanted == 0 || drawn as f64 <= ABOUT * wanted as f64 {
+        return None;
+    }
+    let why = match (simplifies(&simplify_params(settings), &work.views), work.views.cells.is_empty()) {
+        (true, _) => format!(
+            "they were not fewer after {MOST_ROUNDS} rounds of simplification; parts that are lit by texels or hold many borders keep theirs"
+        ),
+        (false, true) => {
+            "without a [[room]] nothing tells how large a pixel is, so that nothing is simplified; add one, or write error_m"
+                .to_owned()
+        }
+        (false, false) => "error_px = 0 lets nothing be simplified".to_owned(),
+    };
+    Some(format!("{drawn} triangles are drawn, where [prepare] wants about {wanted}: {why}"))
 }
 
 /// One sentence for each room that lies in stone or sees nothing, and one where that keeps the purge from dropping anything.

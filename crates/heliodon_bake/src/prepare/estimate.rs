@@ -181,7 +181,7 @@ pub(crate) fn estimate_with(
 }
 
 /// What preparation needs, for a budget. Parts are done one after the other anyway; threads work on tiles of one.
-pub(super) fn need(estimate: &PrepareEstimate) -> Need {
+pub(crate) fn preparation_need(estimate: &PrepareEstimate) -> Need {
     let all = estimate.memory_bytes;
     let thread = bytes::TILE.min(bytes::TILED * estimate.triangles_original);
     Need { least: all.saturating_sub(bytes::TIMED_THREADS * thread).max(all / 2), thread, kept: 0 }

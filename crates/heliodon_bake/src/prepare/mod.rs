@@ -30,7 +30,7 @@ mod views;
 pub(crate) use arrays::{load_array, store_array, textures_of};
 pub(crate) use doubts::stone_doubt;
 pub use estimate::{PrepareEstimate, StepEstimate, estimate};
-pub(crate) use estimate::{estimate_with, is_prepared};
+pub(crate) use estimate::{estimate_with, is_prepared, preparation_need};
 pub(crate) use kept::GEOMETRY;
 pub use part::PartReport;
 pub use report::PrepareReport;
@@ -47,7 +47,7 @@ use crate::report::Reporter;
 use crate::scene::{Original, PartRange, Scene};
 use borders::borders;
 use buried::bury;
-use doubts::{empty_parts, purge_doubts, room_doubts, small_parts};
+use doubts::{empty_parts, number_doubt, purge_doubts, room_doubts, small_parts};
 use dropped::{Reduced, purge_name, purge_params, reduce, seen};
 use fit::fit;
 use heliodon_bundle::site::{InputFile, Prepare, Role, Site};
@@ -167,7 +167,7 @@ fn within_budget(
         return Ok(Means { threads, kept: 0 });
     }
     let expected = estimate(plan, settings, reporter)?;
-    let means = estimate::need(&expected).within("preparation", budget, threads)?;
+    let means = preparation_need(&expected).within("preparation", budget, threads)?;
     may_begin(&expected)?;
     if means.threads < threads {
         reporter.note(&format!("preparation stays within [budget] with {} of {threads} threads", means.threads));
@@ -250,6 +250,7 @@ fn make(work: &Work) -> Result<Prepared, BakeError> {
     let by_texels = report.parts.iter().map(|part| part.by_texels).collect();
     let mut scene = join((reduced, by_texels), original, work.files, warnings)?;
     report.count(&scene);
+    scene.warnings.extend(number_doubt(work, report.triangles_drawn));
     scene.prepared = Some(report.lineage());
     Ok(Prepared { scene, report })
 }

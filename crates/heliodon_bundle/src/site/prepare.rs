@@ -41,7 +41,7 @@ pub struct Prepare {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 10000))]
     pub edge_m: Option<f64>,
-    /// About so many triangles are drawn at most: where more would be left, `error_px` and `edge_px` (or those in metres) grow together until
+    /// About so many triangles are drawn: where more would be left, `error_px` and `edge_px` (or those in metres) grow together until
     /// it fits, those of ground alone until they are eight times as large (more where there is far more ground than stone), then all. 0 sets no limit.
     pub triangles: u64,
     /// Whether faces that no eye in any room can see are left out.

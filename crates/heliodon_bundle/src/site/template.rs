@@ -271,7 +271,7 @@ fn write_prepare(w: &mut Writer, prepare: &Prepare) {
         "triangles",
         &prepare.triangles,
         &default.triangles,
-        "drawn at most; error and edge grow until it fits; 0: no limit",
+        "about as many are drawn; error and edge grow until it fits; 0: no limit",
     );
     w.optional("purge", &prepare.purge, &default.purge, "drop what no eye in any room can see; it still gives shadow");
     w.optional("ring", &prepare.ring, &default.ring, "rings of neighbours kept around what is seen");
