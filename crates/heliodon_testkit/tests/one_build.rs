@@ -24,6 +24,14 @@ fn features(selection: &[&str]) -> BTreeMap<String, BTreeSet<String>> {
 }
 
 #[test]
+fn machines_that_only_bake_compile_nothing_that_draws() {
+    let program = features(&["--package", "heliodon", "--no-default-features", "--edges", "normal,build"]);
+    assert!(program.keys().any(|package| package.starts_with("heliodon_bake ")), "the program bakes");
+    let draws = |package: &&String| ["bevy", "wgpu", "winit"].iter().any(|name| package.starts_with(name));
+    assert_eq!(program.keys().filter(draws).collect::<Vec<_>>(), Vec::<&String>::new());
+}
+
+#[test]
 fn the_tests_build_asks_for_the_programs_features() {
     let program = features(&["--package", "heliodon", "--edges", "normal,build"]);
     let tests = features(&["--workspace", "--edges", "normal,build,dev"]);
