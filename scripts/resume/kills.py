@@ -104,7 +104,7 @@ class Test:
         for stage, count in sorted(self.kills.items()):
             print(f"{count:5}  {stage}")
         lost = sorted(self.lost) or [0.0]
-        print(f"{self.kills.total()} kills in {len(self.lost)} chains; lost a kill: {sum(lost) / len(lost):.2f} s in the mean, ", end="")
+        print(f"{self.kills.total()} kills in {len(self.lost)} chains; lost a kill, each chain by its kills: {sum(lost) / len(lost):.2f} s in the mean, ", end="")
         print(f"{lost[len(lost) // 2]:.2f} s the median, {lost[-1]:.2f} s at most", flush=True)
 
 
