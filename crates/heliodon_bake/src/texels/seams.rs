@@ -11,7 +11,7 @@ use heliodon_lightmap::seams::shown_codes;
 
 /// By how many codes of eight bits a place may be shown apart because of one number, exposed so that all light that is there is white. Half of a code is to be seen by nobody, and what several
 /// numbers are apart by adds up.
-const CODES: f32 = 0.25;
+const CODES: f32 = 0.125;
 /// Where there is less than this part of the brightest light, tolerances are those of as much: as a part of it noise of what is as good as dark has no end.
 const DIMMEST: f32 = 2e-3;
 

@@ -15,6 +15,7 @@ use glam::{Vec2, Vec3};
 use heliodon_math::frame::unit_or;
 use heliodon_mesh::topology::HalfEdge;
 use rayon::prelude::*;
+use settle::Terms;
 
 /// Places that are matched for a texel's length.
 const A_TEXEL: f32 = 4.0;
@@ -22,10 +23,12 @@ const A_TEXEL: f32 = 4.0;
 const EASY: f32 = 2.0;
 /// Normals with a lesser cosine between them are a crease.
 const SMOOTH: f32 = 0.999;
-/// Rounds over seams at most, those before what is left is settled, and from one over all of them to the next.
-const MOST_ROUNDS: usize = 16 * 1024;
+/// Rounds over seams before what is left is settled, and from one over all of them to the next.
 const ROUNDS: usize = 512;
 const ALONE: usize = 64;
+/// How often nets grow while they are settled: where one value of each texel counts, and where there are dozens.
+const MOST_TIMES: usize = 64;
+const FEW_TIMES: usize = 4;
 /// How often what rounds leave is settled at most: the second time where texels may not become brighter.
 const TURNS: usize = 8;
 
@@ -171,10 +174,21 @@ impl Seams {
     /// When there are not as many values as texels, and tolerances as places.
     pub fn close(&self, values: &mut [f32], tolerances: &[f32]) -> f32 {
         assert_eq!(tolerances.len(), self.matches.len(), "a tolerance for each place");
-        // places that come later in a round move those before them again
-        let near = Near { tolerance: 0.75, enough: 0.5, shown: |place: usize, _, _| 1.0 / tolerances[place] };
+        // texels change as easily as what asks most of them lets them
+        let mut finest = vec![f32::INFINITY; self.touched.len()];
+        for (matched, most) in self.matches.iter().zip(tolerances) {
+            matched.asked().for_each(|(texel, _)| finest[texel as usize] = finest[texel as usize].min(*most));
+        }
+        let any = |_| [f32::NEG_INFINITY, f32::INFINITY];
+        let near = Near { tolerance: 1.0, enough: 0.5, shown: |place: usize, _, _| 1.0 / tolerances[place] };
+        let terms = Terms {
+            shown: |place: usize, _| 1.0 / tolerances[place],
+            held: |texel: usize, _| 1.0 / (finest[texel] * finest[texel]),
+            bounds: any,
+        };
         let mut own = self.of_touched(values);
-        self.bring_together(&mut own, |_| [f32::NEG_INFINITY, f32::INFINITY], MOST_ROUNDS, &near);
+        self.bring_together(&mut own, any, ROUNDS, &near);
+        self.settle(&mut own, 1.0, FEW_TIMES, &terms);
         self.put(&own, values);
         let apart = |[one, other]: [f32; 2]| (one - other).abs();
         self.matches.iter().zip(tolerances).map(|(matched, most)| apart(matched.sides(&own)) / most).fold(0.0, f32::max)
@@ -201,9 +215,12 @@ impl Seams {
                 let mut own = self.of_touched(values);
                 let caps: Vec<f32> =
                     own.iter().zip(&self.is_capped).map(|(own, capped)| if *capped { *own } else { f32::INFINITY }).collect();
+                let bounds = |texel: usize| [0.0, caps[texel]];
+                let shown = |middle| shown_codes(1.0, middle, white);
+                let terms = Terms { shown: |_, middle| shown(middle), held: |_, value| shown(value) * shown(value), bounds };
                 for _ in 0..TURNS {
-                    self.bring_together(&mut own, |texel| [0.0, caps[texel]], ROUNDS, &near);
-                    if self.settle(&mut own, &caps, codes, |middle| shown_codes(1.0, middle, white)) {
+                    self.bring_together(&mut own, bounds, ROUNDS, &near);
+                    if self.settle(&mut own, codes, MOST_TIMES, &terms) {
                         break;
                     }
                 }

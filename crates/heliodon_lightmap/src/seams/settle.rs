@@ -11,33 +11,48 @@ use super::{Match, NOBODY, Seams};
 const STEPS: usize = 64;
 /// Texels change so many places around those that are apart, and twice as far each time.
 const REACH: usize = 16;
-/// How often at most, and how often it becomes twice as far.
-const MOST_TIMES: usize = 64;
+/// How often it becomes twice as far.
 const WIDER: usize = 8;
 /// Steps to the least along a way; squares that begin somewhere are not one parabola.
 const ALONG: usize = 8;
 
+/// How places are brought together.
+pub(super) struct Terms<S, E, B> {
+    /// What a difference of 1 counts, of the place and the mean of its sides.
+    pub shown: S,
+    /// By what a texel's ease is divided, of the texel and its value: the square of what a difference of 1 counts there.
+    pub held: E,
+    /// The least and the most that a texel may become.
+    pub bounds: B,
+}
+
 impl Seams {
-    /// Changes the values of touched texels, all at least 0 and no greater than `caps`, until no place is shown further apart than `codes`, as far as half of that; returns whether none
-    /// is. `shown` tells what a difference of 1 counts about a value.
-    pub(super) fn settle(&self, own: &mut [f32], caps: &[f32], codes: f32, shown: impl Fn(f32) -> f32) -> bool {
-        let is_apart = |matched: &Match, own: &[f32]| {
+    /// Changes the values of touched texels until no place counts more than `most`, as far as half of that; returns whether none does.
+    pub(super) fn settle(
+        &self,
+        own: &mut [f32],
+        most: f32,
+        times: usize,
+        terms: &Terms<impl Fn(usize, f32) -> f32, impl Fn(usize, f32) -> f32, impl Fn(usize) -> [f32; 2]>,
+    ) -> bool {
+        let is_apart = |place: u32, matched: &Match, own: &[f32]| {
             let [one, other] = matched.sides(own);
-            (one - other).abs() * shown(0.5 * (one + other)) > codes
+            (one - other).abs() * (terms.shown)(place as usize, 0.5 * (one + other)) > most
         };
         let mut asks: Option<Asks> = None;
-        for time in 0..MOST_TIMES {
+        for time in 0..times {
             let apart: Vec<u32> =
-                (0..).zip(&self.matches).filter(|(_, matched)| is_apart(matched, own)).map(|(i, _)| i).collect();
+                (0..).zip(&self.matches).filter(|(place, matched)| is_apart(*place, matched, own)).map(|(i, _)| i).collect();
             if apart.is_empty() {
                 return true;
             }
             let asks = asks.get_or_insert_with(|| Asks::new(&self.matches, own.len()));
-            let mut net = Net::around(self, asks, &apart, REACH << time.min(WIDER), own, &shown);
-            net.hold(caps, 0.5 * codes);
-            net.relax(0.5 * codes, codes);
+            let mut net = Net::around(self, asks, &apart, REACH << time.min(WIDER), own, terms);
+            net.hold(&terms.bounds, 0.5 * most);
+            net.relax(0.5 * most, most);
             for (texel, value) in net.texels.iter().map(|&texel| texel as usize).zip(&net.values) {
-                own[texel] = value.min(caps[texel]).max(0.0);
+                let [least, most] = (terms.bounds)(texel);
+                own[texel] = value.min(most).max(least);
             }
         }
         false
@@ -89,7 +104,14 @@ struct Net {
 }
 
 impl Net {
-    fn around(seams: &Seams, asks: &Asks, apart: &[u32], reach: usize, own: &[f32], shown: &impl Fn(f32) -> f32) -> Self {
+    fn around<B>(
+        seams: &Seams,
+        asks: &Asks,
+        apart: &[u32],
+        reach: usize,
+        own: &[f32],
+        terms: &Terms<impl Fn(usize, f32) -> f32, impl Fn(usize, f32) -> f32, B>,
+    ) -> Self {
         let mut number = vec![NOBODY; own.len()];
         let mut is_row = vec![false; seams.matches.len()];
         let (mut texels, mut places) = (Vec::new(), apart.to_vec());
@@ -107,9 +129,9 @@ impl Net {
                 }
             }
         }
-        let row = |matched: &Match| {
+        let row = |(place, matched): (usize, &Match)| {
             let [one, other] = matched.sides(own);
-            let counts = shown(0.5 * (one + other));
+            let counts = (terms.shown)(place, 0.5 * (one + other));
             let mut row = Row { texels: [0; 8], weights: [0.0; 8], apart: counts * (one - other) };
             for (i, (texel, weight)) in matched.asked().enumerate().filter(|(_, (texel, _))| number[*texel as usize] != NOBODY)
             {
@@ -117,18 +139,18 @@ impl Net {
             }
             row
         };
-        let rows = seams.matches.iter().zip(&is_row).filter(|(_, is_row)| **is_row).map(|(matched, _)| row(matched)).collect();
+        let rows = seams.matches.iter().enumerate().filter(|(place, _)| is_row[*place]).map(row).collect();
         let values: Vec<f32> = texels.iter().map(|&texel| own[texel as usize]).collect();
-        let ease = |(&texel, &value): (&u32, &f32)| seams.ease[texel as usize] / (shown(value) * shown(value));
+        let ease = |(&texel, &value): (&u32, &f32)| seams.ease[texel as usize] / (terms.held)(texel as usize, value);
         let ease = texels.iter().zip(&values).map(ease).collect();
         Self { texels, values, ease, rows }
     }
 
     /// Leaves texels as they are that are as bright as they may be and would become brighter.
-    fn hold(&mut self, caps: &[f32], enough: f32) {
+    fn hold(&mut self, bounds: &impl Fn(usize) -> [f32; 2], enough: f32) {
         let gradient = self.gradient(enough);
         for (i, texel) in self.texels.iter().enumerate() {
-            if self.values[i] >= caps[*texel as usize] && gradient[i] < 0.0 {
+            if self.values[i] >= bounds(*texel as usize)[1] && gradient[i] < 0.0 {
                 self.ease[i] = 0.0;
             }
         }
