@@ -17,7 +17,7 @@ use heliodon_photo::solve::{self, PhotoResult};
 use serde::Serialize;
 use std::ffi::OsString;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Works on a project of photographs: a folder with photos.toml.
 #[derive(Debug, clap::Args)]
@@ -80,7 +80,7 @@ struct MatchArgs {
 /// Runs it.
 pub fn run(app: &App, args: &Args) -> Result<()> {
     match (&args.verb, &args.project) {
-        (None, Some(project)) => Ok(heliodon_mark::run(project)?),
+        (None, Some(project)) => mark(project),
         (None, None) => wrong_arguments!("name a project: a folder with photos.toml, or with photographs"),
         (Some(verb), _) => run_verb(app, verb),
     }
@@ -88,13 +88,23 @@ pub fn run(app: &App, args: &Args) -> Result<()> {
 
 fn run_verb(app: &App, verb: &Verb) -> Result<()> {
     match verb {
-        Verb::Mark(args) => Ok(heliodon_mark::run(&args.project)?),
+        Verb::Mark(args) => mark(&args.project),
         Verb::Solve(args) => run_solve(app, args),
         Verb::Match(args) => run_match(app, args),
         Verb::Model(args) => made::run_model(app, args),
         Verb::Texture(args) => made::run_texture(app, args),
         Verb::Albedo(args) => albedo::run(app, args),
     }
+}
+
+#[cfg(feature = "viewer")]
+fn mark(project: &Path) -> Result<()> {
+    Ok(heliodon_mark::run(project)?)
+}
+
+#[cfg(not(feature = "viewer"))]
+fn mark(project: &Path) -> Result<()> {
+    wrong_arguments!("{}: this program was built without windows; mark points with one that has them", project.display())
 }
 
 fn run_solve(app: &App, args: &SolveArgs) -> Result<()> {
