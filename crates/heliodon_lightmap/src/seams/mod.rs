@@ -167,7 +167,7 @@ impl Seams {
         self.matches.is_empty()
     }
 
-    /// Changes one value of each texel until no two sides differ by more than their place's tolerance, all above 0, or it does not get better; returns how many times as far they still differ at most. A place
+    /// Changes one value of each texel until no two sides differ by more than their place's tolerance, all above 0, or what is apart was settled a few times; returns how many times as far they still differ at most. A place
     /// whose sides are nearer than half of that changes nothing.
     ///
     /// # Panics
