@@ -216,7 +216,7 @@ impl Atlas {
         let triangles: Vec<[u32; 3]> =
             self.triangles.iter().flat_map(|range| &mesh.triangles[range.clone()]).copied().collect();
         let surface = (mesh.positions.as_slice(), mesh.normals.as_slice(), triangles.as_slice());
-        Seams::new(&self.unwrapped, surface, &texels.texels, [texels.side; 2], &[])
+        Seams::new(&self.unwrapped, surface, &texels.texels, [texels.side; 2])
     }
 
     /// What a manifest tells; `texels` are those of the finest level.

@@ -68,30 +68,23 @@ pub struct Seams {
 
 impl Seams {
     /// Of an unwrapped surface: `positions`, `normals` and `triangles` as they were before, `texels` as of [`crate::texels::texels`] with these sides. Without
-    /// normals, those of the triangles tell creases. Places that take from a texel that is not `valid` are not matched; an empty slice stands for all valid.
+    /// normals, those of the triangles tell creases.
     ///
     /// # Panics
     /// When the arrays contradict one another.
     #[must_use]
-    pub fn new(
-        unwrapped: &Unwrapped,
-        surface: (&[Vec3], &[Vec3], &[[u32; 3]]),
-        texels: &[Texel],
-        sides: [u32; 2],
-        valid: &[bool],
-    ) -> Self {
-        Self::with_places(unwrapped, surface, (texels, valid), sides, A_TEXEL)
+    pub fn new(unwrapped: &Unwrapped, surface: (&[Vec3], &[Vec3], &[[u32; 3]]), texels: &[Texel], sides: [u32; 2]) -> Self {
+        Self::with_places(unwrapped, surface, texels, sides, A_TEXEL)
     }
 
     /// As [`Seams::new`], with so many places for a texel's length.
     fn with_places(
         unwrapped: &Unwrapped,
         (positions, normals, triangles): (&[Vec3], &[Vec3], &[[u32; 3]]),
-        (texels, valid): (&[Texel], &[bool]),
+        texels: &[Texel],
         sides: [u32; 2],
         a_texel: f32,
     ) -> Self {
-        assert!(valid.is_empty() || valid.len() == texels.len(), "a mark for each texel");
         let [width, height] = sides;
         let mut texel_at = vec![NOBODY; cell(sides, unwrapped.packing.sheets as u16, 0, 0)];
         for (index, texel) in texels.iter().enumerate() {
@@ -103,7 +96,6 @@ impl Seams {
             let is_own = texel != NOBODY && chart(texels[texel as usize].triangle as usize) == chart(triangle);
             if is_own { texel } else { NOBODY }
         };
-        let is_valid = |(texel, weight): &(u32, f32)| *weight == 0.0 || valid.get(*texel as usize).copied().unwrap_or(true);
         let surface = Surface {
             unwrapped,
             positions,
@@ -111,7 +103,7 @@ impl Seams {
             triangles,
             size: Vec2::new(width as f32, height as f32),
             a_texel,
-            filter: &|triangle, at| filter(at, |x, y| own(triangle, x, y)).filter(|four| four.iter().all(is_valid)),
+            filter: &|triangle, at| filter(at, |x, y| own(triangle, x, y)),
         };
         let mut matches = Vec::new();
         let has_area = |t: usize| unwrapped.charts[unwrapped.chart[t] as usize].scale > 0.0;
@@ -455,10 +447,9 @@ mod tests {
         let ball = ball(1.0, 24);
         let unwrapped = unwrap(&ball.positions, &ball.triangles, &[], &params()).unwrap();
         let texels = texels(&unwrapped, SIDES[0], SIDES[1]);
-        let seams = Seams::new(&unwrapped, (&ball.positions, &ball.normals, &ball.triangles), &texels, SIDES, &[]);
+        let seams = Seams::new(&unwrapped, (&ball.positions, &ball.normals, &ball.triangles), &texels, SIDES);
         assert!(seams.len() > 1000, "{}", seams.len());
-        let dense =
-            Seams::with_places(&unwrapped, (&ball.positions, &ball.normals, &ball.triangles), (&texels, &[]), SIDES, 19.7);
+        let dense = Seams::with_places(&unwrapped, (&ball.positions, &ball.normals, &ball.triangles), &texels, SIDES, 19.7);
         let place = |texel: &Texel| texel.mix(ball.triangles[texel.triangle as usize].map(|v| ball.positions[v as usize]));
         let smooth = |p: Vec3| 0.5 + 0.3 * p.y + 0.2 * p.x * p.z;
         let with_shadow = |p: Vec3| smooth(p) + if p.x + 0.3 * p.z > 0.1 { 0.3 } else { 0.0 };
@@ -488,7 +479,7 @@ mod tests {
         let unwrapped = unwrap(&positions, &triangles, &[], &params()).unwrap();
         assert_eq!(unwrapped.charts.len(), 2);
         let texels = texels(&unwrapped, SIDES[0], SIDES[1]);
-        assert!(Seams::new(&unwrapped, (&positions, &[], &triangles), &texels, SIDES, &[]).is_empty());
+        assert!(Seams::new(&unwrapped, (&positions, &[], &triangles), &texels, SIDES).is_empty());
     }
 
     /// Six squares in a row, each in a chart of its own.
@@ -504,7 +495,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_valid_stays_and_ties_nothing_together() {
+    fn places_that_are_left_open_tie_nothing_together() {
         let (positions, triangles, unwrapped) = row();
         let texels = texels(&unwrapped, SIDES[0], SIDES[1]);
         let place = |texel: &Texel| texel.mix(triangles[texel.triangle as usize].map(|v| positions[v as usize])).x;
@@ -513,18 +504,16 @@ mod tests {
             texels.iter().map(|texel| if place(texel) < 2.7 { 1.0 + 0.1 * place(texel) } else { 0.0 }).collect();
         let valid: Vec<bool> = texels.iter().map(|texel| !(2.5..=3.5).contains(&place(texel))).collect();
         let surface = (positions.as_slice(), &[][..], triangles.as_slice());
-        let changed = |valid: &[bool]| {
-            let mut values = before.clone();
-            let seams = Seams::new(&unwrapped, surface, &texels, SIDES, valid);
-            seams.close(&mut values, &vec![1e-4; seams.len()]);
-            values
-        };
-        let after = changed(&valid);
+        let mut seams = Seams::new(&unwrapped, surface, &texels, SIDES);
+        let keep: Vec<bool> = seams.places().map(|mut place| place.all(|texel| valid[texel as usize])).collect();
+        seams.keep(&keep);
+        let mut after = before.clone();
+        seams.close(&mut after, &vec![1e-4; seams.len()]);
         for (((texel, valid), before), after) in texels.iter().zip(&valid).zip(&before).zip(&after) {
             assert!(place(texel) < 3.5 || *after == 0.0, "dark stays dark: {after}");
             assert!(*valid || before == after);
         }
-        assert!(before != after && Seams::new(&unwrapped, surface, &texels, SIDES, &valid).widest(&after) <= 1e-4);
+        assert!(before != after && seams.widest(&after) <= 1e-4);
     }
 
     #[test]
@@ -538,7 +527,7 @@ mod tests {
             let unwrapped = unwrap(&positions, triangles, &[], &params()).unwrap();
             let texels = texels(&unwrapped, SIDES[0], SIDES[1]);
             let sheets: Vec<u32> = texels.iter().map(|texel| texel.triangle).collect();
-            let seams = Seams::new(&unwrapped, (&positions, &[], triangles), &texels, SIDES, &[]);
+            let seams = Seams::new(&unwrapped, (&positions, &[], triangles), &texels, SIDES);
             seams.touched.iter().map(|&texel| sheets[texel as usize]).collect::<Vec<_>>()
         };
         assert!(!seams(&triangles).contains(&(triangles.len() as u32 - 1)));

@@ -255,7 +255,7 @@ mod tests {
         let unwrapped = unwrap(&positions, &triangles, &[], &UnwrapParams { pack, ..UnwrapParams::default() }).unwrap();
         assert_eq!(unwrapped.charts.len(), FOLDS as usize);
         let texels = texels(&unwrapped, sides[0], sides[1]);
-        let seams = Seams::new(&unwrapped, (&positions, &normals, &triangles), &texels, sides, &[]);
+        let seams = Seams::new(&unwrapped, (&positions, &normals, &triangles), &texels, sides);
         (positions, triangles, texels, seams)
     }
 

@@ -37,7 +37,7 @@ pub(super) fn seams(scene: &Scene, grid: &Grid, seen: &[bool], whole: &[bool], l
     };
     let mut around = in_chart(&of);
     let surface = (scene.positions, scene.normals, &scene.triangles[..scene.unwrapped.triangles.len()]);
-    let mut seams = Seams::new(scene.unwrapped, surface, scene.texels, scene.sides, &[]);
+    let mut seams = Seams::new(scene.unwrapped, surface, scene.texels, scene.sides);
     for place in seams.places() {
         let all = place.clone().map(of).fold(Span::NONE, Span::and);
         place.filter(|&texel| open(texel)).for_each(|texel| around[texel as usize] = around[texel as usize].and(all));

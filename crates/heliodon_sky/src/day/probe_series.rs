@@ -116,7 +116,10 @@ pub(super) fn at(params: &LapseParams, series: &ProbeSeries) -> Result<SkyAt, Sk
         let path = &schedule.probes[k].0;
         let taken = taker.take(path)?;
         let sunless = taker.sunless_map(&taken);
-        map = Some(map.map_or_else(|| sunless.clone(), |first| first.mixed_lat_long(&sunless, mix.share)));
+        map = Some(match map {
+            None => sunless,
+            Some(first) => first.mixed_lat_long(&sunless, mix.share),
+        });
         tell_of_probe(&path.display().to_string(), &taken.record, series, &mut notes);
         records[k] = Some(taken.record);
     }
