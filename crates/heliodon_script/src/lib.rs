@@ -14,7 +14,7 @@
 //!
 //! Scripts are written in Rhai, in a sandbox: no files, modules, clock or `eval`; time, memory, messages and everything else have
 //! [limits](limits::Limits), and a script that is over them, fails or loops is told of and, in the end, switched off, while the others
-//! go on. `tests/hostile.rs` holds each limit to what tries to break it.
+//! go on. `tests/all/hostile.rs` holds each limit to what tries to break it.
 //!
 //! The crate knows nothing of Bevy and carries nothing out: the host tells what has happened and does what is asked for. It
 //! reads no clock but for the two budgets in milliseconds, which [`Limits::deterministic`](limits::Limits::deterministic) leaves

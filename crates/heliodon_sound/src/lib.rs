@@ -23,7 +23,7 @@
 //! samples, and as far as the limiter looks ahead. Then its way through the air ([`Travel`]), and what the device holds.
 //!
 //! **What glides.** Places, levels and filters follow what they are told by two low-passes of [`mixer::GLIDE_S`] each; ways that change by
-//! 1.5 metres at once are faded over in 21 milliseconds; beginnings rise in 1.3, ends fall in 10. Nothing clicks: `tests/smooth.rs`.
+//! 1.5 metres at once are faded over in 21 milliseconds; beginnings rise in 1.3, ends fall in 10. Nothing clicks: `tests/all/smooth.rs`.
 //!
 //! # Example
 //!

@@ -11,7 +11,7 @@
 //! | `left_out` | why photographs have no camera |
 //!
 //! What COLMAP's mapper finds is adjusted by [`crate::solve::refine`]: it frees the lens's centre under a prior, and does not follow the tails of
-//! the matches' noise. On photographs with known cameras that is nearer the truth, up to five times (`tests/colmap.rs`, docs/decisions/042).
+//! the matches' noise. On photographs with known cameras that is nearer the truth, up to five times (`tests/all/colmap.rs`, docs/decisions/042).
 
 mod features;
 mod left_out;

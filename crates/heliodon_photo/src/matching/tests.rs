@@ -1,4 +1,4 @@
-//! Matching with a program that stands in for COLMAP; the real one is run by `tests/colmap.rs`.
+//! Matching with a program that stands in for COLMAP; the real one is run by `tests/all/colmap.rs`.
 #![cfg(unix)]
 
 use super::*;
