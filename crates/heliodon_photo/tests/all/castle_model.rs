@@ -1,5 +1,6 @@
 //! Real photographs: four of the castle of Maupertuis, whose cameras come from OpenMVG by way of kapture. Four corners of its walls were marked by eye.
 //! Skipped where the photographs are not there.
+
 use glam::{DMat3, DQuat, DVec2, DVec3, Vec3};
 use heliodon_image::{Picture, PictureFile, TextureWrap};
 use heliodon_math::color::srgb_from_linear;
