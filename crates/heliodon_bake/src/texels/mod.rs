@@ -60,7 +60,7 @@ pub fn bake_texels(
     work: &Work,
     names: &TexelNames,
 ) -> Result<BakedTexels, BakeError> {
-    let fine = atlas.texels(scene, 0);
+    let (fine, channels) = (atlas.texels(scene, 0), solved.channels() as usize);
     let masks = solved.masks(&(atlas, &fine), work, &names.masks)?;
     let above = atlas.texels(scene, sky_level(solved.channels()));
     let mut sky = solved.values(&(atlas, &above), Asked::Sky, work, &names.sky)?;
@@ -68,7 +68,7 @@ pub fn bake_texels(
     let (masks, rays) = shown(Walled { solved, atlas, texels: &fine }, masks, (&above, &sky));
     let mut baked = BakedTexels {
         masks: masks.words,
-        sky: closed((scene, atlas, &above), &sky, &darkened, Asked::Sky),
+        sky: closed((scene, atlas, &above), &sky, &darkened, (Asked::Sky, channels)),
         bounce: Vec::new(),
         samples: [sky.samples, 0],
         gather_rays: sky.rays + rays,
@@ -78,7 +78,7 @@ pub fn bake_texels(
         let coarse = atlas.texels(scene, TEXEL_LEVELS - 1);
         let mut bounce = solved.values(&(atlas, &coarse), Asked::Bounce, work, &names.bounce)?;
         let darkened = Walled { solved, atlas, texels: &coarse }.darken(&mut bounce);
-        baked.bounce = closed((scene, atlas, &coarse), &bounce, &darkened, Asked::Bounce);
+        baked.bounce = closed((scene, atlas, &coarse), &bounce, &darkened, (Asked::Bounce, channels));
         baked.samples[1] = bounce.samples;
         baked.gather_rays += bounce.rays;
     }

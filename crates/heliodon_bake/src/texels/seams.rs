@@ -1,17 +1,21 @@
 //! Both sides of borders between an atlas's charts are brought together, as those of light maps are ([`heliodon_lightmap::seams`]).
 //!
 //! A light map is shown under one exposure. Texels of a day are shown at all hours, and a visitor in a dim room raises the exposure: so both sides may be apart by a part of the light
-//! that there is itself. How much each number counts in it depends on the hour, and light that is kept serves any sky: all numbers of a texel are matched alike.
+//! that there is itself. How much each number counts in it depends on the hour, and light that is kept serves any sky: what counts is how long the difference of all numbers of a channel is, which
+//! are those of orthonormal functions.
 
 use super::atlas::{Atlas, Texels};
 use super::stage::{Asked, TexelValues};
 use super::walls::is_dark;
 use crate::scene::Scene;
-use heliodon_lightmap::seams::shown_codes;
+use heliodon_lightmap::seams::{Seams, shown_codes};
+use rayon::prelude::*;
 
-/// By how many codes of eight bits a place may be shown apart because of one number, exposed so that all light that is there is white. Half of a code is to be seen by nobody, and what several
-/// numbers are apart by adds up.
-const CODES: f32 = 0.125;
+/// By how many codes of eight bits a place may be shown apart, exposed so that all light that is there is white. Half of a code is to be seen by nobody; a sky that is not even, and an hour at which
+/// there is less than in the mean, show more of it.
+const CODES: f32 = 0.4;
+/// Numbers that are brought together at once.
+const BLOCK: usize = 8;
 /// Where there is less than this part of the brightest light, tolerances are those of as much: as a part of it noise of what is as good as dark has no end.
 const DIMMEST: f32 = 2e-3;
 
@@ -23,10 +27,9 @@ pub fn closed(
     (scene, atlas, texels): (&Scene, &Atlas, &Texels),
     found: &TexelValues,
     darkened: &[u32],
-    asked: Asked,
+    (asked, channels): (Asked, usize),
 ) -> Vec<f32> {
-    let count = texels.texels.len();
-    let width = found.values.len() / count.max(1);
+    let width = found.values.len() / texels.texels.len().max(1);
     let mut whole = found.valid.clone();
     darkened.iter().for_each(|&texel| whole[texel as usize] = false);
     let mut seams = atlas.seams(scene, texels);
@@ -46,10 +49,33 @@ pub fn closed(
     let brightest = light.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
     let part = CODES / shown_codes(1.0, 1.0, 1.0);
     let tolerances: Vec<f32> = seams.middles(&light).into_iter().map(|light| part * light.max(DIMMEST * brightest)).collect();
-    let mut apart: Vec<f32> = (0..width).flat_map(|i| found.values.iter().skip(i).step_by(width)).copied().collect();
-    seams.close_all(&mut apart, &tolerances);
-    let values = (0..count).flat_map(|texel| (0..width).map(move |i| (texel, i)));
-    values.map(|(texel, i)| apart[i * count + texel]).collect()
+    let mut values = found.values.clone();
+    for channel in 0..channels {
+        close(&seams, &mut values, &tolerances, &(channel..width).step_by(channels).collect::<Vec<_>>());
+    }
+    values
+}
+
+/// Brings some numbers of each texel together, block by block: each may have as much of the tolerance as it has of the differences.
+fn close(seams: &Seams, values: &mut [f32], tolerances: &[f32], numbers: &[usize]) {
+    let width = values.len() / seams.texel_count().max(1);
+    let block = |numbers: &[usize]| -> Vec<[f32; BLOCK]> {
+        let of = |texel: &[f32]| std::array::from_fn(|i| numbers.get(i).map_or(0.0, |&number| texel[number]));
+        values.chunks_exact(width.max(1)).map(of).collect()
+    };
+    let mut blocks: Vec<_> = numbers.par_chunks(BLOCK).map(block).collect();
+    let squares: Vec<f64> = blocks.par_iter().map(|block| seams.squares_apart(block, tolerances)).collect();
+    let all: f64 = squares.iter().sum();
+    blocks.par_iter_mut().zip(&squares).filter(|(_, square)| **square > 0.0).for_each(|(block, square)| {
+        let share = (square / all).sqrt() as f32;
+        let tolerances: Vec<f32> = tolerances.iter().map(|most| share * most).collect();
+        seams.close(block, &tolerances);
+    });
+    for (numbers, block) in numbers.chunks(BLOCK).zip(&blocks) {
+        for (texel, block) in values.chunks_exact_mut(width.max(1)).zip(block) {
+            numbers.iter().zip(block).for_each(|(&number, value)| texel[number] = *value);
+        }
+    }
 }
 
 /// How bright texels are, beside one another and their numbers. Of the bounced sun with the sky's light added, which in the mean is about as much.

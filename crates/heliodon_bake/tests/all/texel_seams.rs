@@ -15,8 +15,8 @@ use std::f32::consts::PI;
 use std::fmt::Write;
 use std::fs;
 
-/// Nowhere two codes of eight bits.
-const MOST_CODES: f32 = 2.0;
+/// What eight bits show.
+const MOST_CODES: f32 = 1.0;
 /// Places for the length of a texel of the finest level: twice as many as are matched there.
 const A_TEXEL: f32 = 8.0;
 /// Normals with a lesser cosine between them are a crease, at which light changes.

@@ -30,56 +30,48 @@ impl Seams {
         if !(white > 0.0 && codes > 0.0) {
             return;
         }
-        let of_touched = |light: &[Vec3]| -> Vec<Vec3> { self.touched.iter().map(|&texel| light[texel as usize]).collect() };
+        let of_touched =
+            |light: &[Vec3]| -> Vec<[f32; 3]> { self.touched.iter().map(|&texel| light[texel as usize].to_array()).collect() };
         let (found, mut own) = (of_touched(found), of_touched(held));
-        let shown = |middle: Vec3| Vec3::from_array(middle.to_array().map(|middle| shown_codes(1.0, middle, white)));
+        let shown = |middle: [f32; 3]| Vec3::from_array(middle.map(|middle| shown_codes(1.0, middle, white)));
         let asks = Asks::new(&self.matches, own.len());
         let counts: Vec<Vec3> = self.matches.iter().map(|matched| shown(matched.middle(&found))).collect();
         let mut apart: Vec<Vec3> =
-            self.matches.iter().zip(&counts).map(|(matched, counts)| matched.apart(&own) * *counts).collect();
+            self.matches.iter().zip(&counts).map(|(matched, counts)| Vec3::from_array(matched.apart(&own)) * *counts).collect();
         let beyond = |apart: Vec3| (apart.abs() - 0.5 * codes).max(Vec3::ZERO).length_squared();
         for _ in 0..SWEEPS {
             let mut is_changed = false;
-            for texel in (0..own.len()).filter(|&texel| found[texel] != Vec3::ZERO) {
+            for texel in (0..own.len()).filter(|&texel| found[texel] != [0.0; 3]) {
                 let places = asks.of(texel as u32);
                 if places.iter().all(|&place| beyond(apart[place as usize]) == 0.0) {
                     continue;
                 }
                 let counted = shown(found[texel]);
+                let [found, before] = [found[texel], own[texel]].map(Vec3::from_array);
                 let moved = |place: u32, color: Vec3| {
                     let weight = self.matches[place as usize].weight(texel as u32);
-                    apart[place as usize] + counts[place as usize] * weight * (color - own[texel])
+                    apart[place as usize] + counts[place as usize] * weight * (color - before)
                 };
                 let costs = |color: Vec3| {
-                    let off = OFF * ((color - found[texel]) * counted).length_squared();
+                    let off = OFF * ((color - found) * counted).length_squared();
                     off + places.iter().map(|&place| beyond(moved(place, color))).sum::<f32>()
                 };
-                let other = others(self.touched[texel] as usize, found[texel], own[texel]).into_iter();
+                let other = others(self.touched[texel] as usize, found, before).into_iter();
                 let best = other.map(|color| (costs(color), color)).min_by(|a, b| a.0.total_cmp(&b.0));
-                let Some((_, color)) = best.filter(|(cost, _)| *cost < costs(own[texel])) else { continue };
+                let Some((_, color)) = best.filter(|(cost, _)| *cost < costs(before)) else { continue };
                 let after: Vec<Vec3> = places.iter().map(|&place| moved(place, color)).collect();
                 places.iter().zip(after).for_each(|(&place, after)| apart[place as usize] = after);
-                (own[texel], is_changed) = (color, true);
+                (own[texel], is_changed) = (color.to_array(), true);
             }
             if !is_changed {
                 break;
             }
         }
-        self.touched.iter().zip(own).for_each(|(&texel, color)| held[texel as usize] = color);
+        self.touched.iter().zip(own).for_each(|(&texel, color)| held[texel as usize] = Vec3::from_array(color));
     }
 }
 
 impl Match {
-    /// By how much both sides are apart.
-    fn apart(&self, values: &[Vec3]) -> Vec3 {
-        (0..8).map(|i| self.weights[i] * values[self.texels[i] as usize]).sum()
-    }
-
-    /// The mean of both sides.
-    fn middle(&self, values: &[Vec3]) -> Vec3 {
-        0.5 * (0..8).map(|i| self.weights[i].abs() * values[self.texels[i] as usize]).sum::<Vec3>()
-    }
-
     /// What a texel counts.
     fn weight(&self, texel: u32) -> f32 {
         (0..8).filter(|&i| self.texels[i] == texel).map(|i| self.weights[i]).sum()

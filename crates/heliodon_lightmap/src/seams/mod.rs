@@ -23,12 +23,13 @@ const A_TEXEL: f32 = 4.0;
 const EASY: f32 = 2.0;
 /// Normals with a lesser cosine between them are a crease.
 const SMOOTH: f32 = 0.999;
-/// Rounds over seams before what is left is settled, and from one over all of them to the next.
-const ROUNDS: usize = 512;
+/// Rounds over seams before what is left is settled, where one value of each texel counts and where there are dozens, and from one over all of them to the next.
+const MOST_ROUNDS: usize = 512;
+const FEW_ROUNDS: usize = 128;
 const ALONE: usize = 64;
-/// How often nets grow while they are settled: where one value of each texel counts, and where there are dozens.
-const MOST_TIMES: usize = 64;
-const FEW_TIMES: usize = 4;
+/// How often nets grow while they are settled, where one value counts and where there are dozens.
+const MOST_TIMES: usize = 16;
+const FEW_TIMES: usize = 3;
 /// How often what rounds leave is settled at most: the second time where texels may not become brighter.
 const TURNS: usize = 8;
 
@@ -47,7 +48,7 @@ struct Near<F> {
     tolerance: f32,
     /// Those that are no further apart than this are left.
     enough: f32,
-    /// What a difference of 1 counts, of the place, the difference that there is and the mean.
+    /// What a difference of 1 counts, of the place, how large the difference is and the mean of both sides.
     shown: F,
 }
 
@@ -159,12 +160,12 @@ impl Seams {
         self.matches.is_empty()
     }
 
-    /// Changes one value of each texel until no two sides differ by more than their place's tolerance, all above 0, or what is apart was settled a few times; returns how many times as far they still differ at most. A place
-    /// whose sides are nearer than half of that changes nothing.
+    /// Changes `N` values of each texel at once until no two sides differ by more than their place's tolerance, all above 0, or it does not get better; returns how many times as far they still
+    /// differ at most. What counts is how long the difference is (the root of the sum of the squares of all `N`). A place whose sides are nearer than half of that changes nothing.
     ///
     /// # Panics
     /// When there are not as many values as texels, and tolerances as places.
-    pub fn close(&self, values: &mut [f32], tolerances: &[f32]) -> f32 {
+    pub fn close<const N: usize>(&self, values: &mut [[f32; N]], tolerances: &[f32]) -> f32 {
         assert_eq!(tolerances.len(), self.matches.len(), "a tolerance for each place");
         // texels change as easily as what asks most of them lets them
         let mut finest = vec![f32::INFINITY; self.touched.len()];
@@ -172,18 +173,32 @@ impl Seams {
             matched.asked().for_each(|(texel, _)| finest[texel as usize] = finest[texel as usize].min(*most));
         }
         let any = |_| [f32::NEG_INFINITY, f32::INFINITY];
-        let near = Near { tolerance: 1.0, enough: 0.5, shown: |place: usize, _, _| 1.0 / tolerances[place] };
+        let near = Near { tolerance: 1.0, enough: 0.5, shown: |place: usize, _, _: [f32; N]| 1.0 / tolerances[place] };
         let terms = Terms {
-            shown: |place: usize, _| 1.0 / tolerances[place],
-            held: |texel: usize, _| 1.0 / (finest[texel] * finest[texel]),
+            shown: |place: usize, _: [f32; N]| 1.0 / tolerances[place],
+            held: |texel: usize, _: [f32; N]| 1.0 / (finest[texel] * finest[texel]),
             bounds: any,
         };
         let mut own = self.of_touched(values);
-        self.bring_together(&mut own, any, ROUNDS, &near);
+        self.bring_together(&mut own, any, FEW_ROUNDS, &near);
         self.settle(&mut own, 1.0, FEW_TIMES, &terms);
         self.put(&own, values);
-        let apart = |[one, other]: [f32; 2]| (one - other).abs();
-        self.matches.iter().zip(tolerances).map(|(matched, most)| apart(matched.sides(&own)) / most).fold(0.0, f32::max)
+        self.lengths(&own).zip(tolerances).map(|(apart, most)| apart / most).fold(0.0, f32::max)
+    }
+
+    /// The sum over all places of the squares of how long the difference of `N` values of both sides is, beside their tolerances.
+    ///
+    /// # Panics
+    /// As [`Seams::close`].
+    #[must_use]
+    pub fn squares_apart<const N: usize>(&self, values: &[[f32; N]], tolerances: &[f32]) -> f64 {
+        assert_eq!(tolerances.len(), self.matches.len(), "a tolerance for each place");
+        self.lengths(&self.of_touched(values)).zip(tolerances).map(|(apart, most)| f64::from(apart / most).powi(2)).sum()
+    }
+
+    /// How long the differences between both sides are.
+    fn lengths<const N: usize>(&self, own: &[[f32; N]]) -> impl Iterator<Item = f32> {
+        self.matches.iter().map(|matched| length(matched.apart(own)))
     }
 
     /// Changes several values of each texel, one after the other in `values`, all at least 0 and some (where what is dark lies beside what is lit) no greater than they were, until both sides of all places are
@@ -196,22 +211,24 @@ impl Seams {
         if !(white > 0.0 && codes > 0.0) {
             return;
         }
-        let shown = |_: usize, off: f32, middle: f32| {
+        let shown = |_: usize, off: f32, [middle]: [f32; 1]| {
             // no code is narrower than those of what is darkest: most places are near enough by these
             let least = shown_codes(1.0, 0.0, white);
-            if off.abs() * least <= 0.5 * codes { least } else { shown_codes(1.0, middle, white) }
+            if off * least <= 0.5 * codes { least } else { shown_codes(1.0, middle, white) }
         };
         let near = Near { tolerance: codes, enough: 0.5 * codes, shown };
         if self.texels > 0 {
             values.par_chunks_mut(self.texels).for_each(|values| {
+                let values = values.as_chunks_mut::<1>().0;
                 let mut own = self.of_touched(values);
                 let caps: Vec<f32> =
-                    own.iter().zip(&self.is_capped).map(|(own, capped)| if *capped { *own } else { f32::INFINITY }).collect();
+                    own.iter().zip(&self.is_capped).map(|([own], capped)| if *capped { *own } else { f32::INFINITY }).collect();
                 let bounds = |texel: usize| [0.0, caps[texel]];
                 let shown = |middle| shown_codes(1.0, middle, white);
-                let terms = Terms { shown: |_, middle| shown(middle), held: |_, value| shown(value) * shown(value), bounds };
+                let held = |_: usize, [value]: [f32; 1]| shown(value) * shown(value);
+                let terms = Terms { shown: |_, [middle]: [f32; 1]| shown(middle), held, bounds };
                 for _ in 0..TURNS {
-                    self.bring_together(&mut own, bounds, ROUNDS, &near);
+                    self.bring_together(&mut own, bounds, MOST_ROUNDS, &near);
                     if self.settle(&mut own, codes, MOST_TIMES, &terms) {
                         break;
                     }
@@ -222,36 +239,35 @@ impl Seams {
     }
 
     /// So many of Kaczmarz's rounds over the values of touched texels, each of which stays within its `bounds`.
-    fn bring_together(
+    fn bring_together<const N: usize>(
         &self,
-        own: &mut [f32],
+        own: &mut [[f32; N]],
         bounds: impl Fn(usize) -> [f32; 2],
         rounds: usize,
-        near: &Near<impl Fn(usize, f32, f32) -> f32>,
+        near: &Near<impl Fn(usize, f32, [f32; N]) -> f32>,
     ) {
         let mut apart: Vec<(&Match, f32)> = Vec::new();
         for round in 0..rounds {
             // most places come together at once: what is still apart is asked alone between rounds over all of them
             let is_whole = round % ALONE == 0;
             if is_whole {
-                let shown = |(place, matched): (usize, &Match)| {
-                    let [one, other] = matched.sides(own);
-                    (near.shown)(place, one - other, 0.5 * (one + other))
-                };
+                let shown =
+                    |(place, matched): (usize, &Match)| (near.shown)(place, length(matched.apart(own)), matched.middle(own));
                 let counted = self.matches.iter().enumerate().map(|place| (place.1, shown(place)));
                 apart = counted.collect();
             }
             apart.retain(|(matched, shown)| {
-                let [one, other] = matched.sides(own);
-                let apart = (one - other).abs() * shown;
+                let off = matched.apart(own);
+                let apart = length(off) * shown;
                 if apart > near.enough {
-                    let off = (one - other) * (1.0 - near.enough / apart);
                     let ease = |i: usize| self.ease[matched.texels[i] as usize];
                     let sum: f32 = (0..8).map(|i| ease(i) * matched.weights[i] * matched.weights[i]).sum();
+                    let beyond = 1.0 - near.enough / apart;
                     for i in (0..8).filter(|_| sum > 0.0) {
                         let texel = matched.texels[i] as usize;
                         let [least, most] = bounds(texel);
-                        own[texel] = (own[texel] - off * ease(i) * matched.weights[i] / sum).min(most).max(least);
+                        let by = beyond * ease(i) * matched.weights[i] / sum;
+                        own[texel].iter_mut().zip(off).for_each(|(own, off)| *own = (*own - off * by).min(most).max(least));
                     }
                 }
                 apart > near.tolerance
@@ -262,22 +278,13 @@ impl Seams {
         }
     }
 
-    fn put(&self, own: &[f32], values: &mut [f32]) {
+    fn put<T: Copy>(&self, own: &[T], values: &mut [T]) {
         self.touched.iter().zip(own).for_each(|(&texel, value)| values[texel as usize] = *value);
     }
 
-    fn of_touched(&self, values: &[f32]) -> Vec<f32> {
+    fn of_touched<T: Copy>(&self, values: &[T]) -> Vec<T> {
         assert_eq!(values.len(), self.texels, "a value for each texel");
         self.touched.iter().map(|&texel| values[texel as usize]).collect()
-    }
-
-    /// As [`Seams::close`], for several values of each texel, one after the other in `values`.
-    pub fn close_all(&self, values: &mut [f32], tolerances: &[f32]) -> f32 {
-        let count = self.texels;
-        if count == 0 {
-            return 0.0;
-        }
-        values.par_chunks_mut(count).map(|values| self.close(values, tolerances)).reduce(|| 0.0, f32::max)
     }
 
     /// The mean of both sides of each place, of one value of each texel.
@@ -286,8 +293,8 @@ impl Seams {
     /// When there are not as many values as texels.
     #[must_use]
     pub fn middles(&self, values: &[f32]) -> Vec<f32> {
-        let own = self.of_touched(values);
-        self.matches.iter().map(|matched| 0.5 * matched.sides(&own).iter().sum::<f32>()).collect()
+        let own = self.of_touched(values.as_chunks().0);
+        self.matches.iter().map(|matched| matched.middle::<1>(&own)[0]).collect()
     }
 
     /// By how much both sides differ at most.
@@ -296,9 +303,7 @@ impl Seams {
     /// As [`Seams::close`].
     #[must_use]
     pub fn widest(&self, values: &[f32]) -> f32 {
-        let own = self.of_touched(values);
-        let apart = |[one, other]: [f32; 2]| (one - other).abs();
-        self.matches.iter().map(|matched| apart(matched.sides(&own))).fold(0.0, f32::max)
+        self.lengths::<1>(&self.of_touched(values.as_chunks().0)).fold(0.0, f32::max)
     }
 
     /// By how many codes of eight bits both sides are shown apart at most ([`shown_codes`]), of one value of each texel.
@@ -316,9 +321,9 @@ impl Seams {
     /// As [`Seams::close`].
     #[must_use]
     pub fn shown_apart(&self, values: &[f32], white: f32) -> Vec<f32> {
-        let own = self.of_touched(values);
-        let shown = |[one, other]: [f32; 2]| shown_codes(one - other, 0.5 * (one + other), white);
-        self.matches.iter().map(|matched| shown(matched.sides(&own))).collect()
+        let own = self.of_touched(values.as_chunks().0);
+        let shown = |matched: &Match| shown_codes(length::<1>(matched.apart(&own)), matched.middle::<1>(&own)[0], white);
+        self.matches.iter().map(shown).collect()
     }
 
     /// The texels that each place is filtered from, on both sides.
@@ -335,12 +340,39 @@ impl Match {
         (0..8).filter(move |&i| weights[i] != 0.0).map(move |i| (texels[i], weights[i]))
     }
 
-    /// What is filtered on one side and on the other.
-    fn sides(&self, values: &[f32]) -> [f32; 2] {
-        let sum =
-            |places: std::ops::Range<usize>| -> f32 { places.map(|i| self.weights[i] * values[self.texels[i] as usize]).sum() };
-        [sum(0..4), -sum(4..8)]
+    /// What is filtered on one side and on the other, the other's below 0.
+    fn sides<const N: usize>(&self, values: &[[f32; N]]) -> [[f32; N]; 2] {
+        [0, 4].map(|first| weighted(&self.texels[first..first + 4], &self.weights[first..first + 4], values))
     }
+
+    /// By how much both sides are apart.
+    fn apart<const N: usize>(&self, values: &[[f32; N]]) -> [f32; N] {
+        let [one, other] = self.sides(values);
+        std::array::from_fn(|i| one[i] + other[i])
+    }
+
+    /// The mean of both sides.
+    fn middle<const N: usize>(&self, values: &[[f32; N]]) -> [f32; N] {
+        let [one, other] = self.sides(values);
+        std::array::from_fn(|i| 0.5 * (one[i] - other[i]))
+    }
+}
+
+/// The sum of what some texels have, as much as each counts.
+fn weighted<const N: usize>(texels: &[u32], weights: &[f32], values: &[[f32; N]]) -> [f32; N] {
+    let mut sum = [0.0; N];
+    for (texel, weight) in texels.iter().zip(weights) {
+        sum.iter_mut().zip(values[*texel as usize]).for_each(|(sum, value)| *sum += weight * value);
+    }
+    sum
+}
+
+fn dot<const N: usize>(a: [f32; N], b: [f32; N]) -> f32 {
+    a.into_iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn length<const N: usize>(v: [f32; N]) -> f32 {
+    dot(v, v).sqrt()
 }
 
 /// By how many of the 255 steps of eight bits something white is shown apart under two lights that differ by `off` about `middle`: exposed so that light of `white`, and wherever there is more, that,
@@ -459,16 +491,22 @@ mod tests {
             assert!(dense.widest(&before) > 1.5 * most, "{}", dense.widest(&before));
             let mut values = before.clone();
             let tolerances = vec![0.1 / 255.0; seams.len()];
-            let left = seams.close(&mut values, &tolerances) * tolerances[0];
+            let left = seams.close::<1>(values.as_chunks_mut().0, &tolerances) * tolerances[0];
             // between the places that were matched as well
             assert!(left <= most && dense.widest(&values) <= most, "{left} and {}", dense.widest(&values));
             let covered = texels.iter().zip(before.iter().zip(&values)).filter(|(texel, _)| texel.is_covered);
             let moved: Vec<f32> = covered.map(|(_, (before, after))| (before - after).abs()).collect();
             let mean = moved.iter().sum::<f32>() / moved.len() as f32;
             assert!(mean < 0.004, "{mean}");
-            let mut two = [before.clone(), before].concat();
-            seams.close_all(&mut two, &tolerances);
-            assert!(two[..values.len()] == values && two[values.len()..] == values);
+            // several at once, of which some are equal already: those move by no more than may be apart
+            let mut three: Vec<[f32; 3]> = before.iter().map(|&value| [value, 0.2, 2.0 * value]).collect();
+            let left = seams.close(&mut three, &tolerances) * tolerances[0];
+            let moved = three.iter().map(|values| (values[1] - 0.2).abs()).fold(0.0, f32::max);
+            assert!(left <= most && moved <= most, "{left} and {moved}");
+            for i in [0, 2] {
+                let of_one: Vec<f32> = three.iter().map(|values| values[i]).collect();
+                assert!(dense.widest(&of_one) <= most, "{}", dense.widest(&of_one));
+            }
         }
     }
 
@@ -508,7 +546,7 @@ mod tests {
         let keep: Vec<bool> = seams.places().map(|mut place| place.all(|texel| valid[texel as usize])).collect();
         seams.keep(&keep);
         let mut after = before.clone();
-        seams.close(&mut after, &vec![1e-4; seams.len()]);
+        seams.close::<1>(after.as_chunks_mut().0, &vec![1e-4; seams.len()]);
         for (((texel, valid), before), after) in texels.iter().zip(&valid).zip(&before).zip(&after) {
             assert!(place(texel) < 3.5 || *after == 0.0, "dark stays dark: {after}");
             assert!(*valid || before == after);

@@ -5,10 +5,10 @@
 //! sur la convergence de méthodes de directions conjuguées", 1969). Begun where the rounds have ended, around the places that are still apart alone, and ended as soon as all
 //! are near enough: to be exactly equal along a net moves its values far from what was found. There is always an end, for a net whose values are all alike is one.
 
-use super::{Match, NOBODY, Seams};
+use super::{Match, NOBODY, Seams, dot, length, weighted};
 
 /// Steps between which it is asked anew what is apart, and what a difference counts.
-const STEPS: usize = 64;
+const STEPS: usize = 512;
 /// Texels change so many places around those that are apart, and twice as far each time.
 const REACH: usize = 16;
 /// How often it becomes twice as far.
@@ -28,16 +28,15 @@ pub(super) struct Terms<S, E, B> {
 
 impl Seams {
     /// Changes the values of touched texels until no place counts more than `most`, as far as half of that; returns whether none does.
-    pub(super) fn settle(
+    pub(super) fn settle<const N: usize>(
         &self,
-        own: &mut [f32],
+        own: &mut [[f32; N]],
         most: f32,
         times: usize,
-        terms: &Terms<impl Fn(usize, f32) -> f32, impl Fn(usize, f32) -> f32, impl Fn(usize) -> [f32; 2]>,
+        terms: &Terms<impl Fn(usize, [f32; N]) -> f32, impl Fn(usize, [f32; N]) -> f32, impl Fn(usize) -> [f32; 2]>,
     ) -> bool {
-        let is_apart = |place: u32, matched: &Match, own: &[f32]| {
-            let [one, other] = matched.sides(own);
-            (one - other).abs() * (terms.shown)(place as usize, 0.5 * (one + other)) > most
+        let is_apart = |place: u32, matched: &Match, own: &[[f32; N]]| {
+            length(matched.apart(own)) * (terms.shown)(place as usize, matched.middle(own)) > most
         };
         let mut asks: Option<Asks> = None;
         for time in 0..times {
@@ -52,7 +51,7 @@ impl Seams {
             net.relax(0.5 * most, most);
             for (texel, value) in net.texels.iter().map(|&texel| texel as usize).zip(&net.values) {
                 let [least, most] = (terms.bounds)(texel);
-                own[texel] = value.min(most).max(least);
+                own[texel] = value.map(|value| value.min(most).max(least));
             }
         }
         false
@@ -81,36 +80,42 @@ impl Asks {
 }
 
 /// A place of a net: what its texels count, and by how many codes its sides are shown apart, with a sign.
-struct Row {
+struct Row<const N: usize> {
     texels: [u32; 8],
     weights: [f32; 8],
-    apart: f32,
+    /// How many of its texels count.
+    count: usize,
+    apart: [f32; N],
 }
 
-impl Row {
-    fn sum(&self, values: &[f32]) -> f32 {
-        (0..8).map(|i| self.weights[i] * values[self.texels[i] as usize]).sum()
+impl<const N: usize> Row<N> {
+    fn texels(&self) -> &[u32] {
+        &self.texels[..self.count]
+    }
+
+    fn weights(&self) -> &[f32] {
+        &self.weights[..self.count]
     }
 }
 
 /// Texels that may change, and all places that ask for any of them.
-struct Net {
+struct Net<const N: usize> {
     /// Numbers of [`Seams::touched`].
     texels: Vec<u32>,
-    values: Vec<f32>,
+    values: Vec<[f32; N]>,
     /// How easily each changes: a code there is worth a code elsewhere.
     ease: Vec<f32>,
-    rows: Vec<Row>,
+    rows: Vec<Row<N>>,
 }
 
-impl Net {
+impl<const N: usize> Net<N> {
     fn around<B>(
         seams: &Seams,
         asks: &Asks,
         apart: &[u32],
         reach: usize,
-        own: &[f32],
-        terms: &Terms<impl Fn(usize, f32) -> f32, impl Fn(usize, f32) -> f32, B>,
+        own: &[[f32; N]],
+        terms: &Terms<impl Fn(usize, [f32; N]) -> f32, impl Fn(usize, [f32; N]) -> f32, B>,
     ) -> Self {
         let mut number = vec![NOBODY; own.len()];
         let mut is_row = vec![false; seams.matches.len()];
@@ -130,18 +135,18 @@ impl Net {
             }
         }
         let row = |(place, matched): (usize, &Match)| {
-            let [one, other] = matched.sides(own);
-            let counts = (terms.shown)(place, 0.5 * (one + other));
-            let mut row = Row { texels: [0; 8], weights: [0.0; 8], apart: counts * (one - other) };
-            for (i, (texel, weight)) in matched.asked().enumerate().filter(|(_, (texel, _))| number[*texel as usize] != NOBODY)
-            {
-                (row.texels[i], row.weights[i]) = (number[texel as usize], counts * weight);
+            let counts = (terms.shown)(place, matched.middle(own));
+            let apart = matched.apart(own).map(|apart| counts * apart);
+            let mut row = Row { texels: [0; 8], weights: [0.0; 8], count: 0, apart };
+            for (texel, weight) in matched.asked().filter(|(texel, _)| number[*texel as usize] != NOBODY) {
+                (row.texels[row.count], row.weights[row.count]) = (number[texel as usize], counts * weight);
+                row.count += 1;
             }
             row
         };
         let rows = seams.matches.iter().enumerate().filter(|(place, _)| is_row[*place]).map(row).collect();
-        let values: Vec<f32> = texels.iter().map(|&texel| own[texel as usize]).collect();
-        let ease = |(&texel, &value): (&u32, &f32)| seams.ease[texel as usize] / (terms.held)(texel as usize, value);
+        let values: Vec<[f32; N]> = texels.iter().map(|&texel| own[texel as usize]).collect();
+        let ease = |(&texel, &value): (&u32, &[f32; N])| seams.ease[texel as usize] / (terms.held)(texel as usize, value);
         let ease = texels.iter().zip(&values).map(ease).collect();
         Self { texels, values, ease, rows }
     }
@@ -150,19 +155,21 @@ impl Net {
     fn hold(&mut self, bounds: &impl Fn(usize) -> [f32; 2], enough: f32) {
         let gradient = self.gradient(enough);
         for (i, texel) in self.texels.iter().enumerate() {
-            if self.values[i] >= bounds(*texel as usize)[1] && gradient[i] < 0.0 {
+            let most = bounds(*texel as usize)[1];
+            if self.values[i].iter().zip(gradient[i]).any(|(value, gradient)| *value >= most && gradient < 0.0) {
                 self.ease[i] = 0.0;
             }
         }
     }
 
     /// What half the squares of what places are apart beyond what is enough become greater by, for a texel's value.
-    fn gradient(&self, enough: f32) -> Vec<f32> {
-        let mut gradient = vec![0.0; self.values.len()];
+    fn gradient(&self, enough: f32) -> Vec<[f32; N]> {
+        let mut gradient = vec![[0.0; N]; self.values.len()];
         for row in &self.rows {
-            let beyond = beyond(row.apart, enough);
-            if beyond != 0.0 {
-                (0..8).for_each(|i| gradient[row.texels[i] as usize] += beyond * row.weights[i]);
+            let beyond = beyond(length(row.apart), enough);
+            for (texel, weight) in row.texels().iter().zip(row.weights()).filter(|_| beyond > 0.0) {
+                let by = beyond * weight;
+                gradient[*texel as usize].iter_mut().zip(row.apart).for_each(|(gradient, apart)| *gradient += by * apart);
             }
         }
         gradient
@@ -171,60 +178,86 @@ impl Net {
     /// Steps until no place is further apart than `most`, as far as `enough`.
     fn relax(&mut self, enough: f32, most: f32) {
         let count = self.values.len();
-        let (mut way, mut gradient) = (vec![0.0_f32; count], vec![0.0_f32; count]);
-        let mut moved = vec![0.0_f32; self.rows.len()];
-        let mut length = f64::INFINITY;
+        let (mut way, mut gradient) = (vec![[0.0_f32; N]; count], vec![[0.0_f32; N]; count]);
+        let (mut moved, mut lines) = (vec![[0.0_f32; N]; self.rows.len()], vec![Line::default(); self.rows.len()]);
+        let mut last = f64::INFINITY;
         for _ in 0..STEPS {
             let before = std::mem::replace(&mut gradient, self.gradient(enough));
-            let dot = |other: &[f32]| -> f64 {
+            let along = |other: &[[f32; N]]| -> f64 {
                 let products = self.ease.iter().zip(&gradient).zip(other);
-                products.map(|((ease, gradient), other)| f64::from(ease * gradient) * f64::from(*other)).sum()
+                products.map(|((ease, gradient), other)| f64::from(*ease) * f64::from(dot(*gradient, *other))).sum()
             };
-            let (square, with_before) = (dot(&gradient), dot(&before));
+            let (square, with_before) = (along(&gradient), along(&before));
             // nothing is left, or it is no number
             if !(square > 0.0 && square.is_finite()) {
                 break;
             }
-            let share = ((square - with_before) / length).max(0.0) as f32;
-            length = square;
-            way.iter_mut().zip(&self.ease).zip(&gradient).for_each(|((way, ease), by)| *way = share * *way - ease * by);
-            moved.iter_mut().zip(&self.rows).for_each(|(moved, row)| *moved = row.sum(&way));
-            let step = self.least_along(&moved, enough);
-            self.values.iter_mut().zip(&way).for_each(|(value, way)| *value += step * way);
-            self.rows.iter_mut().zip(&moved).for_each(|(row, moved)| row.apart += step * moved);
-            if self.rows.iter().all(|row| row.apart.abs() <= most) {
+            let share = ((square - with_before) / last).max(0.0) as f32;
+            last = square;
+            for ((way, ease), by) in way.iter_mut().zip(&self.ease).zip(&gradient) {
+                way.iter_mut().zip(by).for_each(|(way, by)| *way = share * *way - ease * by);
+            }
+            for ((moved, line), row) in moved.iter_mut().zip(&mut lines).zip(&self.rows) {
+                *moved = weighted(row.texels(), row.weights(), &way);
+                *line = Line::new(row.apart, *moved);
+            }
+            let step = least_along(&lines, enough);
+            let further = |to: &mut [f32; N], by: &[f32; N]| to.iter_mut().zip(by).for_each(|(to, by)| *to += step * by);
+            self.values.iter_mut().zip(&way).for_each(|(value, way)| further(value, way));
+            self.rows.iter_mut().zip(&moved).for_each(|(row, moved)| further(&mut row.apart, moved));
+            if self.rows.iter().all(|row| length(row.apart) <= most) {
                 break;
             }
         }
-    }
-
-    /// How far along a way, by which places come apart by `moved`, their squares are least (Newton's steps).
-    fn least_along(&self, moved: &[f32], enough: f32) -> f32 {
-        let mut step = 0.0_f64;
-        for _ in 0..ALONG {
-            let (mut slope, mut bend) = (0.0, 0.0);
-            for (row, &moved) in self.rows.iter().zip(moved) {
-                let beyond = beyond(row.apart + step as f32 * moved, enough);
-                if beyond != 0.0 {
-                    slope += f64::from(beyond) * f64::from(moved);
-                    bend += f64::from(moved) * f64::from(moved);
-                }
-            }
-            if bend <= 0.0 {
-                break;
-            }
-            step -= slope / bend;
-            if slope.abs() <= 1.0e-3 * bend * step.abs() {
-                break;
-            }
-        }
-        step as f32
     }
 }
 
-/// By how much something is further apart than what is enough, with its sign.
+/// How long what is apart becomes along a way.
+#[derive(Clone, Copy, Default)]
+struct Line {
+    /// The square of what is apart at its beginning, what it has of the way, and the square of the way.
+    apart: f32,
+    both: f32,
+    moved: f32,
+}
+
+impl Line {
+    fn new<const N: usize>(apart: [f32; N], moved: [f32; N]) -> Self {
+        Self { apart: dot(apart, apart), both: dot(apart, moved), moved: dot(moved, moved) }
+    }
+}
+
+/// How far along a way half the squares of what places are apart beyond what is enough are least (Newton's steps).
+fn least_along(lines: &[Line], enough: f32) -> f32 {
+    let mut step = 0.0_f64;
+    for _ in 0..ALONG {
+        let (mut slope, mut bend) = (0.0, 0.0);
+        let by = step as f32;
+        for line in lines {
+            let square = line.apart + by * (2.0 * line.both + by * line.moved);
+            if square > enough * enough {
+                let along = line.both + by * line.moved;
+                let beyond = beyond(square.sqrt(), enough);
+                slope += f64::from(beyond * along);
+                // what is apart turns while it becomes shorter
+                let straight = along * along / square;
+                bend += f64::from(straight + beyond * (line.moved - straight).max(0.0));
+            }
+        }
+        if bend <= 0.0 {
+            break;
+        }
+        step -= slope / bend;
+        if slope.abs() <= 1.0e-3 * bend * step.abs() {
+            break;
+        }
+    }
+    step as f32
+}
+
+/// Which part of what is apart lies beyond what is enough.
 fn beyond(apart: f32, enough: f32) -> f32 {
-    apart - apart.clamp(-enough, enough)
+    if apart > enough { 1.0 - enough / apart } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -286,11 +319,11 @@ mod tests {
         let smooth = |p: Vec3| 0.5 + 0.3 * libm::sinf(p.x) * libm::cosf(2.0 * p.z);
         let before: Vec<f32> =
             texels.iter().map(|texel| smooth(place(texel.triangle, texel.weights)) + rng.range_f32(-0.1, 0.1)).collect();
-        let near = Near { tolerance: 0.5, enough: 0.25, shown: |_, _, middle| shown_codes(1.0, middle, 1.0) };
-        let mut own = seams.of_touched(&before);
-        seams.bring_together(&mut own, |_| [0.0, f32::INFINITY], super::super::ROUNDS, &near);
+        let near = Near { tolerance: 0.5, enough: 0.25, shown: |_, _, [middle]: [f32; 1]| shown_codes(1.0, middle, 1.0) };
+        let mut own = seams.of_touched(before.as_chunks().0);
+        seams.bring_together(&mut own, |_| [0.0, f32::INFINITY], super::super::MOST_ROUNDS, &near);
         let mut rounds = before.clone();
-        seams.put(&own, &mut rounds);
+        seams.put(&own, rounds.as_chunks_mut().0);
         assert!(seams.widest_shown(&rounds, 1.0) > 1.0, "{}", seams.widest_shown(&rounds, 1.0));
         let mut values = before.clone();
         seams.close_shown(&mut values, 1.0, 0.5);
