@@ -29,7 +29,7 @@ use atlas::Texels;
 use heliodon_bundle::texels::{TEXEL_LEVELS, float_texture, sky_level, sun_texture};
 use heliodon_bundle::{LightLayout, TexelLight};
 use heliodon_light::SunMasks;
-use seams::closed;
+use seams::{carry, closed};
 use stage::TexelValues;
 use walls::{Walled, is_dark};
 
@@ -65,10 +65,12 @@ pub fn bake_texels(
     let above = atlas.texels(scene, sky_level(solved.channels()));
     let mut sky = solved.values(&(atlas, &above), Asked::Sky, work, &names.sky)?;
     let darkened = Walled { solved, atlas, texels: &above }.darken(&mut sky);
+    let seams = atlas.seams(scene, &above);
+    carry(&seams, &above.grid, &mut sky);
     let (masks, rays) = shown(Walled { solved, atlas, texels: &fine }, masks, (&above, &sky));
     let mut baked = BakedTexels {
         masks: masks.words,
-        sky: closed((scene, atlas, &above), &sky, &darkened, (Asked::Sky, channels)),
+        sky: closed(seams, (atlas, &above), &sky, &darkened, (Asked::Sky, channels)),
         bounce: Vec::new(),
         samples: [sky.samples, 0],
         gather_rays: sky.rays + rays,
@@ -78,7 +80,9 @@ pub fn bake_texels(
         let coarse = atlas.texels(scene, TEXEL_LEVELS - 1);
         let mut bounce = solved.values(&(atlas, &coarse), Asked::Bounce, work, &names.bounce)?;
         let darkened = Walled { solved, atlas, texels: &coarse }.darken(&mut bounce);
-        baked.bounce = closed((scene, atlas, &coarse), &bounce, &darkened, (Asked::Bounce, channels));
+        let seams = atlas.seams(scene, &coarse);
+        carry(&seams, &coarse.grid, &mut bounce);
+        baked.bounce = closed(seams, (atlas, &coarse), &bounce, &darkened, (Asked::Bounce, channels));
         baked.samples[1] = bounce.samples;
         baked.gather_rays += bounce.rays;
     }

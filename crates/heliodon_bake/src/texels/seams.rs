@@ -7,7 +7,7 @@
 use super::atlas::{Atlas, Texels};
 use super::stage::{Asked, TexelValues};
 use super::walls::is_dark;
-use crate::scene::Scene;
+use heliodon_lightmap::refine::Grid;
 use heliodon_lightmap::seams::{Seams, shown_codes};
 use rayon::prelude::*;
 
@@ -19,12 +19,39 @@ const BLOCK: usize = 8;
 /// Where there is less than this part of the brightest light, tolerances are those of as much: as a part of it noise of what is as good as dark has no end.
 const DIMMEST: f32 = 2e-3;
 
+/// How many charts deep light is carried into what lies inside of something.
+const DEEP: usize = 4;
+
+/// Gives charts of which no texel lies where light can be what is shown beside them, where a surface goes on in them: a sliver of them may be seen all the same.
+pub fn carry(seams: &Seams, grid: &Grid, found: &mut TexelValues) {
+    let nearest =
+        |known: &[bool]| (0..).zip(grid.nearest_valid(known)).filter(|(own, of)| own != of).collect::<Vec<(u32, u32)>>();
+    let mut known = found.valid.clone();
+    nearest(&found.valid).into_iter().for_each(|(texel, _)| known[texel as usize] = true);
+    let width = found.values.len() / known.len().max(1);
+    for _ in 0..DEEP {
+        let given = seams.carry(&mut found.values, &known);
+        if given.is_empty() {
+            break;
+        }
+        seams.carry(&mut found.ambient, &known);
+        given.iter().for_each(|&texel| known[texel as usize] = true);
+        for (texel, of) in nearest(&known) {
+            let (texel, of) = (texel as usize, of as usize);
+            found.values.copy_within(of * width..(of + 1) * width, texel * width);
+            found.ambient[texel] = found.ambient[of];
+            known[texel] = true;
+        }
+    }
+}
+
 /// The values of texels with both sides of seams brought together.
 ///
 /// Left open are places where what walls have darkened, or what lies within something, is filtered beside what is lit: there light would come into a dark room. Of other texels that lie within something
 /// a little shows beside what they lie in.
 pub fn closed(
-    (scene, atlas, texels): (&Scene, &Atlas, &Texels),
+    mut seams: Seams,
+    (atlas, texels): (&Atlas, &Texels),
     found: &TexelValues,
     darkened: &[u32],
     (asked, channels): (Asked, usize),
@@ -32,7 +59,6 @@ pub fn closed(
     let width = found.values.len() / texels.texels.len().max(1);
     let mut whole = found.valid.clone();
     darkened.iter().for_each(|&texel| whole[texel as usize] = false);
-    let mut seams = atlas.seams(scene, texels);
     let beside = Beside::new(atlas, texels);
     let span = |texels: &mut dyn Iterator<Item = u32>| {
         texels

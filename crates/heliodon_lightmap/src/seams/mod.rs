@@ -16,6 +16,7 @@ use heliodon_math::frame::unit_or;
 use heliodon_mesh::topology::HalfEdge;
 use rayon::prelude::*;
 use settle::Terms;
+use std::collections::BTreeMap;
 
 /// Places that are matched for a texel's length.
 const A_TEXEL: f32 = 4.0;
@@ -297,6 +298,39 @@ impl Seams {
         self.matches.iter().map(|matched| matched.middle::<1>(&own)[0]).collect()
     }
 
+    /// Gives texels that are not `known` the mean of what the other sides of their borders show, of several values of each texel; from sides of which every texel is known. Returns those that it
+    /// gave something to, ascending; they are not known yet.
+    ///
+    /// # Panics
+    /// When there is not a mark for each texel, and as many values of each.
+    pub fn carry(&self, values: &mut [f32], known: &[bool]) -> Vec<u32> {
+        assert_eq!(known.len(), self.texels, "a mark for each texel");
+        let width = values.len() / self.texels.max(1);
+        assert_eq!(values.len(), width * self.texels, "as many values of each texel");
+        let mut given: BTreeMap<u32, (f32, Vec<f32>)> = BTreeMap::new();
+        for matched in &self.matches {
+            let side = |first: usize| (first..first + 4).filter(|&i| matched.weights[i] != 0.0);
+            let texel = |i: usize| self.touched[matched.texels[i] as usize];
+            for [to, from] in [[0, 4], [4, 0]].into_iter().filter(|[_, from]| side(*from).all(|i| known[texel(i) as usize])) {
+                for taker in side(to).filter(|&i| !known[texel(i) as usize]) {
+                    let counts = matched.weights[taker].abs();
+                    let (sum, sums) = given.entry(texel(taker)).or_insert_with(|| (0.0, vec![0.0; width]));
+                    *sum += counts;
+                    for giver in side(from) {
+                        let shown = &values[texel(giver) as usize * width..][..width];
+                        let counts = counts * matched.weights[giver].abs();
+                        sums.iter_mut().zip(shown).for_each(|(sum, value)| *sum += counts * value);
+                    }
+                }
+            }
+        }
+        for (texel, (sum, sums)) in &given {
+            let of_texel = &mut values[*texel as usize * width..][..width];
+            of_texel.iter_mut().zip(sums).for_each(|(value, of_all)| *value = of_all / sum);
+        }
+        given.into_keys().collect()
+    }
+
     /// By how much both sides differ at most.
     ///
     /// # Panics
@@ -552,6 +586,31 @@ mod tests {
             assert!(*valid || before == after);
         }
         assert!(before != after && seams.widest(&after) <= 1e-4);
+    }
+
+    #[test]
+    fn what_is_not_known_takes_what_is_shown_beside_it() {
+        let (positions, triangles, unwrapped) = row();
+        let texels = texels(&unwrapped, SIDES[0], SIDES[1]);
+        let seams = Seams::new(&unwrapped, (&positions, &[], &triangles), &texels, SIDES);
+        // the third of the squares, between what is bright and what is dim
+        let known: Vec<bool> = texels.iter().map(|texel| texel.triangle / 2 != 2).collect();
+        let of = |texel: &Texel| match texel.triangle / 2 {
+            2 => [0.0, 0.0],
+            square => [if square < 2 { 3.0 } else { 1.0 }, 0.5],
+        };
+        let before: Vec<f32> = texels.iter().flat_map(of).collect();
+        let mut values = before.clone();
+        let given = seams.carry(&mut values, &known);
+        assert!(!given.is_empty() && given.is_sorted());
+        for (texel, values) in (0..).zip(values.chunks_exact(2)) {
+            let is_given = given.binary_search(&texel).is_ok();
+            assert!(is_given || values == &before[2 * texel as usize..][..2], "{texel} was known, or lies at no border");
+            assert!(!is_given || (!known[texel as usize] && values[0] > 0.99 && values[0] < 3.01), "{values:?}");
+            assert!(!is_given || (values[1] - 0.5).abs() < 1e-5, "{values:?}");
+        }
+        let has = |light: f32| given.iter().any(|&texel| (values[2 * texel as usize] - light).abs() < 1e-5);
+        assert!(has(3.0) && has(1.0), "of both neighbours");
     }
 
     #[test]
