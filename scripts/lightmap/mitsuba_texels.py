@@ -1,17 +1,22 @@
 """Compares a light map with Mitsuba 3 (PyPI: mitsuba) at matching bounces.
 
-  cargo run -p heliodon_lightmap --example truth_scene -- cornell FOLDER
+  cargo run -p heliodon_lightmap --example truth_scene -- cornell|lamps|workshop FOLDER
   python scripts/lightmap/mitsuba_texels.py FOLDER [--texels 4000] [--spp 4096]
 
 Texels are picked evenly from those that are covered and valid. Mitsuba lights a white Lambertian surface at each: rays of a cosine-weighted hemisphere, its path
-integrator from there; a sun without a disc, which none of them meets, and a pane, which few do, are added by themselves (the pane by points on it). Prints JSON: the root mean square
+integrator from there; a sun without a disc, which none of them meets, and a pane, lamps and a sun with a disc, which few do, are added by themselves (by points on them). LLVM is looked for where Debian
+has it, unless DRJIT_LIBLLVM_PATH says where it is. Prints JSON: the root mean square
 of the difference as a part of the mean, the same of Mitsuba's own noise (half of the difference between two halves of its samples), and their means.
 """
 import argparse
+import glob
 import json
 import os
+import re
 
-os.environ.setdefault("DRJIT_LIBLLVM_PATH", "/usr/lib/x86_64-linux-gnu/libLLVM-19.so")
+found = sorted(glob.glob("/usr/lib/x86_64-linux-gnu/libLLVM-*.so"), key=lambda path: int(re.search(r"LLVM-(\d+)", path).group(1)))
+if found:
+    os.environ.setdefault("DRJIT_LIBLLVM_PATH", found[-1])
 import numpy as np
 import mitsuba as mi
 
@@ -70,10 +75,24 @@ if "pane" in meta:
     scene["pane"] = {"type": "rectangle", "to_world": mi.ScalarTransform4f(m.tolist()),
                      "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.0] * 3}},
                      "emitter": {"type": "area", "radiance": {"type": "rgb", "value": meta["pane"]["radiance"]}}}
+FAR = 1e4
+for k, lamp in enumerate(meta.get("lamps", [])):
+    if "place" in lamp:
+        scene[f"lamp{k}"] = {"type": "point", "position": lamp["place"], "intensity": {"type": "rgb", "value": lamp["intensity"]}}
+        continue
+    # a sun's disc, far away
+    towards = np.array(lamp["direction"])
+    towards /= np.linalg.norm(towards)
+    sine = np.sin(np.radians(lamp["angular_radius_deg"]))
+    across = float(np.tan(np.radians(lamp["angular_radius_deg"])) * FAR)
+    to_world = mi.ScalarTransform4f().look_at(origin=(FAR * towards).tolist(), target=[0, 0, 0], up=[0, 1, 0]) @ mi.ScalarTransform4f().scale([across] * 3)
+    radiance = (np.array(lamp["irradiance"]) / (np.pi * sine**2)).tolist()
+    scene[f"lamp{k}"] = {"type": "disk", "to_world": to_world, "emitter": {"type": "area", "radiance": {"type": "rgb", "value": radiance}}}
 scene = mi.load_dict(scene)
+small = "pane" in meta or "lamps" in meta
 
 # depth 1 sees emitters; those of the first edge are left to direct sampling where they are small
-integrator = mi.load_dict({"type": "path", "max_depth": meta["bounces"] + 1, "rr_depth": 1000, "hide_emitters": "pane" in meta})
+integrator = mi.load_dict({"type": "path", "max_depth": meta["bounces"] + 1, "rr_depth": 1000, "hide_emitters": small})
 sampler = mi.load_dict({"type": "independent"})
 count = len(pick)
 
@@ -99,7 +118,7 @@ def half(part):
         n_ = dr.gather(mi.Normal3f, mi.Normal3f(N.T), idx)
         o = dr.gather(mi.Point3f, mi.Point3f(X.T), idx)
         d = mi.Frame3f(n_).to_world(mi.warp.square_to_cosine_hemisphere(sampler.next_2d()))
-        if "pane" in meta:
+        if small:
             # what the first ray meets counts only as a surface
             si = scene.ray_intersect(mi.Ray3f(o, d))
             found, _, _ = integrator.sample(scene, sampler, mi.RayDifferential3f(o, d))

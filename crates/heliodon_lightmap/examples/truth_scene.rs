@@ -1,11 +1,11 @@
 //! Lights a scene that a path tracer can light as well, and writes both what was found and what the other needs to know:
-//! `cargo run -p heliodon_lightmap --example truth_scene -- cornell|workshop FOLDER [--size N] [--error E] [--bounces N] [--stride N] [--samples N]`.
+//! `cargo run -p heliodon_lightmap --example truth_scene -- cornell|lamps|workshop FOLDER [--size N] [--error E] [--bounces N] [--stride N] [--samples N]`.
 //!
 //! In the folder, little-endian: `positions.f32`, `triangles.u32`, `albedo.f32` (one for each triangle), `texel_positions.f32` (where rays start), `texel_normals.f32`, `light.f32`
 //! (irradiance over pi), `texel_flags.u8` (1: covered and valid), and `scene.json`. `scripts/lightmap/mitsuba_texels.py` reads them.
 
 use glam::Vec3;
-use heliodon_lightmap::lights::{Amount, DirectionalSpec, Light, LightSpec, NoFiles, Photometry, RectangleSpec};
+use heliodon_lightmap::lights::{Amount, DirectionalSpec, Light, LightSpec, NoFiles, Photometry, PointSpec, RectangleSpec};
 use heliodon_lightmap::packing::PackParams;
 use heliodon_lightmap::solve::models::{Lambertian, Realistic};
 use heliodon_lightmap::solve::{Models, Scene, SolveParams, solve};
@@ -36,8 +36,8 @@ struct Stage {
 const PANE: [[f64; 3]; 3] = [[-0.3, 1.97, -0.3], [0.3, 1.97, -0.3], [-0.3, 1.97, 0.3]];
 const PANE_RADIANCE: f64 = 12.0;
 
-/// A closed room, a red and a green wall, two blocks, a pane that shines below the ceiling.
-fn cornell() -> Stage {
+/// A room of two metres with two blocks; of its own triangles those that `keep` says.
+fn room(keep: impl Fn([Vec3; 3]) -> bool) -> scenes::Scene {
     let turned = |scene: scenes::Scene, angle: f32, by: Vec3| {
         let turn = glam::Quat::from_rotation_y(angle);
         let mut scene = scene;
@@ -45,20 +45,31 @@ fn cornell() -> Stage {
         scene.normals.iter_mut().for_each(|n| *n = turn * *n);
         scene
     };
-    let room = cuboid(Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 2.0, 1.0), 1).inside_out();
+    let mut room = cuboid(Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 2.0, 1.0), 1).inside_out();
+    let positions = &room.positions;
+    room.triangles.retain(|t| keep(t.map(|v| positions[v as usize])));
     let tall = turned(cuboid(Vec3::new(-0.3, 0.0, -0.3), Vec3::new(0.3, 1.2, 0.3), 1), 0.3, Vec3::new(-0.35, 0.0, -0.3));
     let short = turned(cuboid(Vec3::new(-0.3, 0.0, -0.3), Vec3::new(0.3, 0.6, 0.3), 1), -0.3, Vec3::new(0.35, 0.0, 0.3));
-    let lit = room.and(tall).and(short);
+    room.and(tall).and(short)
+}
+
+/// The albedo of its triangles: grey, but of a red and a green wall.
+fn albedos(scene: &scenes::Scene) -> Vec<Vec3> {
+    let of = |t: &[u32; 3]| match t.map(|v| scene.positions[v as usize].x) {
+        x if x == [-1.0; 3] => Vec3::new(0.63, 0.065, 0.05),
+        x if x == [1.0; 3] => Vec3::new(0.14, 0.45, 0.091),
+        _ => Vec3::new(0.725, 0.71, 0.68),
+    };
+    scene.triangles.iter().map(of).collect()
+}
+
+/// A closed room, a red and a green wall, two blocks, a pane that shines below the ceiling.
+fn cornell() -> Stage {
+    let lit = room(|_| true);
     let with_texels = lit.triangles.len();
     let [corner, right, up] = PANE.map(|p| glam::DVec3::from(p).as_vec3());
     // a black pane, a hair above what shines
     let scene = lit.and(rectangle(corner + Vec3::Y * 1e-3, right - corner, up - corner, 1));
-    let albedo = |t: usize| match t {
-        0..2 => Vec3::new(0.63, 0.065, 0.05),
-        2..4 => Vec3::new(0.14, 0.45, 0.091),
-        t if t >= with_texels => Vec3::ZERO,
-        _ => Vec3::new(0.725, 0.71, 0.68),
-    };
     let pane = RectangleSpec {
         name: None,
         corners: PANE,
@@ -70,8 +81,32 @@ fn cornell() -> Stage {
         "\"pane\": {{\"corners\": {PANE:?}, \"radiance\": {:?}}}",
         [PANE_RADIANCE, 0.8 * PANE_RADIANCE, 0.5 * PANE_RADIANCE]
     );
-    let albedo = (0..scene.triangles.len()).map(albedo).collect();
+    let mut albedo = albedos(&scene);
+    albedo[with_texels..].fill(Vec3::ZERO);
     Stage { scene, albedo, with_texels, lights: vec![LightSpec::Rectangle(pane)], sky: Vec3::ZERO, json }
+}
+
+/// The same room open to the front: a sun with a wide disc and an even sky come in, and a lamp hangs between the blocks.
+fn lamps() -> Stage {
+    let scene = room(|corners| corners.iter().any(|p| p.z < 1.0));
+    let (direction, angular_radius_deg, irradiance) = ([0.3, 0.5, 1.0], 3.0, 4.0);
+    let sun = DirectionalSpec {
+        name: None,
+        direction,
+        angular_radius_deg,
+        colour: [1.0, 0.9, 0.8],
+        amount: Amount::Irradiance(irradiance),
+    };
+    let place = [0.1, 1.5, -0.1];
+    let lamp = PointSpec { name: None, place, colour: [1.0, 0.6, 0.3], amount: Amount::RadiantIntensity(1.0) };
+    let json = format!(
+        "\"lamps\": [{{\"place\": {place:?}, \"intensity\": [1.0, 0.6, 0.3]}}, {{\"direction\": {direction:?}, \
+         \"angular_radius_deg\": {angular_radius_deg:?}, \"irradiance\": {:?}}}], \"sky\": [0.5, 0.5, 0.5]",
+        [irradiance, 0.9 * irradiance, 0.8 * irradiance]
+    );
+    let (with_texels, albedo) = (scene.triangles.len(), albedos(&scene));
+    let lights = vec![LightSpec::Directional(sun), LightSpec::Point(lamp)];
+    Stage { scene, albedo, with_texels, lights, sky: Vec3::splat(0.5), json }
 }
 
 /// The sculptor's workshop, under an even sky and a sun without a disc.
@@ -112,7 +147,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         arguments.get(..2).and_then(|a| <&[String; 2]>::try_from(a).ok()).ok_or("name a scene and a folder")?;
     let value = |name: &str| arguments.iter().position(|a| a == name).and_then(|i| arguments.get(i + 1));
     let number = |name: &str, otherwise: f32| value(name).map_or(Ok(otherwise), |text| text.parse::<f32>());
-    let stage = if name == "workshop" { studio() } else { cornell() };
+    let stage = match name.as_str() {
+        "cornell" => cornell(),
+        "lamps" => lamps(),
+        "workshop" => studio(),
+        other => return Err(format!("no scene is called {other}").into()),
+    };
     let side = number("--size", 256.0)? as u32;
     let params = SolveParams {
         bounces: number("--bounces", 4.0)? as u32,
