@@ -14,9 +14,9 @@ import json
 import os
 import re
 
-found = sorted(glob.glob("/usr/lib/x86_64-linux-gnu/libLLVM-*.so"), key=lambda path: int(re.search(r"LLVM-(\d+)", path).group(1)))
-if found:
-    os.environ.setdefault("DRJIT_LIBLLVM_PATH", found[-1])
+llvm = sorted(glob.glob("/usr/lib/x86_64-linux-gnu/libLLVM-*.so"), key=lambda path: int(re.search(r"LLVM-(\d+)", path).group(1)))
+if llvm:
+    os.environ.setdefault("DRJIT_LIBLLVM_PATH", llvm[-1])
 import numpy as np
 import mitsuba as mi
 

@@ -18,7 +18,6 @@ const CODES: f32 = 0.4;
 const BLOCK: usize = 8;
 /// Where there is less than this part of the brightest light, tolerances are those of as much: as a part of it noise of what is as good as dark has no end.
 const DIMMEST: f32 = 2e-3;
-
 /// How many charts deep light is carried into what lies inside of something.
 const DEEP: usize = 4;
 

@@ -161,8 +161,8 @@ impl Seams {
         self.matches.is_empty()
     }
 
-    /// Changes `N` values of each texel at once until no two sides differ by more than their place's tolerance, all above 0, or it does not get better; returns how many times as far they still
-    /// differ at most. What counts is how long the difference is (the root of the sum of the squares of all `N`). A place whose sides are nearer than half of that changes nothing.
+    /// Changes `N` values of each texel at once until no two sides differ by more than their place's tolerance, all above 0, or what is apart was settled a few times; returns how many times as
+    /// far they still differ at most. What counts is how long the difference is (the root of the sum of the squares of all `N`). A place whose sides are nearer than half of that changes nothing.
     ///
     /// # Panics
     /// When there are not as many values as texels, and tolerances as places.
