@@ -6,7 +6,7 @@
 use crate::{Followed, GatherBlock, LightError, UnitHits};
 
 /// Eight bytes that name the format and its version.
-const MAGIC: [u8; 8] = *b"HELGATH4";
+const MAGIC: [u8; 8] = *b"HELGATH5";
 
 impl GatherBlock {
     /// The block as bytes.

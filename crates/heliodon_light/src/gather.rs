@@ -19,7 +19,7 @@ use crate::traces::{KnownUnit, Rays, Traces, UnitTraces};
 use crate::{BouncedSun, Layout, LightError, LightParams, PointSet, Surfaces};
 use glam::Vec3;
 use heliodon_math::sh::{basis9, open_transfer9};
-use heliodon_rays::{Hit, NO_HIT, beam_order, facing, set_bits};
+use heliodon_rays::{Hit, NO_HIT, facing, morton_order, set_bits};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -95,10 +95,11 @@ impl UnitHits {
 
 /// The gather's fixed directions with what is the same for all points.
 pub(crate) struct Lattice {
+    /// Along a Morton curve: rays that follow one another meet the same boxes and cells.
     pub directions: Vec<Vec3>,
     pub basis: Vec<[f32; 9]>,
-    /// The directions in an order in which neighbours are alike.
-    pub neighbours: Vec<u32>,
+    /// Which half of the lattice each belongs to, 0 or 1: every other one of the spiral.
+    pub halves: Vec<usize>,
 }
 
 impl Lattice {
@@ -113,10 +114,11 @@ impl Lattice {
     }
 
     fn turned(params: &LightParams, number: u32) -> Self {
-        let directions = gather_directions(params.directions(), params.seed ^ (number << 16));
+        let lattice = gather_directions(params.directions(), params.seed ^ (number << 16));
+        let order = morton_order(&lattice);
+        let directions: Vec<Vec3> = order.iter().map(|&of| lattice[of as usize]).collect();
         let basis = directions.iter().map(|&d| basis9(d)).collect();
-        let neighbours = beam_order(&directions, None);
-        Self { directions, basis, neighbours }
+        Self { directions, basis, halves: order.iter().map(|of| (of % 2) as usize).collect() }
     }
 }
 

@@ -56,7 +56,7 @@ impl Look {
         let len = sun.map_or(0, |sun| sun.patches.curve_len());
         let mut look = Self::nothing_seen(count, len);
         let (met, rays) = for_each_known_direction(surfaces, (origins, normals), &lattice.directions, known, |at| {
-            let (basis, half) = (&lattice.basis[at.index], at.index % 2);
+            let (basis, half) = (&lattice.basis[at.index], lattice.halves[at.index]);
             for point in set_bits(at.active) {
                 let cos = normals[point].dot(at.direction);
                 let hit = &at.hits[point];
@@ -89,19 +89,19 @@ impl Look {
         let (count, words) = (normals.len(), normals.len().div_ceil(64));
         let mut look = Self::nothing_seen(count, 0);
         let (mut active, mut occluded) = (vec![0_u64; words * FAN], vec![0_u64; words * FAN]);
-        for fan in lattice.neighbours.chunks(FAN) {
-            let directions: Vec<Vec3> = fan.iter().map(|&d| lattice.directions[d as usize]).collect();
-            let asked = 0..words * fan.len();
+        for (number, directions) in lattice.directions.chunks(FAN).enumerate() {
+            let asked = 0..words * directions.len();
             for (direction, active) in directions.iter().zip(active.chunks_exact_mut(words.max(1))) {
                 look.rays.add(u64::from(facing(normals, *direction, active)));
             }
-            surfaces.rays.occluded_fan(origins, &directions, &active[asked.clone()], &mut occluded[asked]);
-            for (i, (&index, &direction)) in fan.iter().zip(&directions).enumerate() {
+            surfaces.rays.occluded_fan(origins, directions, &active[asked.clone()], &mut occluded[asked]);
+            for (i, &direction) in directions.iter().enumerate() {
+                let (half, basis) = (lattice.halves[number * FAN + i], &lattice.basis[number * FAN + i]);
                 let of_direction = i * words..(i + 1) * words;
                 for point in set_bits(&active[of_direction.clone()]) {
                     let stopped = occluded[of_direction.start + point / 64] >> (point % 64) & 1 == 1;
                     let cos = normals[point].dot(direction);
-                    look.add_sky(point, (cos, !stopped), (index as usize % 2, &lattice.basis[index as usize]));
+                    look.add_sky(point, (cos, !stopped), (half, basis));
                 }
             }
         }

@@ -13,7 +13,7 @@ use heliodon_rays::{Hit, NO_HIT, facing, set_bits};
 use std::ops::Range;
 
 /// Eight bytes that name the format and its version.
-const MAGIC: [u8; 8] = *b"HELTRAC1";
+const MAGIC: [u8; 8] = *b"HELTRAC2";
 
 /// A hit as it is kept: the triangle of the rays' scene, whose highest bit tells the back, and the bits of the distance.
 pub(crate) type KeptHit = [u32; 2];
