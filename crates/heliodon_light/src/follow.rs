@@ -32,7 +32,7 @@ pub struct Followed {
     pub keys: Vec<u32>,
     /// For each of `keys` the sums of all lanes: C coefficients of the sky with their channels, then R functions of the sun with theirs.
     pub light: Vec<f32>,
-    /// Paths that end in a cell: key, packed share of the cell's light (RGB9E5), cell (the highest bit tells the back). What the sun
+    /// Paths that end in a cell, by bounce and cell: key, packed share of the cell's light (RGB9E5), cell (the highest bit tells the back). What the sun
     /// itself lights there, and at all places on the way, is in `light` and in the gather's own sums.
     pub ends: Vec<[u32; 3]>,
 }
@@ -128,6 +128,8 @@ pub(crate) fn follow(
         done.counts.push(more.paths.len() as u32);
         done.paths.extend(more.paths);
     }
+    // bounces read the light of the cells in this order, which lies far apart in memory
+    done.followed.ends.sort_unstable_by_key(|&[key, share, cell]| (Arrival::of(key).bounce, cell, key, share));
     done
 }
 

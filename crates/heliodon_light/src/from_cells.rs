@@ -5,6 +5,7 @@ use crate::cells::{Among, BACK};
 use crate::follow::Arrival;
 use crate::gather::{GatherBlock, Lattice, UnitHits, trace_hits};
 use crate::{Followed, Surfaces};
+use glam::Vec3;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use heliodon_math::color::linear_from_rgb9e5;
@@ -57,16 +58,7 @@ impl Seen<'_> {
             std::array::from_fn(|l| (first + l).checked_sub(sky_lanes).and_then(|lane| sun.get(lane)).copied().unwrap_or(0.0))
         };
         let mut sums: Vec<[f32; W]> = (0..normals.len()).map(first_bounce).collect();
-        let mut next = hits.cells.iter();
-        for (met, &direction) in hits.met.chunks_exact(normals.len().div_ceil(64)).zip(&self.lattice.directions) {
-            for (point, &cell) in set_bits(met).zip(&mut next) {
-                let Some(cell) = self.cell_index(cell) else { continue };
-                let cos = normals[point].dot(direction);
-                for (sum, x) in sums[point].iter_mut().zip(&reflected.newest[cell]) {
-                    *sum += cos * x;
-                }
-            }
-        }
+        pulp::Arch::new().dispatch(AddHits { seen: self, hits: &hits, normals, newest: reflected.newest, sums: &mut sums });
         for arrived in arrived {
             for (sum, x) in sums[arrived.point].iter_mut().zip(&arrived.light) {
                 *sum += x;
@@ -88,6 +80,34 @@ impl Seen<'_> {
             }
         }
         sums
+    }
+}
+
+/// Adds to the sums of points what the cells that they see reflect; compiled for the instructions that there are.
+struct AddHits<'a, const W: usize> {
+    seen: &'a Seen<'a>,
+    hits: &'a UnitHits,
+    normals: &'a [Vec3],
+    newest: &'a [[f32; W]],
+    sums: &'a mut [[f32; W]],
+}
+
+impl<const W: usize> pulp::NullaryFnOnce for AddHits<'_, W> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { seen, hits, normals, newest, sums } = self;
+        let mut next = hits.cells.iter();
+        for (met, &direction) in hits.met.chunks_exact(normals.len().div_ceil(64)).zip(&seen.lattice.directions) {
+            for (point, &cell) in set_bits(met).zip(&mut next) {
+                let Some(cell) = seen.cell_index(cell) else { continue };
+                let cos = normals[point].dot(direction);
+                // in whole arrays: through slices that may lie over one another it goes number by number
+                let (sum, light) = (sums[point], newest[cell]);
+                sums[point] = std::array::from_fn(|l| sum[l] + cos * light[l]);
+            }
+        }
     }
 }
 
