@@ -119,7 +119,7 @@ impl BlockStage<'_> {
             }
             block
         };
-        let mut blocks: Vec<Option<T>> = (0..ranges.len()).map(kept).collect();
+        let mut blocks: Vec<Option<T>> = (0..ranges.len()).into_par_iter().map(kept).collect();
         let missing = (0..ranges.len()).filter(|&i| blocks[i].is_none());
         let missing = match self.share {
             Some(share) => share.in_order(missing),
