@@ -128,7 +128,7 @@ pub(crate) fn follow(
         done.counts.push(more.paths.len() as u32);
         done.paths.extend(more.paths);
     }
-    // bounces read the light of the cells in this order, which lies far apart in memory
+    // bounces read cells in this order: what follows one another lies beside one another in memory
     done.followed.ends.sort_unstable_by_key(|&[key, share, cell]| (Arrival::of(key).bounce, cell, key, share));
     done
 }
